@@ -32,6 +32,8 @@ const touches = () => [
   ...[0.2, 0.4, 0.6].map((load) => touched("triboair", "S3", `loads/S3_F${load}`, "--load", `${load}`)),
   ...["proximal", "distal", "transversal", "circular"].map((direction) =>
     touched("acttouch", "S3", `directions/S3_${direction}`, "--strokes", "12", "--participant", "0", "--direction", direction)),
+  // One participant's session: tf.json is of the same one.
+  ...["S1", "S8", "S11"].map((sample) => touched("acttouch", sample, `session/${sample}`, "--strokes", "5", "--participant", "2", "--seed", "7")),
 ];
 
 /// `files(folder)`: what was recorded into it.
@@ -54,6 +56,7 @@ const rows = (twin) => [
     ["render", "demo/target.wav", "other.wav", "--transfer", "tf.json", "--transfer", "tf3.json", "--level", "fit", "--mode", "replicate", "--bench", twin(2), "--bench", twin(3), "--iterations", "1", "--out", "drives", "--report", "render-several.html"],
   ],
   [
+    ["prepare", ...files("session"), "--transfer", "tf.json", "--bench", twin(2), "--out", "prepared", "--report", "prepare.html"],
     ["noise", "rest.csv", "--report", "noise.html"],
     ["transfer", "shaker.parquet", "--drive", "force", "--response", "acceleration", "--out", "shaker-tf.json", "--report", "transfer.html"],
     ["transfer", "hits.csv", "--drive", "force", "--response", "acceleration", "--out", "hits-tf.json", "--report", "transfer-hits.html"],
@@ -76,7 +79,7 @@ const rows = (twin) => [
 /// Makes all reports in `folder` with `program`; what a command printed is in the error where it fails.
 export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   const twin = (who) => `twin:participant=${who},seed=7`;
-  for (const name of ["passive", "active", "speeds", "people", "loads", "directions"]) {
+  for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session"]) {
     mkdirSync(join(folder, name), { recursive: true });
   }
   for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()]]) {

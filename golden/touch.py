@@ -26,13 +26,26 @@ fz = 0.2 + 0.02 * np.sin(2 * np.pi * 0.9 * t)
 fx = 0.03 * np.cos(2 * np.pi * 2.1 * t)
 fy = 0.12 + 0.01 * np.sin(2 * np.pi * 3.3 * t)
 
+
+
+def high_passed_both_ways(x, order, cutoff):
+    """sosfiltfilt over a signal continued, for order/2 periods of the cut-off, by point reflection about the end of a straight
+    line through its last half period."""
+    sections = signal.butter(order, cutoff, "highpass", fs=RATE, output="sos")
+    pad = min(int(np.ceil(0.5 * order * RATE / cutoff)), len(x) - 1)
+    edge = int(0.5 * RATE / cutoff + 0.5)
+    line = lambda part: np.polyval(np.polyfit(np.arange(edge), part, 1), 0)
+    first, last = line(x[:edge]), line(x[::-1][:edge])
+    longer = np.concatenate([2 * first - x[1 : pad + 1][::-1], x, 2 * last - x[-pad - 1 : -1][::-1]])
+    return signal.sosfiltfilt(sections, longer, padlen=0)[pad : pad + len(x)]
+
+
 high_passed = {}
 for order, cutoff in ((2, 5.0), (4, 5.0), (4, 20.0), (6, 8.0)):
-    sections = signal.butter(order, cutoff, "highpass", fs=RATE, output="sos")
-    y = signal.sosfiltfilt(sections, x)
+    y = high_passed_both_ways(x, order, cutoff)
     high_passed[f"{order} {cutoff:g}"] = [float(v) for v in y[::250]]
 
-y = signal.sosfiltfilt(signal.butter(4, 5.0, "highpass", fs=RATE, output="sos"), x)
+y = high_passed_both_ways(x, 4, 5.0)
 f, psd = signal.welch(y, RATE, nperseg=1024)
 step = f[1]
 
@@ -41,16 +54,20 @@ def power(low, high):
     return float(psd[(f >= low) & (f < high)].sum() * step)
 
 
-def level_db(low, high, threshold_db_um):
+def level_db(f, psd, low, high, threshold_db_um):
     """Power over the squared threshold, straight lines through the four-channel model of Bolanowski et al. (1988)."""
     inside = (f >= low) & (f < high)
     threshold = 1e-6 * 10 ** (threshold_db_um(f[inside]) / 20) * (2 * np.pi * f[inside]) ** 2 / np.sqrt(2)
-    return float(10 * np.log10((psd[inside] / threshold**2).sum() * step))
+    return float(10 * np.log10((psd[inside] / threshold**2).sum() * f[1]))
 
 
-# The band of the analysis begins at 10 Hz.
-meissner = level_db(10, 40, lambda f: np.clip(28 - 6 * np.log2(f / 3), 6, 28))
-pacini = level_db(40, 500, lambda f: -20 + np.where(f < 250, 12 * np.log2(250 / f), 10 * np.log2(f / 250)))
+# Low frequencies have segments of 1 s. The filter passes from 7.5 Hz on; one line more holds the main lobe of a tone there.
+f_low, psd_low = signal.welch(y, RATE, nperseg=5000)
+with np.errstate(divide="ignore"):
+    gain = 1 / (1 + (np.tan(np.pi * 5.0 / RATE) / np.tan(np.pi * f_low / RATE)) ** 8)
+psd_low /= np.maximum(gain**2, 0.25)
+meissner = level_db(f_low, psd_low, 6.5, 40, lambda f: np.clip(28 - 6 * np.log2(f / 3), 6, 28))
+pacini = level_db(f, psd, 40, 500, lambda f: -20 + np.where(f < 250, 12 * np.log2(250 / f), 10 * np.log2(f / 250)))
 
 band = (f >= 10) & (f < 1000)
 centroid = (f[band] * psd[band]).sum() / psd[band].sum()

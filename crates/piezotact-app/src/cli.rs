@@ -38,8 +38,8 @@ pub(crate) struct Cli {
     /// The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
     #[arg(long, global = true, value_name = "DATE", value_parser = crate::invocation::date)]
     pub(crate) date: Option<String>,
-    /// Replaces existing files that this command did not write before; recordings and measured transfer functions are kept
-    /// as NAME.before-N in any case.
+    /// Replaces existing files that this command did not write before (a report or document says so itself, a table or figure
+    /// cannot); recordings and transfer functions that are measured again are kept as NAME.before-N in any case.
     #[arg(long, global = true)]
     pub(crate) force: bool,
 }
@@ -64,8 +64,8 @@ pub(crate) struct Takes {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     pub(crate) load: Option<f64>,
     /// The sliding speed, such as "30 mm/s"; overrides what the recordings state.
-    #[arg(long, value_name = "VALUE UNIT")]
-    pub(crate) speed: Option<Measure>,
+    #[arg(long, value_name = "VALUE UNIT", value_parser = twin::speed)]
+    pub(crate) speed: Option<f64>,
     /// The vibration channels, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub(crate) vibration: Vec<String>,

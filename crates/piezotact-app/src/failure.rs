@@ -7,6 +7,7 @@ use anyhow::anyhow;
 use piezotact::document::FailedFile;
 
 use crate::advice::options_for;
+use crate::interrupt;
 use crate::output::{message, say};
 
 /// Why a command did not do what it was asked.
@@ -39,7 +40,8 @@ pub(crate) fn usage<E: Into<anyhow::Error>>(error: E) -> Failure {
     Failure::Usage(error.into())
 }
 
-/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed, 4 passed in part, 5 not decided.
+/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 3 not passed, 4 passed in part, 5 not decided,
+/// 130 ended early by Ctrl-C, 143 by SIGTERM.
 pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(()) | Err(Failure::ReaderGone) => ExitCode::SUCCESS,
@@ -48,7 +50,7 @@ pub(crate) fn exit_code(outcome: Outcome) -> ExitCode {
         Err(Failure::NotDecided) => ExitCode::from(5),
         Err(Failure::Data(error)) => {
             say(&format!("piezotact: {}", sentence(&error)));
-            ExitCode::from(1)
+            ExitCode::from(interrupt::exit_code().unwrap_or(1))
         }
         Err(Failure::Usage(error)) => {
             say(&format!("piezotact: {}", sentence(&error)));

@@ -1,10 +1,8 @@
-//! Where the runs on a bench are kept, with their progress shown, and how Ctrl-C stops them.
+//! Where the runs on a bench are kept, with their progress shown.
 
 use std::cell::Cell;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, Once, PoisonError};
 
 use anyhow::anyhow;
 use indicatif::ProgressBar;
@@ -12,8 +10,8 @@ use piezotact::checksum::Checksum;
 use piezotact::quantity::Seconds;
 use piezotact::recording::Recording;
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
+use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::RunKeeper;
-use piezotact_bench::{ProcedureError, StopHandle};
 use piezotact_dataset::reads::found;
 use piezotact_dataset::sidecar::{Rendering, sidecar_path};
 use piezotact_dataset::{JournalSink, RunFolder, keep_before};
@@ -22,7 +20,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::commands::bench_failure;
 use crate::failure::{Failure, Outcome};
-use crate::output::{progress, say};
+use crate::output::say;
+use crate::progress;
 
 /// An earlier measurement under the name of a new one. It is kept as `.before-N`, unless both have the same bytes.
 pub(crate) struct Earlier {
@@ -179,7 +178,7 @@ impl RunKeeper for Keeper<'_> {
         };
         let (bar, own) = match &self.shown {
             Shown::Nothing => (ProgressBar::hidden(), false),
-            Shown::Each(what, length) => (progress(&what(start), *length), true),
+            Shown::Each(what, length) => (progress::of_run(&what(start), *length), true),
             Shown::Together(bar) => ((*bar).clone(), false),
         };
         Ok(Box::new(Kept {
@@ -356,51 +355,4 @@ pub(crate) enum Raw {
     Kept,
     /// They are discarded on request.
     Discarded,
-}
-
-/// What Ctrl-C stops.
-static RUNNING: Mutex<Option<StopHandle>> = Mutex::new(None);
-/// Whether Ctrl-C came: what would run next is stopped too.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Whether Ctrl-C came: nothing more is begun then.
-pub(crate) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::SeqCst)
-}
-
-/// Lets Ctrl-C stop what runs with `handle`: the run ends in order, and what was acquired is kept. A second Ctrl-C ends the
-/// program at once.
-pub(crate) fn stopped_by_interrupt(handle: &StopHandle) {
-    static ONCE: Once = Once::new();
-    let set = |handle: Option<StopHandle>| {
-        *RUNNING.lock().unwrap_or_else(PoisonError::into_inner) = handle;
-    };
-    if interrupted() {
-        handle.stop();
-        return;
-    }
-    set(Some(handle.clone()));
-    ONCE.call_once(|| {
-        let installed = ctrlc::set_handler(|| {
-            INTERRUPTED.store(true, Ordering::SeqCst);
-            let running = RUNNING
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .take();
-            match running {
-                Some(handle) => handle.stop(),
-                None => {
-                    say(
-                        "stopped immediately: the acquired samples are in the journal, which `piezotact info` reads by the \
-                         name of the recording; the next command of that name keeps the journal and removes incomplete files",
-                    );
-                    std::process::exit(130)
-                }
-            }
-        });
-        // Without a handler Ctrl-C ends the program, and the journal keeps what was acquired.
-        if let Err(error) = installed {
-            say(&format!("Ctrl-C cannot stop a run cleanly: {error}"));
-        }
-    });
 }

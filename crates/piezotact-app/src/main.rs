@@ -6,6 +6,7 @@ mod benches;
 mod cli;
 mod commands;
 mod failure;
+mod interrupt;
 mod invocation;
 mod keeping;
 mod manipulations;
@@ -14,6 +15,7 @@ mod output;
 mod parts;
 #[cfg(feature = "full")]
 mod pictures;
+mod progress;
 mod replacing;
 mod report;
 mod shown;
@@ -21,6 +23,7 @@ mod shown;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    interrupt::listen();
     let words: Vec<_> = std::env::args_os().collect();
     failure::exit_code(commands::run(&words))
 }

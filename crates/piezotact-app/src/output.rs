@@ -1,21 +1,19 @@
-//! What a command prints: results on standard output, progress and doubts on standard error.
+//! What a command prints: results on standard output, doubts on standard error.
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
-use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::Doubt;
 use piezotact::document::{Content, Document, complete_doubts};
 use piezotact::doubt::{Merged, merged};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
-use piezotact::quantity::Seconds;
 use piezotact_dataset::{WriteError, write_atomically};
 
 use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Outcome};
 use crate::invocation;
+use crate::progress::aside;
 use crate::shown::{harmless, shortened};
 
 /// A message as it is shown.
@@ -25,12 +23,18 @@ pub(crate) fn message(text: &str) -> String {
 
 /// Prints `text` and a line end on standard output, without control characters.
 pub(crate) fn print(text: &str) -> Outcome {
-    let mut out = std::io::stdout().lock();
-    match out
-        .write_all(harmless(text).as_bytes())
-        .and_then(|()| out.write_all(b"\n"))
-        .and_then(|()| out.flush())
-    {
+    let write = || {
+        let mut out = std::io::stdout().lock();
+        out.write_all(harmless(text).as_bytes())
+            .and_then(|()| out.write_all(b"\n"))
+            .and_then(|()| out.flush())
+    };
+    let written = if std::io::stdout().is_terminal() {
+        aside(write)
+    } else {
+        write()
+    };
+    match written {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::ReaderGone),
         other => Ok(other?),
     }
@@ -84,7 +88,7 @@ pub(crate) fn write_bytes(path: &Path, bytes: &[u8]) -> Outcome {
 
 /// Says on standard error what is being done, without control characters and shortened. When nobody can hear it the work still goes on.
 pub(crate) fn say(text: &str) {
-    let _nobody_hears = writeln!(std::io::stderr().lock(), "{}", message(text));
+    let _nobody_hears = aside(|| writeln!(std::io::stderr().lock(), "{}", message(text)));
 }
 
 /// Says every doubt on standard error, those of one kind once.
@@ -106,20 +110,4 @@ pub(crate) fn say_merged(doubts: &[Merged]) {
     if !text.is_empty() {
         say(&text);
     }
-}
-
-/// A bar that grows with the time that a run has acquired; on anything but a terminal, a line at its start.
-pub(crate) fn progress(what: &str, length: Seconds) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
-        say(&format!("{what} …"));
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new((length.0 * 10.0) as u64);
-    // The template is a constant; were it wrong, the plain bar serves.
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} % {eta}") {
-        bar.set_style(style.progress_chars("=> "));
-    }
-    bar.set_message(message(what));
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
 }

@@ -111,7 +111,10 @@ impl Writing {
         let is_journal = beside.ends_with(".part");
         let runs = |file: &Path| with(file, ".runs").is_dir();
         let is_of_loop = runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file));
+        let is_measured_in =
+            self.command == "prepare" && path.extension() == Some(OsStr::new("parquet"));
         MEASURED.contains(&known)
+            || is_measured_in
             || CONTINUED.contains(&known)
             || is_state
             || is_journal

@@ -13,14 +13,17 @@ mod fake_bench;
 mod hostile_inputs;
 mod impact;
 mod integrity;
+mod interrupts;
 mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]
 mod known_cuts;
 mod manipulate;
 mod measured_bench;
+mod message_numbers;
 mod own_device;
 mod own_files;
 mod panel;
+mod prepare;
 mod real_input;
 mod refusals;
 mod replay;

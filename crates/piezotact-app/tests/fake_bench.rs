@@ -490,7 +490,7 @@ fn an_interrupt_ends_a_run_in_order() {
         .unwrap()
         .read_to_string(&mut said)
         .unwrap();
-    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(code, Some(130), "{said}");
     assert!(said.contains("stopped by hand after"), "{said}");
     let told = told(&folder, "m.parquet");
     assert!(

@@ -194,7 +194,7 @@ fn what_broke_is_said_by_every_command() {
     eprintln!("{texts}");
     for sentence in [
         "`nail` has no signal once, longest for 1.50 s, while 25 % of the drive is played: the transfer function is about 2.5 dB too low; record again",
-        "`nail` is `out` times 7.0000: the same signal was recorded twice",
+        "`nail` is `out` times 7.000: the same signal was recorded twice",
         "`out` reaches 8.70 of full scale, but only 1.00 can be played",
         "`nail` contains spectral lines of constant phase at 50, 100, 150 Hz",
     ] {

@@ -102,7 +102,7 @@ fn an_interrupt_ends_a_batch_of_closed_loops() {
     folder.write("bench.toml", silent_from(4.5));
     let batch = format!("render texture.wav rough.wav {RENDER} --bench fake:bench.toml --out all");
     let (code, said) = interrupted(&folder, &batch, "all/texture.wav.runs", "iteration");
-    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(code, Some(130), "{said}");
     let first = "`render texture, iteration 0, first, attempt 1`";
     assert_eq!(said.matches(first).count(), 1, "{said}");
     assert!(
@@ -153,7 +153,7 @@ fn a_closed_loop_goes_on_for_the_same_finger_alone() {
     folder.write("bench.toml", silent_from(4.5));
     let looped = format!("render texture.wav {RENDER} --bench fake:bench.toml --out d.wav");
     let (code, said) = interrupted(&folder, &looped, "d.wav.runs", "iteration");
-    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(code, Some(130), "{said}");
     let last = said.lines().last().unwrap();
     assert!(last.starts_with("piezotact: stopped by hand "), "{said}");
     let kept = "; give the same command again to continue with the measurements made so far, which are kept in d.wav.runs";
@@ -405,6 +405,34 @@ fn what_was_measured_is_kept_beside_the_new() {
         longer.err()
     );
     assert_eq!(of("tf.json.before-1"), first);
+}
+
+/// Whatever is asked for by force, and through a link too, what was measured stays.
+#[test]
+fn an_estimate_and_a_link_keep_what_was_measured() {
+    let folder = with_bench();
+    let of = |name: &str| std::fs::read(folder.path(name)).unwrap();
+    let first = of("tf.json");
+    let estimate = "transfer bench.csv --drive drive --response nail --out tf.json --force";
+    run(&folder, estimate).expect_success();
+    assert_eq!(of("tf.json.before-1"), first);
+    assert_ne!(of("tf.json"), first);
+    run(&folder, estimate).expect_success();
+    assert!(!folder.path("tf.json.before-2").exists());
+    #[cfg(unix)]
+    {
+        let record = "twin record --bench triboair --strokes 1 --out link.parquet --sample";
+        let real = record.replace("link", "real");
+        run(&folder, &format!("{real} S4")).expect_success();
+        let first = of("real.parquet");
+        std::os::unix::fs::symlink("real.parquet", folder.path("link.parquet")).unwrap();
+        run(&folder, &format!("{record} S8")).expect_success();
+        assert!(folder.path("link.parquet").is_symlink());
+        assert_eq!(of("real.parquet.before-1"), first);
+        assert_ne!(of("real.parquet"), first);
+        run(&folder, &format!("{real} S2")).expect_success();
+        assert_eq!(of("real.parquet.before-1"), first);
+    }
 }
 
 /// A name says what the file is.

@@ -114,7 +114,7 @@ fn what_no_device_can_be_is_refused() {
     run(&folder, &format!("{TRANSFER} --device fixed")).expect_success();
     for (from, to, part) in [
         ("\"low\"", "\"high\"", "found high twice"),
-        ("120e-9", "-1e-9", "1e-12 to 1 F, found -0.000000001"),
+        ("120e-9", "-1e-9", "1e-12 to 1 F, found -1e-9"),
         ("1e6", "0", "slew above 0 V/s, found 0"),
         ("divider", "diviser", "an entry called `diviser`"),
         (

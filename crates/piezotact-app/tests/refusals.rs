@@ -408,6 +408,10 @@ fn a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed()
     for name in ["a.wav", "b.wav"] {
         folder.write(name, wav(noise(4_000_000).map(|v| v * 0.01), 48_000));
     }
+    folder.write(
+        "long.wav",
+        wav(std::iter::repeat_n(0.01, 60_000_000), 48_000),
+    );
     let score = "score a.wav b.wav --scale '1 m/s2'";
     let verify = "verify --target a.wav --measured b.wav --scale '1 m/s2'";
     let within = |kilobytes: usize, command: &str| {
@@ -428,14 +432,22 @@ fn a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed()
     for (command, said) in [
         (
             score,
-            "the score: 4000000 samples take about 0.4 GB of memory, and 0.1",
+            "the score: 4000000 samples take about 440 MB of memory, and ",
         ),
         (
             verify,
-            "the verification: 4000000 samples take about 1.0 GB of memory, and 0.1",
+            "the verification: 4000000 samples take about 1.04 GB of memory, and ",
+        ),
+        (
+            "analyse a.wav --scale '1 m/s2'",
+            "a.wav: its analysis: 4000000 samples take about 256 MB of memory, and ",
+        ),
+        (
+            "info long.wav --scale '1 m/s2'",
+            "long.wav: reading this file of 120 MB takes about 720 MB of memory, and ",
         ),
     ] {
-        let (code, err) = within(300_000, command);
+        let (code, err) = within(366_000, command);
         assert_eq!(code, Some(1), "{err}");
         assert!(err.contains(said), "{err}");
     }

@@ -228,6 +228,48 @@ fn a_report_that_was_edited_is_noticed() {
     }
 }
 
+/// What a person reads of how it was made is what was run: neither the command, nor a setting, nor a checksum can be edited unseen.
+#[test]
+fn a_report_whose_origin_was_edited_is_noticed() {
+    let folder = scored();
+    let report = std::fs::read_to_string(folder.path("score.html")).unwrap();
+    let origin = report.rfind("<section id=\"invocation\">").unwrap();
+    let (results, section) = report.split_at(origin);
+    let shown = section.find("<span>score</span>").unwrap();
+    let sum = section.find("<td").unwrap();
+    let digit = sum + section[sum..].find(|c: char| c.is_ascii_digit()).unwrap();
+    for (name, at, old, new) in [
+        ("command.html", shown, "score", "score --jnd 3"),
+        ("checksum.html", digit, &section[digit..=digit], "x"),
+    ] {
+        let edited = section[at..].replacen(old, new, 1);
+        folder.write(name, format!("{results}{}{edited}", &section[..at]));
+        let again = run(&folder, &format!("rerun {name}"));
+        again.expect_failure(3, &[]);
+        assert!(again.out().contains("changed by hand"), "{}", again.out());
+    }
+    // In a document: a setting, and the list of files.
+    let made = run(&folder, "score a.wav b.wav --scale 1m/s2 --json").out();
+    let mut document: Value = serde_json::from_str(&made).unwrap();
+    for setting in document["invocation"]["settings"].as_array_mut().unwrap() {
+        if setting["name"] == "jnd" {
+            setting["values"] = serde_json::json!(["9"]);
+        }
+    }
+    folder.write("setting.json", document.to_string());
+    let mut document: Value = serde_json::from_str(&made).unwrap();
+    document["invocation"]["inputs"] = serde_json::json!([]);
+    folder.write("inputs.json", document.to_string());
+    for (name, said) in [("setting.json", "setting jnd"), ("inputs.json", "a.wav")] {
+        let again = run(&folder, &format!("rerun {name}"));
+        again.expect_failure(3, &[]);
+        assert!(again.out().contains(said), "{}", again.out());
+    }
+    // A report under another name is the same report.
+    folder.write("renamed.html", report);
+    run(&folder, "rerun renamed.html").expect_success();
+}
+
 /// Whoever edits the command in a report gets nothing written outside of the temporary folder, and no other command run.
 #[test]
 fn a_hostile_report_writes_nowhere_else() {

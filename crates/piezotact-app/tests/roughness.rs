@@ -98,12 +98,16 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
         "{}",
         done.err()
     );
-    // The five sections of 0.8 mm lie beside the groove.
-    assert_eq!(
-        json_of(&primary, &[])["doubts"][0]["code"],
-        "uneven_profile"
-    );
-    let chosen = folder.run(&["roughness", file]);
+    // Without an option, the cut-off is that of the file beside it, and Ra that of the instrument.
+    let own = json_of(&primary, &[]);
+    check(&own, "cutoff_mm", 2.5, 1e-12);
+    check(&own, "Ra", 3.065, 0.01);
+    // Alone it gets that of ISO 4288: the five sections of 0.8 mm lie beside the groove.
+    folder.write("alone.tx1", std::fs::read(&primary).unwrap());
+    let alone = folder.run(&["roughness", "alone.tx1", "--json"]).json();
+    check(&alone, "cutoff_mm", 0.8, 1e-12);
+    assert_eq!(alone["doubts"][0]["code"], "uneven_profile");
+    let chosen = folder.run(&["roughness", "alone.tx1"]);
     assert!(
         chosen.out().contains("chosen by ISO 4288 from Ra"),
         "{}",

@@ -440,7 +440,7 @@ fn what_cannot_be_analysed_is_refused_in_a_sentence() {
         (
             &["analyse", "S1.csv", "--speed", "30 N"],
             2,
-            &["30 mm/s", "30 N"],
+            &["30mm/s", "30 N"],
         ),
         (
             &["analyse", "S1.csv", "--ridge", "3 s"],

@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use crate::error::WriteError;
@@ -24,8 +25,14 @@ pub fn write_atomically(
 /// A complete file on the disk, not yet renamed to its final name.
 pub(crate) struct Prepared {
     /// The temporary file; `None` when it was written directly to a pipe or device.
-    side: Option<tempfile::NamedTempFile>,
+    side: Option<Side>,
     place: PathBuf,
+}
+
+/// The temporary file, which is listed while it is there.
+struct Side {
+    file: tempfile::NamedTempFile,
+    _listed: Listed,
 }
 
 impl Prepared {
@@ -34,7 +41,7 @@ impl Prepared {
         write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
     ) -> Result<Self, WriteError> {
         // Where a link leads to, so that it stays a link.
-        let place = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let place = led_to(path);
         if place.is_dir() {
             return Err(WriteError::content(
                 path,
@@ -61,15 +68,20 @@ impl Prepared {
         // A file that others may read, as every file that a person's program writes.
         #[cfg(unix)]
         side.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o644));
-        let side = side.tempfile_in(folder).map_err(|error| WriteError::Io {
+        let mut written = written();
+        let file = side.tempfile_in(folder).map_err(|error| WriteError::Io {
             path: path.into(),
             // The name of the file beside it is nobody's business.
             source: std::io::Error::from(error.kind()),
         })?;
+        let _listed = Listed::in_list(&mut written, file.path());
+        drop(written);
+        let side = Side { file, _listed };
         // Locked until the file is closed, so that no other program removes it. Without file locks nothing is removed.
-        let _held = side.as_file().try_lock();
-        fill(side.as_file(), path, write)?;
-        side.as_file().sync_all().map_err(WriteError::io(path))?;
+        let _held = side.file.as_file().try_lock();
+        fill(side.file.as_file(), path, write)?;
+        let flushed = side.file.as_file().sync_all();
+        flushed.map_err(WriteError::io(path))?;
         Ok(Self {
             side: Some(side),
             place,
@@ -79,10 +91,14 @@ impl Prepared {
     /// Puts the file in its place.
     pub(crate) fn commit(self) -> Result<(), WriteError> {
         let Some(side) = self.side else { return Ok(()) };
-        side.persist(&self.place).map_err(|failed| WriteError::Io {
-            path: self.place.clone(),
-            source: failed.error,
-        })?;
+        let mut written = written();
+        side.file
+            .persist(&self.place)
+            .map_err(|failed| WriteError::Io {
+                path: self.place.clone(),
+                source: failed.error,
+            })?;
+        written.any = true;
         // The rename reaches the disk with the folder's next flush: until then the complete old file is there.
         Ok(())
     }
@@ -92,13 +108,93 @@ impl Prepared {
     /// Puts the file in its place where nothing stands yet.
     pub(crate) fn commit_new(self) -> Result<(), WriteError> {
         let Some(side) = self.side else { return Ok(()) };
-        side.persist_noclobber(&self.place)
+        let mut written = written();
+        side.file
+            .persist_noclobber(&self.place)
             .map_err(|failed| WriteError::Io {
                 path: self.place.clone(),
                 source: failed.error,
             })?;
+        written.any = true;
         Ok(())
     }
+}
+
+/// Where a file at `path` stands: where a link leads to, even to nothing.
+pub(crate) fn led_to(path: &Path) -> PathBuf {
+    std::fs::canonicalize(path).unwrap_or_else(|_| match std::fs::read_link(path) {
+        Ok(target) => folder_of(path).join(target),
+        Err(_no_link) => path.to_owned(),
+    })
+}
+
+/// What this program has written so far.
+static WRITTEN: Mutex<Written> = Mutex::new(Written {
+    unfinished: Vec::new(),
+    any: false,
+});
+
+struct Written {
+    /// Temporary files that are not in their place yet.
+    unfinished: Vec<PathBuf>,
+    /// Whether any file was put in its place.
+    any: bool,
+}
+
+impl Written {
+    /// Removes the unfinished files, unless files that are in their place keep the program from ending; whether it did.
+    fn end(&mut self, when: EndWriting) -> bool {
+        if self.any && when == EndWriting::UnlessWritten {
+            return false;
+        }
+        for path in self.unfinished.drain(..) {
+            // What stays is removed by the next command that writes there.
+            let _removed = std::fs::remove_file(path);
+        }
+        true
+    }
+}
+
+fn written() -> MutexGuard<'static, Written> {
+    WRITTEN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A temporary file in the list of those that are unfinished.
+struct Listed(PathBuf);
+
+impl Listed {
+    fn in_list(written: &mut Written, path: &Path) -> Self {
+        written.unfinished.push(path.to_owned());
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Listed {
+    fn drop(&mut self) {
+        written().unfinished.retain(|path| *path != self.0);
+    }
+}
+
+/// Whether files that are already in their place keep a program from ending.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EndWriting {
+    /// Not once a file of this program is in its place: what belongs to it may still be missing.
+    UnlessWritten,
+    /// In any case.
+    Now,
+}
+
+/// Ends all writing before the program ends: its unfinished temporary files are removed, and a thread that writes waits for
+/// ever. Returns whether writing was ended; if not, nothing has changed.
+#[must_use]
+pub fn end_writing(when: EndWriting) -> bool {
+    let mut written = written();
+    if !written.end(when) {
+        return false;
+    }
+    // Never released: nothing is begun or put in its place any more.
+    std::mem::forget(written);
+    true
 }
 
 /// Checks that a file can be written at `path`, before there is anything to write: its name is none that the file system refuses, and
@@ -280,6 +376,44 @@ mod tests {
         assert!(!left.exists() && held.exists() && other.exists() && mine.exists());
         // One of another name goes too, once it is old.
         assert!(!old.exists());
+    }
+
+    /// A program that ends removes its unfinished files; not once a file is in its place, unless it has to.
+    #[test]
+    fn writing_ends_without_unfinished_files() {
+        let folder = tempfile::tempdir().unwrap();
+        let side = folder.path().join(".piezotact-unfinished-a.json-0.tmp");
+        let of = |any| {
+            std::fs::write(&side, "half").unwrap();
+            Written {
+                unfinished: vec![side.clone()],
+                any,
+            }
+        };
+        for (any, when, ended) in [
+            (false, EndWriting::UnlessWritten, true),
+            (true, EndWriting::UnlessWritten, false),
+            (true, EndWriting::Now, true),
+        ] {
+            assert_eq!(of(any).end(when), ended);
+            assert_eq!(side.exists(), !ended, "{any} {when:?}");
+        }
+        // What is being written is in the list, and no longer once it is written.
+        let path = folder.path().join("b.json");
+        let listed = || {
+            let ours = |side: &PathBuf| side.to_string_lossy().contains("b.json-");
+            written()
+                .unfinished
+                .iter()
+                .filter(|side| ours(side))
+                .count()
+        };
+        write_atomically(&path, |_| {
+            assert_eq!(listed(), 1);
+            Ok(())
+        })
+        .unwrap();
+        assert!(listed() == 0 && written().any);
     }
 
     #[test]

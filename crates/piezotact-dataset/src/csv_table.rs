@@ -9,7 +9,7 @@ use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Clock, Condition, Provenance, Recording};
 use piezotact::series::is_sample;
 
-use crate::commas::{CommaEvidence, Commas, number as number_of};
+use crate::commas::{Ambiguous, Evidence, Signs, signs_of};
 use crate::error::ReadError;
 use crate::open::ReadOptions;
 
@@ -78,12 +78,21 @@ pub(crate) fn read_table(
             .into_records()
     };
     let mut doubts = Vec::new();
-    let commas = commas_in(&text, delimiter, &mut doubts, records);
+    let signs = signs_in(&text, delimiter, &mut doubts, records).map_err(|found| {
+        wrong(
+            "numbers whose decimal sign is known",
+            format!(
+                "`{}` and `{}`, of which either sign can separate thousands",
+                found.point, found.comma
+            ),
+            "export the table without separators of thousands, or with another number of decimals",
+        )
+    })?;
     let mut rows = records()
         .enumerate()
         .filter(|(_, row)| !row.as_ref().is_ok_and(|row| row.iter().all(str::is_empty)));
-    let number = |cell: &str| match commas {
-        Some(commas) => number_of(cell, commas),
+    let number = |cell: &str| match signs {
+        Some(signs) => signs.number(cell),
         None => cell.parse().ok(),
     };
 
@@ -176,41 +185,34 @@ pub(crate) fn read_table(
     assemble(path, columns, doubts, options)
 }
 
-/// What commas in the numbers of a table stand for; none where no number can have one. Separators of thousands are a doubt.
-fn commas_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
+/// What commas and points in the numbers of a table stand for; none where points alone can stand in a number, as decimal signs.
+/// Separators of thousands are a doubt.
+fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
     text: &str,
     delimiter: u8,
     doubts: &mut Vec<Doubt>,
     records: impl Fn() -> R,
-) -> Option<Commas> {
+) -> Result<Option<Signs>, Ambiguous> {
     let possible = match delimiter {
         // Between commas, only a number in quotes has one.
         b',' => text.contains('"'),
-        _ => text.contains(','),
+        _ => text.contains([',', '.']),
     };
     if !possible {
-        return None;
+        return Ok(None);
     }
-    let mut evidence: Vec<CommaEvidence> = Vec::new();
+    let mut evidence: Vec<Evidence> = Vec::new();
     for row in records().skip(1).flatten() {
         for (at, cell) in row.iter().enumerate().take(MOST_COLUMNS) {
             if at == evidence.len() {
-                evidence.push(CommaEvidence::default());
+                evidence.push(Evidence::default());
             }
             evidence[at].add(cell);
         }
     }
-    let (commas, shown) = CommaEvidence::commas(&evidence);
-    if commas == Commas::Thousands {
-        let shown = match shown {
-            Some((large, small)) => format!(" (`{large}` beside `{small}`)"),
-            None => String::new(),
-        };
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
-            what: format!("commas in the numbers are read as separators of thousands{shown}"),
-        }));
-    }
-    Some(commas)
+    let (signs, said) = signs_of(&evidence, delimiter)?;
+    doubts.extend(said.map(|what| Doubt::from(RecordingDoubt::Guessed { what })));
+    Ok(Some(signs))
 }
 
 /// One column as a file holds it.

@@ -37,7 +37,7 @@ pub mod uff;
 mod version;
 pub mod wav;
 
-pub use atomic::{check_place, write_atomically};
+pub use atomic::{EndWriting, check_place, end_writing, write_atomically};
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts, read_cuts_of, recording_checksum};
 pub use device_file::read_device;

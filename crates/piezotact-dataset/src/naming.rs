@@ -196,6 +196,11 @@ impl NamePattern {
 impl NamePattern {
     /// What makes a name fit that does not: the sign before a number as part of the pattern, or another name or pattern.
     fn change_for(&self, name: &str) -> String {
+        if let Some((field, word, known)) = self.unknown_word(name) {
+            return format!(
+                "`{word}` is no {field} ({known}): rename the file, or give the field another name"
+            );
+        }
         let numbers = self
             .parts
             .iter()
@@ -279,6 +284,32 @@ fn touch(text: &str) -> Option<Touch> {
     }
 }
 
+impl NamePattern {
+    /// The word in `name` that is none of its field's, the field, and the words that are: where the name fits with any word there.
+    fn unknown_word(&self, name: &str) -> Option<(&'static str, String, &'static str)> {
+        const WORDS: [(&str, &str); 2] = [
+            (
+                "direction",
+                "proximal, distal, transversal, circular, or an angle",
+            ),
+            ("touch", "active or passive"),
+        ];
+        WORDS.into_iter().find_map(|(field, known)| {
+            let mut parts = self.parts.clone();
+            let named = parts.iter_mut().find_map(|part| match part {
+                Part::Field { name, .. } if name == field => Some(name),
+                _ => None,
+            })?;
+            named.insert(0, '?');
+            let wanted = named.clone();
+            let mut found = Vec::new();
+            let fits = fits(&parts, name, &mut found);
+            let (_, _, word) = found.into_iter().find(|(name, ..)| *name == wanted)?;
+            fits.then_some((field, word, known))
+        })
+    }
+}
+
 /// Whether `text` fits `parts` from the first on; what the fields hold is added to `found`. A field is as short as
 /// the literal after it allows, and one with a unit holds a number.
 fn fits(parts: &[Part], text: &str, found: &mut Vec<(String, String, String)>) -> bool {
@@ -324,6 +355,19 @@ fn is_number(text: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_that_is_no_direction_is_named() {
+        let pattern: NamePattern = "{sample}_{speed:mm/s}mmps_{direction}".parse().unwrap();
+        let said = pattern.read(Path::new("P80_20mmps_dist.csv")).unwrap_err();
+        let said = said.to_string();
+        assert!(
+            said.contains("`dist` is no direction (proximal, distal"),
+            "{said}"
+        );
+        let said = pattern.read(Path::new("P80-20mmps-dist.csv")).unwrap_err();
+        assert!(said.to_string().contains("rename the file or"), "{said}");
+    }
 
     #[test]
     fn names_say_conditions() {

@@ -388,26 +388,23 @@ fn prepare_wav(
             "write Parquet instead",
         ));
     };
-    let within = |channel: &&[f64]| {
-        channel
+    let integer = format.step_ratio().is_some();
+    // Of a block that is encoded next, so that the samples are fetched once.
+    let require_within = |samples: &[f64]| {
+        let all = samples
             .iter()
-            .fold(true, |within, v| within & (v.abs() <= 1.0))
-    };
-    if format.step_ratio().is_some()
-        && let Some(channel) = channels.iter().find(|channel| !within(channel))
-    {
-        let beyond = channel
-            .iter()
-            .find(|v| !(-1.0..=1.0).contains(*v))
-            .copied()
-            .unwrap_or(f64::NAN);
-        return Err(wrong(
+            .fold(true, |within, v| within & (v.abs() <= 1.0));
+        if all {
+            return Ok(());
+        }
+        let beyond = samples.iter().find(|v| !(-1.0..=1.0).contains(*v));
+        Err(wrong(
             "samples from −1 to 1 for an integer format",
-            format!("{beyond}"),
+            format!("{}", beyond.copied().unwrap_or(f64::NAN)),
             "lower the level or write floats",
-        ));
-    }
-    let float = format.step_ratio().is_none();
+        ))
+    };
+    let float = !integer;
     let (bytes, count) = (format.bytes() as u32, channels.len() as u32);
     let pad = size % 2;
     Prepared::new(path, |out| {
@@ -438,12 +435,11 @@ fn prepare_wav(
             let end = frames.min(start + BLOCK_FRAMES);
             let block = &mut block[..(end - start) * width];
             for (at, channel) in channels.iter().enumerate() {
-                encode(
-                    &channel[start..end],
-                    format,
-                    &mut block[at * format.bytes()..],
-                    width,
-                );
+                let samples = &channel[start..end];
+                if integer {
+                    require_within(samples)?;
+                }
+                encode(samples, format, &mut block[at * format.bytes()..], width);
             }
             if let Some(fingerprint) = fingerprint.as_deref_mut() {
                 fingerprint.add(block);

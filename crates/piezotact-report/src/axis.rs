@@ -20,7 +20,7 @@ impl Drawable for Axis {
             low,
             high,
             ticks: match &self.scale {
-                Scale::Linear => None,
+                Scale::Linear => (!has_steps(low, high)).then(|| vec![low, high]),
                 Scale::Names(names) => {
                     let needed: f64 = names.iter().map(|name| width(name) + width("m")).sum();
                     let every = (needed / room).ceil().max(1.0) as usize;
@@ -48,6 +48,13 @@ impl Drawable for Axis {
             }
         }
     }
+}
+
+/// Whether round numbers can be stepped through between two values: between almost equal ones, or huge ones, a step is lost in
+/// rounding, and the plotting library steps for ever.
+fn has_steps(low: f64, high: f64) -> bool {
+    let span = (high - low).abs();
+    span.is_finite() && span > 1e-9 * low.abs().max(high.abs()) && span > 1e-150
 }
 
 /// Whole decades for long ranges; 1, 2, 5 and more between for short ones.
@@ -134,8 +141,15 @@ impl ValueFormatter<f64> for Ticked {
     }
 }
 
+/// Larger ticks are written as powers of ten.
+const LARGEST_WHOLE: f64 = 1e7;
+
 /// A tick's number without needless digits.
 pub(crate) fn number(value: f64) -> String {
+    if value.abs() >= LARGEST_WHOLE {
+        let sign = if value < 0.0 { "−" } else { "" };
+        return format!("{sign}{}", power_of_ten(value.abs().log10()));
+    }
     // Ticks are sums of steps: what is left at 0 is rounding.
     let value = if value.abs() < 1e-9 { 0.0 } else { value };
     // Five digits that count distinguish neighbouring ticks; zeros at the end go.

@@ -96,6 +96,9 @@ pub(crate) fn colour(tone: Tone) -> RGBColor {
     }
 }
 
+/// A plot is at least so wide.
+const LEAST_WIDTH: u32 = 40;
+
 /// From one line of text to the next.
 pub(crate) fn line_height(format: Format) -> u32 {
     format.text * 13 / 10
@@ -195,7 +198,8 @@ impl<'c> Plot<'c> {
 
     /// How wide the plot itself is.
     fn inner_width(&self) -> u32 {
-        self.format.width - 2 * EDGE - self.left() - self.right() - self.legend.width()
+        let beside = 2 * EDGE + self.left() + self.right() + self.legend.width();
+        self.format.width.saturating_sub(beside).max(LEAST_WIDTH)
     }
 
     /// What stands left of the plot: numbers, and the label of y along its axis.

@@ -36,6 +36,24 @@ pub fn split(html: &str) -> Option<(String, Invocation)> {
     Some(([&html[..begin], after].concat(), invocation))
 }
 
+/// Whether the section of the report `html` that says how it was made is the one that this program writes for `invocation`: a
+/// person reads the section, and a program what is stored beside it.
+#[must_use]
+pub fn is_as_written(html: &str, invocation: &Invocation) -> bool {
+    // What stands in place of the words that name the file.
+    const NAMED: &str = "{file}";
+    let Ok(written) = section(invocation, NAMED) else {
+        return false;
+    };
+    let Some((begin, end)) = written.0.split_once(NAMED) else {
+        return false;
+    };
+    let found = html.rfind(BEGIN).map(|at| &html[at..]);
+    let named = found.and_then(|found| found.strip_prefix(begin));
+    let rest = named.and_then(|named| named.find("</p>").map(|at| &named[at..]));
+    rest.is_some_and(|rest| rest.starts_with(end))
+}
+
 fn section(invocation: &Invocation, again: &str) -> Result<Markup, serde_json::Error> {
     let (given, defaults): (Vec<&Setting>, Vec<&Setting>) = invocation
         .settings

@@ -39,6 +39,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::correct::MeasurementFaultDoubt>,
             $of::<crate::manipulate::ManipulateDoubt>,
             $of::<crate::score::ScoreDoubt>,
+            $of::<crate::prepare::PrepareDoubt>,
         ]
     };
 }
@@ -83,6 +84,7 @@ pub mod device;
 pub mod envelope;
 pub mod manipulate;
 pub mod panel;
+pub mod prepare;
 pub mod render;
 pub mod run;
 pub mod score;

@@ -33,6 +33,31 @@ pub fn digits_that_count(value: f64, count: u32) -> String {
     }
 }
 
+/// `value` with six digits that count at most, and no zeros behind the last: for a number that is quoted or computed, of which
+/// nothing is known. As a power of ten below 1e-4 and from 1e6.
+///
+/// ```
+/// use piezotact::number::rounded;
+/// assert_eq!([rounded(2.44140625), rounded(0.3), rounded(48_000.0)], ["2.44141", "0.3", "48000"]);
+/// assert_eq!([rounded(1e-12), rounded(0.1 + 0.2), rounded(-0.0)], ["1e-12", "0.3", "0"]);
+/// ```
+#[must_use]
+pub fn rounded(value: f64) -> String {
+    if value == 0.0 {
+        return "0".into();
+    }
+    let text = digits_that_count(value, 6);
+    let (mantissa, power) = match text.split_once('e') {
+        Some((mantissa, power)) => (mantissa, format!("e{power}")),
+        None => (text.as_str(), String::new()),
+    };
+    let short = match mantissa.contains('.') {
+        true => mantissa.trim_end_matches('0').trim_end_matches('.'),
+        false => mantissa,
+    };
+    format!("{short}{power}")
+}
+
 /// A difference of levels, dB, with its sign and two decimals; what rounds to nothing has no sign.
 ///
 /// ```

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::checksum::Checksum;
 use crate::doubt::Doubt;
 use crate::lineage::Lineage;
+use crate::number::rounded;
 use crate::quantity::{Band, Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
 
@@ -485,7 +486,10 @@ pub enum RecordingError {
         found: usize,
     },
     /// A clock with a start that is not a number.
-    #[error("expected a start in s, found {found_s} for channel `{channel}`; correct it")]
+    #[error(
+        "expected a start in s, found {found_s} for channel `{channel}`; correct it",
+        found_s = rounded(*found_s)
+    )]
     Start {
         /// The channel.
         channel: String,

@@ -11,6 +11,7 @@ pub use doubt::ResampleDoubt;
 use std::f64::consts::PI;
 
 use crate::doubt::Doubt;
+use crate::number::rounded;
 use crate::quantity::{Hertz, Quantity, QuantityError, SampleRate};
 use crate::series::Series;
 
@@ -389,7 +390,8 @@ pub enum ResampleError {
     },
     /// More samples than are made.
     #[error(
-        "expected at most {MOST_SAMPLES} samples at the new rate, found {found:.0} ({duration_s} s at {to}); cut the signal, or check its rate"
+        "expected at most {MOST_SAMPLES} samples at the new rate, found {found:.0} ({duration_s} s at {to}); cut the signal, or check its rate",
+        duration_s = rounded(*duration_s)
     )]
     TooLong {
         /// How many it would be.

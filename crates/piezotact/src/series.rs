@@ -2,6 +2,7 @@
 
 use std::marker::PhantomData;
 
+use crate::number::rounded;
 use crate::quantity::{Decibels, Measure, Quantity, SampleRate, Seconds};
 use crate::statistics::{peak, rms, standard_deviation};
 
@@ -148,7 +149,8 @@ pub enum SeriesError {
     },
     /// A sample is NaN or infinite.
     #[error(
-        "expected finite samples of {quantity} within ±1e100, found {found} at sample {at} ({time:.3}); cut that part or repair the export"
+        "expected finite samples of {quantity} within ±1e100, found {found} at sample {at} ({time:.3}); cut that part or repair the export",
+        found = rounded(*found)
     )]
     NotFinite {
         /// The quantity that was wanted.

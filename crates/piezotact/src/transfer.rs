@@ -56,6 +56,7 @@ use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
 use crate::fourier;
+use crate::number::rounded;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
@@ -579,7 +580,9 @@ pub enum TransferError {
     Estimate(#[from] EstimateError),
     /// Lines beyond half the rate.
     #[error(
-        "expected frequencies up to {nyquist_hz} Hz, half the rate, found up to {highest_hz} Hz; correct the rate or the frequencies"
+        "expected frequencies up to {nyquist_hz} Hz, half the rate, found up to {highest_hz} Hz; correct the rate or the frequencies",
+        nyquist_hz = rounded(*nyquist_hz),
+        highest_hz = rounded(*highest_hz)
     )]
     BeyondNyquist {
         /// The highest line, Hz.
@@ -599,7 +602,8 @@ pub enum TransferError {
     /// More effective averages than averages.
     #[error(
         "expected at most {averages} effective averages, as many as segments were averaged, found {effective}; measure again, or \
-            restore the file"
+            restore the file",
+        effective = rounded(*effective)
     )]
     Averages {
         /// The averages.
@@ -619,7 +623,8 @@ pub enum TransferError {
     },
     /// The step between lines is not above zero.
     #[error(
-        "expected frequencies that rise evenly from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis"
+        "expected frequencies that rise evenly from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis",
+        found = rounded(*found)
     )]
     Resolution {
         /// The step found.

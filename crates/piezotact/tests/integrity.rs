@@ -508,7 +508,7 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
     assert!(
         doubts[0]
             .to_string()
-            .starts_with("`nail` is `out` times 2.0000"),
+            .starts_with("`nail` is `out` times 2.000:"),
         "{doubts:?}"
     );
     let hum: Vec<f64> = whole

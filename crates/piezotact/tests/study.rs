@@ -349,7 +349,8 @@ fn nothing_to_compare_names_what_recordings_differ_in() {
         refused,
         StudyError::NothingToCompare {
             by: By::Sample,
-            differ_in: vec![By::Speed]
+            differ_in: vec![By::Speed],
+            rejected: Vec::new(),
         }
     );
     assert!(refused.to_string().contains("(they differ in speed)"));

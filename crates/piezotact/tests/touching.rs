@@ -2,11 +2,11 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::{CompareDoubt, DirectionContrast};
+use piezotact::compare::{CompareDoubt, ContrastUnit, DirectionContrast};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording, SlidingDirection};
+use piezotact::recording::{Channel, Condition, Provenance, Recording, SlidingDirection, Touch};
 use piezotact::study::{
     Breadth, By, ComparisonDocument, Gesture, Naming, Question, Recorded, Stated, StudyAnalysis,
     StudyError, StudySettings, Take, Trend, analyse, cut,
@@ -254,7 +254,8 @@ fn directions_are_compared_at_one_load() {
         refused,
         StudyError::NothingToCompare {
             by: By::Direction,
-            differ_in: vec![By::Load]
+            differ_in: vec![By::Load],
+            rejected: Vec::new(),
         }
     );
     all[0].condition.direction = None;
@@ -321,7 +322,8 @@ fn loads_are_compared_in_one_direction() {
         compared(&all, By::Load).err().unwrap(),
         StudyError::NothingToCompare {
             by: By::Load,
-            differ_in: vec![By::Direction]
+            differ_in: vec![By::Direction],
+            rejected: Vec::new(),
         }
     );
     all[1].condition.direction = Some(SlidingDirection::Proximal);
@@ -391,4 +393,182 @@ fn what_was_not_measured_is_not_shown_as_if_it_were() {
     assert_eq!(known, [true, true, false, false]);
     let stroke = &study.takes[0].analysis.as_ref().unwrap().strokes[0];
     assert_eq!(stroke.receptor_power.map(|power| power.is_some()), known);
+}
+
+/// Recordings of `people` at four loads each in two directions, of which the first person is louder in one; the recordings state no load,
+/// so that they are one setting each by their sample.
+fn people(people: &[(&str, f64)]) -> Vec<Made> {
+    let one = |(who, gain): &(&str, f64), sample: &str, direction: SlidingDirection| {
+        let gain = match direction {
+            SlidingDirection::Transversal => *gain,
+            _ => 1.0,
+        };
+        let mut condition = condition(sample, 0.2, Some(direction));
+        condition.participant = Some((*who).into());
+        made(&format!("{who} {sample} {direction}"), gain, 1.0, condition)
+    };
+    let all = people.iter().flat_map(|who| {
+        ["S1", "S2", "S3", "S4"]
+            .into_iter()
+            .flat_map(move |sample| SLID.map(|direction| one(who, sample, direction)))
+    });
+    all.collect()
+}
+
+/// Two people in four settings each were eight independent settings, and "p < 0.001".
+#[test]
+fn settings_of_one_participant_are_not_independent() {
+    let two = compared(&people(&[("P1", 0.5), ("P2", 0.55)]), By::Direction).unwrap();
+    let found = contrast(&two);
+    assert_eq!(
+        (found.settings, found.over, found.units),
+        (8, ContrastUnit::Participants, 2)
+    );
+    assert_eq!(
+        found.conclusion(),
+        "transversal and proximal: not decided from 2 participants"
+    );
+    let all = [("P1", 0.5), ("P2", 0.55), ("P3", 0.45), ("P4", 0.52)];
+    let four = compared(&people(&all), By::Direction).unwrap();
+    let said = contrast(&four).conclusion();
+    assert!(
+        said.starts_with("transversal has a lower level") && said.contains("over 4 participants"),
+        "{said}"
+    );
+    // People who do not agree decide nothing, however many settings each has.
+    let apart = [("P1", 0.3), ("P2", 1.1), ("P3", 1.6), ("P4", 0.8)];
+    let apart = compared(&people(&apart), By::Direction).unwrap();
+    let said = contrast(&apart).conclusion();
+    assert!(said.contains("no difference in level shown"), "{said}");
+}
+
+/// What is touched actively with 0.2 N and passively with `force` times as much, the loads not being stated.
+fn ways(force: f64) -> Vec<Made> {
+    let one = |sample: &str, touch: Touch| {
+        let (gain, force) = match touch {
+            Touch::Passive => (2.0, force),
+            _ => (1.0, 1.0),
+        };
+        let condition = Condition {
+            touch: Some(touch),
+            load_n: None,
+            ..condition(sample, 0.2, None)
+        };
+        made(&format!("{sample} {touch:?}"), gain, force, condition)
+    };
+    ["S1", "S2", "S3", "S4", "S5"]
+        .into_iter()
+        .flat_map(|sample| [Touch::Active, Touch::Passive].map(|touch| one(sample, touch)))
+        .collect()
+}
+
+/// A load that differs as completely as the kind of touch may be the cause: "active has a lower level" was said without a doubt.
+#[test]
+fn a_load_that_differs_too_leaves_the_cause_open() {
+    let same = compared(&ways(1.0), By::Touch).unwrap();
+    let concludes = |study: &StudyAnalysis| -> String {
+        let all = study.both_ways.as_ref().unwrap().found.conclusions();
+        all.into_iter()
+            .find(|line| line.contains("lower level"))
+            .unwrap()
+    };
+    assert!(concludes(&same).starts_with("active has a lower level"));
+    let of_load = |doubt: &CompareDoubt| matches!(doubt, CompareDoubt::Confounded { what, .. } if what == "load");
+    assert!(!doubts(&same).iter().any(of_load), "{:?}", doubts(&same));
+    let other = compared(&ways(2.0), By::Touch).unwrap();
+    assert!(doubts(&other).iter().any(of_load), "{:?}", doubts(&other));
+    let said = concludes(&other);
+    assert!(
+        said.starts_with("cause not decided, since the load differs too (0.2"),
+        "{said}"
+    );
+    assert!(other.lines().contains(&said));
+}
+
+/// Samples, speeds and participants that were touched with other loads, measured or stated.
+#[test]
+fn a_load_that_differs_too_is_named_whatever_is_compared() {
+    let confounded = |made: &[Made], by: By| {
+        let study = compared(made, by).unwrap();
+        let all = doubts(&study);
+        let named = |doubt: &&CompareDoubt| matches!(doubt, CompareDoubt::Confounded { what, by: of, .. } if what == "load" && *of == by.word());
+        let text: String = study.lines().join("\n");
+        (all.iter().filter(named).count(), text)
+    };
+    let with = |sample: &str, who: &str, speed_m_s: f64, load_n: Option<f64>, force: f64| {
+        let condition = Condition {
+            participant: Some(who.into()),
+            speed_m_s: Some(speed_m_s),
+            load_n: load_n.map(Newtons),
+            ..condition(sample, 0.2, None)
+        };
+        made(
+            &format!("{sample} {who} {speed_m_s}"),
+            force,
+            force,
+            condition,
+        )
+    };
+    let samples = [
+        with("S1", "P1", 0.03, None, 1.0),
+        with("S2", "P1", 0.03, None, 3.0),
+    ];
+    let (count, said) = confounded(&samples, By::Sample);
+    assert_eq!(count, 1, "{said}");
+    assert!(
+        said.contains("cause not decided, since the load differs too"),
+        "{said}"
+    );
+    let people = [
+        with("S1", "P1", 0.03, Some(0.2), 1.0),
+        with("S1", "P2", 0.03, Some(0.6), 3.0),
+    ];
+    let (count, said) = confounded(&people, By::Participant);
+    assert_eq!(count, 1, "{said}");
+    let speeds: Vec<Made> = [(0.01, 1.0), (0.02, 2.0), (0.03, 3.0), (0.04, 4.0)]
+        .map(|(speed, force)| with("S1", "P1", speed, None, force))
+        .into();
+    let (count, said) = confounded(&speeds, By::Speed);
+    assert_eq!(count, 1, "{said}");
+    assert!(
+        said.contains("cause not decided, since the load differs too")
+            && said.contains("rms rises with speed"),
+        "{said}"
+    );
+    let same = [
+        with("S1", "P1", 0.03, None, 1.0),
+        with("S2", "P1", 0.03, None, 1.0),
+    ];
+    let (count, said) = confounded(&same, By::Sample);
+    assert_eq!(count, 0, "{said}");
+    assert!(!said.contains("cause not decided"), "{said}");
+}
+
+/// Strokes whose force is not the stated load are rejected: that is why nothing is left to compare, and it is said.
+#[test]
+fn what_was_rejected_is_named_where_nothing_is_left_to_compare() {
+    let mut all = directions(&["S1"], 1.0);
+    all[0].force = 3.0;
+    let refused = compared(&all, By::Direction).err().unwrap().to_string();
+    assert!(
+        refused.contains("1 recording without strokes") && refused.contains("S1 transversal"),
+        "{refused}"
+    );
+    assert!(refused.contains("rejected"), "{refused}");
+}
+
+/// Recordings of two participants in one group: the advice was "group by participants, whose strokes are not independent".
+#[test]
+fn the_advice_on_pooled_participants_is_a_sentence() {
+    let doubt = piezotact::Doubt::from(CompareDoubt::Pooled {
+        group: "S1".into(),
+        what: "participants".into(),
+    });
+    assert_eq!(
+        doubt.to_string().matches("not independent").count(),
+        1,
+        "{doubt}"
+    );
+    let advice = doubt.advice[0].to_string();
+    assert_eq!(advice, "group by participant, or compare the groups");
 }

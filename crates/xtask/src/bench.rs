@@ -32,7 +32,7 @@ enum Agreement {
     OfLargest(f64),
 }
 
-const WORKS: [Work; 9] = [
+const WORKS: [Work; 10] = [
     Work {
         name: "W1a",
         what: "Welch PSD, one channel of 10 min at 5 kHz",
@@ -107,6 +107,15 @@ const WORKS: [Work; 9] = [
         agreement: Agreement::Relative(0.06),
         peers: &[("scipy", 1.0)],
         real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "W6",
+        what: "prepare 3 textures: 3 min of strokes to drives, each compared with its stroke",
+        repetitions: 3,
+        agreement: Agreement::Relative(0.0),
+        peers: &[],
+        real_time: Some((180.0, 500.0)),
         one_core: None,
     },
     Work {

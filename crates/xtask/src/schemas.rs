@@ -9,6 +9,7 @@ use piezotact::invocation::{Invocation, Rerun};
 use piezotact::manipulate::ManipulateDocument;
 use piezotact::noise::Noise;
 use piezotact::panel::PanelAverageDocument;
+use piezotact::prepare::PrepareDocument;
 use piezotact::score::ScoreDocument;
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
@@ -83,6 +84,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<PanelAverageDocument<'_>>()?,
         schema::<PanelRunDocument<'_>>()?,
         schema::<PlayDocument<'_>>()?,
+        schema::<PrepareDocument>()?,
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,
         schema::<ReplayDocument<'_>>()?,

@@ -7,15 +7,23 @@ use anyhow::{Context, Result, anyhow, bail};
 use cpu_time::ProcessTime;
 use num_complex::Complex;
 use piezotact::feature::{FeatureConfig, FeaturePlan, band_power};
+use piezotact::manipulate::textures_of_strokes;
+use piezotact::prepare::{common_level, typical_stroke};
 use piezotact::quantity::{
-    Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Unit,
+    Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Unit,
 };
-use piezotact::render::{Inverse, InverseConfig, InversePlan, PhaseForm};
+use piezotact::recording::{Channel, Condition, Provenance, Recording};
+use piezotact::render::{
+    Inverse, InverseConfig, InversePlan, Overload, PhaseForm, RenderConfig, render,
+};
 use piezotact::resample::Resampler;
+use piezotact::score::with_perceptible_difference;
 use piezotact::spectrum::{WelchConfig, WelchPlan};
 use piezotact::statistics::peak;
 use piezotact::stroke::{ForceRule, Judging, Signals, segment_by_force};
+use piezotact::study::{Naming, Recorded, Stated, cut};
 use piezotact::transfer::{CrossPlan, Estimator, TransferFunction};
+use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact_bench::{Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::wav::{SampleFormat, write_wav};
 use piezotact_twin::{
@@ -39,6 +47,7 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W3" => w3(folder)?,
         "W5" => w5(folder, Judging::ContactOnly)?,
         "W5j" => w5(folder, Judging::Sliding)?,
+        "W6" => w6(folder)?,
         "T1" => t1()?,
         _ => bail!("no work is called {name}"),
     };
@@ -237,16 +246,16 @@ fn w2b(folder: &Path, threads: usize) -> Result<Prepared> {
     })
 }
 
-fn w3(folder: &Path) -> Result<Prepared> {
-    let data = load(folder, "W3")?;
-    let (target, h) = data.split_at(50_000);
+/// The texture and the transfer function of W3.
+fn texture_and_function(
+    folder: &Path,
+) -> Result<(Vec<f64>, TransferFunction<Drive, Acceleration>)> {
+    let mut data = load(folder, "W3")?;
+    let h = data.split_off(50_000);
     let (re, im) = h.split_at(1025);
-    let response = re
-        .iter()
-        .zip(im)
-        .map(|(re, im)| Complex::new(*re, *im))
-        .collect();
-    let function = TransferFunction::<Drive, Acceleration>::from_lines(
+    let lines = re.iter().zip(im);
+    let response = lines.map(|(re, im)| Complex::new(*re, *im)).collect();
+    let function = TransferFunction::from_lines(
         response,
         vec![1.0; 1025],
         5000.0 / 2048.0,
@@ -254,6 +263,93 @@ fn w3(folder: &Path) -> Result<Prepared> {
         Estimator::H1,
         100,
     )?;
+    Ok((data, function))
+}
+
+/// What `piezotact prepare` computes for three textures of a minute each, the first minutes of W5: strokes, the typical one of
+/// each, one level, the drives, and the comparison with a response that is the stroke at that level.
+fn w6(folder: &Path) -> Result<Prepared> {
+    const MINUTE: usize = 60 * 5000;
+    let data = load(folder, "W5")?;
+    let quarter = data.len() / 4;
+    let units = ["nail", "fx", "fy", "fz"];
+    let recording = |texture: usize| -> Result<Recorded> {
+        let part = |channel: usize| {
+            let from = channel * quarter + texture * MINUTE;
+            data[from..from + MINUTE].to_vec()
+        };
+        let channels = units.iter().enumerate().map(|(i, name)| Channel {
+            name: (*name).into(),
+            unit: if i == 0 {
+                Unit::MetrePerSecondSquared
+            } else {
+                Unit::Newton
+            },
+            samples: part(i),
+        });
+        let recording = Recording::new(
+            channels.collect(),
+            rate(5000.0)?,
+            Condition::default(),
+            Provenance::default(),
+        )?;
+        Ok(Recorded {
+            file: format!("{texture}"),
+            name: format!("{texture}"),
+            recording,
+            naming: Naming::default(),
+            cuts: None,
+            cuts_are_looked_for_in: String::new(),
+        })
+    };
+    let recordings = (0..3).map(recording).collect::<Result<Vec<_>>>()?;
+    let (_, function) = texture_and_function(folder)?;
+    let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
+    let config = RenderConfig {
+        steep: Overload::Refuse,
+        ..RenderConfig::over(band, rate(48_000.0)?)
+    };
+    let input_bytes = data.len() * 8;
+    Ok(Prepared {
+        input_bytes,
+        work: Box::new(move || {
+            let stated = Stated {
+                condition: Condition {
+                    load_n: Some(Newtons(0.5)),
+                    ..Condition::default()
+                },
+                judging: Judging::ContactOnly,
+                ..Stated::nothing()
+            };
+            let mut targets = Vec::new();
+            for recorded in &recordings {
+                let take = cut(recorded.clone(), &stated)?;
+                let whole = take.recording.series::<Acceleration>(Some("nail"))?;
+                let strokes = textures_of_strokes(&whole, (&take.recording, &take.segmentation))?;
+                let mut strokes: Vec<_> = strokes.into_iter().map(|cut| cut.series).collect();
+                let typical = typical_stroke(&strokes, band)?;
+                targets.push(strokes.swap_remove(typical.index));
+            }
+            let level = common_level(&targets, &function, &config, Decibels(0.0));
+            let mut results = vec![level.level_db];
+            for target in &targets {
+                let softer = target.clone().amplified(Decibels(level.level_db));
+                let drive = render(&softer, &function, &config)?;
+                results.push(drive.headroom.peak);
+                let compared = VerifyConfig {
+                    level: Decibels(level.level_db),
+                    ..VerifyConfig::over(band, 5000.0)
+                };
+                let found = verify(target, Measured::alone(&softer), &compared)?;
+                results.push(with_perceptible_difference(found).error_db_rms);
+            }
+            Ok(results)
+        }),
+    })
+}
+
+fn w3(folder: &Path) -> Result<Prepared> {
+    let (target, function) = texture_and_function(folder)?;
     let band = Band::new(Hertz(20.0), Hertz(1000.0))?;
     let config = InverseConfig {
         band,
@@ -264,7 +360,7 @@ fn w3(folder: &Path) -> Result<Prepared> {
     };
     let resampler = Resampler::new(rate(5000.0)?, rate(48_000.0)?, Hertz(1100.0))?;
     let mut plan = InversePlan::new(target.len());
-    let (target, path) = (target.to_vec(), folder.join("W3-piezotact.wav"));
+    let path = folder.join("W3-piezotact.wav");
     Ok(Prepared {
         input_bytes: target.len() * 8,
         work: Box::new(move || {

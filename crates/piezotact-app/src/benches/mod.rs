@@ -16,7 +16,7 @@ use piezotact_bench::{Bench, DeviceError, ProcedureError};
 pub(crate) use twin::TwinSpec;
 
 use crate::failure::Outcome;
-use crate::keeping::{interrupted, stopped_by_interrupt};
+use crate::interrupt::{self, interrupted};
 
 /// One bench of the table.
 struct BenchEntry {
@@ -90,7 +90,7 @@ impl BenchSpec {
             .into());
         }
         let bench = self.0.open()?;
-        stopped_by_interrupt(&bench.stop);
+        interrupt::stops(&bench.stop);
         Ok(bench)
     }
 }

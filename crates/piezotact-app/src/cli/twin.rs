@@ -146,7 +146,7 @@ pub(crate) struct Parameters {
 }
 
 /// A speed with its unit, in m/s.
-fn speed(text: &str) -> Result<f64, String> {
+pub(super) fn speed(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(Measure {
             value,

@@ -36,9 +36,11 @@ use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
 use crate::failure::Outcome;
+use crate::interrupt::{self, Between, interrupted};
 use crate::invocation::write_report;
 use crate::keeping::Place;
 use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
+use crate::progress::{self, Words, Work};
 use crate::report;
 
 const FINGER: Finger = Finger {
@@ -128,15 +130,19 @@ struct Chain {
 impl Chain {
     /// The chain on `bench`, its files written to the folder `out`.
     fn measured(bench: &mut Bench, out: &Path, seed: u64) -> Outcome<Self> {
+        let steps = Steps::begin(out);
         say("1/5 recording a texture: a finger slides over sample S8 at 30 mm/s");
         let (recorded, target) = texture(&out.join(TARGET), seed)?;
+        steps.done()?;
         say("2/5 characterising the device with the finger on it");
         let function = transfer_function(bench, seed, &out.join(TRANSFER))?;
+        steps.done()?;
         say(
             "3/5 rendering: computing the drive that reproduces this texture on the resting finger",
         );
         let (drive, level) = rendered(&target, &function, &out.join("drive.wav"))?;
         let rendering = Rendering::of(&drive, TARGET, level.0);
+        steps.done()?;
         say("4/5 playing the drive and measuring again, after repositioning the finger");
         let (made, path) = (Some(rendering.clone()), out.join("measured.parquet"));
         let measured = played(bench, "play", &drive.drive, made, &path)?;
@@ -144,6 +150,7 @@ impl Chain {
             "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
         );
         let straight = sent_straight(bench, &target, out)?;
+        steps.done()?;
         say("5/5 comparing");
         let limit = drive.headroom.limit;
         let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
@@ -202,6 +209,44 @@ impl Chain {
             straight: JudgedVerification::of(&self.straight.as_it_stands),
             straight_level_matched: JudgedVerification::of(&self.straight.turned_down),
         }
+    }
+}
+
+const STEPS: Words = Words {
+    doing: "measuring",
+    done: "done",
+    item: "step",
+    then: "writing the report",
+};
+
+/// The steps of the chain, between which a signal ends it.
+struct Steps<'a> {
+    out: &'a Path,
+    work: Work,
+    _between: Between,
+}
+
+impl<'a> Steps<'a> {
+    fn begin(out: &'a Path) -> Self {
+        Self {
+            out,
+            work: Work::of_steps(STEPS, 5),
+            _between: Between::items(STEPS.item),
+        }
+    }
+
+    /// One more step is done; an error where a signal came.
+    fn done(&self) -> Outcome {
+        self.work.one_more();
+        if !interrupted() {
+            return Ok(());
+        }
+        let done = progress::done().unwrap_or_default();
+        let done = format!("{done}, whose files are in {}", self.out.display());
+        Err(interrupt::failure(
+            &done,
+            "give the same command again with --force, which starts from the beginning",
+        ))
     }
 }
 

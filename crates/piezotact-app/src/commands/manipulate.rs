@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::lineage::{Level, Lineage, Step};
 use piezotact::manipulate::{
-    ManipulateDocument, ManipulateError, Texture, spectra_of, texture_of_stroke,
+    ManipulateDocument, ManipulateError, Manipulated, Texture, spectra_of, texture_of_stroke,
 };
 use piezotact::quantity::{Acceleration, Quantity, Seconds};
 use piezotact::recording::{About, Annotations, Condition, Provenance, Recording, RecordingDoubt};
@@ -145,15 +145,21 @@ pub(super) fn open(
     channel: Option<&str>,
     reading: &Reading,
 ) -> Outcome<Opened> {
+    let source = match stroke {
+        None => whole(path, channel, reading)?,
+        Some(stroke) => one_stroke(path, stroke, channel, reading)?,
+    };
+    opened(path, source)
+}
+
+/// `source`, of the file at `path`, with its lineage and without its mean.
+fn opened(path: &Path, source: Source) -> Outcome<Opened> {
     let Source {
         series,
         recording,
         step,
         mut doubts,
-    } = match stroke {
-        None => whole(path, channel, reading)?,
-        Some(stroke) => one_stroke(path, stroke, channel, reading)?,
-    };
+    } = source;
     doubts.splice(0..0, recording.about.doubts.iter().cloned());
     let so_far = recording.about.provenance.lineage.clone();
     let steps_before = so_far.as_ref().map_or(0, |lineage| lineage.steps.len());
@@ -174,6 +180,27 @@ pub(super) fn open(
         provenance: recording.about.provenance,
         annotations: (recording.annotations, steps_before),
     })
+}
+
+/// Writes a stroke of `take` as a texture to `out`; its samples.
+pub(super) fn write_stroke(
+    out: &Path,
+    take: &Take,
+    cut: Manipulated<Acceleration>,
+) -> Outcome<Series<Acceleration>> {
+    let source = Source {
+        series: cut.series,
+        recording: take.recording.clone(),
+        step: Some(cut.step),
+        doubts: cut.doubts,
+    };
+    let opened = opened(Path::new(&take.file), source)?;
+    let texture = opened.texture.at_whole_rate("the texture")?;
+    let (annotations, left_out) = annotations_after(opened.annotations, &texture.lineage);
+    let mut about = About::new(opened.condition, opened.provenance);
+    about.provenance.steps.extend(left_out);
+    write(out, &texture, &about, annotations)?;
+    Ok(texture.series)
 }
 
 fn long_enough(path: &Path, series: &Series<Acceleration>) -> Outcome {
@@ -238,15 +265,14 @@ fn one_stroke(
     let vibration = segmentation.roles.vibration.first();
     let whole = texture(path, &recording, vibration.map(String::as_str))?;
     let number = asked.number as usize;
-    let strokes = segmentation.strokes.len();
-    let Some(stroke) = segmentation.strokes.get(number - 1) else {
+    let cut = texture_of_stroke(&whole, (&recording, &segmentation), number);
+    let Some(cut) = cut.map_err(|error| at(error.into()))? else {
         return Err(at(anyhow!(
-            "expected a stroke from 1 to {strokes}, found {} {number}; `piezotact segment` lists them",
+            "expected a stroke from 1 to {}, found {} {number}; `piezotact segment` lists them",
+            segmentation.strokes.len(),
             asked.option
         )));
     };
-    let cut = texture_of_stroke(&whole, (&recording, &segmentation), (number, stroke))
-        .map_err(|error| at(error.into()))?;
     Ok(Source {
         series: cut.series,
         recording,

@@ -9,6 +9,7 @@ mod manual;
 mod noise;
 pub(crate) mod panel;
 mod play;
+mod prepare;
 mod render;
 mod replay;
 pub(crate) mod rerun;
@@ -40,7 +41,9 @@ use crate::arguments::Arguments;
 use crate::cli::{self, Cli, Finger, Reading};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation;
+use crate::memory::reading_fits;
 use crate::output::{message, say};
+use crate::progress::Work;
 use crate::replacing::Existing;
 
 /// One line for each command: its name with its arguments, which its help stands above, and what runs it.
@@ -78,6 +81,7 @@ pub(crate) fn run(words: &[OsString]) -> Outcome {
         Existing::Refused
     };
     invocation::begin(words, &arguments, cli.date.as_deref(), existing)?;
+    let _shown = Work::one(format!("piezotact {}", arguments.names.join(" ")));
     done(&cli.command)
 }
 
@@ -141,6 +145,11 @@ commands! {
         after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html\n  piezotact verify --target S7.wav --measured own.parquet --also averaged.parquet --transfer tf.json --report report.html\n  piezotact verify --target S2inv.wav --measured measured.parquet --before S2.wav --before S13.wav --report report.html"
     )]
     Verify(cli::Verify) => verify::run,
+    /// Prepares one verified drive for each texture from the strokes of a participant who has just touched the samples.
+    #[command(
+        after_help = "Of each texture, the stroke closest to the median of its strokes is rendered; all textures are rendered at one level, so\nthat differences in level between them are kept; every drive is played on --bench, measured and compared with its\nstroke. Exit code: 0 all passed, 3 one not passed, 4 one passed in part, 5 one not decided or not measured.\n\nExample:\n  piezotact prepare S1.parquet S8.parquet --transfer tf.json --bench twin:participant=1,seed=7 --out prepared --report prepared.html"
+    )]
+    Prepare(prepare::Arguments) => prepare::run,
     /// Estimates whether a person can discriminate two vibrations, in just-noticeable differences (JND).
     #[command(
         after_help = "The score is the largest difference in spectrum, level and balance of low and high frequencies, above the detection\nthreshold, in JND. It does not depend on which realisation of a texture was recorded. Verdict: below the just-noticeable\ndifference (75 % of judgements correct) when the whole 95 % interval is below 1 JND; distinguishable when the whole\ninterval is above the published range (2.5 dB); otherwise not decided. The exit code is 0 for every verdict.\n\nExample:\n  piezotact score texture.wav measured.parquet --scale \"200 m/s2\" --report score.html\n  piezotact score S8.wav S8-synthetic.wav --scale \"200 m/s2\" --band 20..500 --json"
@@ -208,6 +217,7 @@ fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
 
 /// The recording in a file, with the doubts about what broke on its way to the file.
 fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
+    reading_fits(path)?;
     let mut contents = read_recording(path, options)?;
     let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
     contents.recording.about.doubts.extend(found);

@@ -7,7 +7,7 @@ use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::{Provenance, Recording, played_through_its_own};
-use piezotact::render::doubts_of_played;
+use piezotact::render::{Rendering, doubts_of_played};
 use piezotact::run::RunStart;
 use piezotact::series::Series;
 use piezotact_bench::document::PlayDocument;
@@ -35,16 +35,14 @@ pub(crate) fn run(args: &Play) -> Outcome {
     let mut bench = args.bench.open()?;
     let setup = setup(args, contents.setup.as_ref(), &mut bench)?;
     let run = run_plan("play", &args.finger, bench.acquirer.as_ref());
-    let what = format!("playing the drive, {:.1}", drive.duration());
-    let rendering = contents.rendering.as_ref();
-    let place = Place::File(&args.record, rendering.cloned().map(Box::new));
-    let made = rendering.map(|made| &made.about.provenance);
-    let (setup, place) = (setup.as_ref(), (place, what.as_str()));
-    let mut recording = play(&mut bench, (&drive, made), setup, &run, place)?;
-    let broken = doubts_of(&recording, drive_limit(setup));
-    recording.about.doubts.extend(broken);
-    let found = doubts_of_played(&drive, setup, rendering, &recording.about.condition);
-    recording.about.doubts.extend(found);
+    let (rendering, record) = (contents.rendering.as_ref(), args.record.as_path());
+    let recording = played(
+        &mut bench,
+        (&drive, rendering),
+        setup.as_ref(),
+        &run,
+        record,
+    )?;
     if args.json {
         return print_document(&PlayDocument::of(&recording, &args.record));
     }
@@ -95,6 +93,25 @@ fn setup(
             ),
         )),
     }
+}
+
+/// Plays `drive`, made as `rendering` says, and keeps the response in the file `record`; with all that is doubted of it.
+pub(super) fn played(
+    bench: &mut Bench,
+    (drive, rendering): (&Series<Drive>, Option<&Rendering>),
+    setup: Option<&DriveSetup>,
+    run: &RunPlan,
+    record: &Path,
+) -> Outcome<Recording> {
+    let what = format!("playing the drive, {:.1}", drive.duration());
+    let place = Place::File(record, rendering.cloned().map(Box::new));
+    let made = rendering.map(|made| &made.about.provenance);
+    let mut recording = play(bench, (drive, made), setup, run, (place, &what))?;
+    let broken = doubts_of(&recording, drive_limit(setup));
+    recording.about.doubts.extend(broken);
+    let found = doubts_of_played(drive, setup, rendering, &recording.about.condition);
+    recording.about.doubts.extend(found);
+    Ok(recording)
 }
 
 /// Plays `drive` and records the response. `made` is the provenance of the drive, `place` where the recording is kept, `what` the

@@ -17,7 +17,15 @@ use crate::cli;
 use crate::failure::Outcome;
 use crate::invocation::write_report;
 use crate::output::{counted, document_text, print, say, write_text};
+use crate::progress::{Words, Work};
 use crate::report::name;
+
+const MEASURING: Words = Words {
+    doing: "measuring",
+    done: "measured",
+    item: "chapter",
+    then: "measuring",
+};
 
 pub(crate) fn run(args: &cli::Replay) -> Outcome {
     let replay = Replay {
@@ -85,10 +93,12 @@ fn chapters_and_count(
 /// The chapters `asked`.
 fn measured(replay: &Replay, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     let mut chapters = Vec::new();
+    let measuring = Work::of_steps(MEASURING, asked.len());
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
         let chapter = replay.chapter(*number).transpose();
         chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
+        measuring.one_more();
     }
     Ok(chapters)
 }

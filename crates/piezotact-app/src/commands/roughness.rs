@@ -18,6 +18,14 @@ use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
+use crate::progress::{Words, Work};
+
+const EVALUATING: Words = Words {
+    doing: "evaluating",
+    done: "evaluated",
+    item: "surface",
+    then: "ordering",
+};
 
 pub(crate) fn run(args: &Roughness) -> Outcome {
     let written: Vec<&Path> = args
@@ -53,11 +61,14 @@ fn one(args: &Roughness, surface: &EvaluatedSurface) -> Outcome {
 /// Evaluates every file; one that fails does not stop the others. Writes and prints the set.
 fn several(args: &Roughness, written: &[&Path]) -> Outcome {
     let (mut surfaces, mut failed) = (Vec::new(), Failures::of(args.files.len()));
+    let evaluating = Work::of_files(EVALUATING, &args.files);
     for file in &args.files {
         if let Some(surface) = failed.unless_failed(file, evaluated(args, file))? {
             surfaces.push(surface);
         }
+        evaluating.one_more();
     }
+    drop(evaluating);
     let set = RoughnessSet::of(surfaces, failed.files().to_vec());
     if set.surfaces().is_empty() {
         return failed.outcome();

@@ -126,14 +126,7 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
 
 /// What a finger feels over `band`, as it was asked for.
 pub(crate) fn model(args: &Feeling, band: Band) -> Outcome<Model> {
-    for (what, jnd) in [
-        ("in level, in dB", args.jnd),
-        ("in frequency, as a share", args.frequency_jnd),
-    ] {
-        if !(jnd > 0.0 && jnd.is_finite()) {
-            return Err(usage(ScoreError::Jnd { what, found: jnd }));
-        }
-    }
+    score::require_jnd(Decibels(args.jnd), args.frequency_jnd).map_err(usage)?;
     Ok(Model {
         level_jnd: Decibels(args.jnd),
         frequency_jnd_share: args.frequency_jnd,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::figure::Spectrograms;
+use piezotact::number::rounded;
 use piezotact::quantity::{Hertz, Uncalibrated};
 use piezotact::recording::Channel;
 use piezotact::series::Series;
@@ -111,7 +112,7 @@ fn title(args: &Spectrum, document: &SpectrumDocument<'_>) -> String {
 
 fn text(document: &SpectrumDocument<'_>, (frequency_hz, strongest): (f64, f64)) -> String {
     format!(
-        "{}, channel {}: {} segments of {} samples ({:.3} Hz), highest value {strongest:.4e} {} at {frequency_hz:.2} Hz\n\
+        "{}, channel {}: {} segments of {} samples ({:.3} Hz), highest value {strongest:.4e} {} at {} Hz\n\
          the whole spectrum: --json, --csv or --svg OUT; over time: --spectrogram OUT.svg",
         document.file.display(),
         document.channel,
@@ -119,6 +120,7 @@ fn text(document: &SpectrumDocument<'_>, (frequency_hz, strongest): (f64, f64)) 
         document.config.segment,
         document.resolution_hz,
         document.unit,
+        rounded(frequency_hz),
     )
 }
 

@@ -20,6 +20,7 @@ use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
+use crate::keeping::Earlier;
 use crate::output::{print, print_document, say_merged};
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
@@ -35,7 +36,9 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let units = [found.drive_unit, found.response_unit];
     let [drive_unit, response_unit] = units.clone();
     let stored = TransferDocument::of(&found.function, drive_unit, response_unit);
+    let earlier = Earlier::at(&args.out, "the earlier file")?;
     write_transfer(&args.out, &stored)?;
+    earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
     found.function.about.doubts.extend(lost);
     if let Some(report) = &args.report {

@@ -6,7 +6,7 @@ use anyhow::anyhow;
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::doubt::merged;
-use piezotact::quantity::{Acceleration, Drive, Quantity, Unit};
+use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
 use piezotact::resample::to_common_rate;
@@ -33,7 +33,15 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
 use crate::output::{difference_db, print, print_document, say, say_doubts};
+use crate::progress::{Words, Work};
 use crate::report;
+
+const COMPARING: Words = Words {
+    doing: "comparing",
+    done: "compared",
+    item: "recording",
+    then: "comparing",
+};
 
 pub(crate) fn run(args: &Verify) -> Outcome {
     let found = found(args)?;
@@ -50,6 +58,31 @@ pub(crate) fn run(args: &Verify) -> Outcome {
         print(&found.judged.found.verification.sentence())?;
     }
     verdict(&found.judged.found.verification)
+}
+
+/// How close the measurement in `measured` came to the target in `target` over `band`, as this command says it.
+pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Verification> {
+    let args = Verify {
+        target: target.to_owned(),
+        measured: measured.to_owned(),
+        channel: None,
+        measured_channel: None,
+        measured_scale: None,
+        drive: None,
+        band,
+        transfer: None,
+        also: Vec::new(),
+        before: Vec::new(),
+        before_channel: None,
+        before_stroke: None,
+        reading: Reading {
+            scale: None,
+            rate: None,
+        },
+        report: None,
+        json: false,
+    };
+    Ok(found(&args)?.judged.found.verification)
 }
 
 /// What every measurement is compared with.
@@ -104,16 +137,21 @@ fn found(args: &Verify) -> Outcome<Found> {
     };
     let about_function = function.as_ref().map(|f| f.about.doubts.as_slice());
     let rendering = stated.as_ref().map(|(rendering, _)| rendering);
+    let comparing = Work::of_steps(COMPARING, 1 + args.also.len() + args.before.len());
     let mut judged = judge(
         &asked,
         &args.measured,
         rendering,
         about_function.unwrap_or_default(),
     )?;
-    let also = args.also.iter().map(|path| judge(&asked, path, None, &[]));
+    comparing.one_more();
+    let also = (args.also.iter())
+        .map(|path| judge(&asked, path, None, &[]).inspect(|_| comparing.one_more()));
     let also = also.collect::<Outcome<_>>()?;
-    let before = args.before.iter().map(|path| textures_before(&asked, path));
+    let before = (args.before.iter())
+        .map(|path| textures_before(&asked, path).inspect(|_| comparing.one_more()));
     let before = before.collect::<Outcome<Vec<Earlier>>>()?;
+    drop(comparing);
     for earlier in &before {
         let doubts = &mut judged.found.verification.doubts;
         doubts.extend(earlier.doubts.iter().cloned());

@@ -27,6 +27,7 @@ pub(crate) const COMMANDS: &[&str] = &[
     "render",
     "play",
     "verify",
+    "prepare",
     "score",
     "segment",
     "analyse",

@@ -431,6 +431,8 @@ pub fn clip_of<Q: Quantity>(
 /// The loss of a physical scale, with what brings it back.
 pub(super) fn scale_text(full_scale: &Measure) -> String {
     format!(
-        "a physical unit (1 corresponds to {full_scale}; give --scale \"{full_scale}\" when the file is read)"
+        "a physical unit (1 corresponds to {} {}; give --scale \"{full_scale}\" when the file is read)",
+        piezotact::number::rounded(full_scale.value),
+        full_scale.unit
     )
 }

@@ -11,7 +11,7 @@ use piezotact::run::{Ended, Judged, RunChunk};
 use super::frames::{Block, MAGIC, block_bytes};
 use super::read::chunks_of;
 use super::{EndDocument, Fingerprint, StartDocument, journal_path, write_parquet};
-use crate::atomic::{remove_unfinished_of, sync_folder};
+use crate::atomic::{led_to, remove_unfinished_of, sync_folder};
 use crate::error::WriteError;
 
 /// A recording that is being written.
@@ -255,7 +255,10 @@ impl JournalWriter {
     /// Puts the finished file in its place, and takes the journal away.
     fn in_place(&self, aside: &Path) -> Result<Option<PathBuf>, WriteError> {
         let kept = keep_aside(&self.path, aside)?;
-        std::fs::rename(aside, &self.path).map_err(WriteError::io(&self.path))?;
+        // A link stays one, unless it leads to another disk.
+        std::fs::rename(aside, led_to(&self.path))
+            .or_else(|_| std::fs::rename(aside, &self.path))
+            .map_err(WriteError::io(&self.path))?;
         // The recording is in its place on the disk before its journal goes.
         sync_folder(&self.path);
         std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))?;
@@ -334,13 +337,18 @@ fn keep_aside(path: &Path, new: &Path) -> Result<Option<PathBuf>, WriteError> {
     keep_before(path)
 }
 
-/// Renames what stands at `path` to the first free `NAME.before-N`, which is returned.
+/// Renames what stands at `path`, or where a link at `path` leads to, to the first free `NAME.before-N`, which is returned: a link
+/// that is renamed would lead to the new file.
 ///
 /// # Errors
 /// [`WriteError::Io`] when the operating system refuses.
 pub fn keep_before(path: &Path) -> Result<Option<PathBuf>, WriteError> {
-    keep_at_free(path, |number| {
-        let mut name = path.as_os_str().to_owned();
+    let file = match path.is_symlink() {
+        true => std::fs::canonicalize(path).map_err(WriteError::io(path))?,
+        false => path.to_owned(),
+    };
+    keep_at_free(&file, |number| {
+        let mut name = file.as_os_str().to_owned();
         name.push(format!(".before-{number}"));
         name.into()
     })

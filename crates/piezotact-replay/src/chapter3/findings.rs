@@ -335,7 +335,7 @@ pub(super) fn active_as_passive(samples: &[Touched], within: Band) -> Finding {
     let shown: Vec<&Touched> = samples.iter().filter(|s| s.name != "NO").collect();
     let active: Vec<&Summary> = shown.iter().map(|s| &s.active_summary).collect();
     let passive: Vec<&Summary> = shown.iter().map(|s| &s.passive[2]).collect();
-    let both = active_against_passive(&active, &passive, within);
+    let both = active_against_passive(&active, &passive, |_| [None, None], within);
     let worst = both.pairs.iter().max_by(|a, b| {
         let of =
             |p: &piezotact::compare::ActivePassivePair| p.difference_db_rms.unwrap_or(f64::MAX);

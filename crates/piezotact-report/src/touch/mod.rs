@@ -145,7 +145,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                 tr {
                     th { "group" } th.n { "strokes" } th.n { "rms, " (unit) }
                     @for (_, heading) in shown() { th.n { (heading) } }
-                    th.n { "strongest line, Hz" }
+                    th.n { "highest peak, Hz" }
                     @if weighted { th.n { "Pacinian power" } }
                 }
                 @for s in all() {
@@ -153,7 +153,7 @@ fn groups(study: &StudyAnalysis) -> Markup {
                         td { (s.name) } td.n { (s.strokes) }
                         td.n { (spread(Some(s.rms), 1.0, s.strokes)) }
                         @for (name, _) in shown() { td.n { (spread(s.features.get(name).copied(), 1.0, s.strokes)) } }
-                        td.n { (digits(s.strongest_hz)) }
+                        td.n { (s.peaks.first().map_or("–".into(), |peak| digits(peak.frequency_hz))) }
                         @if weighted { td.n { (spread(s.pacinian_power, 1.0, s.strokes)) } }
                     }
                 }
@@ -329,8 +329,8 @@ fn samples_in(
                 li { (fit.conclusion("rms", "Ra", "samples")) (format!(", R² {:.2}", fit.r_squared)) }
             }
             @if let Some(found) = &trend.rms_rank_correlation { li { (found.conclusion("rms", "Ra", "samples")) } }
-            @if let Some(found) = &trend.friction_rank_correlation { li { (found.conclusion("friction coefficient", "Ra", "samples")) } }
-            @if let Some(found) = &changes.friction_on_rms { li { (found.conclusion("friction coefficient", "rms", "samples")) } }
+            @if let Some(found) = &trend.friction_rank_correlation { li { (trend.friction_change.map_or_else(|| found.conclusion("friction", "Ra", "samples"), |change| change.conclusion(found, "Ra"))) } }
+            @if let Some(found) = &changes.friction_on_rms { li { (changes.friction_change_on_rms.map_or_else(|| found.conclusion("friction", "rms", "samples"), |change| change.conclusion(found, "rms"))) } }
             @if let Some(text) = changes.one_stroke_each() { li.doubt { (text) } }
         }
     })
@@ -531,7 +531,7 @@ fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     Ok(html! {
         section {
             h2 { "Signals and cuts" }
-            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; the table of cuts holds all of them.", takes.len())) } }
+            @if takes.len() > most { p.soft { (format!("The first {most} of {} recordings; piezotact segment --csv lists the cuts of all.", takes.len())) } }
             @for part in &parts { (part) }
         }
     })

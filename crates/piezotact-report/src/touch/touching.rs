@@ -51,7 +51,7 @@ pub(super) fn section(
             @for comparison in all {
                 (heading(comparison))
                 ul {
-                    @for line in comparison.trend.lines() { li { (line) } }
+                    @for line in comparison.trend_lines() { li { (line) } }
                     @for doubt in comparison.own_doubts() { li.doubt { (words.doubt(doubt)) } }
                 }
             }

@@ -1,13 +1,15 @@
 //! What comparisons say, in words.
 
+use super::trends::LEAST_CHANGE;
 use super::{
-    ActivePassive, CommonLine, Contacts, DirectionContrast, DirectionDifference, DirectionTrend,
-    LevelSpread, LineOrigin, LoadTrend, PeriodUnit, SpatialPeriod, Summary,
+    ActivePassive, CommonLine, Contacts, ContrastUnit, DirectionContrast, DirectionDifference,
+    DirectionTrend, FrictionChange, LevelSpread, LineOrigin, LoadTrend, PeriodUnit, SpatialPeriod,
+    Summary, unless_confounded,
 };
 use crate::criterion::Outcome;
 use crate::feature::Statistics;
-use crate::number::{counted, digits, plus};
-use crate::statistics::LogFit;
+use crate::number::{counted, digits, p_text, plus, signed};
+use crate::statistics::{Direction, LogFit, RankCorrelation};
 
 impl SpatialPeriod {
     /// What the spatial period is, in mm with its interval, or why it is not decided.
@@ -26,7 +28,15 @@ impl SpatialPeriod {
                 self.units
             )
         });
-        let number = format!("{:.3} mm{interval}", mm(self.period_m));
+        let part = if self.speeds_in_reach < self.speeds {
+            format!(
+                ", from {} of {} speeds: at the others its frequency is below what was analysed",
+                self.speeds_in_reach, self.speeds
+            )
+        } else {
+            String::new()
+        };
+        let number = format!("{:.3} mm{interval}{part}", mm(self.period_m));
         let groups: Vec<String> = self
             .groups
             .iter()
@@ -50,6 +60,16 @@ impl SpatialPeriod {
                 "spatial period not decided: its peak stands out of the noise at some speeds only, as a peak at a fixed frequency \
              does; the candidate is {number}"
             ),
+            Outcome::NotDecided if self.may_be_a_harmonic() => {
+                let multiples = self.open_multiples_m.iter();
+                let multiples: Vec<String> =
+                    multiples.map(|m| format!("{:.3} mm", mm(*m))).collect();
+                format!(
+                    "spatial period not decided: {} cannot be excluded, since that frequency is not analysed or stands out at one \
+                 speed only; the candidate is {number}",
+                    multiples.join(" and ")
+                )
+            }
             Outcome::NotDecided => format!(
                 "spatial period not decided: the shortest stroke covers fewer than 3 periods; the candidate is {number}"
             ),
@@ -127,12 +147,45 @@ impl ActivePassive {
     #[must_use]
     pub fn conclusions(&self) -> Vec<String> {
         let level = self.level.as_ref();
-        let level = level.map(|l| l.conclusion_on_levels(["active", "passive touch"], "samples"));
+        let level = level.map(|l| {
+            let said = l.conclusion_on_levels(["active", "passive touch"], "samples");
+            unless_confounded(&self.confounders, said)
+        });
         let ranks = self.rms_rank_correlation.as_ref();
         let ranks = ranks.map(|r| r.conclusion("active rms", "passive rms", "samples"));
         let few = (self.pairs.len() == 1)
             .then(|| "active and passive touch: not decided from 1 sample".to_owned());
         level.into_iter().chain(ranks).chain(few).collect()
+    }
+}
+
+impl FrictionChange {
+    /// What the rank correlation `ranks` of the friction coefficient and `x` over samples says, with the size of the change.
+    #[must_use]
+    pub fn conclusion(&self, ranks: &RankCorrelation, x: &str) -> String {
+        let said = ranks.conclusion("friction", x, "samples");
+        let size = format!(
+            "from the lowest to the highest {x} it changes by {} %",
+            plus(
+                100.0 * self.share,
+                if self.share.abs() < 0.01 { 2 } else { 1 }
+            )
+        );
+        if ranks.direction() == Direction::NotShown || self.matters() {
+            return format!("{said}; {size}");
+        }
+        format!(
+            "friction and {x}: no change that matters: {size}, less than {:.1} %, {} (rank correlation {}, {} over {} samples)",
+            100.0 * self.least_share(),
+            if self.least_share() > LEAST_CHANGE {
+                "the scatter of strokes"
+            } else {
+                "the least change that counts"
+            },
+            signed(ranks.rho, 2),
+            p_text(ranks.p_value),
+            ranks.pairs
+        )
     }
 }
 
@@ -176,17 +229,24 @@ impl DirectionTrend {
 }
 
 impl DirectionContrast {
-    /// Whether the levels of two directions differ, over settings; one setting decides nothing.
+    /// Whether the levels of two directions differ, over settings or participants; one setting or two participants decide nothing.
     #[must_use]
     pub fn conclusion(&self) -> String {
         let between = [self.direction.as_str(), self.reference.as_str()];
+        let units = match self.over {
+            ContrastUnit::Settings => "setting",
+            ContrastUnit::Participants => "participant",
+        };
         match &self.level {
-            Some(level) => level.conclusion_on_levels(between, "settings"),
+            Some(level) => {
+                let said = level.conclusion_on_levels(between, &format!("{units}s"));
+                unless_confounded(&self.confounders, said)
+            }
             None => format!(
                 "{} and {}: not decided from {}",
                 self.direction,
                 self.reference,
-                counted(self.settings, "setting")
+                counted(self.units, units)
             ),
         }
     }
@@ -229,11 +289,11 @@ impl Summary {
         if let Some(speed) = self.speed_m_s {
             text += &format!(", speed {:.1} mm/s", speed.mean * 1e3);
         }
-        text += &format!(
-            ", centroid {} Hz, highest peak at {} Hz",
-            digits(self.centroid_hz.mean),
-            digits(self.strongest_hz)
-        );
+        text += &format!(", centroid {} Hz", digits(self.centroid_hz.mean));
+        // The strongest line of noise, or the slope of a line outside the band, is no peak.
+        if let Some(highest) = self.peaks.first() {
+            text += &format!(", highest peak at {} Hz", digits(highest.frequency_hz));
+        }
         if let Some(found_hz) = self.fingerprint.and_then(|f| f.found_hz) {
             text += &format!(", fingerprint frequency {} Hz", digits(found_hz));
         }

@@ -182,8 +182,13 @@ impl Pair {
     fn sentence(&self, groups: &Groups) -> String {
         let both = format!("{} and {}", groups.names[self.a], groups.names[self.b]);
         let word = self.outcome.word();
-        if self.neither_felt && self.outcome == Distinguishability::BelowJnd {
-            return format!("{word}: {both}: neither reaches the detection threshold");
+        if self.neither_felt {
+            // A distance above the threshold says nothing there.
+            let why = match self.outcome {
+                Distinguishability::NotDecided => format!("; {}", self.open_because()),
+                _ => String::new(),
+            };
+            return format!("{word}: {both}: neither reaches the detection threshold{why}");
         }
         let halves = groups.within_jnd[self.a]
             .into_iter()

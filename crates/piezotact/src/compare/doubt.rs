@@ -62,6 +62,15 @@ doubts! {
             /// How far the strongest candidate stands above the background, dB.
             prominence_db: f64,
         },
+        /// A spatial period that may be a harmonic: the frequency of a multiple of it is analysed at no speed.
+        OpenMultiple("open_multiple") {
+            /// The period, m.
+            period_m: f64,
+            /// The multiple that may be the period, m.
+            multiple_m: f64,
+            /// Its frequency at the fastest speed, Hz.
+            needed_hz: f64,
+        },
         /// A value from so few groups that it has no interval.
         NoInterval("no_interval") of Result(what) {
             /// What.
@@ -86,11 +95,32 @@ impl DoubtKind for CompareDoubt {
             Self::FewStrokes { recommended, .. } => vec![Advice::RecordMore {
                 count: *recommended,
             }],
-            Self::Pooled { what, .. } => vec![Advice::GroupBy { by: what.clone() }],
+            Self::Pooled { what, .. } => {
+                let by = match what.as_str() {
+                    "participants" => "participant",
+                    "samples" => "sample",
+                    "touch (active and passive)" => "touch",
+                    other => other,
+                };
+                vec![Advice::GroupBy { by: by.into() }]
+            }
             Self::NoCommonPeriod { .. } => vec![Advice::Check(Subject::Speeds)],
+            // The band begins half an octave above the cut-off.
+            Self::OpenMultiple { needed_hz, .. } => vec![
+                Advice::RecordFaster,
+                Advice::StateHighPass {
+                    at_hz: one_digit(needed_hz / 2.0),
+                },
+            ],
             Self::NoInterval { .. } => vec![Advice::RecordMore { count: 3 }],
         }
     }
+}
+
+/// A number above zero with one digit, rounded down.
+fn one_digit(value: f64) -> f64 {
+    let power = 10f64.powf(value.log10().floor());
+    (value / power).floor() * power
 }
 
 impl fmt::Display for CompareDoubt {
@@ -110,7 +140,12 @@ impl fmt::Display for CompareDoubt {
             }
             Self::Pooled { group, what } => write!(
                 f,
-                "{group}: recordings of different {what} are averaged together"
+                "{group}: recordings of different {what} are averaged together{}",
+                if what == "participants" {
+                    ", although the strokes of one participant are not independent"
+                } else {
+                    ""
+                }
             ),
             Self::Confounded {
                 what,
@@ -133,6 +168,18 @@ impl fmt::Display for CompareDoubt {
                 f,
                 "no spatial period is clear at every speed (the strongest candidate is {prominence_db:.1} dB above the \
                     background): the surface may have none, or the stated speeds were not reached"
+            ),
+            Self::OpenMultiple {
+                period_m,
+                multiple_m,
+                needed_hz,
+            } => write!(
+                f,
+                "a spatial period of {} mm cannot be excluded, of which {} mm would be a harmonic: its frequency, {} Hz at the \
+                    fastest speed, is not analysed, or stands out at one speed only",
+                digits(multiple_m * 1e3),
+                digits(period_m * 1e3),
+                digits(*needed_hz)
             ),
             Self::NoInterval { what, groups } => {
                 write!(

@@ -1,6 +1,7 @@
 //! Comparisons: across samples, speeds, loads, directions, participants, and between active and passive touch.
 
 mod conclusion;
+mod confounded;
 mod distinguishability;
 mod doubt;
 mod groups;
@@ -11,6 +12,7 @@ mod summary;
 mod touching;
 mod trends;
 
+pub use confounded::{Confounder, confounders, unless_confounded};
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 pub use doubt::CompareDoubt;
 pub use groups::{AcrossSamples, DiscriminationConfig, DiscriminationError, Texture, discriminate};
@@ -18,15 +20,16 @@ pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
     GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
 };
-pub use receptors::{ReceptorLevel, receptor_levels};
+pub use receptors::{LevelUnit, ReceptorLevel, receptor_levels};
 pub use summary::{Fingerprint, Periods, Summary, Tooth, summarise};
 pub use touching::{
-    Contacts, DirectionContrast, DirectionDifference, DirectionTrend, LoadTrend,
-    direction_contrasts, direction_trend, load_trend,
+    Contacts, ContrastUnit, DirectionContrast, DirectionDifference, DirectionSetting,
+    DirectionTrend, LoadTrend, direction_contrasts, direction_trend, load_trend,
 };
 pub use trends::{
-    ActivePassive, ActivePassivePair, LevelSpread, RoughnessTrend, across_participants,
-    across_roughness, active_against_passive, friction_against_rms, rms_on_speed,
+    ActivePassive, ActivePassivePair, FrictionChange, LevelSpread, RoughnessTrend,
+    across_participants, across_roughness, active_against_passive, friction_against_rms,
+    friction_change, rms_on_speed,
 };
 
 use crate::quantity::Band;

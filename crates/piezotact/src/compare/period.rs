@@ -63,6 +63,9 @@ pub enum PeriodCriterion {
     Cycles,
     /// Its level above the background in the group where it is lowest.
     EveryGroup,
+    /// How many of its multiples, from twice up to three times the period, are known not to be the period: at some speed their
+    /// frequency is analysed, and has no peak. Strokes that are short or filtered leave them open.
+    Multiples,
 }
 
 /// The period found in one group.
@@ -99,6 +102,14 @@ pub struct SpatialPeriod {
     pub peaks: Vec<SpeedPeak>,
     /// How far the period stands above the background in the mean over speeds, dB.
     pub prominence_db: f64,
+    /// The speeds at which its frequency is analysed: at slower ones it lies below the filter of the gesture, or fits too rarely
+    /// into a stroke. What is not analysed is unknown, not absent.
+    pub speeds_in_reach: usize,
+    /// Of how many.
+    pub speeds: usize,
+    /// Multiples that may be the period: their frequency is analysed at no speed, or stands out at the only one, m.
+    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    pub open_multiples_m: Vec<f64>,
     /// The results of every group, if there are two or more.
     #[serde(skip_serializing_if = "Vec::is_empty", default)]
     pub groups: Vec<GroupPeriod>,
@@ -125,6 +136,12 @@ impl SpatialPeriod {
     #[must_use]
     pub fn missed_at_a_speed(&self) -> bool {
         self.leaves_open(PeriodCriterion::EverySpeed)
+    }
+
+    /// Whether a multiple of it may be the period.
+    #[must_use]
+    pub fn may_be_a_harmonic(&self) -> bool {
+        self.leaves_open(PeriodCriterion::Multiples)
     }
 
     fn leaves_open(&self, rule: PeriodCriterion) -> bool {
@@ -155,6 +172,10 @@ const NEAR: f64 = 1.03;
 const PEAK_DB: f64 = 3.0;
 /// A period that fits less often than this into a stroke may be the stroke's own shape.
 const CYCLES: f64 = 3.0;
+/// The largest multiple of a period that is looked for: the strongest line may be the third harmonic of the period.
+const MULTIPLES: usize = 3;
+/// A line that is analysed at fewer speeds than this is no period: it may stay at its frequency.
+const LEAST_SPEEDS: usize = 2;
 /// Speeds that differ by less than this share are one speed.
 const SAME_SPEED: f64 = 0.01;
 
@@ -176,23 +197,30 @@ struct Spectrum {
 /// background in the mean over speeds; the geometric mean of the v/f of the recordings' own peaks there.
 /// `None` when no stretch is long enough, or no speed is above zero.
 ///
+/// Below `lowest` nothing is looked for: what a filter has taken away there has a slope and no period. At slow speeds a long period
+/// lies below it, and only its harmonics above. So the strongest line of all speeds is compared with those at a half and a third of its
+/// wavenumber, at the speeds that hold them: where two speeds or more all have a line there, that is the period; where no
+/// speed holds it (nor, of a third, shows other harmonics to be absent), or only one does and has a line, it is not decided which is the period. Where all speeds agree on nothing, the lines that
+/// at least two speeds hold are searched.
+///
 /// It is not decided whether it is one where groups or speeds do not all show it, or where it fits into a stroke fewer than three
 /// times. The interval is over what was repeated: over groups, such as loads, where there are two or more, else over
-/// recordings. How sharp a pooled line is says nothing of how far repeats lie apart.
+/// recordings. How sharp a pooled line is says nothing of how far repeats lie apart. Recordings of
+/// one speed count as one where the period is looked for.
 ///
 /// Formula: periodograms of whole stretches (Hann), averaged in dB over stretches and channels; background: the
 /// running median; ln λ = Σw·ln(v/f) over the recordings of a group with w ∝ v² (peaks are read with the same error in Hz), and
 /// the plain mean over groups; the interval ± t·s·√Σw², s the standard deviation of ln(v/f) over units, Student's t with n − 1
 /// degrees of freedom.
 ///
-/// Below `lowest` nothing is looked for: what a filter has taken away there has a slope and no period. Recordings of
-/// one speed count as one where the period is looked for.
-///
-/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920).
+/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920); decision 0062 of this
+/// project for the multiples.
 #[must_use]
 pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<SpatialPeriod> {
-    let spectra = by_speed(slidings.iter(), lowest);
-    let (wavenumber, prominence_db) = agreed(&spectra)?;
+    let all = by_speed(slidings.iter(), lowest);
+    let found = agreed(&all)?;
+    let (wavenumber, prominence_db) = (found.wavenumber, found.prominence_db);
+    let spectra = reaching(&all, wavenumber);
     let peaks: Vec<SpeedPeak> = spectra.iter().filter_map(|s| s.peak(wavenumber)).collect();
     let mut names: Vec<&str> = slidings.iter().map(|s| s.group.as_str()).collect();
     names.sort_unstable();
@@ -202,7 +230,10 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         .iter()
         .map(|name| {
             let own = slidings.iter().filter(|s| s.group == *name);
-            let peaks = own.filter_map(|s| spectrum(s, lowest)?.peak(wavenumber));
+            let peaks = own.filter_map(|s| {
+                let own = spectrum(s, lowest)?;
+                own.peak(wavenumber).filter(|_| own.reaches(wavenumber))
+            });
             peaks
                 .map(|p| ((p.speed_m_s / p.frequency_hz).ln(), p.speed_m_s.powi(2)))
                 .collect()
@@ -219,8 +250,9 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             .zip(&means)
             .filter_map(|(name, own)| {
                 let spectra = by_speed(slidings.iter().filter(|s| s.group == *name), lowest);
-                let (strongest, _) = agreed(&spectra)?;
-                Some(GroupPeriod {
+                let strongest = agreed(&spectra)?.wavenumber;
+                let spectra = reaching(&spectra, wavenumber);
+                (!spectra.is_empty()).then(|| GroupPeriod {
                     group: (*name).to_owned(),
                     strongest_m: 1.0 / strongest,
                     prominence_db: prominence_near(&spectra, wavenumber),
@@ -270,16 +302,9 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             },
         ),
     ];
-    let at_speed = |s: &Spectrum| {
-        let needed_db = PEAK_DB.max(HIGHEST_AT_A_SPEED * SCATTER_DB / s.stretches.sqrt());
-        (
-            prominence_near(std::slice::from_ref(s), wavenumber),
-            needed_db,
-        )
-    };
     let weakest = spectra
         .iter()
-        .map(at_speed)
+        .map(|s| s.found_and_needed_db(wavenumber))
         .min_by(|a, b| (a.0 - a.1).total_cmp(&(b.0 - b.1)));
     if let Some((found_db, needed_db)) = weakest {
         criteria.push(Criterion::new(
@@ -293,6 +318,20 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             },
         ));
     }
+    let open: Vec<f64> = (2..=MULTIPLES)
+        .filter(|m| !is_excluded(&all, wavenumber, *m))
+        .map(|m| m as f64 * period_m)
+        .collect();
+    criteria.push(Criterion::new(
+        PeriodCriterion::Multiples,
+        "",
+        (MULTIPLES - 1 - open.len()) as f64,
+        None,
+        Limit::AtLeast {
+            met: (MULTIPLES - 1) as f64,
+            not_met: f64::MIN,
+        },
+    ));
     let missing = |group: &&GroupPeriod| group.needed_db - group.prominence_db;
     let least = groups
         .iter()
@@ -319,14 +358,26 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         units: units.len(),
         peaks,
         prominence_db,
+        speeds_in_reach: spectra.len(),
+        speeds: all.len(),
+        open_multiples_m: open,
         groups,
         criteria,
         doubts: Vec::new(),
     };
-    if found.outcome() != Outcome::Met {
+    let others = found.criteria.iter();
+    let others = others.filter(|c| c.what != PeriodCriterion::Multiples);
+    if Outcome::of_all(others.map(|c| c.outcome)) != Outcome::Met {
         found
             .doubts
             .push(Doubt::from(CompareDoubt::NoCommonPeriod { prominence_db }));
+    } else if let Some(multiple_m) = found.open_multiples_m.last() {
+        let fastest_m_s = all.iter().map(|s| s.speed_m_s).fold(0.0, f64::max);
+        found.doubts.push(Doubt::from(CompareDoubt::OpenMultiple {
+            period_m,
+            multiple_m: *multiple_m,
+            needed_hz: fastest_m_s / multiple_m,
+        }));
     }
     if interval_m.is_none() {
         found.doubts.push(Doubt::from(CompareDoubt::NoInterval {
@@ -361,13 +412,13 @@ fn weighted(values: &[(f64, f64)]) -> (f64, Option<[f64; 2]>) {
 }
 
 /// What noise does not reach, dB: `deviations` above the mean of as many stretches as `spectra` hold.
-fn noise_db(deviations: f64, spectra: &[Spectrum]) -> f64 {
+fn noise_db(deviations: f64, spectra: &[&Spectrum]) -> f64 {
     let averaged: f64 = spectra.iter().map(|s| s.stretches).sum();
     PROMINENT_DB.max(deviations * SCATTER_DB / averaged.sqrt())
 }
 
 /// How far the mean over `spectra` stands above the background close to a wavenumber, dB.
-fn prominence_near(spectra: &[Spectrum], wavenumber: f64) -> f64 {
+fn prominence_near(spectra: &[&Spectrum], wavenumber: f64) -> f64 {
     let reach = (NEAR.ln() / STEP.ln()) as i32;
     (-reach..=reach)
         .map(|i| {
@@ -396,14 +447,87 @@ fn by_speed<'a, 's: 'a>(
     speeds.iter().filter_map(|s| spectrum(s, lowest)).collect()
 }
 
-/// The wavenumber that stands highest above the background in the mean over `spectra`, 1/m, and how far, dB.
-fn agreed(spectra: &[Spectrum]) -> Option<(f64, f64)> {
-    let low = spectra.iter().map(|s| s.wavenumbers[0]).fold(0.0, f64::max);
+/// A wavenumber on which spectra agree.
+struct Agreed {
+    /// 1/m.
+    wavenumber: f64,
+    /// How far it stands above the background in the mean over the spectra that hold it, dB.
+    prominence_db: f64,
+}
+
+/// Those of `spectra` that hold a wavenumber.
+fn reaching(spectra: &[Spectrum], wavenumber: f64) -> Vec<&Spectrum> {
+    let all = spectra.iter();
+    all.filter(|s| s.reaches(wavenumber)).collect()
+}
+
+/// Whether the spectra that hold a wavenumber have a line there: `Some(true)` where two or more all have one, `Some(false)` where one
+/// of them has none, `None` where that is unknown, since none holds it, or only one does and has a line.
+fn has_line(spectra: &[Spectrum], wavenumber: f64) -> Option<bool> {
+    // All that is close to it has to be held.
+    let reaching = reaching(spectra, wavenumber / NEAR);
+    let shows = |s: &&Spectrum| {
+        let (found_db, needed_db) = s.found_and_needed_db(wavenumber);
+        found_db >= needed_db
+    };
+    match (reaching.iter().all(shows), reaching.len()) {
+        (false, _) => Some(false),
+        (true, speeds) => (speeds >= LEAST_SPEEDS).then_some(true),
+    }
+}
+
+/// Whether `wavenumber` is known not to be the harmonic number `order` of a longer period: at some speed that period's own frequency is
+/// analysed, and has no line. Where it is analysed nowhere, a third harmonic is excluded where the second, fourth and fifth have no line; a
+/// second one is not, as the others of a smooth surface may be too weak.
+fn is_excluded(spectra: &[Spectrum], wavenumber: f64, order: usize) -> bool {
+    let longest = wavenumber / order as f64;
+    let absent = |harmonic: usize| has_line(spectra, longest * harmonic as f64) == Some(false);
+    let unknown = reaching(spectra, longest / NEAR).is_empty();
+    let mut others = (2..2 * order).filter(|harmonic| *harmonic != order);
+    absent(1) || (unknown && order > 2 && others.all(absent))
+}
+
+/// The wavenumber on which `spectra` agree: the strongest that all hold, or of its half and third the smallest at which all spectra
+/// that hold it (two or more) have a line; where the strongest is no more than noise, the strongest that two or more hold, if it is more.
+fn agreed(spectra: &[Spectrum]) -> Option<Agreed> {
+    let all: Vec<&Spectrum> = spectra.iter().collect();
+    let lows = || spectra.iter().map(|s| s.wavenumbers[0]);
+    let common = strongest(&all, lows().fold(0.0, f64::max), f64::MAX);
+    let stands_out =
+        |found: &Agreed, of: &[&Spectrum]| found.prominence_db >= noise_db(HIGHEST_OF_MANY, of);
+    if let Some(found) = common.filter(|found| stands_out(found, &all)) {
+        let longest = (2..=MULTIPLES)
+            .map(|m| found.wavenumber / m as f64)
+            .rfind(|wavenumber| has_line(spectra, *wavenumber) == Some(true));
+        return Some(match longest {
+            Some(near) => strongest(&reaching(spectra, near / NEAR), near / NEAR, near * NEAR)
+                .unwrap_or(found),
+            None => found,
+        });
+    }
+    // From the fewest spectra on: those that hold the smallest wavenumbers.
+    let mut edges: Vec<f64> = lows().collect();
+    edges.sort_by(f64::total_cmp);
+    let partly = edges.windows(2).skip(LEAST_SPEEDS - 1).filter_map(|edge| {
+        let of = reaching(spectra, edge[0]);
+        let found = strongest(&of, edge[0], edge[1])?;
+        let everywhere = of.iter().all(|s| {
+            let (found_db, needed_db) = s.found_and_needed_db(found.wavenumber);
+            found_db >= needed_db
+        });
+        (everywhere && stands_out(&found, &of)).then_some(found)
+    });
+    let partly = partly.max_by(|a, b| a.prominence_db.total_cmp(&b.prominence_db));
+    partly.or_else(|| strongest(&all, lows().fold(0.0, f64::max), f64::MAX))
+}
+
+/// The wavenumber from `low` to `high` that stands highest above the background in the mean over `spectra`, as far as all hold it.
+fn strongest(spectra: &[&Spectrum], low: f64, high: f64) -> Option<Agreed> {
     let high = spectra
         .iter()
         .filter_map(|s| s.wavenumbers.last())
         .copied()
-        .fold(f64::MAX, f64::min);
+        .fold(high, f64::min);
     if spectra.is_empty() || low * STEP >= high {
         return None;
     }
@@ -412,12 +536,26 @@ fn agreed(spectra: &[Spectrum]) -> Option<(f64, f64)> {
         .map(|i| low * STEP.powi(i as i32))
         .map(|wavenumber| {
             let sum: f64 = spectra.iter().map(|s| s.at(wavenumber)).sum();
-            (wavenumber, sum / spectra.len() as f64)
+            Agreed {
+                wavenumber,
+                prominence_db: sum / spectra.len() as f64,
+            }
         })
-        .max_by(|a, b| a.1.total_cmp(&b.1))
+        .max_by(|a, b| a.prominence_db.total_cmp(&b.prominence_db))
 }
 
 impl Spectrum {
+    /// Whether it holds a wavenumber.
+    fn reaches(&self, wavenumber: f64) -> bool {
+        self.wavenumbers[0] <= wavenumber * (1.0 + 1e-9)
+    }
+
+    /// How far it stands above the background close to a wavenumber, and how far noise does not, dB.
+    fn found_and_needed_db(&self, wavenumber: f64) -> (f64, f64) {
+        let needed_db = PEAK_DB.max(HIGHEST_AT_A_SPEED * SCATTER_DB / self.stretches.sqrt());
+        (prominence_near(&[self], wavenumber), needed_db)
+    }
+
     /// The prominence at a wavenumber, dB.
     fn at(&self, wavenumber: f64) -> f64 {
         let line = ((wavenumber / self.wavenumbers[0]).ln() / STEP.ln()).round();

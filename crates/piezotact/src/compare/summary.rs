@@ -96,7 +96,7 @@ pub struct Summary {
     /// Detection-threshold-weighted power, multiples of threshold power.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_power: Option<Statistics>,
-    /// Which mechanoreceptors the vibration excites; empty for what is no acceleration.
+    /// The levels re the thresholds of mechanoreceptors; empty for what is no acceleration.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub receptors: Vec<ReceptorLevel>,
     /// The strongest line of the mean PSD in the band, Hz.
@@ -237,7 +237,7 @@ pub fn summarise(
         normal_force_n: over_some(&|s| s.normal_force_n.map(|v| v.mean)),
         pacinian_power: over_some(&|s| s.pacinian_power),
         detection_power: over_some(&|s| s.detection_power),
-        receptors: receptor_levels(&strokes),
+        receptors: receptor_levels(members),
         strongest_hz: strongest(&psd, band),
         machine_lines_hz: Vec::new(),
         fingerprint: speed_m_s.map(|speed| match periods.ridge_m {
@@ -295,7 +295,7 @@ fn pooled(
         .windows(2)
         .any(|pair| pair[0].1.participant != pair[1].1.participant)
     {
-        doubts.push(differ("participants, whose strokes are not independent"));
+        doubts.push(differ("participants"));
     }
     let mut loads: Vec<f64> = members
         .iter()

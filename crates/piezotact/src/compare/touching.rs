@@ -1,13 +1,13 @@
 //! Effects of the load and of the direction of sliding.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
-use super::{CompareDoubt, Summary};
+use super::confounded::{self, loads_n};
+use super::{Confounder, Summary};
 use crate::doubt::Doubt;
-use crate::statistics::{LogFit, PairedDifference, log_fit, paired_difference};
-
-/// Speeds and loads of groups that differ by no more than this share count as one.
-const SAME_SHARE: f64 = 0.15;
+use crate::statistics::{LogFit, PairedDifference, log_fit, mean, paired_difference};
 
 /// How vibration and friction follow the load.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,7 +43,7 @@ pub fn load_trend(groups: &[&Summary], stated_n: &[Option<f64>]) -> LoadTrend {
     LoadTrend {
         rms_on_load: fit(&|group| Some(group.rms.mean)),
         friction_on_load: fit(&|group| Some(group.friction_coefficient?.mean)),
-        doubts: confounded(groups, None, "load"),
+        doubts: confounded::doubts(groups, stated_n, "load"),
         load_n,
     }
 }
@@ -106,8 +106,19 @@ pub fn direction_trend(
     });
     DirectionTrend {
         directions: directions.collect(),
-        doubts: confounded(groups, Some(&loads_n(groups, stated_n)), "direction"),
+        doubts: confounded::doubts(groups, stated_n, "direction"),
     }
+}
+
+/// What the interval of a difference between directions is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ContrastUnit {
+    /// Settings of one participant, or of nobody known: samples, speeds or loads.
+    Settings,
+    /// Participants, each the mean of their settings.
+    Participants,
 }
 
 /// One direction beside another over all settings in which both were measured.
@@ -120,94 +131,98 @@ pub struct DirectionContrast {
     pub reference: String,
     /// In how many settings both were measured.
     pub settings: usize,
-    /// Its level less that of the other, dB: mean, interval and p over settings; absent for one setting.
+    /// What the difference is over.
+    pub over: ContrastUnit,
+    /// How many of them there are.
+    pub units: usize,
+    /// Its level less that of the other, dB: mean, interval and p over units; absent for one setting, and for two participants.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub level: Option<PairedDifference>,
+    /// What else differs between the directions in some setting.
+    #[serde(skip)]
+    pub confounders: Vec<Confounder>,
 }
 
-/// How levels differ between directions over the settings of `trends`; settings are samples, participants, speeds or loads.
+/// The directions of one setting, whose they are, and what else differs between them.
+#[derive(Clone, Copy, Debug)]
+pub struct DirectionSetting<'t> {
+    /// The participant, where known.
+    pub participant: Option<&'t str>,
+    /// The directions.
+    pub trend: &'t DirectionTrend,
+    /// What else differs.
+    pub confounders: &'t [Confounder],
+}
+
+/// Fewer participants than this decide nothing about people.
+const LEAST_PARTICIPANTS: usize = 3;
+
+/// How levels differ between directions over `settings`: samples, participants, speeds or loads. Settings of one participant are not
+/// independent: where there are several participants, they are the units.
 ///
-/// Formula: [`paired_difference`] of the levels over settings.
+/// Formula: [`paired_difference`] of the levels over units; the level of a participant is the mean over their settings.
 ///
-/// Source: as [`super::active_against_passive`].
+/// Source: as [`super::active_against_passive`]; decision 0062 of this project for the units.
 #[must_use]
 pub fn direction_contrasts<'t>(
-    trends: impl Iterator<Item = &'t DirectionTrend>,
+    settings: impl Iterator<Item = DirectionSetting<'t>>,
 ) -> Vec<DirectionContrast> {
-    let mut found: Vec<(String, String, Vec<f64>)> = Vec::new();
-    for trend in trends {
-        let Some((reference, others)) = trend.directions.split_first() else {
+    let mut found: Vec<Levels<'t>> = Vec::new();
+    for setting in settings {
+        let Some((reference, others)) = setting.trend.directions.split_first() else {
             continue;
         };
         for other in others {
             let Some(db) = other.level_difference_db else {
                 continue;
             };
-            let same = |(direction, of, _): &&mut (String, String, Vec<f64>)| {
-                *direction == other.direction && *of == reference.direction
-            };
-            match found.iter_mut().find(same) {
-                Some((_, _, levels)) => levels.push(db),
-                None => found.push((
-                    other.direction.clone(),
-                    reference.direction.clone(),
-                    vec![db],
-                )),
-            }
+            let between = [other.direction.as_str(), reference.direction.as_str()];
+            let place = found.iter().position(|known| known.between == between);
+            let place = place.unwrap_or_else(|| {
+                found.push(Levels {
+                    between,
+                    levels: Vec::new(),
+                    confounders: Vec::new(),
+                });
+                found.len() - 1
+            });
+            found[place].levels.push((setting.participant, db));
+            found[place].confounders.extend(setting.confounders);
         }
     }
-    let contrast = |(direction, reference, levels): (String, String, Vec<f64>)| DirectionContrast {
-        direction,
-        reference,
-        settings: levels.len(),
-        level: paired_difference(&vec![0.0; levels.len()], &levels),
-    };
-    found.into_iter().map(contrast).collect()
+    found.into_iter().map(Levels::contrast).collect()
 }
 
-/// The load of each group, N.
-fn loads_n(groups: &[&Summary], stated_n: &[Option<f64>]) -> Vec<Option<f64>> {
-    let measured: Option<Vec<f64>> = groups
-        .iter()
-        .map(|group| Some(group.normal_force_n?.mean).filter(|force| *force > 0.0))
-        .collect();
-    match measured {
-        Some(measured) => measured.into_iter().map(Some).collect(),
-        None => stated_n.to_vec(),
-    }
+/// The levels of one direction re another, by participant.
+struct Levels<'t> {
+    between: [&'t str; 2],
+    levels: Vec<(Option<&'t str>, f64)>,
+    confounders: Vec<Confounder>,
 }
 
-/// The doubts that groups differ in speed or load beside what is compared, or may do so.
-fn confounded(groups: &[&Summary], loads_n: Option<&[Option<f64>]>, by: &str) -> Vec<Doubt> {
-    let speeds: Vec<Option<f64>> = groups
-        .iter()
-        .map(|group| Some(group.speed_m_s?.mean * 1e3))
-        .collect();
-    let mut doubts = Vec::new();
-    let factors = [
-        Some(("speed", "mm/s", speeds.as_slice())),
-        loads_n.map(|loads| ("load", "N", loads)),
-    ];
-    for (what, unit, values) in factors.into_iter().flatten() {
-        let known: Option<Vec<f64>> = values.iter().copied().collect();
-        let Some(known) = known else {
-            doubts.push(Doubt::from(CompareDoubt::MayDiffer {
-                what: what.into(),
-                by: by.into(),
-            }));
-            continue;
+impl Levels<'_> {
+    fn contrast(self) -> DirectionContrast {
+        let mut people: BTreeMap<Option<&str>, Vec<f64>> = BTreeMap::new();
+        for (participant, db) in &self.levels {
+            people.entry(*participant).or_default().push(*db);
+        }
+        let (over, levels): (_, Vec<f64>) = if people.len() > 1 && !people.contains_key(&None) {
+            let each = people.values().map(|levels| mean(levels));
+            (ContrastUnit::Participants, each.collect())
+        } else {
+            let each = self.levels.iter().map(|(_, db)| *db);
+            (ContrastUnit::Settings, each.collect())
         };
-        let low = known.iter().copied().fold(f64::INFINITY, f64::min);
-        let high = known.iter().copied().fold(0.0, f64::max);
-        if high > (1.0 + SAME_SHARE) * low {
-            doubts.push(Doubt::from(CompareDoubt::Confounded {
-                what: what.into(),
-                by: by.into(),
-                low,
-                high,
-                unit: unit.into(),
-            }));
+        let enough = over == ContrastUnit::Settings || levels.len() >= LEAST_PARTICIPANTS;
+        let [direction, reference] = self.between.map(str::to_owned);
+        DirectionContrast {
+            direction,
+            reference,
+            settings: self.levels.len(),
+            over,
+            units: levels.len(),
+            level: paired_difference(&vec![0.0; levels.len()], &levels).filter(|_| enough),
+            confounders: super::trends::widest(self.confounders.into_iter()),
         }
     }
-    doubts
 }

@@ -2,12 +2,12 @@
 
 use serde::Serialize;
 
-use super::{Summary, difference_db_rms};
+use super::{Confounder, Summary, confounders, difference_db_rms};
 use crate::feature::Statistics;
 use crate::quantity::Band;
 use crate::statistics::{
-    LogFit, PairedDifference, RankCorrelation, deviation_interval, log_fit, paired_difference,
-    rank_correlation,
+    LogFit, PairedDifference, RankCorrelation, deviation_interval, log_fit, median,
+    paired_difference, rank_correlation,
 };
 
 /// How vibration and friction follow the roughness of the samples.
@@ -27,6 +27,55 @@ pub struct RoughnessTrend {
     /// The rank correlation of Ra and friction coefficient over samples.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction_rank_correlation: Option<RankCorrelation>,
+    /// By how much friction changes with Ra.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub friction_change: Option<FrictionChange>,
+}
+
+/// A change of the friction coefficient that counts is at least this share of it.
+pub(super) const LEAST_CHANGE: f64 = 0.01;
+
+/// By how much the friction coefficient changes with something: ranks say nothing of that.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FrictionChange {
+    /// The change from the lowest to the highest value of what it follows, as a share of the friction at the lowest.
+    pub share: f64,
+    /// The standard deviation of the friction coefficient over strokes of one sample, as a share: the median over samples.
+    pub scatter_share: f64,
+}
+
+impl FrictionChange {
+    /// The smallest change that counts, as a share: 1 %, or the scatter of strokes.
+    #[must_use]
+    pub fn least_share(&self) -> f64 {
+        LEAST_CHANGE.max(self.scatter_share)
+    }
+
+    /// Whether the change is as large as one that counts.
+    #[must_use]
+    pub fn matters(&self) -> bool {
+        self.share.abs() >= self.least_share()
+    }
+}
+
+/// By how much the friction coefficient of samples changes with `x`, each pair the x of a sample and its friction over strokes; `None` for
+/// fewer than three samples, and where x or friction is not above zero.
+///
+/// Formula: the power law μ = a·xᵇ by least squares in logarithms ([`log_fit`]); (largest x / least x)ᵇ − 1.
+///
+/// Source: decision 0062 of this project.
+#[must_use]
+pub fn friction_change(pairs: &[(f64, Statistics)]) -> Option<FrictionChange> {
+    let (x, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(x, s)| (*x, s.mean)).unzip();
+    let fit = log_fit(&x, &friction).filter(|fit| fit.points > 2)?;
+    let high = x.iter().copied().fold(f64::MIN, f64::max);
+    let low = x.iter().copied().fold(f64::MAX, f64::min);
+    let mut scatter: Vec<f64> = pairs.iter().map(|(_, s)| s.sd / s.mean).collect();
+    Some(FrictionChange {
+        share: (high / low).powf(fit.slope) - 1.0,
+        scatter_share: median(&mut scatter)?,
+    })
 }
 
 /// How rms and friction follow `ra`: the Ra in m of each of `samples`, where it is known.
@@ -42,30 +91,39 @@ pub fn across_roughness(samples: &[&Summary], ra: impl Fn(&str) -> Option<f64>) 
         .collect();
     let ra_m: Vec<f64> = known.iter().map(|(_, ra_m)| *ra_m).collect();
     let rms: Vec<f64> = known.iter().map(|(s, _)| s.rms.mean).collect();
-    let (with_friction, friction): (Vec<f64>, Vec<f64>) = known
+    let with_friction: Vec<(f64, Statistics)> = known
         .iter()
-        .filter_map(|(s, ra_m)| Some((*ra_m, s.friction_coefficient?.mean)))
+        .filter_map(|(s, ra_m)| Some((*ra_m, s.friction_coefficient?)))
+        .collect();
+    let (of_friction, friction): (Vec<f64>, Vec<f64>) = with_friction
+        .iter()
+        .map(|(ra_m, s)| (*ra_m, s.mean))
         .unzip();
     RoughnessTrend {
         samples: known.iter().map(|(s, _)| s.name.clone()).collect(),
         // Two samples always lie on a line.
         rms_on_ra: log_fit(&ra_m, &rms).filter(|fit| fit.points > 2),
         rms_rank_correlation: rank_correlation(&ra_m, &rms),
-        friction_rank_correlation: rank_correlation(&with_friction, &friction),
+        friction_rank_correlation: rank_correlation(&of_friction, &friction),
+        friction_change: friction_change(&with_friction),
         ra_m,
     }
 }
 
-/// The rank correlation of friction coefficient and rms over `groups`; `None` for fewer than three with friction.
+/// The rank correlation of friction coefficient and rms over `groups`, and by how much friction changes with rms; `None` for fewer than
+/// three with friction.
 ///
 /// Source: [`rank_correlation`].
 #[must_use]
-pub fn friction_against_rms(groups: &[&Summary]) -> Option<RankCorrelation> {
-    let (friction, rms): (Vec<f64>, Vec<f64>) = groups
+pub fn friction_against_rms(
+    groups: &[&Summary],
+) -> (Option<RankCorrelation>, Option<FrictionChange>) {
+    let pairs: Vec<(f64, Statistics)> = groups
         .iter()
-        .filter_map(|s| Some((s.friction_coefficient?.mean, s.rms.mean)))
-        .unzip();
-    rank_correlation(&friction, &rms)
+        .filter_map(|s| Some((s.rms.mean, s.friction_coefficient?)))
+        .collect();
+    let (rms, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(rms, s)| (*rms, s.mean)).unzip();
+    (rank_correlation(&friction, &rms), friction_change(&pairs))
 }
 
 /// The line of log rms on log speed over `groups`, one for each speed; `None` for fewer than two speeds.
@@ -108,9 +166,13 @@ pub struct ActivePassive {
     pub rms_rank_correlation: Option<RankCorrelation>,
     /// The band of the differences, Hz.
     pub band_hz: Band,
+    /// What else differs between active and passive touch of some sample.
+    #[serde(skip)]
+    pub confounders: Vec<Confounder>,
 }
 
-/// Active against passive touch: the samples that occur in both lists, by name.
+/// Active against passive touch: the samples that occur in both lists, by name. `stated_n` is the load that the recordings of a sample state,
+/// N, those of active touch first.
 ///
 /// Formula: [`difference_db_rms`] of mean PSDs over `band`; [`rank_correlation`] of the rms and [`paired_difference`] of the levels,
 /// both over samples.
@@ -120,6 +182,7 @@ pub struct ActivePassive {
 pub fn active_against_passive(
     active: &[&Summary],
     passive: &[&Summary],
+    stated_n: impl Fn(&str) -> [Option<f64>; 2],
     band: Band,
 ) -> ActivePassive {
     let both: Vec<(&Summary, &Summary)> = active
@@ -147,7 +210,27 @@ pub fn active_against_passive(
         pairs,
         rms_rank_correlation: rank_correlation(&a, &p),
         band_hz: band,
+        confounders: widest(
+            both.iter()
+                .flat_map(|(a, p)| confounders(&[a, p], &stated_n(&a.name), "touch")),
+        ),
     }
+}
+
+/// One confounder of each kind, over all of its values.
+pub(super) fn widest(all: impl Iterator<Item = Confounder>) -> Vec<Confounder> {
+    let mut found: Vec<Confounder> = Vec::new();
+    for one in all {
+        match found.iter_mut().find(|known| known.what == one.what) {
+            Some(known) => {
+                known.low = known.low.min(one.low);
+                known.high = known.high.max(one.high);
+                known.complete |= one.complete;
+            }
+            None => found.push(one),
+        }
+    }
+    found
 }
 
 /// The rms of one group as a level, with its spread over strokes or participants, dB.

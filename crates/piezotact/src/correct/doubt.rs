@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::doubt::words::{bands as list, percent};
 use crate::doubt::{Advice, Doubt, DoubtKind, Subject, causes, doubts};
+use crate::number::{digits, rounded};
 use crate::quantity::Band;
 
 doubts! {
@@ -123,7 +124,8 @@ impl fmt::Display for MeasurementFaultDoubt {
                 f,
                 "from {from_s:.0} s on, the mean force was {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so \
                     that the display shows this force",
-                share * 100.0
+                share * 100.0,
+                asked_n = rounded(*asked_n)
             ),
             Self::SensorClips { fraction } => write!(
                 f,
@@ -136,8 +138,10 @@ impl fmt::Display for MeasurementFaultDoubt {
                 noise_m_s2,
             } => write!(
                 f,
-                "the response ({rms_m_s2:.4} m/s² rms) is less than twice its noise ({noise_m_s2:.4}): the finger lifted, the \
-                    sensor came off, the amplifier is off, or the level of the texture is too low for a correction"
+                "the response ({} m/s² rms) is less than twice its noise ({}): the finger lifted, the sensor came off, the \
+                    amplifier is off, or the level of the texture is too low for a correction",
+                digits(*rms_m_s2),
+                digits(*noise_m_s2)
             ),
         }
     }
@@ -189,7 +193,8 @@ impl fmt::Display for LoopDoubt {
             } => write!(
                 f,
                 "the best drive of the loop has an error of {error_db_rms:.1} dB rms (limit {limit_db} dB): the device may not \
-                    respond over the whole band"
+                    respond over the whole band",
+                limit_db = rounded(*limit_db)
             ),
             Self::TargetInNoise { share, bands } => write!(
                 f,

@@ -1,6 +1,7 @@
 //! Validation of device descriptions: contradictions that are refused.
 
 use super::description::{Coupling, DeviceDescription, GainSetting, Slew, VoltageGain};
+use crate::number::rounded;
 
 /// The capacitances that an actuator can have, F.
 pub(super) const LOADS_F: std::ops::RangeInclusive<f64> = 1e-12..=1.0;
@@ -55,7 +56,10 @@ pub enum DescriptionError {
         found: String,
     },
     /// A number that cannot be.
-    #[error("expected {expected}, found {found}; correct the description of the {device}")]
+    #[error(
+        "expected {expected}, found {found}; correct the description of the {device}",
+        found = rounded(*found)
+    )]
     Number {
         /// The device.
         device: String,
@@ -257,7 +261,7 @@ mod tests {
             (
                 "capacitance_f = 80e-9",
                 "capacitance_f = -80e-9",
-                "an actuator of 1e-12 to 1 F, found -0.00000008",
+                "an actuator of 1e-12 to 1 F, found -8e-8",
             ),
             (
                 "usual_gain = \"B3\"",

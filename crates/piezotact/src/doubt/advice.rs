@@ -1,5 +1,6 @@
 //! What a person can do about a doubt.
 
+use crate::number::rounded;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -27,6 +28,8 @@ pub enum Advice {
     },
     /// Record each sample in several recordings.
     RecordEachSampleAgain,
+    /// Record at a higher speed too.
+    RecordFaster,
     /// Record before the finger lands and after it lifts.
     RecordLift,
     /// Record from before the playback until it has ended.
@@ -328,7 +331,7 @@ impl fmt::Display for Advice {
             Self::RecordMore { count } => return write!(f, "record {count} or more"),
             Self::HitMore { count } => return write!(f, "hit {count} times or more"),
             Self::LowerLevel { to_db: Some(to_db) } => {
-                return write!(f, "lower the level to {to_db:.1} dB");
+                return write!(f, "lower the level by {:.1} dB", -to_db);
             }
             Self::KeepBandBelow { to_hz } => {
                 return write!(f, "keep the band below {to_hz:.0} Hz");
@@ -340,7 +343,7 @@ impl fmt::Display for Advice {
                 return write!(f, "characterise and render for {condition}");
             }
             Self::StateHighPass { at_hz } => {
-                return write!(f, "state a high-pass filter at {at_hz} Hz");
+                return write!(f, "state a high-pass filter at {at_hz} Hz", at_hz = rounded(*at_hz));
             }
             Self::GroupBy { by } => return write!(f, "group by {by}, or compare the groups"),
             Self::MeasureParticipants { count } => {
@@ -361,6 +364,7 @@ impl fmt::Display for Advice {
             Self::RecordAgain => "record again",
             Self::RecordLonger => "record longer",
             Self::RecordEachSampleAgain => "record each sample several times",
+            Self::RecordFaster => "record at a higher speed too",
             Self::RecordLift => "record a part with the finger lifted",
             Self::RecordWholePlayback => "start recording before the playback and stop after its end",
             Self::RaiseGain => "record with more gain",

@@ -10,8 +10,10 @@ pub(crate) fn percent(share: f64) -> String {
     let p = share * 100.0;
     if p >= 1.0 || p <= 0.0 {
         format!("{p:.0} %")
-    } else {
+    } else if p >= 0.01 {
         format!("{p:.2} %")
+    } else {
+        "less than 0.01 %".into()
     }
 }
 

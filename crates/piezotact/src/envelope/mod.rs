@@ -14,6 +14,7 @@ mod wavelet;
 use serde::{Deserialize, Serialize};
 
 use crate::number::digits;
+use crate::number::rounded;
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
 use crate::resample::ResampleError;
 use crate::series::{Series, SeriesError};
@@ -189,7 +190,8 @@ pub enum EnvelopeError {
     Empty,
     /// A breakpoint that breaks a rule.
     #[error(
-        "expected {expected}, found {found} in breakpoint {at} of the {envelope} envelope; correct it or export the clip again"
+        "expected {expected}, found {found} in breakpoint {at} of the {envelope} envelope; correct it or export the clip again",
+        found = rounded(*found)
     )]
     Point {
         /// Which envelope.
@@ -225,7 +227,8 @@ pub enum EnvelopeError {
     },
     /// A full scale that is no number above zero.
     #[error(
-        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong"
+        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
+        found = rounded(*found)
     )]
     FullScale {
         /// What was found.

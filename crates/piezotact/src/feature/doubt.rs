@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, doubts};
+use crate::number::rounded;
 
 doubts! {
     /// Doubts about the features of strokes.
@@ -49,7 +50,8 @@ impl fmt::Display for FeatureDoubt {
                 f,
                 "{} of the power is below {below_hz} Hz, in the range of gestures, and was kept (only accelerations are \
                     filtered by default)",
-                percent(*share)
+                percent(*share),
+                below_hz = rounded(*below_hz)
             ),
         }
     }

@@ -1,15 +1,17 @@
 //! Features of the strokes of a recording: level, spectrum, friction, and perceptually weighted power.
 
 mod doubt;
+mod low;
 mod peaks;
 mod plan;
 mod statistics;
 mod weighting;
 
 use crate::clipping::ClippingDoubt;
-use crate::integrity::SignalDoubt;
+use crate::integrity::{SignalDoubt, never_changes};
 use crate::spectrum::SpectrumDoubt;
 pub use doubt::FeatureDoubt;
+use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 
 pub use peaks::{Peak, peaks};
@@ -125,19 +127,44 @@ pub struct StrokeFeatures {
     /// The magnitude of the speed, m/s.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub speed_m_s: Option<Moments>,
-    /// Power weighted by the Pacinian threshold; for accelerations only.
+    /// Power weighted by the Pacinian threshold over the band of the analysis, and below it as far as the filter lets it pass; for
+    /// accelerations only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pacinian_power: Option<f64>,
-    /// Power weighted by the detection threshold; for accelerations only.
+    /// Power weighted by the detection threshold, over the same; for accelerations only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub detection_power: Option<f64>,
     /// The power in the band of Meissner's corpuscles re their threshold, dB: above 0 they detect a steady vibration; for
-    /// accelerations only.
+    /// accelerations only. The gain of the filter is corrected for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub meissner_level_db: Option<f64>,
+    /// The part of that band that it is over begins here, Hz: below are the gesture, which is filtered out, and what a short stroke does
+    /// not resolve.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meissner_from_hz: Option<f64>,
+    /// The same with all that the unfiltered signal holds in the rest of the band, gesture or vibration, dB: the level is no higher. Absent
+    /// where all of the band is covered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub meissner_level_at_most_db: Option<f64>,
     /// The same for Pacinian corpuscles, dB.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pacini_level_db: Option<f64>,
+}
+
+impl StrokeFeatures {
+    /// With what it is at low frequencies.
+    fn add(&mut self, low: LowPowers) {
+        let powers = [
+            (&mut self.pacinian_power, low.pacinian),
+            (&mut self.detection_power, low.detection),
+        ];
+        for (power, more) in powers {
+            *power = power.map(|power| power + more);
+        }
+        self.meissner_level_db = low.meissner_db;
+        self.meissner_from_hz = low.meissner_db.map(|_| low.from_hz);
+        self.meissner_level_at_most_db = low.meissner_at_most_db;
+    }
 }
 
 /// A number of a stroke, as tables and reports have it.
@@ -193,6 +220,8 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
     StrokeColumn::of("level_spread_db", |s| s.level_spread_db).shown("spread of levels, dB"),
     StrokeColumn::of("meissner_level_db", |s| s.meissner_level_db),
     StrokeColumn::of("pacini_level_db", |s| s.pacini_level_db),
+    StrokeColumn::of("meissner_from_hz", |s| s.meissner_from_hz),
+    StrokeColumn::of("meissner_level_at_most_db", |s| s.meissner_level_at_most_db),
 ];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
@@ -355,8 +384,18 @@ pub fn analyse(
     let mut plan = FeaturePlan::new(config, signals.rate, unit.clone())?;
     let mut strokes = Vec::with_capacity(segmentation.strokes.len());
     let mut psds = Vec::with_capacity(segmentation.strokes.len());
+    let mut low = LowFrequencies::new(config, signals.rate, &unit);
+    let recorded: Vec<&[f64]> = recording
+        .channels()
+        .iter()
+        .filter(|c| segmentation.roles.vibration.contains(&c.name) && !never_changes(&c.samples))
+        .map(|c| c.samples.as_slice())
+        .collect();
     for stroke in &segmentation.strokes {
-        let (features, psd) = plan.of(&vibrations, &signals, segmentation, stroke)?;
+        let (mut features, psd) = plan.of(&vibrations, &signals, segmentation, stroke)?;
+        if let Some(low) = &mut low {
+            features.add(low.of(&vibrations, &recorded, stroke.steady)?);
+        }
         strokes.push(features);
         psds.push(psd);
     }

@@ -1,8 +1,9 @@
 //! The features of one stroke after the other, planned once.
 
+use super::low::LowFrequencies;
 use super::statistics::{Moments, Statistics, squares_and_peak};
 use super::{FeatureConfig, FeatureError, Receptor, StrokeFeatures, Weighting, peaks};
-use crate::quantity::{Band, Decibels, SampleRate, Seconds, Uncalibrated, Unit};
+use crate::quantity::{Band, Decibels, Hertz, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::is_sample;
 use crate::spectrum::WelchPlan;
 use crate::statistics::LevelSpread;
@@ -50,11 +51,11 @@ pub struct FeaturePlan {
     config: FeatureConfig,
     rate: SampleRate,
     /// What every line's density is multiplied by for the Pacinian and the detection-threshold power; absent for a
-    /// vibration that is no acceleration.
+    /// vibration that is no acceleration. Lower frequencies need finer lines.
     weights: Option<[Vec<f64>; 2]>,
-    /// The same for the levels re the thresholds of Meissner's and Pacinian corpuscles, each over its own band; absent where the
-    /// band of the analysis holds less than half of it.
-    channels: [Option<Vec<f64>>; 2],
+    /// The same for the level re the threshold of Pacinian corpuscles, over their own band; absent where the band of the analysis
+    /// holds less than half of it.
+    pacini: Option<Vec<f64>>,
     ratio: Vec<f64>,
     force: Vec<f64>,
 }
@@ -69,19 +70,24 @@ impl FeaturePlan {
         let bins = config.welch.segment / 2 + 1;
         // A band that ends below 500 Hz holds only part of what the Pacinian channel feels.
         let felt = unit == Unit::MetrePerSecondSquared && rate.nyquist().0 > 500.0;
+        let high = Band::new(Hertz(LowFrequencies::high_hz()), config.band.high());
+        let high = high.ok().and_then(|high| high.common(config.band));
         let weights = felt.then(|| {
-            [Weighting::Pacinian, Weighting::DetectionThreshold]
-                .map(|weighting| weighting.line_weights(bins, resolution_hz, config.band))
+            [Weighting::Pacinian, Weighting::DetectionThreshold].map(|weighting| {
+                high.map_or(Vec::new(), |high| {
+                    weighting.line_weights(bins, resolution_hz, high)
+                })
+            })
         });
-        let channel = |receptor: Receptor| {
-            let (weighting, own) = (receptor.weighting()?, receptor.band().ok()?);
+        let pacini = || {
+            let own = Receptor::Pacini.band().ok()?;
             let common = own.common(config.band)?;
             let width_hz = |band: Band| band.high().0 - band.low().0;
             let enough = width_hz(common) >= LEAST_OF_A_BAND * width_hz(own);
-            (felt && enough).then(|| weighting.line_weights(bins, resolution_hz, common))
+            (felt && enough).then(|| Weighting::Pacinian.line_weights(bins, resolution_hz, common))
         };
         Ok(Self {
-            channels: [Receptor::Meissner, Receptor::Pacini].map(channel),
+            pacini: pacini(),
             welch: WelchPlan::new(&config.welch, rate).map_err(FeatureError::Estimate)?,
             config: config.clone(),
             rate,
@@ -91,7 +97,7 @@ impl FeaturePlan {
         })
     }
 
-    /// The features of `stroke` and its PSD in u²/Hz, from the (filtered) `vibrations` and the forces and motion
+    /// The features of `stroke`, without what it is below the band of Pacinian corpuscles, and its PSD in u²/Hz, from the (filtered) `vibrations` and the forces and motion
     /// in `signals`.
     ///
     /// # Errors
@@ -146,12 +152,11 @@ impl FeaturePlan {
             Some(psd.iter().zip(weights).map(|(p, w)| p * w).sum())
         };
         let (pacinian_power, detection_power) = (weighted(0), weighted(1));
-        let level_db = |which: usize| {
-            let weights = self.channels[which].as_ref()?;
-            let power: f64 = psd.iter().zip(weights).map(|(p, w)| p * w).sum();
-            (power > 0.0).then(|| Decibels::from_power(power).0)
-        };
-        let [meissner_level_db, pacini_level_db] = [0, 1].map(level_db);
+        let pacini = self.pacini.as_ref().map(|weights| -> f64 {
+            let lines = psd.iter().zip(weights);
+            lines.map(|(p, w)| p * w).sum()
+        });
+        let pacini = pacini.filter(|power| *power > 0.0);
         let nyquist = self.rate.nyquist();
         let mut receptor_power = [None; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
@@ -179,8 +184,10 @@ impl FeaturePlan {
             }),
             pacinian_power,
             detection_power,
-            meissner_level_db,
-            pacini_level_db,
+            meissner_level_db: None,
+            meissner_from_hz: None,
+            meissner_level_at_most_db: None,
+            pacini_level_db: pacini.map(|power| Decibels::from_power(power).0),
         };
         Ok((features, psd))
     }

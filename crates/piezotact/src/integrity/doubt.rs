@@ -2,7 +2,9 @@
 
 use std::fmt;
 
+use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::number::digits_that_count;
 
 doubts! {
     /// A defect of a signal on its way from the sensor to the file.
@@ -122,18 +124,6 @@ impl DoubtKind for SignalDoubt {
     }
 }
 
-/// A share as text.
-fn percent(share: f64) -> String {
-    let p = share * 100.0;
-    if p >= 1.0 || p <= 0.0 {
-        format!("{p:.0} %")
-    } else if p >= 0.01 {
-        format!("{p:.2} %")
-    } else {
-        "less than 0.01 %".into()
-    }
-}
-
 /// A time as text.
 fn time(seconds: f64) -> String {
     if seconds.abs() < 1.0 {
@@ -212,7 +202,11 @@ impl fmt::Display for SignalDoubt {
                 factor,
                 delay_s,
             } => {
-                write!(f, "`{channel}` is `{of}` times {factor:.4}")?;
+                write!(
+                    f,
+                    "`{channel}` is `{of}` times {}",
+                    digits_that_count(*factor, 4)
+                )?;
                 if *delay_s != 0.0 {
                     let side = if *delay_s > 0.0 { "later" } else { "earlier" };
                     write!(f, ", {:.2} ms {side}", delay_s.abs() * 1e3)?;

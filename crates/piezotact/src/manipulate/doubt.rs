@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, doubts};
+use crate::number::rounded;
 
 doubts! {
     /// Doubts about a manipulation of a texture.
@@ -60,7 +61,8 @@ impl fmt::Display for ManipulateDoubt {
             } => write!(
                 f,
                 "{operation}: {} of the power would be outside 0 to {nyquist_hz} Hz and is lost",
-                percent(*share)
+                percent(*share),
+                nyquist_hz = rounded(*nyquist_hz)
             ),
             Self::JoinShows {
                 correlation,

@@ -14,38 +14,64 @@ use crate::stroke::{Segmentation, Stroke};
 const WHOLE_RATE_SHARE: f64 = 1e-5;
 
 /// The steady part of stroke `number` (from 1) of `recording` in m/s², without the gesture, and its step from the `whole`
-/// vibration; the doubts are those of the segmentation and of the filter.
+/// vibration; the doubts are those of the segmentation and of the filter. `None` where there is no such stroke.
 ///
-/// Formula: [`HighPass::gesture`] forwards and backwards, then the samples of the steady part.
+/// Formula: that of [`textures_of_strokes`].
 ///
 /// Source: thesis 3.3.1; [`vibrations`].
 ///
 /// # Errors
-/// Those of [`vibrations`]; [`FeatureError::Series`] where the steady part has no sample.
+/// Those of [`textures_of_strokes`].
 pub fn texture_of_stroke(
     whole: &Series<Acceleration>,
+    cut: (&Recording, &Segmentation),
+    number: usize,
+) -> Result<Option<Manipulated<Acceleration>>, FeatureError> {
+    let mut textures = textures_of_strokes(whole, cut)?;
+    let index = number.checked_sub(1).filter(|i| *i < textures.len());
+    Ok(index.map(|index| textures.swap_remove(index)))
+}
+
+/// The steady part of every stroke of `recording` in m/s², without the gesture, each with its step from the `whole` vibration and
+/// with the doubts of the segmentation and of the filter.
+///
+/// Formula: [`HighPass::gesture`] forwards and backwards over the whole recording, then the samples of the steady parts.
+///
+/// Source: thesis 3.3.1; [`vibrations`].
+///
+/// # Errors
+/// Those of [`vibrations`]; [`FeatureError::Series`] where a steady part has no sample.
+pub fn textures_of_strokes(
+    whole: &Series<Acceleration>,
     (recording, segmentation): (&Recording, &Segmentation),
-    (number, stroke): (usize, &Stroke),
-) -> Result<Manipulated<Acceleration>, FeatureError> {
+) -> Result<Vec<Manipulated<Acceleration>>, FeatureError> {
     let gesture = HighPass::gesture();
     let freed = vibrations(recording, segmentation, Some(gesture))?;
-    let steady = &stroke.steady;
-    let samples = freed.channels.first().map(|channel| steady.of(channel));
-    let samples = samples.map(<[f64]>::to_vec).unwrap_or_default();
-    let series = Series::new(samples, recording.rate()).map_err(FeatureError::Series)?;
-    let operation = Operation::Stroke {
-        number,
-        from_s: recording.rate().duration_of(steady.start).0,
-        to_s: recording.rate().duration_of(steady.end).0,
-        high_pass_hz: gesture.cutoff_hz.0,
+    let doubts = [segmentation.doubts.as_slice(), freed.doubts.as_slice()].concat();
+    let rate = recording.rate();
+    let texture = |(i, stroke): (usize, &Stroke)| {
+        let steady = &stroke.steady;
+        let samples = freed.channels.first().map(|channel| steady.of(channel));
+        let samples = samples.map(<[f64]>::to_vec).unwrap_or_default();
+        let series = Series::new(samples, rate).map_err(FeatureError::Series)?;
+        let operation = Operation::Stroke {
+            number: i + 1,
+            from_s: rate.duration_of(steady.start).0,
+            to_s: rate.duration_of(steady.end).0,
+            high_pass_hz: gesture.cutoff_hz.0,
+        };
+        Ok(Manipulated {
+            step: Step::between(operation, whole.rms_about_mean(), series.rms_about_mean()),
+            series,
+            doubts: doubts.clone(),
+        })
     };
-    let mut doubts = segmentation.doubts.clone();
-    doubts.extend(freed.doubts);
-    Ok(Manipulated {
-        step: Step::between(operation, whole.rms_about_mean(), series.rms_about_mean()),
-        series,
-        doubts,
-    })
+    segmentation
+        .strokes
+        .iter()
+        .enumerate()
+        .map(texture)
+        .collect()
 }
 
 impl<Q: Quantity> Texture<Q> {

@@ -3,7 +3,7 @@
 use super::{Noise, OTHER_LINE_DB, PARTS, SHORTEST_OF_DRIFT, STANDS_OUT_DB};
 use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use crate::number::{counted, digits};
+use crate::number::{counted, digits, rounded};
 use crate::page::{Block, Cell, Column, Number, Page, Table};
 
 impl Noise {
@@ -120,7 +120,7 @@ impl Noise {
                 format!("{} {unit}/√Hz", digits(density.value)),
                 format!(
                     "floor at {} Hz (median over a third octave)",
-                    density.frequency_hz
+                    rounded(density.frequency_hz)
                 ),
             )
         }));
@@ -130,6 +130,11 @@ impl Noise {
         };
         let of_rest = self.criteria.iter().filter(|c| c.what.of_rest());
         let others = self.criteria.iter().filter(|c| !c.what.of_rest());
+        let others: Vec<_> = others.collect();
+        // Once each: 300 Hz is a multiple of 50 Hz and of 60 Hz.
+        let others = (others.iter().enumerate())
+            .filter(|(i, c)| others[..*i].iter().all(|before| before.what != c.what))
+            .map(|(_, c)| *c);
         let note = format!(
             "PSD by Welch's method: Hann window, segments of {}, 50 % overlap, median of {}; the rms of everything is from their mean. Levels: rms above {} over quarters of a segment. Drift: least squares over the means of segments; the interval takes into account that neighbouring means are correlated. A line of the mains stands out when it is more than {STANDS_OUT_DB} dB above the floor around it with 95 % confidence. Other lines are named from {OTHER_LINE_DB} dB; they may come from a machine or from a steady motion. A motion whose level does not change, such as a finger that slides during the whole recording, cannot be distinguished from noise.",
             self.config.segment_s,

@@ -1,6 +1,7 @@
 //! Removes narrow resonances of the bench, identified in a control measurement without a finger, from the transfer functions of
 //! fingers.
 
+use crate::number::rounded;
 use crate::panel::PanelDoubt;
 use std::f64::consts::{PI, TAU};
 
@@ -349,7 +350,8 @@ impl Artefact {
 pub enum ControlError {
     /// Nothing narrow is in the control.
     #[error(
-        "expected a dip of {least_db} dB or more in the control measurement within {band}, found none; check that it was measured without a finger, or leave it out"
+        "expected a dip of {least_db} dB or more in the control measurement within {band}, found none; check that it was measured without a finger, or leave it out",
+        least_db = rounded(*least_db)
     )]
     NoDip {
         /// Where it was looked for.

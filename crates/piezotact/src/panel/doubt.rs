@@ -5,6 +5,7 @@ use std::fmt;
 use crate::Doubt;
 use crate::doubt::words::first_of;
 use crate::doubt::{Advice, DoubtKind, Example, Subject, doubts};
+use crate::number::rounded;
 
 doubts! {
     /// Doubts about a panel of people.
@@ -260,7 +261,8 @@ impl fmt::Display for PanelDoubt {
             } => write!(
                 f,
                 "the control's coherence falls to {lowest:.2} at {at_hz:.0} Hz, below {asked}: the compensation at this \
-                    frequency is partly noise"
+                    frequency is partly noise",
+                asked = rounded(*asked)
             ),
             Self::NotListed { files } => write!(
                 f,

@@ -5,6 +5,7 @@ use std::fmt;
 use crate::checksum::Checksum;
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, ChannelRole, DoubtKind, Subject, doubts};
+use crate::number::rounded;
 
 doubts! {
     /// Doubts about the reading of a file, and about the condition of a recording.
@@ -231,7 +232,8 @@ impl fmt::Display for RecordingDoubt {
                 found_hz,
             } => write!(
                 f,
-                "the stated rate of {stated_hz} Hz was used, but the time stamps give {found_hz:.4} Hz"
+                "the stated rate of {stated_hz} Hz was used, but the time stamps give {} Hz",
+                rounded(*found_hz)
             ),
             Self::RateNotUsed {
                 stated_hz,
@@ -275,7 +277,9 @@ impl fmt::Display for RecordingDoubt {
                 length_s,
             } => write!(
                 f,
-                "{count} event(s) are outside the recording of {length_s:.3} s, the first at {onset_s} s for {lasts_s} s"
+                "{count} event(s) are outside the recording of {length_s:.3} s, the first at {onset_s} s for {lasts_s} s",
+                onset_s = rounded(*onset_s),
+                lasts_s = rounded(*lasts_s)
             ),
             Self::UnevenSampling { worst } => write!(
                 f,

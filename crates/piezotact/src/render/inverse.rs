@@ -332,14 +332,23 @@ impl InversePlan {
             });
         }
         self.lines.clear();
-        self.lines.extend((0..=n / 2).filter_map(|index| {
+        // No line outside the edges of the band has a weight, and one inverse alone asks for the coherence.
+        let place = |hz: f64| hz * n as f64 / rate.hz();
+        let first = place(config.band.low().0 * (1.0 - config.edge_ratio)).floor();
+        let last = place(config.band.high().0 * (1.0 + config.edge_ratio)).ceil();
+        let weighted = first.max(0.0) as usize..=(last as usize).min(n / 2);
+        let by_coherence = config.inverse == Inverse::Coherence;
+        self.lines.extend(weighted.filter_map(|index| {
             let frequency_hz = index as f64 * rate.hz() / n as f64;
             let weight = config.band.weight(frequency_hz, config.edge_ratio);
             (weight > 0.0).then(|| Line {
                 index,
                 weight,
                 h: function.at(frequency_hz),
-                coherence: function.coherence_at(frequency_hz),
+                coherence: match by_coherence {
+                    true => function.coherence_at(frequency_hz),
+                    false => 1.0,
+                },
                 frequency_hz,
             })
         }));

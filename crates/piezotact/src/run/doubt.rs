@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::Ended;
 use crate::doubt::{Advice, DoubtKind, FieldValue, Subject, Value, doubts};
-use crate::number::counted;
+use crate::number::{counted, rounded};
 use crate::quantity::Band;
 
 doubts! {
@@ -151,12 +151,10 @@ impl fmt::Display for RunDoubt {
             ),
             Self::ForceNotMeasured { load_n } => write!(
                 f,
-                "no force was measured: it is not known whether {load_n} N was held"
-            ),
+                "no force was measured: it is not known whether {load_n} N was held", load_n = rounded(*load_n)),
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,
-                "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N"
-            ),
+                "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N", target_n = rounded(*target_n)),
             Self::Rehearsed {
                 through,
                 answers_hz,

@@ -25,7 +25,7 @@ pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
 };
-pub use perceptible::with_perceptible_difference;
+pub use perceptible::{doubts_of_feeling, with_perceptible_difference};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
@@ -37,6 +37,7 @@ use crate::discrimination::{
 };
 use crate::doubt::{Doubt, Doubts};
 use crate::feature::Weighting;
+use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
@@ -404,12 +405,31 @@ fn refuse(
             });
         }
     }
-    for (what, jnd) in [
-        ("in level, in dB", config.level_jnd.0),
-        ("in frequency, as a share", config.frequency_jnd_share),
+    require_jnd(config.level_jnd, config.frequency_jnd_share)
+}
+
+/// The largest just-noticeable difference in level that is accepted, dB: a thousand times in amplitude.
+const LARGEST_JND_DB: f64 = 60.0;
+/// The largest just-noticeable difference in frequency that is accepted, as a share.
+const LARGEST_JND_SHARE: f64 = 10.0;
+
+/// Requires just-noticeable differences that can be: in level above 0 and up to 60 dB, in frequency a share above 0 and up to 10.
+///
+/// # Errors
+/// [`ScoreError::Jnd`] for one that is not.
+///
+/// Source: house rule.
+pub fn require_jnd(level: Decibels, frequency_share: f64) -> Result<(), ScoreError> {
+    for (what, found, most) in [
+        ("in level, in dB", level.0, LARGEST_JND_DB),
+        (
+            "in frequency, as a share",
+            frequency_share,
+            LARGEST_JND_SHARE,
+        ),
     ] {
-        if !(jnd > 0.0 && jnd.is_finite()) {
-            return Err(ScoreError::Jnd { what, found: jnd });
+        if !(found > 0.0 && found <= most) {
+            return Err(ScoreError::Jnd { what, found, most });
         }
     }
     Ok(())
@@ -569,13 +589,16 @@ pub enum ScoreError {
     },
     /// A just-noticeable difference that is none.
     #[error(
-        "expected a just-noticeable difference {what} above 0, found {found}; 1.58 dB and 0.2 are usual"
+        "expected a just-noticeable difference {what} above 0 and up to {most}, found {}; 1.58 dB and 0.2 are usual",
+        rounded(*found)
     )]
     Jnd {
         /// Which.
         what: &'static str,
         /// What was given.
         found: f64,
+        /// The largest that is accepted.
+        most: f64,
     },
     /// Nothing there.
     #[error(

@@ -1,7 +1,8 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
-use super::{ScoreConfig, Verdict, score};
+use super::{Score, ScoreConfig, ScoreDoubt, Verdict, score};
 use crate::criterion::Criterion;
+use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
 use crate::verify::{Verification, VerifyCriterion};
@@ -20,7 +21,23 @@ pub fn with_perceptible_difference(verification: Verification) -> Verification {
     }
 }
 
-fn criterion(verification: &Verification) -> Option<Criterion<VerifyCriterion>> {
+/// The doubts that target or measurement of `verification`, as they were compared, lie below the detection threshold: what meets every
+/// criterion there is not felt.
+///
+/// Source: [`score`], as [`with_perceptible_difference`].
+#[must_use]
+pub fn doubts_of_feeling(verification: &Verification) -> Vec<Doubt> {
+    let doubts = scored(verification).map(|(found, _)| found.doubts);
+    let not_felt = |doubt: &Doubt| matches!(doubt.kind(), Some(ScoreDoubt::NotFelt { .. }));
+    doubts
+        .unwrap_or_default()
+        .into_iter()
+        .filter(not_felt)
+        .collect()
+}
+
+/// The score of what `verification` compared, and how it was computed.
+fn scored(verification: &Verification) -> Option<(Score, ScoreConfig)> {
     if verification.psd_unit != Acceleration::UNIT.of_psd() {
         return None;
     }
@@ -32,6 +49,11 @@ fn criterion(verification: &Verification) -> Option<Criterion<VerifyCriterion>> 
     let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
     let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
     let found = score(&target, &measured, &config).ok()?;
+    Some((found, config))
+}
+
+fn criterion(verification: &Verification) -> Option<Criterion<VerifyCriterion>> {
+    let (found, config) = scored(verification)?;
     if matches!(found.verdict, Verdict::NotDecided { .. }) {
         return None;
     }

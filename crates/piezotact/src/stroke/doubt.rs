@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::doubt::{Advice, Counts, DoubtKind, Subject, doubts};
+use crate::number::rounded;
 
 doubts! {
     /// Doubts about the segmentation into strokes.
@@ -95,8 +96,7 @@ impl fmt::Display for StrokeDoubt {
             ),
             Self::NoContact { largest_n, threshold_n } => write!(
                 f,
-                "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N"
-            ),
+                "no stroke: the force rises by {largest_n:.3} N at most and a contact needs {threshold_n} N", threshold_n = rounded(*threshold_n)),
             Self::SlidingAssumed => f.write_str(
                 "every contact is analysed as a stroke: hesitations and stick-slip are not detected (because vibration and \
                     tangential force are missing, or as requested)",

@@ -7,6 +7,7 @@ use super::contact::Force;
 use super::frames::quantile;
 use crate::clipping::flat_top_fraction;
 use crate::doubt::{Advice, Doubt, DoubtKind, Subject, doubts};
+use crate::number::rounded;
 use crate::statistics::mean;
 
 /// The largest plausible force of a sliding fingertip, N: surfaces are explored with 0.1 to 5 N; the maximal force of most
@@ -111,8 +112,7 @@ impl fmt::Display for ForceDoubt {
             ),
             Self::ForceDrift { from_n, to_n, threshold_n } => write!(
                 f,
-                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero"
-            ),
+                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero", threshold_n = rounded(*threshold_n)),
             Self::ForceZeroScatters {
                 from_n,
                 to_n,
@@ -121,8 +121,7 @@ impl fmt::Display for ForceDoubt {
             } => write!(
                 f,
                 "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift \
-                    (a contact needs {threshold_n} N): forces have this uncertainty"
-            ),
+                    (a contact needs {threshold_n} N): forces have this uncertainty", threshold_n = rounded(*threshold_n)),
         }
     }
 }

@@ -3,11 +3,12 @@
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{By, Group, StudyError, Take};
 use crate::compare::{
-    AcrossSamples, ActivePassive, Contacts, DirectionContrast, DirectionDifference, DirectionTrend,
-    DiscriminationConfig, DiscriminationError, Groups, LevelSpread, LoadTrend, RoughnessTrend,
-    Sliding, SpatialPeriod, Summary, Texture, across_participants, across_roughness,
-    active_against_passive, comparable, direction_contrasts, direction_trend, discriminate,
-    friction_against_rms, load_trend, rms_on_speed, spatial_period,
+    AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
+    DirectionSetting, DirectionTrend, DiscriminationConfig, DiscriminationError, FrictionChange,
+    Groups, LevelSpread, LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture,
+    across_participants, across_roughness, active_against_passive, comparable, confounders,
+    direction_contrasts, direction_trend, discriminate, friction_against_rms, load_trend,
+    rms_on_speed, spatial_period,
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
@@ -16,7 +17,7 @@ use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{LogFit, RankCorrelation};
-use crate::stroke::Reason;
+use crate::stroke::{Reason, StrokeDoubt};
 
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
@@ -41,6 +42,10 @@ pub struct Comparison {
     pub groups: Vec<Group>,
     /// What changes from one to the next.
     pub trend: Trend,
+    /// What else differs between the groups: speed or load.
+    pub confounders: Vec<Confounder>,
+    /// What this leaves open.
+    pub doubts: Vec<Doubt>,
 }
 
 /// What changes from group to group.
@@ -67,6 +72,8 @@ pub struct SampleTrend {
     pub roughness: RoughnessTrend,
     /// The rank correlation of friction and rms over samples.
     pub friction_on_rms: Option<RankCorrelation>,
+    /// By how much friction changes with the rms.
+    pub friction_change_on_rms: Option<FrictionChange>,
     /// How many samples have one stroke only.
     pub single_strokes: usize,
     /// Of how many.
@@ -112,14 +119,14 @@ impl Comparison {
     }
 
     /// What the change leaves open.
-    #[must_use]
-    pub fn own_doubts(&self) -> &[Doubt] {
-        match &self.trend {
+    pub fn own_doubts(&self) -> impl Iterator<Item = &Doubt> {
+        let of_trend: &[Doubt] = match &self.trend {
             Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.doubts),
             Trend::Loads(trend) => &trend.doubts,
             Trend::Directions(trend) => &trend.doubts,
             Trend::Samples(_) | Trend::Participants(_) | Trend::Touch => &[],
-        }
+        };
+        of_trend.iter().chain(&self.doubts)
     }
 }
 
@@ -176,10 +183,19 @@ impl Grouping<'_> {
                 By::Load => Trend::Loads(self.loads(&groups)),
                 By::Direction => Trend::Directions(self.directions(&groups)),
             };
+            let stated_n = self.stated_loads_n(&groups);
+            let confounders = confounders(&self::summaries(&groups), &stated_n, by.word());
+            let doubts = match by {
+                // Those of the trend say it, and what is not known.
+                By::Load | By::Direction => Vec::new(),
+                _ => confounders.iter().map(|c| c.doubt(by.word())).collect(),
+            };
             Ok(Comparison {
                 setting,
                 groups,
                 trend,
+                confounders,
+                doubts,
             })
         };
         let settings = self.settings(by)?.into_iter();
@@ -187,7 +203,14 @@ impl Grouping<'_> {
             .map(comparison)
             .collect::<Result<_, StudyError>>()?;
         let trends = comparisons.iter().filter_map(|c| match &c.trend {
-            Trend::Directions(trend) => Some(trend),
+            Trend::Directions(trend) => {
+                let first = c.groups.first().and_then(|group| group.takes.first())?;
+                Some(DirectionSetting {
+                    participant: self.takes[*first].condition().participant.as_deref(),
+                    trend,
+                    confounders: &c.confounders,
+                })
+            }
             _ => None,
         });
         Ok(Across {
@@ -204,6 +227,12 @@ impl Grouping<'_> {
             return Err(StudyError::NothingToCompare {
                 by,
                 differ_in: differ_in(self.takes, by),
+                rejected: self
+                    .takes
+                    .iter()
+                    .filter(|take| take.analysis.is_none())
+                    .map(|take| (take.name.clone(), why_without_strokes(take)))
+                    .collect(),
             });
         }
         for comparison in &across.comparisons {
@@ -217,9 +246,11 @@ impl Grouping<'_> {
             let mut sets = self.settings.sets.iter();
             sets.find_map(|set| set.sample(sample))?.ra_m
         };
+        let (friction_on_rms, friction_change_on_rms) = friction_against_rms(summaries);
         SampleTrend {
             roughness: across_roughness(summaries, ra_m),
-            friction_on_rms: friction_against_rms(summaries),
+            friction_on_rms,
+            friction_change_on_rms,
             single_strokes: summaries.iter().filter(|s| s.strokes < 2).count(),
             samples: summaries.len(),
         }
@@ -360,9 +391,14 @@ impl Grouping<'_> {
         let active = self.with_counterpart(Touch::Active, Touch::Passive)?;
         let passive = self.with_counterpart(Touch::Passive, Touch::Active)?;
         let [low, high] = ACTIVE_PASSIVE_HZ.map(Hertz);
+        let stated = |groups: &[Group], sample: &str| {
+            let place = groups.iter().position(|g| g.summary.name == sample)?;
+            self.stated_loads_n(&groups[place..=place])[0]
+        };
         let found = active_against_passive(
             &summaries(&active),
             &summaries(&passive),
+            |sample| [stated(&active, sample), stated(&passive, sample)],
             Band::new(low, high)?,
         );
         Ok(BothWays {
@@ -371,6 +407,16 @@ impl Grouping<'_> {
             found,
         })
     }
+}
+
+/// Why a recording has no strokes, where that is known.
+pub(super) fn why_without_strokes(take: &Take) -> Option<Doubt> {
+    take.doubts().into_iter().find(|doubt| {
+        matches!(
+            doubt.kind(),
+            Some(StrokeDoubt::NoContact { .. } | StrokeDoubt::Rejected { .. })
+        )
+    })
 }
 
 /// How many contacts were rejected for stick-slip.

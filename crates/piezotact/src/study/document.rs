@@ -415,6 +415,8 @@ pub struct PeriodEntry<'a> {
     pub spatial_period_over: OverEntry,
     /// What each group says of it.
     pub spatial_period_groups: &'a [GroupPeriod],
+    /// Multiples of it that may be the period, mm.
+    pub spatial_period_open_multiples_mm: Vec<f64>,
 }
 
 /// What an interval is over.
@@ -574,6 +576,11 @@ impl<'a> SpeedEntry<'a> {
                     count: period.units,
                 },
                 spatial_period_groups: &period.groups,
+                spatial_period_open_multiples_mm: period
+                    .open_multiples_m
+                    .iter()
+                    .map(|m| mm(*m))
+                    .collect(),
             }),
             peaks: peaks
                 .map(|peak| PeakEntry {

@@ -1,9 +1,11 @@
 //! Why a study cannot be analysed.
 
 use super::By;
+use super::take::FASTEST_M_S;
 use crate::compare::CompareError;
 use crate::doubt::{Doubt, Merged};
 use crate::feature::FeatureError;
+use crate::number::rounded;
 use crate::quantity::{Newtons, QuantityError};
 use crate::recording::RecordingError;
 use crate::stroke::SegmentError;
@@ -24,6 +26,15 @@ pub enum StudyError {
     Load {
         /// The load.
         found: Newtons,
+    },
+    /// A sliding speed that no finger has.
+    #[error(
+        "expected a sliding speed above 0 and up to {FASTEST_M_S} m/s, found {} m/s; correct its unit",
+        rounded(*found_m_s)
+    )]
+    Speed {
+        /// The speed, m/s.
+        found_m_s: f64,
     },
     /// A recording whose channels are not what they must be.
     #[error("{file}: {error}")]
@@ -68,14 +79,17 @@ pub enum StudyError {
     },
     /// There are no recordings that differ in what is compared and agree in all else.
     #[error(
-        "expected recordings that differ in {by} and agree in all else, found none{}; give more recordings, or state more of their conditions",
-        if differ_in.is_empty() { String::new() } else { format!(" (they differ in {})", listed(differ_in)) }
+        "expected recordings that differ in {by} and agree in all else, found none{}{}; give more recordings, or state more of their conditions",
+        if differ_in.is_empty() { String::new() } else { format!(" (they differ in {})", listed(differ_in)) },
+        without_strokes(rejected)
     )]
     NothingToCompare {
         /// What is compared.
         by: By,
         /// What else they differ in.
         differ_in: Vec<By>,
+        /// The recordings without strokes, each with what is doubted of its strokes, where that is known.
+        rejected: Vec<(String, Option<Doubt>)>,
     },
     /// Groups that cannot be averaged or compared.
     #[error(transparent)]
@@ -108,6 +122,17 @@ impl NoStrokes {
         let because = because.map_or(String::new(), |doubt| format!(": {}", words(doubt)));
         format!("expected strokes, found none in {recordings}{because}")
     }
+}
+
+/// How many recordings have no strokes, and why the first of them has none.
+fn without_strokes(rejected: &[(String, Option<Doubt>)]) -> String {
+    let Some((first, because)) = rejected.first() else {
+        return String::new();
+    };
+    let because = because.as_ref();
+    let because = because.map_or(String::new(), |doubt| format!(": {doubt}"));
+    let all = crate::number::counted(rejected.len(), "recording");
+    format!(", and {all} without strokes are not compared (such as {first}{because})")
 }
 
 fn listed(parts: &[By]) -> String {

@@ -85,6 +85,11 @@ pub enum Breadth {
     Report,
 }
 
+/// What a study takes in memory at most beside its recordings, in bytes for each sample in time of the longest one.
+///
+/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+pub const MEMORY_BYTES_A_SAMPLE: usize = 64;
+
 /// A study, analysed.
 #[derive(Clone, Debug)]
 pub struct StudyAnalysis {

@@ -10,6 +10,9 @@ use crate::recording::{Condition, Recording};
 use crate::roles::{Motion, Roles};
 use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeDoubt, segment};
 
+/// A faster sliding speed is none of a finger, m/s: an arm that throws reaches about this.
+pub(super) const FASTEST_M_S: f64 = 10.0;
+
 /// The information in a file name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Naming {
@@ -72,11 +75,17 @@ impl Stated {
     /// Whether it can be.
     ///
     /// # Errors
-    /// [`StudyError::TangentialForces`] for more than two channels, [`StudyError::Load`] for a load that is not above 0 N.
+    /// [`StudyError::TangentialForces`] for more than two channels, [`StudyError::Load`] for a load that is not above 0 N,
+    /// [`StudyError::Speed`] for a speed that is not above 0, or above 10 m/s.
     pub fn check(&self) -> Result<(), StudyError> {
         let forces = self.tangential_force.len();
         if forces > 2 {
             return Err(StudyError::TangentialForces { found: forces });
+        }
+        if let Some(found_m_s) = self.condition.speed_m_s
+            && !(found_m_s > 0.0 && found_m_s <= FASTEST_M_S)
+        {
+            return Err(StudyError::Speed { found_m_s });
         }
         match self.condition.load_n {
             Some(load) if !(load.0 > 0.0 && load.0.is_finite()) => {

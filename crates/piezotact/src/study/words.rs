@@ -4,9 +4,13 @@ use super::{
     BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take,
     Trend,
 };
-use crate::compare::{CommonLine, CompareDoubt, DirectionContrast, Groups};
+use crate::compare::{
+    CommonLine, CompareDoubt, Confounder, DirectionContrast, FrictionChange, Groups,
+    unless_confounded,
+};
 use crate::doubt::{Doubt, Merged, merged_of};
 use crate::number::digits;
+use crate::statistics::RankCorrelation;
 use crate::stroke::{Judging, Rule};
 
 impl Take {
@@ -160,11 +164,16 @@ impl SampleTrend {
         let rms = trend.rms_rank_correlation.as_ref();
         let friction = trend.friction_rank_correlation.as_ref();
         let on_rms = self.friction_on_rms.as_ref();
+        let with_size =
+            |ranks: &RankCorrelation, change: Option<FrictionChange>, x: &str| match change {
+                Some(change) => change.conclusion(ranks, x),
+                None => ranks.conclusion("friction", x, "samples"),
+            };
         [
             rms_on_ra.map(|fit| fit.conclusion("rms", "Ra", "samples")),
             rms.map(|found| found.conclusion("rms", "Ra", "samples")),
-            friction.map(|found| found.conclusion("friction", "Ra", "samples")),
-            on_rms.map(|found| found.conclusion("friction", "rms", "samples")),
+            friction.map(|found| with_size(found, trend.friction_change, "Ra")),
+            on_rms.map(|found| with_size(found, self.friction_change_on_rms, "rms")),
             self.one_stroke_each(),
         ]
         .into_iter()
@@ -174,7 +183,8 @@ impl SampleTrend {
 }
 
 impl SpeedTrend {
-    fn lines(&self) -> Vec<String> {
+    /// What changes; a spatial period does so with nothing but the speed.
+    fn lines(&self, confounders: &[Confounder]) -> Vec<String> {
         let fit = self.rms_on_speed.as_ref();
         let period = self.period.as_ref().map(|period| {
             let peaks: Vec<String> = period
@@ -190,7 +200,8 @@ impl SpeedTrend {
                 .collect();
             format!("{}: {}", period.conclusion(), peaks.join(", "))
         });
-        let fit = fit.map(|fit| fit.conclusion("rms", "speed", "speeds"));
+        let fit =
+            fit.map(|fit| unless_confounded(confounders, fit.conclusion("rms", "speed", "speeds")));
         fit.into_iter().chain(period).collect()
     }
 }
@@ -201,7 +212,7 @@ impl Trend {
     pub fn lines(&self) -> Vec<String> {
         match self {
             Self::Samples(trend) => trend.lines(),
-            Self::Speeds(trend) => trend.lines(),
+            Self::Speeds(trend) => trend.lines(&[]),
             Self::Loads(trend) => trend.lines(),
             Self::Directions(trend) => trend.lines(),
             Self::Participants(spread) => {
@@ -214,6 +225,19 @@ impl Trend {
 }
 
 impl Comparison {
+    /// What changes, line by line, as not decided where something else differs as completely.
+    #[must_use]
+    pub fn trend_lines(&self) -> Vec<String> {
+        match &self.trend {
+            Trend::Speeds(trend) => trend.lines(&self.confounders),
+            other => {
+                let lines = other.lines().into_iter();
+                let lines = lines.map(|line| unless_confounded(&self.confounders, line));
+                lines.collect()
+            }
+        }
+    }
+
     /// What is said of it: its setting, a line for each group, what changes, and of samples which are distinguishable.
     #[must_use]
     pub fn text(&self, groups: Option<&Groups>) -> String {
@@ -222,8 +246,9 @@ impl Comparison {
             lines.push(format!("{}:", self.setting));
         }
         lines.extend(self.groups.iter().map(|group| group.summary.line()));
-        lines.extend(self.trend.lines());
-        lines.extend(groups.into_iter().flat_map(Groups::sentences));
+        lines.extend(self.trend_lines());
+        let sentences = groups.into_iter().flat_map(Groups::sentences);
+        lines.extend(sentences.map(|line| unless_confounded(&self.confounders, line)));
         lines.join("\n")
     }
 }
@@ -322,10 +347,28 @@ impl StudyAnalysis {
         let of_groups = super::doubts_of(&self.takes, &self.groups);
         let mut all = sentences(&self.takes, &of_groups, words);
         all.extend(self.doubts_of_speeds(words));
+        all.extend(self.confounded(words));
         all.extend(self.left_out.iter().map(words));
         let discrimination = self.discrimination.iter();
         all.extend(discrimination.flat_map(|found| found.doubts().map(words)));
         all
+    }
+
+    /// What else differs between the groups of what is asked, setting by setting.
+    fn confounded(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+        let comparisons = self.comparisons().iter();
+        let doubts: Vec<(Option<&str>, &Doubt)> = comparisons
+            .flat_map(|comparison| {
+                let setting = Some(comparison.setting.as_str()).filter(|s| !s.is_empty());
+                comparison.doubts.iter().map(move |doubt| (setting, doubt))
+            })
+            .collect();
+        let settings = (self.comparisons().len(), "settings");
+        let doubts = merged_of(doubts);
+        doubts
+            .iter()
+            .map(|doubt| doubt.text_of(settings, words))
+            .collect()
     }
 
     /// What spatial periods leave open, setting by setting; those without a common period in one sentence.

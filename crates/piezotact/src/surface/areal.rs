@@ -105,6 +105,7 @@ pub fn areal_roughness(
         }));
     }
     doubts.extend(slopes.and_then(|(gradient, _)| plausible::of_slope(gradient)));
+    doubts.extend(plausible::of_map(map));
     Ok(ArealRoughness {
         sa_m: heights.mean_absolute_m,
         sq_m: heights.rms_m,

@@ -5,7 +5,7 @@ use std::fmt;
 use super::length_text;
 use crate::doubt::words::percent;
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
-use crate::number::digits_that_count;
+use crate::number::{digits_that_count, rounded};
 
 doubts! {
     /// What a topography and its roughness parameters leave open.
@@ -61,6 +61,13 @@ doubts! {
             /// Ra of the profile as it is, m.
             unfiltered_ra_m: f64,
         },
+        /// A profile that counts as filtered by the instrument has the long waves that a filter removes.
+        NotFiltered("not_filtered") {
+            /// The instrument's cut-off, m.
+            cutoff_m: f64,
+            /// The share of its power in waves from twice the cut-off on, 0–1.
+            share: f64,
+        },
         /// A parameter is not the one that the instrument states.
         InstrumentDiffers("instrument_differs") {
             /// Its symbol.
@@ -110,6 +117,19 @@ doubts! {
             /// How far it stands out, m.
             height_m: f64,
         },
+        /// Single points stand far out of a height map.
+        MapSpikes("map_spikes") {
+            /// How many.
+            count: usize,
+            /// Where the highest is along a row, m.
+            at_x_m: f64,
+            /// Where it is across the rows, m.
+            at_y_m: f64,
+            /// How far it stands out, m.
+            height_m: f64,
+        },
+        /// Every height is the same.
+        FlatHeights("flat_heights"),
         /// Heights end at one value: the range of the instrument was too small.
         SaturatedHeights("saturated_heights") {
             /// Which end: "highest" or "lowest".
@@ -153,9 +173,14 @@ impl DoubtKind for SurfaceDoubt {
             Self::FilteredTwice { .. } => vec![Advice::KeepSettingsFile, Advice::LeaveUnfiltered],
             Self::LooksFiltered { .. } => vec![Advice::LeaveUnfiltered],
             Self::InstrumentDiffers { .. } => vec![Advice::StateCutoff],
+            Self::NotFiltered { .. } => vec![Advice::Check(Subject::Belonging)],
             Self::LengthSet { .. } => Vec::new(),
             Self::ImplausibleSlope { .. } => vec![Advice::Check(Subject::UnitAndScale)],
-            Self::Spikes { .. } | Self::SaturatedHeights { .. } | Self::HeldHeights { .. } => {
+            Self::Spikes { .. }
+            | Self::MapSpikes { .. }
+            | Self::FlatHeights
+            | Self::SaturatedHeights { .. }
+            | Self::HeldHeights { .. } => {
                 vec![Advice::Check(Subject::Measurement)]
             }
             Self::LengthUnconfirmed { .. } => vec![Advice::KeepSettingsFile, Advice::StateStep],
@@ -188,23 +213,23 @@ impl fmt::Display for SurfaceDoubt {
                 f,
                 "only {sections} section{} of the cut-off {} mm, the standard requires {asked}",
                 if *sections == 1 { "" } else { "s" },
-                cutoff_m * 1e3
+                rounded(cutoff_m * 1e3)
             ),
             Self::UnevenProfile {
                 evaluated_ra_m,
                 whole_ra_m,
             } => write!(
                 f,
-                "the sections in the middle differ from the rest: their Ra is {:.4} µm, that of the whole line {:.4} µm; the \
+                "the sections in the middle differ from the rest: their Ra is {} µm, that of the whole line {} µm; the \
                     line may include more than the intended surface",
-                evaluated_ra_m * 1e6,
-                whole_ra_m * 1e6
+                digits_that_count(evaluated_ra_m * 1e6, 4),
+                digits_that_count(whole_ra_m * 1e6, 4)
             ),
             Self::CutoffUnsettled { used_m, ra_m } => write!(
                 f,
-                "no cut-off in the table of the standard agrees with the Ra that it gives (with {} mm, Ra is {:.4} µm)",
-                used_m * 1e3,
-                ra_m * 1e6
+                "no cut-off in the table of the standard agrees with the Ra that it gives (with {} mm, Ra is {} µm)",
+                rounded(used_m * 1e3),
+                digits_that_count(ra_m * 1e6, 4)
             ),
             Self::FilteredTwice {
                 cutoff_m,
@@ -229,6 +254,13 @@ impl fmt::Display for SurfaceDoubt {
                 length_text(*cutoff_m),
                 digits_that_count(ra_m * 1e6, 4),
                 digits_that_count(unfiltered_ra_m * 1e6, 4)
+            ),
+            Self::NotFiltered { cutoff_m, share } => write!(
+                f,
+                "{} of the power lies in waves longer than twice the instrument's cut-off of {}, which its filter removes: the \
+                 profile does not look like a roughness profile, and it was not filtered here",
+                percent(*share),
+                length_text(*cutoff_m)
             ),
             Self::InstrumentDiffers {
                 parameter,
@@ -288,7 +320,7 @@ impl fmt::Display for SurfaceDoubt {
                 height_m,
             } => write!(
                 f,
-                "{} far out of the profile, the highest by {} at {}: Rz, Rt and Rku are theirs",
+                "{} far out of the profile, the highest by {} at {}: their remainder after filtering affects every parameter",
                 match count {
                     1 => "1 spike stands".to_owned(),
                     count => format!("{count} spikes stand"),
@@ -296,6 +328,23 @@ impl fmt::Display for SurfaceDoubt {
                 length_text(*height_m),
                 length_text(*at_m)
             ),
+            Self::MapSpikes {
+                count,
+                at_x_m,
+                at_y_m,
+                height_m,
+            } => write!(
+                f,
+                "{} far out of the map, the highest by {} at x {}, y {}: Sz, Sp, Sv and Sku are theirs, and Sq is larger",
+                match count {
+                    1 => "1 point stands".to_owned(),
+                    count => format!("{count} points stand"),
+                },
+                length_text(*height_m),
+                length_text(*at_x_m),
+                length_text(*at_y_m)
+            ),
+            Self::FlatHeights => write!(f, "every height is the same: nothing was measured"),
             Self::SaturatedHeights {
                 limit,
                 height_m,
@@ -325,7 +374,8 @@ impl fmt::Display for SurfaceDoubt {
                 f,
                 "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, \
                     nor is Sal if it does not fall in any direction",
-                reached_m * 1e3
+                reached_m * 1e3,
+                level = rounded(*level)
             ),
         }
     }

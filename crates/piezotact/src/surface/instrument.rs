@@ -7,7 +7,8 @@ use super::plausible;
 use super::profile::check_cutoff;
 use super::{
     Cutoff, Form, HeightProfile, Parameter, ProfileConfig, ProfileFilter, ProfileRoughness,
-    ProfileStandard, ShortWaves, SurfaceDoubt, SurfaceError, profile_roughness,
+    ProfileStandard, ShortWaves, SurfaceDoubt, SurfaceError, mean, profile_mean_line,
+    profile_roughness,
 };
 use crate::doubt::Doubt;
 
@@ -16,6 +17,9 @@ const SAME_CUTOFF: f64 = 1e-3;
 /// Two values of a parameter that differ by more than this share contradict each other: more than the ends, which instruments
 /// filter otherwise, explain.
 const CONTRADICTED: f64 = 0.1;
+
+/// A filtered profile has less than this share of its power in waves from twice the cut-off on.
+const LONG_WAVES: f64 = 0.25;
 
 /// What kind of profile a file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -129,6 +133,7 @@ pub fn evaluated_profile(
     let mut roughness = profile_roughness(measured.profile, &config)?;
     let more = [
         filtered_twice(measured, &roughness)?,
+        not_filtered(measured.profile, &roughness),
         contradicted(measured, &roughness),
         plausible::of_slope(roughness.rdq),
     ];
@@ -150,7 +155,10 @@ fn config(measured: MeasuredProfile<'_>, wish: &ProfileWish) -> ProfileConfig {
         Some(cutoff_m) if check_cutoff(measured.profile, cutoff_m).is_ok() => {
             Cutoff::Stated(cutoff_m)
         }
-        _ => wish.cutoff.unwrap_or(Cutoff::Iso4288),
+        _ => wish
+            .cutoff
+            .or_else(|| stated_for_primary(measured, filter))
+            .unwrap_or(Cutoff::Iso4288),
     };
     let usual_form = match filter {
         ProfileFilter::Gauss => Form::Level,
@@ -163,6 +171,15 @@ fn config(measured: MeasuredProfile<'_>, wish: &ProfileWish) -> ProfileConfig {
         cutoff,
         short_waves: wish.short_waves.unwrap_or(ShortWaves::Iso3274),
     }
+}
+
+/// The cut-off with which the instrument evaluated a primary profile: whoever measured it chose it, which goes before the rule.
+fn stated_for_primary(measured: MeasuredProfile<'_>, filter: ProfileFilter) -> Option<Cutoff> {
+    let cutoff_m = measured.instrument?.cutoff_m?;
+    let usable = measured.kind == Some(ProfileKind::Primary)
+        && filter == ProfileFilter::Gauss
+        && check_cutoff(measured.profile, cutoff_m).is_ok();
+    usable.then_some(Cutoff::Stated(cutoff_m))
 }
 
 /// The instrument's cut-off, m, where the profile is filtered with it and nobody wants another filter.
@@ -213,6 +230,22 @@ fn filtered_twice(
             unfiltered_ra_m,
         }
     })))
+}
+
+/// A doubt where a profile that counts as filtered by the instrument has much of its power in waves that its filter removes. A
+/// Gaussian filter leaves 2.5 % of the power of a wave of twice the cut-off, and less of longer ones.
+fn not_filtered(profile: &HeightProfile, roughness: &ProfileRoughness) -> Option<Doubt> {
+    let (ProfileFilter::Instrument, Some(cutoff_m)) = (roughness.config.filter, roughness.cutoff_m)
+    else {
+        return None;
+    };
+    let waves = profile_mean_line(profile, 2.0 * cutoff_m).ok()?;
+    let power = |z: &[f64]| {
+        let about = mean(z.iter().copied());
+        mean(z.iter().map(|z| (z - about).powi(2)))
+    };
+    let share = power(waves.heights_m()) / power(profile.heights_m());
+    (share > LONG_WAVES).then(|| Doubt::from(SurfaceDoubt::NotFiltered { cutoff_m, share }))
 }
 
 /// A doubt where the instrument's Ra is another one.
@@ -328,7 +361,12 @@ mod tests {
         assert!(!codes(&unfiltered).contains(&"filtered_twice"));
         // nothing says that a primary profile is filtered, and its long wave shows that it is not
         let kind = Some(ProfileKind::Primary);
-        let primary = evaluated_profile(MeasuredProfile { kind, ..measured }, &wish()).unwrap();
+        let primary = MeasuredProfile { kind, ..measured };
+        let automatic = ProfileWish {
+            cutoff: Some(Cutoff::Iso4288),
+            ..wish()
+        };
+        let primary = evaluated_profile(primary, &automatic).unwrap();
         assert!(
             !codes(&primary).iter().any(|code| code.contains("filtered")),
             "{:?}",
@@ -346,7 +384,11 @@ mod tests {
                 kind: Some(ProfileKind::Primary),
                 instrument: Some(&stated),
             };
-            evaluated_profile(measured, &wish()).unwrap()
+            let automatic = ProfileWish {
+                cutoff: Some(Cutoff::Iso4288),
+                ..wish()
+            };
+            evaluated_profile(measured, &automatic).unwrap()
         };
         let ours_um = of(1.0).ra_m * 1e6;
         assert!(!codes(&of(ours_um * 1.08)).contains(&"instrument_differs"));
@@ -360,5 +402,52 @@ mod tests {
             .unwrap()
             .to_string();
         assert!(text.contains("0.8 mm") && text.contains("2 mm"), "{text}");
+    }
+
+    #[test]
+    fn a_primary_profile_gets_the_cut_off_that_its_instrument_states() {
+        let profile = primary();
+        let stated = InstrumentSettings {
+            cutoff_m: Some(0.25e-3),
+            ..settings(0.6)
+        };
+        let measured = MeasuredProfile {
+            profile: &profile,
+            kind: Some(ProfileKind::Primary),
+            instrument: Some(&stated),
+        };
+        let own = evaluated_profile(measured, &wish()).unwrap();
+        assert_eq!(own.cutoff_m, Some(0.25e-3));
+        assert_eq!(own.config.filter, ProfileFilter::Gauss);
+        let wanted = ProfileWish {
+            cutoff: Some(Cutoff::Stated(0.8e-3)),
+            ..wish()
+        };
+        let wanted = evaluated_profile(measured, &wanted).unwrap();
+        assert_eq!(wanted.cutoff_m, Some(0.8e-3));
+    }
+
+    /// A primary profile under the name of a roughness profile.
+    #[test]
+    fn a_profile_with_long_waves_was_not_filtered() {
+        let primary = primary();
+        let stated = InstrumentSettings {
+            cutoff_m: Some(0.25e-3),
+            ..settings(0.6)
+        };
+        let of = |profile: &HeightProfile| {
+            let measured = MeasuredProfile {
+                profile,
+                kind: Some(ProfileKind::Roughness),
+                instrument: Some(&stated),
+            };
+            let found = evaluated_profile(measured, &wish()).unwrap();
+            codes(&found).contains(&"not_filtered")
+        };
+        assert!(of(&primary));
+        let line = profile_mean_line(&primary, 0.25e-3).unwrap();
+        let rest = primary.heights_m().iter().zip(line.heights_m());
+        let filtered = primary.with_heights(rest.map(|(z, line)| z - line).collect());
+        assert!(!of(&filtered));
     }
 }

@@ -52,6 +52,7 @@ pub use set::{RoughnessSet, RoughnessSetDocument};
 
 mod samples;
 
+use crate::number::rounded;
 use serde::{Deserialize, Serialize};
 
 pub use samples::{Judgement, SampleSet, SurfaceSample};
@@ -163,6 +164,11 @@ impl HeightMap {
     pub fn missing_share(&self) -> f64 {
         let missing = self.heights_m.iter().filter(|z| z.is_nan()).count();
         missing as f64 / self.heights_m.len() as f64
+    }
+
+    /// The steps along a row and between rows, m.
+    fn steps_m(&self) -> (f64, f64) {
+        (self.step_x_m, self.step_y_m)
     }
 
     fn shorter_step_m(&self) -> f64 {
@@ -342,7 +348,10 @@ pub enum SurfaceError {
         columns: usize,
     },
     /// A step that cannot be.
-    #[error("expected a step between heights above zero, found {found_m} m; state it")]
+    #[error(
+        "expected a step between heights above zero, found {found_m} m; state it",
+        found_m = rounded(*found_m)
+    )]
     Step {
         /// What was found, m.
         found_m: f64,

@@ -1,6 +1,6 @@
 //! Heights that no surface has, or that an instrument did not measure: wrong units, spikes, saturation, drop-outs.
 
-use super::{HeightProfile, SurfaceDoubt};
+use super::{HeightMap, HeightProfile, SurfaceDoubt};
 use crate::doubt::Doubt;
 
 /// Root-mean-square slopes of surfaces lie between these: 88° at the upper end.
@@ -36,7 +36,7 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
         return Vec::new();
     };
     if low >= high {
-        return Vec::new();
+        return vec![Doubt::from(SurfaceDoubt::FlatHeights)];
     }
     let runs = Runs::of(z);
     let limits =
@@ -53,6 +53,75 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
         .chain(cut)
         .chain(lost)
         .collect()
+}
+
+/// The doubts about the heights of `map` as they were read: points that stand out of their row and of their column, so that grooves
+/// and ridges count for none.
+pub(super) fn of_map(map: &HeightMap) -> Vec<Doubt> {
+    let (z, columns) = (map.heights_m(), map.columns());
+    let mut sorted: Vec<f64> = z.iter().copied().filter(|z| !z.is_nan()).collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let (Some(&low), Some(&high)) = (sorted.first(), sorted.last()) else {
+        return Vec::new();
+    };
+    if low >= high {
+        return vec![Doubt::from(SurfaceDoubt::FlatHeights)];
+    }
+    let rows = z.chunks_exact(columns);
+    let changes = rows.flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+    let Some(least_m) = least_of_spike(&sorted, changes) else {
+        return Vec::new();
+    };
+    let along = |i: usize, by: usize, room: (usize, usize)| {
+        (1..=SPIKE_POINTS).find_map(|k| {
+            let inside = k <= room.0 && k <= room.1;
+            let (before, after) = inside.then(|| (z[i - k * by], z[i + k * by]))?;
+            out_of(z[i], before, after).filter(|height_m| *height_m > least_m)
+        })
+    };
+    let mut count = 0;
+    let mut highest: Option<(usize, f64)> = None;
+    for i in 0..z.len() {
+        let (x, y) = (i % columns, i / columns);
+        let in_row = along(i, 1, (x, columns - 1 - x));
+        let found =
+            in_row.and_then(|in_row| Some(in_row.min(along(i, columns, (y, map.rows() - 1 - y))?)));
+        let Some(height_m) = found else { continue };
+        count += 1;
+        if highest.is_none_or(|(_, most)| height_m > most) {
+            highest = Some((i, height_m));
+        }
+    }
+    let spike = highest.map(|(i, height_m)| {
+        let (step_x_m, step_y_m) = map.steps_m();
+        Doubt::from(SurfaceDoubt::MapSpikes {
+            count,
+            at_x_m: (i % columns) as f64 * step_x_m,
+            at_y_m: (i / columns) as f64 * step_y_m,
+            height_m,
+        })
+    });
+    spike.into_iter().collect()
+}
+
+/// How far a height stands out of the two beside it, m; `None` where it lies between them, or one is not measured.
+fn out_of(height_m: f64, before_m: f64, after_m: f64) -> Option<f64> {
+    let (left, right) = (height_m - before_m, height_m - after_m);
+    (left * right > 0.0).then_some(left.abs().min(right.abs()))
+}
+
+/// The height from which a point is a spike, m, of heights in order and the sizes of their changes; `None` for flat ones.
+fn least_of_spike(sorted: &[f64], changes: impl Iterator<Item = f64>) -> Option<f64> {
+    let beyond = (sorted.len() as f64 * (1.0 - USUAL_SHARE) / 2.0).ceil() as usize;
+    let usual_m = sorted.get(sorted.len().checked_sub(1 + beyond)?)? - sorted.get(beyond)?;
+    let mut changes: Vec<f64> = changes.filter(|change| !change.is_nan()).collect();
+    let middle = changes.len() / 2;
+    if changes.is_empty() {
+        return None;
+    }
+    let (_, change, _) = changes.select_nth_unstable_by(middle, f64::total_cmp);
+    let least_m = usual_m.max(USUAL_CHANGES * *change);
+    (least_m > 0.0).then_some(least_m)
 }
 
 /// Stretches of one value: the first point and the length of each.
@@ -115,20 +184,12 @@ fn drop_outs(
 
 /// The doubt about points that stand out of their neighbours on both sides by more than the profile is high elsewhere.
 fn spikes(z: &[f64], sorted: &[f64], step_m: f64) -> Option<Doubt> {
-    let beyond = (sorted.len() as f64 * (1.0 - USUAL_SHARE) / 2.0).ceil() as usize;
-    let usual_m = sorted.get(sorted.len() - 1 - beyond)? - sorted.get(beyond)?;
-    let mut changes: Vec<f64> = z.windows(2).map(|pair| (pair[1] - pair[0]).abs()).collect();
-    changes.sort_unstable_by(f64::total_cmp);
-    let least_m = usual_m.max(USUAL_CHANGES * changes.get(changes.len() / 2)?);
-    if least_m <= 0.0 {
-        return None;
-    }
+    let changes = z.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    let least_m = least_of_spike(sorted, changes)?;
     let stands_out = |i: usize| {
         (1..=SPIKE_POINTS).find_map(|k| {
             let (before, after) = (z.get(i.checked_sub(k)?)?, z.get(i + k)?);
-            let (left, right) = (z[i] - before, z[i] - after);
-            (left * right > 0.0 && left.abs().min(right.abs()) > least_m)
-                .then_some(left.abs().min(right.abs()))
+            out_of(z[i], *before, *after).filter(|height_m| *height_m > least_m)
         })
     };
     let mut count = 0;
@@ -201,9 +262,56 @@ mod tests {
         );
         let squares: Vec<f64> = (0..4000).map(|i| f64::from(i / 50 % 2) * 1e-6).collect();
         assert_eq!(of_heights(&HeightProfile::new(squares, 1e-6).unwrap()), []);
+        let flat = of_heights(&HeightProfile::new(vec![1e-6; 100], 1e-6).unwrap());
+        assert_eq!(flat, [Doubt::from(SurfaceDoubt::FlatHeights)]);
+    }
+
+    #[test]
+    fn spikes_of_a_map_stand_out_of_their_row_and_of_their_column() {
+        let map = |change: &dyn Fn(usize, usize, f64) -> f64| {
+            let mut state = 9u64;
+            let heights = (0..120 * 80).map(|i| {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                let z = 1e-6 * ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5);
+                change(i % 120, i / 120, z)
+            });
+            HeightMap::new(heights.collect(), 120, 1e-6, 2e-6).unwrap()
+        };
+        let codes = |change: &dyn Fn(usize, usize, f64) -> f64| -> Vec<String> {
+            let doubts = of_map(&map(change));
+            doubts.iter().map(|doubt| doubt.code.to_string()).collect()
+        };
+        assert_eq!(codes(&|_, _, z| z), [""; 0]);
+        let spike = |x, y, z| if (x, y) == (40, 30) { z + 40e-6 } else { z };
+        let found = of_map(&map(&spike));
+        let Some(SurfaceDoubt::MapSpikes {
+            count,
+            at_x_m,
+            at_y_m,
+            height_m,
+        }) = found[0].kind()
+        else {
+            panic!("{found:?}");
+        };
+        assert_eq!(count, 1);
+        assert!((at_x_m - 40e-6).abs() < 1e-12 && (at_y_m - 60e-6).abs() < 1e-12);
+        assert!((height_m - 40e-6).abs() < 1.1e-6);
+        // A narrow groove and a narrow ridge are surfaces.
         assert_eq!(
-            of_heights(&HeightProfile::new(vec![1e-6; 100], 1e-6).unwrap()),
-            []
+            codes(&|x, _, z| if x == 50 { z - 40e-6 } else { z }),
+            [""; 0]
+        );
+        assert_eq!(
+            codes(&|_, y, z| if y == 50 { z + 40e-6 } else { z }),
+            [""; 0]
+        );
+        assert_eq!(codes(&|_, _, _| 0.0), ["flat_heights"]);
+        // Points that were not measured are none.
+        assert_eq!(
+            codes(&|x, y, z| if (x, y) == (40, 30) { f64::NAN } else { z }),
+            [""; 0]
         );
     }
 

@@ -5,6 +5,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{TransferError, TransferFunction};
+use crate::number::rounded;
 use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
 use crate::statistics::{mean, mean_interval, standard_deviation};
@@ -76,7 +77,9 @@ pub enum BundleError {
     },
     /// Different line spacings.
     #[error(
-        "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length"
+        "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length",
+        one_hz = rounded(*one_hz),
+        other_hz = rounded(*other_hz)
     )]
     Lines {
         /// The step of the first.

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::doubt::words::{bands as list, percent};
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::number::rounded;
 use crate::quantity::Band;
 
 doubts! {
@@ -51,6 +52,11 @@ doubts! {
             lead_s: f64,
             /// How far that may be off, s.
             reach_s: f64,
+        },
+        /// Every line is real and positive: the phase is missing.
+        NoPhase("no_phase") {
+            /// How many lines.
+            lines: usize,
         },
         /// The drive has the unit of a response, and the response has the unit of a drive.
         SwappedUnits("swapped_units") {
@@ -152,6 +158,7 @@ impl DoubtKind for TransferDoubt {
             Self::LateResponse { .. } => vec![LongerSegments, Advice::AlignChannels],
             Self::LimitsDiffer { .. } => vec![Check(Subject::WhichIsRight), MeasureAgain],
             Self::Acausal { .. } => vec![Check(Subject::Channels)],
+            Self::NoPhase { .. } => vec![Advice::AskExporter, MeasureAgain],
             Self::SwappedUnits { .. } => vec![Advice::ExchangeDriveAndResponse],
             Self::NotDriven { .. } => vec![Advice::DriveWholeBand, NarrowBand],
             Self::UnresolvedResonance { .. } => vec![LongerSegments],
@@ -173,8 +180,7 @@ impl fmt::Display for TransferDoubt {
             Self::LowCoherence { asked, lowest, at_hz, share } => write!(
                 f,
                 "coherence is below {asked} on {} of the band (lowest {lowest:.3} at {at_hz:.0} Hz)",
-                percent(*share)
-            ),
+                percent(*share), asked = rounded(*asked)),
             Self::ImpossibleCoherence { at_hz, found, lines } => write!(
                 f,
                 "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which is impossible for any pair of signals"
@@ -194,6 +200,11 @@ impl fmt::Display for TransferDoubt {
                 f,
                 "the limits stored with the transfer function are {ratio:.3} times those that follow from its coherence and averages: \
                     one of them was changed after the measurement"
+            ),
+            Self::NoPhase { lines } => write!(
+                f,
+                "all {lines} lines are real and positive: the phase is missing, so that waveforms are not reproduced, and a drive \
+                 begins before its texture"
             ),
             Self::Acausal { lead_s, reach_s } => write!(
                 f,

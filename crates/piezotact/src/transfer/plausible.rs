@@ -13,6 +13,11 @@ const ROUNDING: f64 = 1e-6;
 /// Limits that differ from those of coherence and averages by more than this share were not computed from them.
 const OTHER_LIMITS: f64 = 0.1;
 
+/// Fewer lines may be real by chance.
+const FEWEST_LINES: usize = 10;
+/// Magnitudes that differ by less than this factor are those of a device that answers all frequencies alike.
+const LEVEL_CHANGES: f64 = 1.1;
+
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// Refuses what no measurement gives.
     ///
@@ -42,11 +47,28 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         Ok(())
     }
 
-    /// The doubts that its lines raise wherever they come from: a response that comes before its drive.
+    /// The doubts that its lines raise wherever they come from: a response that comes before its drive, a phase that is missing.
     #[must_use]
     pub fn doubts_of_its_lines(&self) -> Vec<Doubt> {
         let acausal = |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::Acausal { .. }));
-        step_of_lines(self).filter(acausal).into_iter().collect()
+        let step = step_of_lines(self).filter(acausal);
+        step.into_iter().chain(self.without_phase()).collect()
+    }
+
+    /// The doubt that only magnitudes are known. A device whose magnitude changes with frequency turns the phase (Bode); one that
+    /// answers all frequencies alike may have none.
+    fn without_phase(&self) -> Option<Doubt> {
+        let lines = self.response.iter().skip(1).filter(|h| h.norm() > 0.0);
+        let (mut count, mut low, mut high) = (0, f64::INFINITY, 0.0_f64);
+        for h in lines {
+            if h.re < 0.0 || h.im.abs() > 1e-9 * h.re {
+                return None;
+            }
+            count += 1;
+            (low, high) = (low.min(h.re), high.max(h.re));
+        }
+        (count >= FEWEST_LINES && high > LEVEL_CHANGES * low)
+            .then(|| Doubt::from(TransferDoubt::NoPhase { lines: count }))
     }
 
     /// The doubt that lower limits of the magnitude, as `stored`, do not follow from coherence and averages: one of them was
@@ -103,6 +125,28 @@ mod tests {
         let mut more = function(1e-3, 1.0, 2000.0);
         more.effective_averages = 5000.0;
         assert!(refused(more).contains("at most 100"));
+    }
+
+    #[test]
+    fn magnitudes_alone_are_doubted() {
+        let whole = function(1e-3, 1.0, 2000.0);
+        let magnitudes = whole.response().iter().map(|h| Complex::new(h.norm(), 0.0));
+        let of = |lines: Vec<Complex<f64>>| {
+            let coherence = vec![0.95; lines.len()];
+            let rate = SampleRate::new(2000.0).unwrap();
+            let function: TransferFunction<Drive, Acceleration> =
+                TransferFunction::from_lines(lines, coherence, 2.0, rate, Estimator::H1, 100)
+                    .unwrap();
+            function.doubts_of_its_lines()
+        };
+        let found = of(magnitudes.collect());
+        assert!(matches!(
+            found[0].kind(),
+            Some(TransferDoubt::NoPhase { lines: 500 })
+        ));
+        // A wire has no phase.
+        assert_eq!(of(vec![Complex::new(2.0, 0.0); 501]), []);
+        assert_eq!(whole.doubts_of_its_lines(), []);
     }
 
     #[test]

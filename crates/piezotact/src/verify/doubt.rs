@@ -131,7 +131,7 @@ impl fmt::Display for VerifyDoubt {
                 power_share * 100.0
             ),
             Self::CopyOfTarget => f.write_str(
-                "the measurement equals the target: it is a copy and says nothing about a device",
+                "the measurement is proportional to the target: it is a copy and says nothing about a device",
             ),
             Self::OtherTarget { rendered, compared } => write!(
                 f,

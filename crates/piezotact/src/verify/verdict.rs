@@ -273,7 +273,7 @@ impl Criterion<VerifyCriterion> {
     #[must_use]
     pub fn phrase(&self) -> String {
         if self.what == VerifyCriterion::Independent {
-            return "the measurement equals the target: it is a copy and no measurement".into();
+            return "the measurement is proportional to the target: it is a copy and no measurement".into();
         }
         let interval = match (self.outcome, self.interval) {
             (Outcome::NotDecided, Some(_)) => format!("95 %: {}; ", self.interval_text()),

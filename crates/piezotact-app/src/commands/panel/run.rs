@@ -21,7 +21,8 @@ use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
-use crate::output::{counted, print, print_document, progress, say};
+use crate::output::{counted, print, print_document, say};
+use crate::progress;
 
 /// The folder of the raw recordings in that of a panel.
 const RAW: &str = "raw";
@@ -132,7 +133,7 @@ impl<'a> Session<'a> {
             "{} ({} of {} measured)",
             first.participant, self.counts.measured, self.left
         );
-        let bar = progress(&what, Seconds(self.args.seconds * open.len() as f64));
+        let bar = progress::of_run(&what, Seconds(self.args.seconds * open.len() as f64));
         let mut bench = bench_of(self.args, person.number)?;
         let mut keeper = Keeper::new(Place::Continued(raw.clone()), Shown::Together(&bar));
         let outcome = self.measure_all(&mut bench, &open, &mut keeper);

@@ -169,7 +169,7 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// What is said of closed loops that did not come to their end: that and where their measurements are kept.
+    /// How to go on where not all was done: with the measurements of closed loops, and where they are kept.
     fn continued(&self) -> String {
         let mut kept = self.jobs.iter().filter_map(|job| job.runs.as_ref());
         let kept = kept.find(|runs| runs.is_interrupted());
@@ -180,6 +180,13 @@ impl<'a> Batch<'a> {
                 folder_of(runs.path()).display()
             ),
         });
+        if self.jobs.iter().all(|job| job.runs.is_none()) {
+            return match self.renderings.len() {
+                0 => "nothing was written; give the same command again".into(),
+                _ => "their drives are written; give the same command again with --force to render all, or name the others"
+                    .into(),
+            };
+        }
         format!(
             "give the same command again to continue with the measurements made so far{}",
             kept.unwrap_or_default()

@@ -28,9 +28,11 @@ use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
 use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, usage};
-use crate::keeping::{self, Purpose, go_on, runs_of};
+use crate::interrupt::{Between, interrupted};
+use crate::keeping::{Purpose, go_on, runs_of};
 use crate::memory::fits;
 use crate::output::{print, say_doubts};
+use crate::progress::{Words, Work};
 use crate::report::name;
 use batch::Batch;
 use looped::Corrected;
@@ -38,35 +40,47 @@ use looped::Corrected;
 /// Softer than this a texture is not made to fit, dB: the softest `--level`.
 const SOFTEST_DB: f64 = -120.0;
 
+const RENDERING: Words = Words {
+    doing: "rendering",
+    done: "rendered",
+    item: "texture",
+    then: "rendering",
+};
+
 pub(crate) fn run(args: &Render) -> Outcome {
     let jobs = jobs(args)?;
     let mut batch = Batch::new(args, &jobs);
+    let targets: Vec<&Path> = jobs.iter().map(|job| job.target).collect();
+    let rendering = Work::of_files(RENDERING, &targets);
+    let between = (jobs.len() > 1).then(|| Between::items(RENDERING.item));
     for job in &jobs {
-        if keeping::interrupted() {
+        if interrupted() {
             break;
         }
         batch.add(job)?;
+        rendering.one_more();
     }
+    drop((rendering, between));
     batch.tidy()?;
     batch.print()?;
     batch.outcome()
 }
 
 /// One texture for one finger.
-struct Job<'a> {
+pub(super) struct Job<'a> {
     target: &'a Path,
     transfer: &'a Path,
     bench: Option<&'a BenchSpec>,
     /// What it is called beside others.
     called: String,
-    out: PathBuf,
+    pub(super) out: PathBuf,
     record: Option<PathBuf>,
     /// Where the measurements of a closed loop are kept; none where nothing is measured.
-    runs: Option<RunFolder>,
+    pub(super) runs: Option<RunFolder>,
 }
 
 /// The jobs that are asked for, one participant after the other, with every output checked before the first is begun.
-fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
+pub(super) fn jobs(args: &Render) -> Outcome<Vec<Job<'_>>> {
     possible(args)?;
     let mut jobs = listed(args);
     check_outputs(args, &jobs)?;
@@ -180,7 +194,7 @@ fn ends_in(path: &Path, ending: &str) -> bool {
 }
 
 /// Makes the folders for several drives and recordings; those that were not there.
-fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
+pub(super) fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
     let mut made = Vec::new();
     for folder in wanted.iter().flatten() {
         if ends_in(folder, "wav") || ends_in(folder, "parquet") || folder.is_file() {
@@ -203,15 +217,15 @@ fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
 }
 
 /// One texture rendered for one finger.
-struct Done {
+pub(super) struct Done {
     out: PathBuf,
-    level_db: f64,
-    drive: RenderedDrive,
+    pub(super) level_db: f64,
+    pub(super) drive: RenderedDrive,
     corrected: Option<Corrected>,
 }
 
 impl Job<'_> {
-    fn done(&self, args: &Render) -> Outcome<Done> {
+    pub(super) fn done(&self, args: &Render) -> Outcome<Done> {
         let function = self.function(args)?;
         let options = ReadOptions {
             scale: args.scale.clone(),
@@ -309,7 +323,7 @@ pub(crate) fn lineage(
     ))
 }
 
-fn config_of(args: &Render) -> Outcome<RenderConfig> {
+pub(super) fn config_of(args: &Render) -> Outcome<RenderConfig> {
     let rate = SampleRate::new(f64::from(args.rate)).map_err(usage)?;
     let mut config = RenderConfig::over(args.band, rate);
     if args.allow_clipping {
@@ -494,6 +508,11 @@ impl Asked<'_> {
 }
 
 impl Done {
+    /// Why the closed loop did not come to its end; none where it did.
+    pub(super) fn unfinished(&self) -> Option<&str> {
+        self.corrected.as_ref()?.looped.failed.as_deref()
+    }
+
     /// What was written, in words.
     fn say(&self) -> Outcome {
         let drive = &self.drive;

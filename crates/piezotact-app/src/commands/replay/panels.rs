@@ -9,7 +9,6 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Limit;
 use piezotact::document::read;
-use piezotact_bench::StopHandle;
 use piezotact_dataset::read_input_text;
 use piezotact_replay::count::{
     ClaimCount, CountSettings, CountedPanels, Decided, Miss, PanelCount, PanelFindings,
@@ -18,8 +17,16 @@ use piezotact_replay::{CLAIMS, Chapter, Replay};
 use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
 
 use crate::failure::Outcome;
-use crate::keeping::{interrupted, stopped_by_interrupt};
+use crate::interrupt::{self, Between, interrupted};
 use crate::output::{counted as plural, digits, say, state_text, write_text};
+use crate::progress::{Words, Work, time};
+
+const MEASURING: Words = Words {
+    doing: "measuring",
+    done: "measured",
+    item: "panel",
+    then: "counting",
+};
 
 /// How often Ctrl-C is looked for.
 const LOOK: Duration = Duration::from_millis(200);
@@ -59,7 +66,8 @@ pub(super) fn counted(
             plural(known, "panel")
         ));
     }
-    stopped_by_interrupt(&StopHandle::new());
+    let between = Between::moments();
+    let measuring = Work::of_sizes(MEASURING, vec![1.0; missing.len()]);
     let numbers: Arc<[u8]> = chapters.iter().map(|chapter| chapter.number).collect();
     let work = Arc::new(Mutex::new(VecDeque::from(missing.clone())));
     let (done, results) = channel();
@@ -82,14 +90,18 @@ pub(super) fn counted(
                 let left = missing.len() - measured;
                 let per_panel = began.elapsed() / u32::try_from(measured).unwrap_or(u32::MAX);
                 let (holding, of) = panel.holding();
+                let left = match u32::try_from(left).unwrap_or(u32::MAX) {
+                    0 => String::new(),
+                    left => format!("; about {} left", time(per_panel * left)),
+                };
                 say(&format!(
-                    "{}/{count} panel of seed {seed}: {holding} of {} hold; {} left",
+                    "{}/{count} panel of seed {seed}: {holding} of {} hold{left}",
                     known + measured,
                     plural(of, "claim"),
-                    time(per_panel * u32::try_from(left).unwrap_or(u32::MAX)),
                 ));
                 panels.add(panel);
                 store(&panels, stored)?;
+                measuring.one_more();
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
@@ -97,14 +109,15 @@ pub(super) fn counted(
             }
         }
         if interrupted() && measured < missing.len() {
-            return Err(anyhow!(
-                "interrupted: {} of {count} panels are stored in {}; the same command continues",
+            let done = format!(
+                "{} of {count} panels are stored in {}",
                 known + measured,
                 stored.display()
-            )
-            .into());
+            );
+            return Err(interrupt::failure(&done, "the same command continues"));
         }
     }
+    drop((measuring, between));
     Ok(panels.counts(count))
 }
 
@@ -143,16 +156,6 @@ fn panel(replay: &Replay, numbers: &[u8], seed: u64) -> anyhow::Result<PanelFind
 /// Writes what is known: whole or not at all.
 fn store(panels: &CountedPanels, stored: &Path) -> Outcome {
     write_text(stored, &state_text(panels)?)
-}
-
-/// A time that is left, in words.
-fn time(left: Duration) -> String {
-    let minutes = left.as_secs().div_ceil(60);
-    match (minutes / 60, minutes % 60) {
-        (0, 0) => "nothing".into(),
-        (0, minutes) => format!("{minutes} min"),
-        (hours, minutes) => format!("{hours} h {minutes:02} min"),
-    }
 }
 
 /// How the rules of a claim are counted where that is not all of them in one panel, in words.
@@ -334,14 +337,5 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
-    }
-
-    #[test]
-    fn a_time_is_said_in_minutes() {
-        let of = |seconds| time(Duration::from_secs(seconds));
-        assert_eq!(
-            [of(0), of(61), of(3_600), of(7_500)],
-            ["nothing", "2 min", "1 h 00 min", "2 h 05 min"]
-        );
     }
 }

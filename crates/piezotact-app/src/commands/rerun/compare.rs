@@ -1,11 +1,13 @@
 //! Results of two runs of one command, compared value by value.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use piezotact::invocation::Difference;
+use piezotact::document::INVOCATION;
+use piezotact::invocation::{Difference, Invocation};
 use serde_json::Value;
 
 use super::Results;
+use crate::arguments::OUTPUTS;
 
 /// What a comparison found.
 #[derive(Debug, Default)]
@@ -16,7 +18,7 @@ pub(super) struct Compared {
 }
 
 impl Compared {
-    fn one(&mut self, place: &str, before: Option<String>, now: Option<String>) {
+    pub(super) fn one(&mut self, place: &str, before: Option<String>, now: Option<String>) {
         self.compared += 1;
         if before != now {
             self.differences.push(Difference {
@@ -24,6 +26,40 @@ impl Compared {
                 before,
                 now,
             });
+        }
+    }
+}
+
+impl Compared {
+    /// What `stated` says of the settings and of the files that were read, against what the command `did`. Outputs are elsewhere,
+    /// and what a file holds is said of the inputs.
+    pub(super) fn invocations(&mut self, stated: &Invocation, did: &Invocation) {
+        let settings = |of: &Invocation| -> BTreeMap<String, String> {
+            let own = of.settings.iter();
+            let own = own.filter(|setting| !OUTPUTS.contains(&setting.name.as_str()));
+            own.map(|setting| (setting.name.clone(), setting.values.join(" ")))
+                .collect()
+        };
+        let (before, now) = (settings(stated), settings(did));
+        let names: BTreeSet<&String> = before.keys().chain(now.keys()).collect();
+        for name in names {
+            let [before, now] = [&before, &now].map(|all| all.get(name).cloned());
+            self.unless_equal(&format!("{INVOCATION}: setting {name}"), before, now);
+        }
+        let paths = |of: &Invocation| -> BTreeSet<String> {
+            of.inputs.iter().map(|input| input.path.clone()).collect()
+        };
+        let (before, now) = (paths(stated), paths(did));
+        for path in before.symmetric_difference(&now) {
+            let word = |all: &BTreeSet<String>| all.contains(path).then(|| "read".to_owned());
+            self.unless_equal(&format!("{INVOCATION}: {path}"), word(&before), word(&now));
+        }
+    }
+
+    /// Counts a value only where it differs: what is not a result.
+    fn unless_equal(&mut self, place: &str, before: Option<String>, now: Option<String>) {
+        if before != now {
+            self.one(place, before, now);
         }
     }
 }

@@ -10,7 +10,7 @@ use clap::Args;
 use piezotact::document::INVOCATION;
 use piezotact::invocation::{Found, Input, Invocation, Rerun};
 use piezotact_dataset::reads::{found, sha256};
-use piezotact_report::invocation::{command_line, split};
+use piezotact_report::invocation::{command_line, is_as_written, split};
 use serde_json::Value;
 
 use crate::failure::{Failure, Outcome};
@@ -43,8 +43,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         "runs again: {}",
         command_line(&made.invocation.command)
     ));
-    let now = repeated.run(&made)?;
-    let found = compared(&made.results, &now);
+    let (now, invocation) = repeated.run(&made)?;
+    let mut found = compared(&made.results, &now);
+    found.invocations(&made.invocation, &invocation);
+    if !made.shows_its_invocation {
+        let [before, now] = ["changed by hand", "what is stored in the report"];
+        found.one(INVOCATION, Some(before.into()), Some(now.into()));
+    }
     let rerun = document(args, &made, found, changed);
     if args.json {
         print_document(&rerun)?;
@@ -62,7 +67,7 @@ fn document(args: &Arguments, made: &Made, found: Compared, changed: Vec<String>
     Rerun {
         file: args.file.display().to_string(),
         command: made.invocation.command.clone(),
-        same: found.differences.is_empty(),
+        same: found.differences.is_empty() && made.untouched,
         compared: found.compared,
         different: found.differences.len(),
         first_differences: found.differences.into_iter().take(MOST_NAMED).collect(),
@@ -73,6 +78,12 @@ fn document(args: &Arguments, made: &Made, found: Compared, changed: Vec<String>
 fn text(rerun: &Rerun) -> String {
     if rerun.same {
         return format!("the same: {}", counted(rerun.compared, "value"));
+    }
+    if rerun.different == 0 {
+        return format!(
+            "not the same: {} are, but the file itself was changed",
+            counted(rerun.compared, "value")
+        );
     }
     let mut text = format!(
         "different: {} of {}",
@@ -88,7 +99,10 @@ fn text(rerun: &Rerun) -> String {
             shown(&one.now)
         );
     }
-    text
+    match rerun.different - rerun.first_differences.len() {
+        0 => text,
+        more => format!("{text}\n  and {}", counted(more, "more value")),
+    }
 }
 
 /// What was made, without how.
@@ -105,6 +119,8 @@ pub(crate) struct Made {
     pub(crate) invocation: Invocation,
     /// Whether its results are those that were written.
     untouched: bool,
+    /// Whether a person reads in it what is stored for a program; of a program of another version nothing is known.
+    shows_its_invocation: bool,
 }
 
 impl Made {
@@ -115,8 +131,8 @@ impl Made {
         let made = Self::of(&text);
         made.ok_or_else(|| {
             Failure::Data(anyhow!(
-                "{}: expected a report or a document that says how it was made, found none; give one that this version of the \
-                 program wrote",
+                "{}: expected a report or a document that says how it was made, found none; give a report, or \
+                 what a command printed with --json: sidecars, transfer functions and tables say nothing of the command",
                 path.display()
             ))
         })
@@ -127,6 +143,8 @@ impl Made {
         if let Some((results, invocation)) = split(text) {
             return Some(Self {
                 untouched: sha256(results.as_bytes()) == invocation.results_sha256,
+                shows_its_invocation: invocation.program != PROGRAM
+                    || is_as_written(text, &invocation),
                 results: Results::Report(results),
                 invocation,
             });
@@ -136,6 +154,7 @@ impl Made {
         let invocation: Invocation = serde_json::from_value(invocation).ok()?;
         Some(Self {
             untouched: sha256(results_of(&document).as_bytes()) == invocation.results_sha256,
+            shows_its_invocation: true,
             results: Results::Document(document),
             invocation,
         })

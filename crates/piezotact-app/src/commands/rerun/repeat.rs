@@ -4,18 +4,22 @@
 //! those of a person are, every output is replaced by one in the temporary folder, and the rest is given as values of options.
 
 use std::ffi::OsString;
+use std::fs::File;
 use std::path::{Component, Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use anyhow::{Context as _, anyhow};
 use piezotact::document::INVOCATION;
-use piezotact::invocation::{Found, Output};
+use piezotact::invocation::{Found, Invocation, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
 use super::{Made, Results};
 use crate::arguments::{Arguments, OutputPath};
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::{self, Between, interrupted};
+use crate::progress::Work;
 
 /// Commands that cannot be run again, with the reason.
 const NOT_AGAIN: [(&str, &str); 2] = [
@@ -24,6 +28,9 @@ const NOT_AGAIN: [(&str, &str); 2] = [
 ];
 /// The exit codes of a command that has results: done, and the verdicts of a verification.
 const WITH_RESULTS: [i32; 4] = [0, 3, 4, 5];
+
+/// How often it is looked whether the command has ended.
+const LOOK: Duration = Duration::from_millis(20);
 
 /// A command that is ready to be run again.
 pub(super) struct Repeated {
@@ -76,21 +83,15 @@ impl Repeated {
         })
     }
 
-    /// Runs the command; the results that correspond to those of `made`.
-    pub(super) fn run(&self, made: &Made) -> Outcome<Results> {
+    /// Runs the command; the results that correspond to those of `made`, and how they were made.
+    pub(super) fn run(&self, made: &Made) -> Outcome<(Results, Invocation)> {
         for (_, place) in &self.led {
             std::fs::create_dir_all(place.parent().unwrap_or(self.temporary.path()))?;
         }
-        let program = std::env::current_exe().context("this program does not know where it is")?;
-        let done = Command::new(program)
-            .args(&self.words)
-            .current_dir(&self.folder)
-            .stdin(Stdio::null())
-            .output()
-            .context("this program could not be started again")?;
-        let code = done.status.code().unwrap_or(-1);
+        let [out, err] = ["stdout", "stderr"].map(|name| self.temporary.path().join(name));
+        let code = self.ended([&out, &err])?;
         if !WITH_RESULTS.contains(&code) {
-            let said = String::from_utf8_lossy(&done.stderr);
+            let said = String::from_utf8_lossy(&std::fs::read(&err)?).into_owned();
             let last = said
                 .lines()
                 .rfind(|line| !line.is_empty())
@@ -99,7 +100,7 @@ impl Repeated {
             return Err(anyhow!("the command could not be run again: {last}").into());
         }
         let text = match &made.invocation.output {
-            None => String::from_utf8(done.stdout)?,
+            None => std::fs::read_to_string(&out)?,
             Some(output) => {
                 let place = self.place_of(output)?;
                 let text = std::fs::read_to_string(&place);
@@ -107,6 +108,40 @@ impl Repeated {
             }
         };
         self.as_before(made, &text)
+    }
+
+    /// Runs the command with what it prints in files; its exit code. Where a signal comes, the command is stopped too.
+    fn ended(&self, [out, err]: [&Path; 2]) -> Outcome<i32> {
+        let program = std::env::current_exe().context("this program does not know where it is")?;
+        let _between = Between::moments();
+        let _shown = Work::one("running again");
+        let mut running = Command::new(program)
+            .args(&self.words)
+            .current_dir(&self.folder)
+            .stdin(Stdio::null())
+            .stdout(File::create(out)?)
+            .stderr(File::create(err)?)
+            .spawn()
+            .context("this program could not be started again")?;
+        loop {
+            if let Some(status) = running.try_wait()? {
+                if interrupted() {
+                    break;
+                }
+                return Ok(status.code().unwrap_or(-1));
+            }
+            if interrupted() {
+                // All that it writes stands in the temporary folder, which is removed.
+                running.kill()?;
+                running.wait()?;
+                break;
+            }
+            std::thread::sleep(LOOK);
+        }
+        Err(interrupt::failure(
+            "nothing was compared, and what the command wrote was removed",
+            "give the same command again",
+        ))
     }
 
     /// Where an output stands in the temporary folder.
@@ -133,27 +168,30 @@ impl Repeated {
     }
 
     /// The results in `text` with the paths of outputs as they were.
-    fn as_before(&self, made: &Made, text: &str) -> Outcome<Results> {
+    fn as_before(&self, made: &Made, text: &str) -> Outcome<(Results, Invocation)> {
         let again = Made::of(text).ok_or_else(|| {
             Failure::Data(anyhow!(
                 "the command gave nothing that can be compared; run it by hand"
             ))
         })?;
-        match (again.results, &made.results) {
+        let results = match (again.results, &made.results) {
             (Results::Report(html), Results::Report(_)) => {
-                Ok(Results::Report(self.renamed(&html, &|path| {
-                    escaped(&path.display().to_string())
-                })))
+                Results::Report(self.renamed(&html, &|path| escaped(&path.display().to_string())))
             }
             (Results::Document(mut document), Results::Document(_)) => {
                 document
                     .as_object_mut()
                     .map(|fields| fields.remove(INVOCATION));
                 self.rename_in(&mut document);
-                Ok(Results::Document(document))
+                Results::Document(document)
             }
-            _ => Err(anyhow!("expected a report or a document as before, found the other").into()),
-        }
+            _ => {
+                return Err(
+                    anyhow!("expected a report or a document as before, found the other").into(),
+                );
+            }
+        };
+        Ok((results, again.invocation))
     }
 
     /// `text` with the paths in the temporary folder as they were given.

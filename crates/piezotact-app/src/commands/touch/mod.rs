@@ -8,7 +8,6 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use indicatif::{ProgressBar, ProgressStyle};
 use piezotact::page::Table;
 use piezotact::quantity::{Measure, Newtons, Unit};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
@@ -29,7 +28,9 @@ use crate::advice::{OptionWords, text};
 use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
+use crate::memory::fits;
 use crate::output::{print, say, write_text};
+use crate::progress::{Words, Work};
 use crate::report::name;
 
 impl From<cli::By> for By {
@@ -57,24 +58,18 @@ impl From<DirectionName> for SlidingDirection {
     }
 }
 
-/// A bar over many recordings; on anything but a terminal a line at its start.
-fn many(what: &str, count: usize) -> ProgressBar {
-    use std::io::IsTerminal as _;
-    if count < 2 {
-        return ProgressBar::hidden();
-    }
-    if !std::io::stderr().is_terminal() {
-        say(&format!("{what} {count} recordings …"));
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::new(count as u64);
-    // The template is a constant; were it wrong, the plain bar serves.
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {pos}/{len} {eta}") {
-        bar.set_style(style.progress_chars("=> "));
-    }
-    bar.set_message(what.to_owned());
-    bar
-}
+const READING: Words = Words {
+    doing: "reading",
+    done: "read",
+    item: "recording",
+    then: "reading",
+};
+const ANALYSING: Words = Words {
+    doing: "analysing",
+    done: "analysed",
+    item: "recording",
+    then: "averaging and comparing",
+};
 
 /// Refuses outputs that would replace what is read, or each other.
 fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
@@ -100,16 +95,16 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<Take>, Failures)> {
             twice.display()
         )));
     }
-    let bar = many("reading", args.recordings.len());
+    let reading = Work::of_files(READING, &args.recordings);
     let mut takes: Vec<Take> = Vec::with_capacity(args.recordings.len());
     let mut failures = Failures::of(args.recordings.len());
     for path in &args.recordings {
         let taken =
             recorded(path, args).and_then(|recorded| study::cut(recorded, &stated).map_err(failed));
         takes.extend(failures.unless_failed(path, taken)?);
-        bar.inc(1);
+        reading.one_more();
     }
-    bar.finish_and_clear();
+    drop(reading);
     if takes.is_empty() {
         failures.outcome()?;
     }
@@ -119,6 +114,8 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<Take>, Failures)> {
 /// A recording with its name's condition and a person's cuts.
 fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
     let mut recording = read(path, &args.reading)?.recording;
+    let what = format!("{}: its analysis", path.display());
+    fits(&what, recording.len(), study::MEMORY_BYTES_A_SAMPLE)?;
     let naming = match &args.meta {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
@@ -145,14 +142,6 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
 
 /// What the options state of all recordings.
 fn stated(args: &Takes) -> Outcome<Stated> {
-    let speed_m_s = match &args.speed {
-        Some(speed) if speed.unit != Unit::MetrePerSecond => {
-            return Err(usage(anyhow!(
-                "expected a speed such as \"30 mm/s\" for --speed, found {speed}; correct its unit"
-            )));
-        }
-        speed => speed.as_ref().map(|speed| speed.value),
-    };
     let touch = args.touch.map(|touch| match touch {
         TouchName::Active => Touch::Active,
         TouchName::Passive => Touch::Passive,
@@ -160,7 +149,7 @@ fn stated(args: &Takes) -> Outcome<Stated> {
     let stated = Stated {
         condition: Condition {
             load_n: args.load.map(Newtons),
-            speed_m_s,
+            speed_m_s: args.speed,
             touch,
             direction: args.direction.map(Into::into),
             ..Condition::default()
@@ -200,9 +189,11 @@ fn settings(computing: &Computing, question: Question) -> Outcome<StudySettings>
 /// Reads, cuts and analyses recordings, and says which failed.
 fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<(StudyAnalysis, Failures)> {
     let (takes, failures) = take_all(args)?;
-    let bar = many("analysing", takes.len());
-    let study = study::analyse_watched(takes, settings, &mut || bar.inc(1)).map_err(failed);
-    bar.finish_and_clear();
+    let sizes = takes.iter().map(|take| take.recording.len() as f64);
+    let analysing = Work::of_sizes(ANALYSING, sizes.collect());
+    let study = study::analyse_watched(takes, settings, &mut || analysing.one_more());
+    let study = study.map_err(failed);
+    drop(analysing);
     let mut study = study.inspect_err(|_also_failed| failures.say())?;
     study.failed = failures.files().to_vec();
     Ok((study, failures))
@@ -252,6 +243,7 @@ fn failed(error: StudyError) -> Failure {
     match error {
         StudyError::TangentialForces { .. } => usage(anyhow!("{sentence} (--tangential-force)")),
         StudyError::Load { .. } => usage(anyhow!("{sentence} (--load)")),
+        StudyError::Speed { .. } => usage(anyhow!("{sentence} (--speed)")),
         StudyError::NothingToCompare { .. } => usage(anyhow!("{sentence} with --meta")),
         StudyError::Unknown { by, .. } => {
             let field = match by {

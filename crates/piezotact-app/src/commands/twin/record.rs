@@ -22,7 +22,8 @@ use super::twin_parameters;
 use crate::cli::twin::{DirectionName, Record, TouchBench};
 use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
-use crate::keeping::{Earlier, say_moved, stopped_by_interrupt};
+use crate::interrupt;
+use crate::keeping::{Earlier, say_moved};
 use crate::output::{print, print_document};
 
 /// What is usual unless it is stated.
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &Record) -> Outcome {
     let stop = StopHandle::new();
     acquirer.ready(&run, &stop).map_err(bench_failure)?;
     acquirer.stop();
-    stopped_by_interrupt(&stop);
+    interrupt::stops(&stop);
     let (start, samples) = if wav {
         sound(acquirer.as_mut(), &run, &args.out, &stop)?
     } else {

@@ -211,3 +211,96 @@ fn ridges_are_found_at_all_speeds() {
         assert!(none.peaks.len() <= 3);
     }
 }
+
+/// Six strokes of 3 s at each speed over ridges `period_m` apart, whose harmonics have `levels`, in noise; analysed from 7.5 Hz on, as the
+/// filter of the gesture leaves them.
+fn ridges(period_m: f64, levels: &[f64], speeds_m_s: &[f64]) -> SpatialPeriod {
+    let mut noise = Noise(18);
+    let rate = 500.0;
+    let strokes: Vec<Vec<Vec<f64>>> = speeds_m_s
+        .iter()
+        .map(|speed| {
+            let mut stroke = || -> Vec<f64> {
+                let start = noise.normal();
+                let line = |k: usize, order: usize| {
+                    let place = speed * k as f64 / rate / period_m;
+                    (std::f64::consts::TAU * place * order as f64 + start * order as f64).sin()
+                };
+                (0..(3.0 * rate) as usize)
+                    .map(|k| {
+                        let each = levels.iter().enumerate();
+                        let comb: f64 = each.map(|(i, level)| level * line(k, i + 1)).sum();
+                        comb + 0.05 * noise.normal()
+                    })
+                    .collect()
+            };
+            (0..6).map(|_| stroke()).collect()
+        })
+        .collect();
+    let slidings: Vec<Sliding<'_>> = strokes
+        .iter()
+        .zip(speeds_m_s)
+        .map(|(strokes, speed_m_s)| Sliding {
+            speed_m_s: *speed_m_s,
+            rate: SampleRate::new(rate).unwrap(),
+            group: String::new(),
+            stretches: strokes.iter().map(Vec::as_slice).collect(),
+        })
+        .collect();
+    spatial_period(&slidings, Hertz(7.5)).unwrap()
+}
+
+/// At the slowest speed the period itself lies below the filter, and only its harmonics are in reach at all speeds: a half or a third of the
+/// period was said, with a narrow interval and no doubt.
+#[test]
+fn a_period_below_the_filter_at_slow_speeds_is_no_shorter() {
+    let comb = [1.0, 0.3, 0.1];
+    for (period_m, levels, speeds, reached) in [
+        (0.0015, &comb[..], &[0.01, 0.02, 0.03][..], 2),
+        (0.001, &comb, &[0.005, 0.01, 0.02, 0.04], 3),
+        (0.0015, &[1.0], &[0.01, 0.02, 0.03], 2),
+    ] {
+        let found = ridges(period_m, levels, speeds);
+        assert!((found.period_m / period_m - 1.0).abs() < 0.01, "{found:?}");
+        assert_eq!(found.outcome(), Outcome::Met, "{found:?}");
+        assert_eq!(
+            (found.speeds_in_reach, found.speeds, found.peaks.len()),
+            (reached, speeds.len(), reached)
+        );
+        let said = found.conclusion();
+        assert!(said.contains("below what was analysed"), "{said}");
+    }
+    // A period in reach at all speeds stays as it is, multiples being known to be none.
+    let fine = ridges(0.0005, &comb, &[0.01, 0.02, 0.03]);
+    assert!((fine.period_m / 0.0005 - 1.0).abs() < 0.01, "{fine:?}");
+    assert_eq!((fine.outcome(), fine.speeds_in_reach), (Outcome::Met, 3));
+    assert!(fine.open_multiples_m.is_empty(), "{fine:?}");
+}
+
+/// One speed alone holds the period, or none: a multiple of what is found cannot be excluded.
+#[test]
+fn a_multiple_that_no_two_speeds_hold_leaves_the_period_open() {
+    for (period_m, speeds, open) in [
+        (0.002, &[0.005, 0.01, 0.02][..], 1),
+        (0.0015, &[0.01, 0.0105], 1),
+    ] {
+        let found = ridges(period_m, &[1.0, 0.4, 0.3], speeds);
+        assert_eq!(found.outcome(), Outcome::NotDecided, "{found:?}");
+        assert!(found.period_m < 0.6 * period_m, "{found:?}");
+        let holds = |m: &f64| (m / period_m - 1.0).abs() < 0.02;
+        assert!(found.open_multiples_m.iter().any(holds), "{found:?}");
+        assert_eq!(found.open_multiples_m.len(), open, "{found:?}");
+        let kinds: Vec<_> = found.doubts.iter().filter_map(Doubt::kind).collect();
+        assert!(
+            kinds
+                .iter()
+                .any(|kind| matches!(kind, CompareDoubt::OpenMultiple { .. })),
+            "{kinds:?}"
+        );
+        let said = found.conclusion();
+        assert!(
+            said.starts_with("spatial period not decided") && said.contains("cannot be excluded"),
+            "{said}"
+        );
+    }
+}

@@ -3,6 +3,7 @@
 use super::fault::HitFault;
 use crate::doubt::Advice;
 use crate::number::digits;
+use crate::number::rounded;
 use crate::transfer::TransferError;
 
 /// Why an impact test cannot be evaluated.
@@ -49,7 +50,8 @@ pub enum ImpactError {
     /// An exponential window that leaves nothing of a segment.
     #[error(
         "expected an added damping of at most {most:.0} 1/s for a segment of {segment_s:.3} s, found {found}; state less, or a shorter \
-            segment"
+            segment",
+        found = rounded(*found)
     )]
     Overdamped {
         /// What was found, 1/s.

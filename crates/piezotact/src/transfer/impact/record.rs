@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::fault::HitFault;
+use crate::number::rounded;
 
 /// An exponential window that leaves less than exp(−300) at the end of a segment leaves nothing but its beginning.
 pub(super) const MOST_DAMPING: f64 = 300.0;
@@ -61,35 +62,36 @@ impl ImpactTest {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let hits = |sound: &dyn Fn(&Hit) -> bool| self.hits.iter().find(|hit| !sound(hit));
         if !positive(self.segment_s) {
-            return Some(format!("a segment of {} s", self.segment_s));
+            return Some(format!("a segment of {} s", rounded(self.segment_s)));
         }
         if !(0.0..self.segment_s).contains(&self.pretrigger_s) {
-            let (before, segment) = (self.pretrigger_s, self.segment_s);
+            let (before, segment) = (rounded(self.pretrigger_s), rounded(self.segment_s));
             return Some(format!(
                 "{before} s before the hit in a segment of {segment} s"
             ));
         }
         if let Some(length_s) = self.force_window_s.filter(|length| !positive(*length)) {
-            return Some(format!("a force window of {length_s} s"));
+            return Some(format!("a force window of {} s", rounded(length_s)));
         }
         let most = MOST_DAMPING / self.segment_s;
         if !(0.0..=most).contains(&self.added_damping_per_s) {
             return Some(format!(
                 "an added damping of {} 1/s over a segment of {} s",
-                self.added_damping_per_s, self.segment_s
+                rounded(self.added_damping_per_s),
+                rounded(self.segment_s)
             ));
         }
         if let Some(left) = self.left.filter(|left| !(0.0..=1.0).contains(left)) {
-            return Some(format!("{left} of the response left"));
+            return Some(format!("{} of the response left", rounded(left)));
         }
         if let Some(hit) = hits(&|hit| hit.at_s.is_finite() && hit.at_s >= 0.0) {
-            return Some(format!("a hit at {} s", hit.at_s));
+            return Some(format!("a hit at {} s", rounded(hit.at_s)));
         }
         if let Some(hit) = hits(&|hit| hit.peak.is_finite() && hit.peak != 0.0) {
-            return Some(format!("a hit with a peak of {}", hit.peak));
+            return Some(format!("a hit with a peak of {}", rounded(hit.peak)));
         }
         if let Some(hit) = hits(&|hit| hit.duration_s.is_finite() && hit.duration_s >= 0.0) {
-            return Some(format!("a pulse of {} s", hit.duration_s));
+            return Some(format!("a pulse of {} s", rounded(hit.duration_s)));
         }
         (self.used() == 0).then(|| format!("{} hits and none used", self.hits.len()))
     }

@@ -1,0 +1,236 @@
+//! The drives: rendered at one level, played, measured and compared with their strokes.
+
+use std::path::PathBuf;
+
+use piezotact::doubt::Doubts;
+use piezotact::prepare::{Prepared, State, common_level};
+use piezotact::quantity::{Acceleration, Decibels, Drive};
+use piezotact::render::Rendering;
+use piezotact::transfer::TransferFunction;
+use piezotact_bench::Bench;
+
+use super::strokes::{Texture, Textures};
+use super::{Arguments, LevelRule, file};
+use crate::cli::{Finger, Level, Render};
+use crate::commands::play::played;
+use crate::commands::render::{self, Done};
+use crate::commands::run_plan;
+use crate::commands::verify::verified;
+use crate::failure::{Failure, Outcome, sentence};
+use crate::interrupt::{Between, interrupted};
+use crate::keeping::{Earlier, Raw, done};
+use crate::output::say;
+use crate::progress::{Words, Work};
+use crate::report::name;
+
+const PREPARING: Words = Words {
+    doing: "preparing",
+    done: "prepared",
+    item: "texture",
+    then: "preparing",
+};
+/// A closed loop keeps its drives this much below the limit of the device.
+const LOOP_MARGIN: Decibels = Decibels(0.3);
+
+/// What is asked for all drives.
+pub(super) struct Drives<'a> {
+    args: &'a Arguments,
+    render: Render,
+    finger: Finger,
+    bench: Option<Bench>,
+    pub(super) bench_name: Option<String>,
+    pub(super) level_set_by: Option<String>,
+}
+
+impl<'a> Drives<'a> {
+    /// The drives of `textures`, at the level that is stated or at which all fit.
+    pub(super) fn of(
+        args: &'a Arguments,
+        textures: &Textures,
+        function: &TransferFunction<Drive, Acceleration>,
+        bench: Option<Bench>,
+    ) -> Outcome<Self> {
+        let mut render = request(args, textures);
+        let mut level_set_by = None;
+        render.level = match args.level {
+            LevelRule::Fit => Level::Fit,
+            LevelRule::Stated(level_db) => Level::Stated(level_db),
+            LevelRule::Common => {
+                let config = render::config_of(&Render {
+                    level: Level::Fit,
+                    ..request(args, textures)
+                })?;
+                let targets: Vec<_> = textures.all.iter().map(|one| one.series.clone()).collect();
+                let margin = args.mode.map_or(Decibels(0.0), |_| LOOP_MARGIN);
+                let level = common_level(&targets, function, &config, margin);
+                let by = level.limited_by.map(|i| &textures.all[i].strokes.texture);
+                level_set_by = by.cloned();
+                Level::Stated(level.level_db)
+            }
+        };
+        let bench_name = bench.as_ref();
+        let bench_name = bench_name.map(|bench| bench.acquirer.describe().name.clone());
+        // A closed loop opens it by itself.
+        let bench = bench.filter(|_| args.mode.is_none());
+        Ok(Self {
+            args,
+            render,
+            finger: finger_of(function),
+            bench,
+            bench_name,
+            level_set_by,
+        })
+    }
+
+    /// The level of all textures, dB; none where each has its own.
+    pub(super) fn level_db(&self) -> Option<f64> {
+        match self.render.level {
+            Level::Stated(level_db) => Some(level_db),
+            Level::Fit => None,
+        }
+    }
+
+    /// Renders, plays and measures the drive of each of `textures`.
+    pub(super) fn prepared(mut self, textures: Textures) -> Outcome<Vec<Prepared>> {
+        let (args, mut all) = (self.args, Vec::new());
+        let request = Render {
+            finger: match args.mode {
+                Some(_) => Finger { ..self.finger },
+                None => Finger {
+                    load: None,
+                    angle: None,
+                },
+            },
+            ..self.render
+        };
+        let jobs = render::jobs(&request)?;
+        let preparing = Work::of_steps(PREPARING, jobs.len());
+        let between = Between::items(PREPARING.item);
+        for (mut texture, job) in textures.all.into_iter().zip(&jobs) {
+            let earlier = std::mem::take(&mut texture.earlier);
+            let target = name(&texture.target);
+            say(&format!("{}:", texture.strokes.texture));
+            if interrupted() {
+                let why = "interrupted before it was begun";
+                earlier.into_iter().try_for_each(Earlier::settle)?;
+                all.push(Prepared::not_rendered(texture.strokes, target, why));
+                continue;
+            }
+            let rendered = job.done(&request);
+            all.push(match rendered {
+                Ok(done) => measured(args, &self.finger, self.bench.as_mut(), texture, &done)?,
+                Err(Failure::Data(error) | Failure::Usage(error)) => {
+                    Prepared::not_rendered(texture.strokes, target, &sentence(&error))
+                }
+                Err(other) => return Err(other),
+            });
+            earlier.into_iter().try_for_each(Earlier::settle)?;
+            preparing.one_more();
+        }
+        drop((preparing, between));
+        let runs = jobs.iter().filter_map(|job| job.runs.as_ref());
+        if !interrupted() {
+            runs.map(|runs| done(runs, Raw::Kept))
+                .collect::<Outcome<Vec<()>>>()?;
+        }
+        Ok(all)
+    }
+}
+
+/// A texture that was rendered, with what its measurement on `bench` showed.
+fn measured(
+    args: &Arguments,
+    finger: &Finger,
+    bench: Option<&mut Bench>,
+    texture: Texture,
+    done: &Done,
+) -> Outcome<Prepared> {
+    let drive = &done.drive;
+    let mut prepared = Prepared {
+        strokes: texture.strokes,
+        target: name(&texture.target),
+        drive: Some(name(&file(&args.out, "drives", &texture.called, "wav"))),
+        measured: None,
+        level_db: Some(done.level_db),
+        headroom_db: drive.headroom.headroom_db,
+        achievable_band_hz: drive.coverage.reached.clone(),
+        state: State::NotMeasured,
+        sentence: "not measured: play the drive, record the response, and compare it with its target by `piezotact verify`".into(),
+        verification: None,
+        doubts: texture.doubts.into_iter().chain(drive.about.doubts.iter().cloned()).collect::<Doubts>(),
+    };
+    if args.bench.is_none() {
+        return Ok(prepared);
+    }
+    let record = file(&args.out, "measured", &texture.called, "parquet");
+    if let Some(bench) = bench {
+        let rendering = Rendering::of(drive, &prepared.target, done.level_db);
+        let run = run_plan("prepare", finger, bench.acquirer.as_ref());
+        let setup = drive.setup.as_ref();
+        let drive = (&drive.drive, Some(&rendering));
+        let recorded = played(bench, drive, setup, &run, &record);
+        match recorded {
+            Ok(_recording) => {}
+            Err(Failure::Data(error)) => {
+                prepared.sentence = format!("not measured: {}", sentence(&error));
+                return Ok(prepared);
+            }
+            Err(other) => return Err(other),
+        }
+    }
+    let verification = verified(&texture.target, &record, args.band)?;
+    let mut prepared = prepared.measured(name(&record), verification);
+    if let Some(why) = done.unfinished() {
+        prepared.sentence += &format!("; the closed loop did not come to its end: {why}");
+    }
+    Ok(prepared)
+}
+
+/// How the finger lay when `function` was measured.
+pub(super) fn finger_of(function: &TransferFunction<Drive, Acceleration>) -> Finger {
+    let condition = &function.about.condition;
+    Finger {
+        load: condition.load_n.map(|load| load.0),
+        angle: condition.angle_deg.map(|angle| angle.0),
+    }
+}
+
+/// The renderings that are asked for, at a level to be set.
+fn request(args: &Arguments, textures: &Textures) -> Render {
+    let place = |part: &str, ending: &str| -> PathBuf {
+        match textures.all.as_slice() {
+            [only] => file(&args.out, part, &only.called, ending),
+            _ => args.out.join(part),
+        }
+    };
+    Render {
+        targets: textures.all.iter().map(|one| one.target.clone()).collect(),
+        transfer: vec![args.transfer.clone()],
+        out: place("drives", "wav"),
+        band: args.band,
+        channel: None,
+        scale: None,
+        target_rate: None,
+        gain: None,
+        device: None,
+        level: Level::Fit,
+        rate: args.drive_rate,
+        inverse: args.inverse,
+        phase: crate::cli::PhaseName::Linear,
+        mode: args.mode,
+        bench: match args.mode {
+            Some(_) => args.bench.iter().cloned().collect(),
+            None => Vec::new(),
+        },
+        iterations: args.iterations,
+        finger: Finger {
+            load: None,
+            angle: None,
+        },
+        record: args.mode.map(|_| place("measured", "parquet")),
+        discard_raw: false,
+        report: None,
+        allow_clipping: false,
+        json: false,
+    }
+}

@@ -1,0 +1,189 @@
+//! `piezotact prepare`: from the strokes of a participant who has just touched the samples to one verified drive for each texture.
+
+mod drives;
+mod strokes;
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use clap::Args;
+use piezotact::criterion::Outcome as Judged;
+use piezotact::doubt::Doubts;
+use piezotact::lineage::Mode;
+use piezotact::prepare::{PrepareDocument, State};
+use piezotact::quantity::{Acceleration, Band, Drive};
+use piezotact_dataset::read_transfer;
+use piezotact_report::report::html;
+
+use crate::advice::OptionWords;
+use crate::benches::{self, BenchSpec};
+use crate::cli::{InverseName, ModeName, Takes};
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::{self, interrupted};
+use crate::invocation::write_report;
+use crate::output::{print, print_document, say, say_doubts};
+use drives::Drives;
+use strokes::Textures;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    takes: Takes,
+    /// The transfer function of the device with this participant's finger on it.
+    #[arg(long)]
+    transfer: PathBuf,
+    /// The bench on which the drives are played and measured; without it, they are rendered and not verified.
+    #[arg(long, help = format!("{}; without it, they are rendered and not verified", benches::help("The bench on which the drives are played and measured")))]
+    bench: Option<BenchSpec>,
+    /// The folder to write: targets/, drives/ and measured/, with one file for each texture.
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// The band that is rendered and compared, in Hz.
+    #[arg(long, default_value = "20..1000")]
+    band: Band,
+    /// The level re the strokes: `common`, one level for all textures, lowered only as much as the device requires; `fit`, for
+    /// each texture its own; or a number, in dB.
+    #[arg(
+        long,
+        default_value = "common",
+        value_name = "common|fit|DB",
+        allow_negative_numbers = true
+    )]
+    level: LevelRule,
+    /// The rate of the drives, in Hz.
+    #[arg(long, default_value_t = 48_000, value_name = "HZ", value_parser = clap::value_parser!(u32).range(1_000..=768_000))]
+    drive_rate: u32,
+    /// How the transfer function is inverted, as in `piezotact render`.
+    #[arg(long, value_enum, default_value = "constant")]
+    inverse: InverseName,
+    /// Corrects each drive in a closed loop on --bench: `replicate` corrects the waveform, `texture` the spectrum.
+    #[arg(long, value_enum, requires = "bench")]
+    mode: Option<ModeName>,
+    /// Largest number of corrections, default 6.
+    #[arg(long, requires = "mode", value_parser = clap::value_parser!(u16).range(1..=50))]
+    iterations: Option<u16>,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The level at which textures are rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum LevelRule {
+    /// The highest at which all fit, 0 dB or below.
+    Common,
+    /// For each the highest at which it fits, 0 dB or below.
+    Fit,
+    /// Stated, dB.
+    Stated(f64),
+}
+
+impl FromStr for LevelRule {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let stated = || text.parse().ok().filter(|db| (-120.0..=120.0).contains(db));
+        match text {
+            "common" => Ok(Self::Common),
+            "fit" => Ok(Self::Fit),
+            _ => stated().map(Self::Stated).ok_or_else(|| {
+                format!("expected common, fit, or a level from -120 to 120 dB, found `{text}`")
+            }),
+        }
+    }
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let function = read_transfer(&args.transfer)?;
+    let function = function.function::<Drive, Acceleration>(&args.transfer)?;
+    let bench = args.bench.as_ref().map(BenchSpec::open).transpose()?;
+    let (textures, failures) = Textures::of(args, &function, bench.as_ref())?;
+    let drives = Drives::of(args, &textures, &function, bench)?;
+    let mut found = PrepareDocument {
+        participant: textures.participant.clone(),
+        transfer: crate::report::name(&args.transfer),
+        bench: drives.bench_name.clone(),
+        band_hz: args.band,
+        mode: args.mode.map(|mode| match mode {
+            ModeName::Replicate => Mode::Replicate,
+            ModeName::Texture => Mode::Texture,
+        }),
+        level_db: drives.level_db(),
+        level_set_by: drives.level_set_by.clone(),
+        outcome: Judged::NotDecided,
+        sentence: String::new(),
+        not_good_enough: Vec::new(),
+        textures: Vec::new(),
+        failed: failures.files().to_vec(),
+        doubts: Doubts::default(),
+    };
+    found.textures = drives.prepared(textures)?;
+    let found = found.concluded();
+    if let Some(path) = &args.report {
+        write_report(path, &html(&found.page(), &OptionWords)?)?;
+    }
+    shown(args, &found)?;
+    failures.outcome()?;
+    if interrupted() {
+        return Err(interrupt::failure(
+            &found.sentence,
+            "what is done stays; give the same command again with --force: all textures are prepared again, at one level",
+        ));
+    }
+    outcome(&found)
+}
+
+/// Prints what was prepared.
+fn shown(args: &Arguments, found: &PrepareDocument) -> Outcome {
+    if args.json {
+        return print_document(found);
+    }
+    for one in &found.textures {
+        let doubts: Vec<_> = one.doubts.iter().cloned().collect();
+        if !doubts.is_empty() {
+            say(&format!("{}:", one.strokes.texture));
+            say_doubts(&doubts);
+        }
+    }
+    let doubts: Vec<_> = found.doubts.iter().cloned().collect();
+    say_doubts(&doubts);
+    for one in &found.textures {
+        let stroke = &one.strokes.stroke;
+        print(&format!(
+            "{}: stroke {} of {} ({:.2} s of {} strokes): {}",
+            one.strokes.texture,
+            stroke.number,
+            stroke.file,
+            stroke.to_s - stroke.from_s,
+            one.strokes.strokes,
+            one.sentence
+        ))?;
+    }
+    if let Some(path) = &args.report {
+        print(&format!("report: {}", path.display()))?;
+    }
+    print(&format!("{}: {}", args.out.display(), found.sentence))
+}
+
+/// The exit code: that of the worst texture.
+fn outcome(found: &PrepareDocument) -> Outcome {
+    let is = |state: State| found.textures.iter().any(|one| one.state == state);
+    if is(State::NotPassed) || is(State::NotRendered) {
+        return Err(Failure::NotPassed);
+    }
+    if is(State::NotDecided) || is(State::Rehearsed) || is(State::NotMeasured) {
+        return Err(Failure::NotDecided);
+    }
+    if is(State::PassedInPart) {
+        return Err(Failure::PassedInPart);
+    }
+    Ok(())
+}
+
+/// The file of the texture called `name` in the part `part` of the folder.
+fn file(out: &Path, part: &str, name: &str, ending: &str) -> PathBuf {
+    out.join(part).join(format!("{name}.{ending}"))
+}

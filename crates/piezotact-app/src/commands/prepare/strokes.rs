@@ -1,0 +1,344 @@
+//! The strokes of each texture, and the one of them that is rendered.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::lineage::Operation;
+use piezotact::manipulate::{Manipulated, textures_of_strokes};
+use piezotact::prepare::{ChosenStroke, TextureStrokes, doubts_of_conditions, typical_stroke};
+use piezotact::quantity::{Acceleration, Drive};
+use piezotact::recording::Condition;
+use piezotact::series::Series;
+use piezotact::study::Take;
+use piezotact::transfer::TransferFunction;
+
+use super::drives::finger_of;
+use super::{Arguments, file};
+use crate::commands::manipulate::write_stroke;
+use crate::commands::render::folders;
+use crate::commands::touch::take_all;
+use crate::commands::{outputs, recording_files, run_plan, texture};
+use crate::failure::{Failure, Failures, Outcome, usage};
+use crate::keeping::{Earlier, runs_in};
+use crate::report::name;
+use piezotact_bench::Bench;
+use piezotact_dataset::RunFolder;
+use piezotact_dataset::sidecar::sidecar_path;
+
+/// The textures that a participant touched.
+pub(super) struct Textures {
+    pub(super) participant: Option<String>,
+    pub(super) all: Vec<Texture>,
+    /// The folder of measurements, for this command alone.
+    _held: RunFolder,
+}
+
+/// One texture with its stroke.
+pub(super) struct Texture {
+    /// The name of its files.
+    pub(super) called: String,
+    pub(super) strokes: TextureStrokes,
+    pub(super) target: PathBuf,
+    pub(super) series: Series<Acceleration>,
+    pub(super) doubts: Vec<Doubt>,
+    /// What stood at the places of its files.
+    pub(super) earlier: Vec<Earlier>,
+}
+
+/// A stroke with the take that it is of.
+struct Found<'a> {
+    take: &'a Take,
+    number: usize,
+    cut: Manipulated<Acceleration>,
+}
+
+impl Textures {
+    /// The textures of the recordings that `args` names, the chosen stroke of each written as a target; and the recordings that
+    /// failed.
+    pub(super) fn of(
+        args: &Arguments,
+        function: &TransferFunction<Drive, Acceleration>,
+        bench: Option<&Bench>,
+    ) -> Outcome<(Self, Failures)> {
+        let (takes, mut failures) = take_all(&args.takes)?;
+        let participant = one_participant(&takes)?;
+        require_same_participant(participant.as_ref(), function)?;
+        if let Some(bench) = bench {
+            require_same_finger(participant.as_ref(), function, bench)?;
+        }
+        let groups = by_texture(&takes);
+        let called = file_names(groups.iter().map(|(texture, _)| texture.as_str()));
+        check_outputs(args, &called)?;
+        let held = runs_in(&args.out.join("measured"))?;
+        let mut all = Vec::new();
+        for ((texture, takes), called) in groups.into_iter().zip(called) {
+            let mut found = Vec::new();
+            for take in &takes {
+                let strokes = strokes_of(take);
+                let strokes = failures.unless_failed(Path::new(&take.file), strokes)?;
+                found.extend(strokes.unwrap_or_default());
+            }
+            if !found.is_empty() {
+                let condition = &function.about.condition;
+                all.push(chosen(args, condition, (texture, called), &takes, found)?);
+            }
+        }
+        if all.is_empty() {
+            failures.outcome()?;
+        }
+        let textures = Self {
+            participant,
+            all,
+            _held: held,
+        };
+        Ok((textures, failures))
+    }
+}
+
+/// Refuses the strokes of several people.
+fn one_participant(takes: &[Take]) -> Outcome<Option<String>> {
+    let people = takes.iter().filter_map(|take| take.condition().person());
+    let people: BTreeSet<String> = people.collect();
+    if people.len() > 1 {
+        let people: Vec<String> = people.into_iter().collect();
+        return Err(usage(anyhow!(
+            "expected strokes of one participant, found those of {}; prepare each with their own transfer function",
+            people.join(", ")
+        )));
+    }
+    Ok(people.into_iter().next())
+}
+
+/// Refuses the transfer function of somebody else.
+fn require_same_participant(
+    strokes: Option<&String>,
+    function: &TransferFunction<Drive, Acceleration>,
+) -> Outcome {
+    match (strokes, function.about.condition.person()) {
+        (Some(strokes), Some(function)) if *strokes != function => Err(usage(anyhow!(
+            "expected strokes and a transfer function of one participant, found strokes of {strokes} and a transfer function \
+             measured with {function}; give those of one session"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Refuses a bench with somebody else at it.
+fn require_same_finger(
+    strokes: Option<&String>,
+    function: &TransferFunction<Drive, Acceleration>,
+    bench: &Bench,
+) -> Outcome {
+    let run = run_plan("prepare", &finger_of(function), bench.acquirer.as_ref());
+    let here = bench.acquirer.condition(&run).person();
+    let wanted = strokes.cloned().or(function.about.condition.person());
+    match (wanted, here) {
+        (Some(wanted), Some(here)) if wanted != here => Err(usage(anyhow!(
+            "expected {wanted} at the bench, whose strokes and transfer function are given, found {here}; let {wanted} put the finger \
+             on the device, or give the strokes and the transfer function of {here}"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// The recordings of each texture, in the order in which they were given.
+fn by_texture(takes: &[Take]) -> Vec<(String, Vec<&Take>)> {
+    let mut groups: Vec<(String, Vec<&Take>)> = Vec::new();
+    for take in takes {
+        let sample = take.condition().sample.clone();
+        let known = groups
+            .iter_mut()
+            .find(|(known, _)| Some(&**known) == sample.as_deref());
+        match (known, sample) {
+            (Some((_, takes)), _) => takes.push(take),
+            (None, Some(sample)) => groups.push((sample, vec![take])),
+            // Files of one name in two folders are two textures.
+            (None, None) => groups.push((free_name(take, &groups), vec![take])),
+        }
+    }
+    groups
+}
+
+/// The name of the file of `take` without its ending, with its folder where another texture is called so.
+fn free_name(take: &Take, groups: &[(String, Vec<&Take>)]) -> String {
+    let path = Path::new(&take.file);
+    let part = |part: Option<&std::ffi::OsStr>| {
+        part.map_or(String::new(), |part| part.to_string_lossy().into_owned())
+    };
+    let stem = part(path.file_stem());
+    let folder = part(path.parent().and_then(Path::file_name));
+    let taken = |name: &String| groups.iter().any(|(known, _)| known == name);
+    let names = [stem.clone(), format!("{folder}/{stem}"), take.file.clone()];
+    names.into_iter().find(|name| !taken(name)).unwrap_or(stem)
+}
+
+/// A name for the files of each texture: letters, digits, `-`, `_` and `.` are kept; each name occurs once.
+fn file_names<'a>(textures: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for texture in textures {
+        let kept = |c: char| match c {
+            c if c.is_alphanumeric() || "-_.".contains(c) => c,
+            _ => '_',
+        };
+        let plain: String = texture.chars().take(64).map(kept).collect();
+        let plain = match plain.trim_start_matches('.') {
+            "" => "texture".to_owned(),
+            plain => plain.to_owned(),
+        };
+        let mut name = plain.clone();
+        let mut number = 2;
+        // Some file systems do not tell capitals from small letters.
+        let known = |name: &str, names: &[String]| {
+            names
+                .iter()
+                .any(|other| other.to_lowercase() == name.to_lowercase())
+        };
+        while known(&name, &names) {
+            name = format!("{plain}-{number}");
+            number += 1;
+        }
+        names.push(name);
+    }
+    names
+}
+
+/// Makes the folders, and refuses files that would replace what is read or what another command wrote.
+fn check_outputs(args: &Arguments, called: &[String]) -> Outcome {
+    let out = &args.out;
+    let parts = [
+        out.clone(),
+        out.join("targets"),
+        out.join("drives"),
+        out.join("measured"),
+    ];
+    let wanted = parts.each_ref().map(|part| Some(part.as_path()));
+    let wanted = if args.bench.is_some() {
+        &wanted[..]
+    } else {
+        &wanted[..3]
+    };
+    let made = folders(wanted)?;
+    let mut written: Vec<PathBuf> = args.report.iter().cloned().collect();
+    for name in called {
+        for part in ["targets", "drives"] {
+            let path = file(out, part, name, "wav");
+            written.push(sidecar_path(&path));
+            written.push(path);
+        }
+        if args.bench.is_some() {
+            written.extend(recording_files(&file(out, "measured", name, "parquet")));
+        }
+    }
+    let recordings = args.takes.recordings.iter().map(PathBuf::as_path);
+    let read: Vec<&Path> = recordings
+        .chain([args.transfer.as_path()])
+        .chain(args.bench.as_ref().and_then(|bench| bench.file()))
+        .collect();
+    let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+    let checked = outputs(&read, &written);
+    if checked.is_err() {
+        for folder in made.into_iter().rev() {
+            // Only one that holds nothing goes.
+            let _kept = std::fs::remove_dir(folder);
+        }
+    }
+    checked
+}
+
+/// The strokes of a recording, without the gesture.
+fn strokes_of(take: &Take) -> Outcome<Vec<Found<'_>>> {
+    let at = |error: anyhow::Error| Failure::Data(error.context(take.file.clone()));
+    let segmentation = &take.segmentation;
+    if segmentation.strokes.is_empty() {
+        return Err(at(anyhow!(
+            "expected strokes, found none ({} rejected); `piezotact segment` says why",
+            segmentation.rejected.len()
+        )));
+    }
+    let vibration = segmentation.roles.vibration.first();
+    let path = Path::new(&take.file);
+    let whole = texture(path, &take.recording, vibration.map(String::as_str))?;
+    let cuts = textures_of_strokes(&whole, (&take.recording, segmentation));
+    let cuts = cuts.map_err(|error| at(error.into()))?;
+    let found = cuts.into_iter().enumerate();
+    let found = found.map(|(i, cut)| Found {
+        take,
+        number: i + 1,
+        cut,
+    });
+    Ok(found.collect())
+}
+
+/// The typical stroke of a texture, written as its target.
+fn chosen(
+    args: &Arguments,
+    function: &Condition,
+    (texture, called): (String, String),
+    takes: &[&Take],
+    mut found: Vec<Found<'_>>,
+) -> Outcome<Texture> {
+    let series: Vec<Series<Acceleration>> =
+        found.iter().map(|one| one.cut.series.clone()).collect();
+    let typical = typical_stroke(&series, args.band)?;
+    let strokes = found.len();
+    let Found { take, number, cut } = found.swap_remove(typical.index);
+    let (from_s, to_s) = match cut.step.operation {
+        Operation::Stroke { from_s, to_s, .. } => (from_s, to_s),
+        _ => (0.0, cut.series.duration().0),
+    };
+    let stroke = ChosenStroke {
+        file: name(Path::new(&take.file)),
+        number,
+        from_s,
+        to_s,
+        rms_m_s2: cut.series.rms_about_mean().value,
+        distance_db: typical.distances_db[typical.index],
+    };
+    let mut doubts = typical.doubts(&texture, cut.series.duration());
+    let conditions: Vec<&Condition> = takes.iter().map(|take| take.condition()).collect();
+    doubts.extend(doubts_of_conditions(&texture, &conditions, function));
+    let target = file(&args.out, "targets", &called, "wav");
+    // What stands there is of an earlier session: a new target never stands beside an old drive.
+    let earlier = [
+        target.clone(),
+        file(&args.out, "drives", &called, "wav"),
+        file(&args.out, "measured", &called, "parquet"),
+    ];
+    let earlier = earlier
+        .iter()
+        .map(|place| Earlier::at(place, "what an earlier command left"))
+        .collect::<Outcome<Vec<_>>>()?;
+    let series = write_stroke(&target, take, cut)?;
+    let rejected = takes.iter().map(|take| take.segmentation.rejected.len());
+    Ok(Texture {
+        called,
+        strokes: TextureStrokes {
+            texture,
+            recordings: takes.len(),
+            strokes,
+            rejected: rejected.sum(),
+            spread_db: typical.spread_db(),
+            stroke,
+        },
+        target,
+        series,
+        doubts,
+        earlier,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::file_names;
+
+    #[test]
+    fn textures_have_file_names_of_their_own() {
+        let names = ["S8", "../etc", "s8", "a/b", "", "Été 3", "..."];
+        assert_eq!(
+            file_names(names.into_iter()),
+            ["S8", "_etc", "s8-2", "a_b", "texture", "Été_3", "texture-2"]
+        );
+    }
+}
