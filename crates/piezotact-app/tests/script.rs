@@ -95,6 +95,7 @@ impl Checkouts {
             .env("CARGO_TERM_COLOR", "never")
             .env_remove("CARGO_TARGET_DIR")
             .env_remove("CARGO_BUILD_TARGET_DIR")
+            .env_remove("PIEZOTACT_OWN_DEPENDENCIES")
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());

@@ -18,12 +18,13 @@ use syn::visit::Visit;
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 9] = [
+const ARROWS: [(&str, &[&str]); 10] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
-    ("piezotact-dataset", &["piezotact"]),
+    ("piezotact-people", &["piezotact"]),
+    ("piezotact-dataset", &["piezotact", "piezotact-people"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
-    ("piezotact-report", &["piezotact"]),
+    ("piezotact-report", &["piezotact", "piezotact-people"]),
     (
         "piezotact-twin",
         &["piezotact", "piezotact-fourier", "piezotact-bench"],
@@ -36,6 +37,7 @@ const ARROWS: [(&str, &[&str]); 9] = [
         "piezotact-app",
         &[
             "piezotact",
+            "piezotact-people",
             "piezotact-bench",
             "piezotact-twin",
             "piezotact-replay",

@@ -1,0 +1,1 @@
+//! Association matrices: which presented texture was answered as which.

@@ -1,0 +1,1 @@
+//! A campaign with volunteers: its protocol, the check of its design, the plan of each person, and the session.

@@ -1,0 +1,1 @@
+//! The tests of the science of people, as one program.
