@@ -1,1 +1,4 @@
 //! A campaign with volunteers: its protocol, the check of its design, the plan of each person, and the session.
+
+pub mod chain;
+pub mod store;
