@@ -1,4 +1,6 @@
 //! A campaign with volunteers: its protocol, the check of its design, the plan of each person, and the session.
 
 pub mod chain;
+pub mod protocol;
+mod random;
 pub mod store;

@@ -1,0 +1,438 @@
+//! The protocol of a campaign: everything that is decided before the first participant, as data (TOML).
+
+mod check;
+mod library;
+
+use serde::{Deserialize, Serialize};
+
+pub use check::{ProtocolError, read};
+pub use library::{LIBRARY, from_library};
+
+/// The version of the form of protocols that this program reads.
+pub const FORM: u32 = 1;
+
+/// A protocol.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Protocol {
+    /// The version of the form: 1.
+    pub form: u32,
+    /// Its name: `isotropic_triplets`.
+    pub name: String,
+    /// Its title.
+    pub title: String,
+    /// Where it comes from.
+    pub source: String,
+    /// What the source leaves open, and what was decided here.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub decided_here: Vec<String>,
+    /// All real samples. Where tasks ask for an order, it is the physical one from the first end named in the task.
+    pub samples: Vec<String>,
+    /// How many samples the tray holds.
+    pub tray_slots: usize,
+    /// Rendered stimuli other than the plain one of each sample, which has the sample's name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stimuli: Vec<Stimulus>,
+    /// The sets of samples that are presented together.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sets: Vec<SampleSet>,
+    /// How the samples are explored.
+    pub exploration: Exploration,
+    /// How stimuli are rendered; absent where none is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rendering: Option<Rendering>,
+    /// What happens with an interrupted session.
+    pub resuming: Resuming,
+    /// The people.
+    pub panel: Panel,
+    /// The tasks.
+    pub tasks: Vec<Task>,
+    /// The sessions of each participant, in their order.
+    pub sessions: Vec<SessionProtocol>,
+}
+
+/// A rendered stimulus with another name than its sample: a manipulated one.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Stimulus {
+    /// Its name: `S2 INVERTED`.
+    pub name: String,
+    /// The sample whose friction-induced vibration it is made from.
+    pub of: String,
+    /// The sample whose rms level it has; absent where the level is its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub level_of: Option<String>,
+    /// The sample that the hypothesis expects as answer.
+    pub expected: String,
+}
+
+/// A set of samples.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SampleSet {
+    /// Its name: `A`.
+    pub name: String,
+    /// Its samples.
+    pub samples: Vec<String>,
+}
+
+/// How samples are explored.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Exploration {
+    /// The finger: `dominant index`.
+    pub finger: String,
+    /// The suggested direction of strokes.
+    pub direction: Direction,
+}
+
+/// The direction of strokes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// Towards the body is suggested, and not enforced.
+    Proximal,
+    /// As the participant likes.
+    Free,
+}
+
+/// How stimuli are rendered.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Rendering {
+    /// Which transfer function the drives are made with.
+    pub transfer_function: TransferFunctionUse,
+    /// Which stroke of a recording is rendered.
+    pub stroke: StrokeChoice,
+    /// How a stimulus is played.
+    pub playing: Playing,
+    /// The largest age of a drive at its session, in hours.
+    pub max_age_hours: f64,
+}
+
+/// Whose transfer function.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "whose", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TransferFunctionUse {
+    /// The participant's own.
+    Own,
+    /// The average of a panel, to which no participant belongs.
+    Average {
+        /// The panel.
+        panel: String,
+    },
+}
+
+/// Which stroke of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum StrokeChoice {
+    /// The one closest to the median of its texture.
+    Median,
+    /// The first.
+    First,
+}
+
+/// How a stimulus is played.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "how", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Playing {
+    /// Once from beginning to end.
+    Once,
+    /// Again and again, with a pause between, as a finger strokes again.
+    Repeated {
+        /// The pause between two strokes, in seconds.
+        pause_s: f64,
+        /// The longest time of one presentation, in seconds.
+        duration_s: f64,
+    },
+}
+
+/// What happens with an interrupted session.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Resuming {
+    /// Where it goes on.
+    pub at: ResumeAt,
+    /// After how many hours it does not go on at all.
+    pub refused_after_hours: f64,
+}
+
+/// Where an interrupted session goes on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ResumeAt {
+    /// The interrupted trial goes on; answers that were not confirmed are kept as given.
+    Trial,
+    /// The interrupted trial is repeated from its beginning.
+    TrialAnew,
+    /// All trials of the interrupted set are repeated.
+    SetAnew,
+}
+
+/// The people of a campaign.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// How many participants are planned.
+    pub participants: u32,
+    /// Panels to which no participant may belong.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub disjoint_from: Vec<String>,
+}
+
+/// A task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Task {
+    /// Its name in data: `task2`.
+    pub name: String,
+    /// Its title.
+    pub title: String,
+    /// What the participant is asked, word for word.
+    pub instruction: String,
+    /// What the experimenter confirms before it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub checklist: Vec<String>,
+    /// How long one trial takes, in seconds, with the touching; for the plan of the time.
+    pub seconds_per_trial: f64,
+    /// What it asks.
+    #[serde(flatten)]
+    pub kind: TaskKind,
+}
+
+/// What a task asks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum TaskKind {
+    /// Strokes on each real sample are recorded; nothing is answered.
+    Touch {
+        /// Strokes on each sample.
+        strokes: u32,
+    },
+    /// The samples are learned by sight, then named blindfold one after the other in random order.
+    Identify {
+        /// How often each sample is presented.
+        presentations: u32,
+    },
+    /// The samples are put in order by touch.
+    Order {
+        /// The first end: `roughest`.
+        from: String,
+        /// The other end: `smoothest`.
+        to: String,
+    },
+    /// A sequence of rendered stimuli; to each a real sample of the set is associated.
+    Associate {
+        /// How the sequence comes about.
+        sequence: Sequence,
+        /// What the samples are called in answers.
+        labels: Labels,
+    },
+    /// Two stimuli are compared.
+    Compare {
+        /// What is asked.
+        question: Question,
+        /// The pairs, each presented in both orders.
+        pairs: Vec<[String; 2]>,
+        /// How often each order of each pair is presented.
+        repeats: u32,
+    },
+    /// Descriptors are chosen for each sample.
+    Categorise {
+        /// The descriptors.
+        descriptors: Vec<String>,
+        /// How many may be chosen.
+        at_most: u32,
+    },
+    /// Each sample is rated on a scale.
+    Rate {
+        /// The lowest value.
+        from: i64,
+        /// The highest value.
+        to: i64,
+    },
+}
+
+/// How the sequence of an association comes about.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "how", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Sequence {
+    /// Each element is drawn from the samples of the set, independently of the others: repeats and omissions happen.
+    Drawn {
+        /// The lengths, each with the same probability.
+        lengths: Vec<usize>,
+    },
+    /// Each sample once, in random order. The participant can answer by exclusion.
+    Permutation,
+    /// Fixed sequences, the same for all participants, presented in this order.
+    Fixed {
+        /// The sequences with their sets.
+        tests: Vec<FixedTest>,
+    },
+}
+
+/// A fixed sequence.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct FixedTest {
+    /// The set.
+    pub set: String,
+    /// The stimuli in their order.
+    pub stimuli: Vec<String>,
+}
+
+/// What samples are called in the answers of an association.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "are", rename_all = "snake_case", deny_unknown_fields)]
+pub enum Labels {
+    /// The names of the samples.
+    Names,
+    /// A, B, C … in the participant's own order of another task of the same set; the samples stay there.
+    OwnOrder {
+        /// The ordering task.
+        task: String,
+    },
+}
+
+/// What a comparison asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Question {
+    /// The same or different.
+    SameDifferent,
+    /// Which is rougher, the first or the second.
+    Rougher,
+}
+
+/// A session of each participant.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SessionProtocol {
+    /// Its name: `discrimination`.
+    pub name: String,
+    /// When, relative to the session before it.
+    pub when: When,
+    /// Its blocks in their order.
+    pub blocks: Vec<Block>,
+}
+
+/// When a session takes place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum When {
+    /// It is the first, or at any time after the one before it.
+    AnyTime,
+    /// On a later day than the one before it.
+    AnotherDay,
+}
+
+/// A block of a session: tasks over the sets.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Block {
+    /// Its name.
+    pub name: String,
+    /// The tasks, one at once after the other.
+    pub tasks: Vec<String>,
+    /// The order of the tasks.
+    pub task_order: OrderRule,
+    /// What it goes over.
+    pub over: Over,
+    /// The order of the sets.
+    pub set_order: OrderRule,
+    /// How often it is repeated.
+    pub repeats: u32,
+}
+
+/// What a block goes over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Over {
+    /// All samples of the protocol at once.
+    AllSamples,
+    /// Each of these samples at once, as one set.
+    Samples(Vec<String>),
+    /// Every set, one after the other.
+    EverySet,
+    /// One of these shares of the sets; the shares are given to participants in turn.
+    SharesOfSets(Vec<Vec<String>>),
+}
+
+/// An order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum OrderRule {
+    /// As listed in the protocol, the same for all.
+    AsListed,
+    /// Random for each participant.
+    Shuffled,
+    /// A row of a balanced Latin square, so that each stands equally often at each place over participants.
+    Balanced,
+}
+
+impl Protocol {
+    /// The task called `name`.
+    #[must_use]
+    pub fn task(&self, name: &str) -> Option<&Task> {
+        self.tasks.iter().find(|task| task.name == name)
+    }
+
+    /// The session called `name`.
+    #[must_use]
+    pub fn session(&self, name: &str) -> Option<&SessionProtocol> {
+        self.sessions.iter().find(|session| session.name == name)
+    }
+
+    /// The set called `name`.
+    #[must_use]
+    pub fn set(&self, name: &str) -> Option<&SampleSet> {
+        self.sets.iter().find(|set| set.name == name)
+    }
+
+    /// The sample that is the physical origin of `stimulus`; the stimulus of a sample has its name.
+    #[must_use]
+    pub fn sample_of<'a>(&'a self, stimulus: &'a str) -> Option<&'a str> {
+        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
+        match manipulated {
+            Some(manipulated) => Some(&manipulated.of),
+            None => self
+                .samples
+                .iter()
+                .find(|sample| *sample == stimulus)
+                .map(String::as_str),
+        }
+    }
+
+    /// The answer that is expected for `stimulus`: its sample, or the one that the hypothesis names.
+    #[must_use]
+    pub fn expected<'a>(&'a self, stimulus: &'a str) -> Option<&'a str> {
+        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
+        match manipulated {
+            Some(manipulated) => Some(&manipulated.expected),
+            None => self.sample_of(stimulus),
+        }
+    }
+}

@@ -1,0 +1,571 @@
+//! Reading a protocol: its form, and whether what it names is there.
+
+use std::collections::BTreeSet;
+
+use super::{Block, FORM, Labels, Over, Playing, Protocol, Sequence, Task, TaskKind};
+
+/// Why a text is no protocol that can be run.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ProtocolError {
+    /// It is no TOML, or a field is missing, unknown or of another type.
+    #[error("the protocol cannot be read: {why}")]
+    Form {
+        /// What the reader says, with the line.
+        why: String,
+    },
+    /// It was written for a later program.
+    #[error(
+        "expected form {FORM} of protocols, found {found}; use the version of the program that it was written for"
+    )]
+    Version {
+        /// The form that it names.
+        found: u32,
+    },
+    /// A name that stands nowhere.
+    #[error("{place}: {what} `{name}` is not declared; declare it, or correct the name")]
+    Unknown {
+        /// Where.
+        place: String,
+        /// What it should be: "sample".
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// The same name twice.
+    #[error("{what} `{name}` stands twice in {place}; give each its own name")]
+    Twice {
+        /// Where.
+        place: String,
+        /// What it is: "sample".
+        what: &'static str,
+        /// The name.
+        name: String,
+    },
+    /// More samples than the tray holds.
+    #[error(
+        "set {set} has {found} samples, and the tray holds {slots}; make the set smaller, or state a larger tray"
+    )]
+    Tray {
+        /// The set.
+        set: String,
+        /// Its samples.
+        found: usize,
+        /// The slots.
+        slots: usize,
+    },
+    /// A number that cannot be.
+    #[error("{place}: expected {expected}, found {found}")]
+    Number {
+        /// Where.
+        place: String,
+        /// What is possible.
+        expected: &'static str,
+        /// What it says.
+        found: String,
+    },
+    /// A name that cannot be a name of a file or a column.
+    #[error("{place}: `{name}` is no name; use 1 to 40 letters, digits, spaces, `-` or `_`")]
+    Name {
+        /// Where.
+        place: String,
+        /// The name.
+        name: String,
+    },
+    /// Rendered stimuli without a statement how they are rendered.
+    #[error(
+        "task {task} presents rendered stimuli, and the protocol has no [rendering]; state transfer function, stroke, playing and age"
+    )]
+    NoRendering {
+        /// The task.
+        task: String,
+    },
+    /// An answer in A, B, C of an order that is not made before.
+    #[error(
+        "task {task} answers in the order of task {order}, which does not stand before it in its block; put it before"
+    )]
+    OrderAfter {
+        /// The task.
+        task: String,
+        /// The ordering task.
+        order: String,
+    },
+}
+
+/// Reads a protocol from TOML and checks that all it names is declared.
+///
+/// # Errors
+/// [`ProtocolError`] with the first place that does not fit.
+///
+/// Source: decision 0065 of this project.
+pub fn read(toml: &str) -> Result<Protocol, ProtocolError> {
+    let protocol: Protocol = toml::from_str(toml).map_err(|error| ProtocolError::Form {
+        why: error.to_string(),
+    })?;
+    check(&protocol)?;
+    Ok(protocol)
+}
+
+fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
+    if protocol.form != FORM {
+        return Err(ProtocolError::Version {
+            found: protocol.form,
+        });
+    }
+    all_named("the protocol", [protocol.name.as_str()])?;
+    distinct("the samples", "sample", &protocol.samples)?;
+    at_least_one("the samples", protocol.samples.len())?;
+    at_least_one("tray_slots", protocol.tray_slots)?;
+    at_least_one("panel.participants", protocol.panel.participants as usize)?;
+    hours(
+        "resuming.refused_after_hours",
+        protocol.resuming.refused_after_hours,
+    )?;
+    stimuli(protocol)?;
+    sets(protocol)?;
+    distinct(
+        "the tasks",
+        "task",
+        protocol.tasks.iter().map(|task| &task.name),
+    )?;
+    at_least_one("the tasks", protocol.tasks.len())?;
+    protocol
+        .tasks
+        .iter()
+        .try_for_each(|one| task(protocol, one))?;
+    if let Some(rendering) = &protocol.rendering {
+        hours("rendering.max_age_hours", rendering.max_age_hours)?;
+        if let Playing::Repeated {
+            pause_s,
+            duration_s,
+        } = rendering.playing
+        {
+            hours("rendering.playing.duration_s", duration_s)?;
+            if !(0.0..=3600.0).contains(&pause_s) {
+                return Err(number("rendering.playing.pause_s", "0 to 3600", pause_s));
+            }
+        }
+    }
+    sessions(protocol)
+}
+
+fn sessions(protocol: &Protocol) -> Result<(), ProtocolError> {
+    let names = protocol.sessions.iter().map(|session| &session.name);
+    distinct("the sessions", "session", names)?;
+    at_least_one("the sessions", protocol.sessions.len())?;
+    for session in &protocol.sessions {
+        let place = format!("session {}", session.name);
+        distinct(
+            &place,
+            "block",
+            session.blocks.iter().map(|block| &block.name),
+        )?;
+        at_least_one(&format!("{place}: blocks"), session.blocks.len())?;
+        for one in &session.blocks {
+            block(protocol, &format!("{place}, block {}", one.name), one)?;
+        }
+    }
+    Ok(())
+}
+
+fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
+    let names = protocol
+        .samples
+        .iter()
+        .chain(protocol.stimuli.iter().map(|stimulus| &stimulus.name));
+    distinct("samples and stimuli", "stimulus", names)?;
+    for stimulus in &protocol.stimuli {
+        let place = format!("stimulus {}", stimulus.name);
+        let samples = [
+            Some(&stimulus.of),
+            stimulus.level_of.as_ref(),
+            Some(&stimulus.expected),
+        ];
+        known_samples(protocol, &place, samples.into_iter().flatten())?;
+    }
+    Ok(())
+}
+
+fn sets(protocol: &Protocol) -> Result<(), ProtocolError> {
+    distinct("the sets", "set", protocol.sets.iter().map(|set| &set.name))?;
+    for set in &protocol.sets {
+        let place = format!("set {}", set.name);
+        known_samples(protocol, &place, &set.samples)?;
+        distinct(&place, "sample", &set.samples)?;
+        at_least_one(&place, set.samples.len())?;
+        fits_tray(protocol, &set.name, set.samples.len())?;
+    }
+    Ok(())
+}
+
+fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
+    let place = format!("task {}", task.name);
+    if !(task.seconds_per_trial > 0.0 && task.seconds_per_trial <= 7200.0) {
+        let place = format!("{place}: seconds_per_trial");
+        return Err(number(
+            &place,
+            "more than 0 and at most 7200",
+            task.seconds_per_trial,
+        ));
+    }
+    let renders = matches!(
+        task.kind,
+        TaskKind::Associate { .. } | TaskKind::Compare { .. }
+    );
+    if renders && protocol.rendering.is_none() {
+        return Err(ProtocolError::NoRendering {
+            task: task.name.clone(),
+        });
+    }
+    match &task.kind {
+        TaskKind::Touch { strokes } => {
+            at_least_one(&format!("{place}: strokes"), *strokes as usize)
+        }
+        TaskKind::Identify { presentations } => {
+            at_least_one(&format!("{place}: presentations"), *presentations as usize)
+        }
+        TaskKind::Order { from, to } => all_named(&place, [from.as_str(), to.as_str()]),
+        TaskKind::Associate { sequence, labels } => {
+            if let Labels::OwnOrder { task: order } = labels {
+                let orders = protocol.task(order).map(|task| &task.kind);
+                if !matches!(orders, Some(TaskKind::Order { .. })) {
+                    return Err(unknown(&place, "ordering task", order));
+                }
+            }
+            check_sequence(protocol, &place, sequence)
+        }
+        TaskKind::Compare { pairs, repeats, .. } => {
+            at_least_one(&format!("{place}: pairs"), pairs.len())?;
+            at_least_one(&format!("{place}: repeats"), *repeats as usize)?;
+            known_stimuli(protocol, &place, pairs.iter().flatten())
+        }
+        TaskKind::Categorise {
+            descriptors,
+            at_most,
+        } => {
+            distinct(&place, "descriptor", descriptors)?;
+            if !(1..=descriptors.len()).contains(&(*at_most as usize)) {
+                let place = format!("{place}: at_most");
+                return Err(number(&place, "1 to the number of descriptors", *at_most));
+            }
+            Ok(())
+        }
+        TaskKind::Rate { from, to } if from >= to => {
+            Err(number(&format!("{place}: to"), "more than `from`", to))
+        }
+        TaskKind::Rate { .. } => Ok(()),
+    }
+}
+
+fn check_sequence(
+    protocol: &Protocol,
+    place: &str,
+    sequence: &Sequence,
+) -> Result<(), ProtocolError> {
+    match sequence {
+        Sequence::Permutation => Ok(()),
+        Sequence::Drawn { lengths } => {
+            at_least_one(&format!("{place}: lengths"), lengths.len())?;
+            match lengths.iter().find(|length| !(1..=100).contains(*length)) {
+                None => Ok(()),
+                Some(length) => Err(number(&format!("{place}: lengths"), "1 to 100", length)),
+            }
+        }
+        Sequence::Fixed { tests } => {
+            at_least_one(&format!("{place}: tests"), tests.len())?;
+            for test in tests {
+                let Some(set) = protocol.set(&test.set) else {
+                    return Err(unknown(place, "set", &test.set));
+                };
+                at_least_one(
+                    &format!("{place}: test of set {}", test.set),
+                    test.stimuli.len(),
+                )?;
+                known_stimuli(protocol, place, &test.stimuli)?;
+                let foreign = test.stimuli.iter().find(|stimulus| {
+                    let of = protocol.sample_of(stimulus).unwrap_or_default();
+                    !set.samples.iter().any(|sample| sample == of)
+                });
+                if let Some(stimulus) = foreign {
+                    return Err(unknown(
+                        &format!("{place}, test of set {}", test.set),
+                        "stimulus of the set",
+                        stimulus,
+                    ));
+                }
+            }
+            Ok(())
+        }
+    }
+}
+
+fn block(protocol: &Protocol, place: &str, block: &Block) -> Result<(), ProtocolError> {
+    at_least_one(&format!("{place}: tasks"), block.tasks.len())?;
+    at_least_one(&format!("{place}: repeats"), block.repeats as usize)?;
+    distinct(place, "task", &block.tasks)?;
+    for (i, name) in block.tasks.iter().enumerate() {
+        let Some(task) = protocol.task(name) else {
+            return Err(unknown(place, "task", name));
+        };
+        if let TaskKind::Associate {
+            labels: Labels::OwnOrder { task: order },
+            ..
+        } = &task.kind
+            && (!block.tasks[..i].contains(order) || block.task_order != super::OrderRule::AsListed)
+        {
+            return Err(ProtocolError::OrderAfter {
+                task: name.clone(),
+                order: order.clone(),
+            });
+        }
+    }
+    match &block.over {
+        Over::AllSamples => fits_tray(protocol, "of all samples", protocol.samples.len()),
+        Over::Samples(samples) => {
+            known_samples(protocol, place, samples)?;
+            distinct(place, "sample", samples)?;
+            at_least_one(place, samples.len())?;
+            fits_tray(protocol, &block.name, samples.len())
+        }
+        Over::EverySet => at_least_one("the sets", protocol.sets.len()),
+        Over::SharesOfSets(shares) => {
+            at_least_one(&format!("{place}: shares"), shares.len())?;
+            for share in shares {
+                at_least_one(&format!("{place}: a share"), share.len())?;
+                distinct(place, "set", share)?;
+                if let Some(set) = share.iter().find(|set| protocol.set(set).is_none()) {
+                    return Err(unknown(place, "set", set));
+                }
+            }
+            Ok(())
+        }
+    }
+}
+
+fn fits_tray(protocol: &Protocol, set: &str, found: usize) -> Result<(), ProtocolError> {
+    match found <= protocol.tray_slots {
+        true => Ok(()),
+        false => Err(ProtocolError::Tray {
+            set: set.to_owned(),
+            found,
+            slots: protocol.tray_slots,
+        }),
+    }
+}
+
+fn known_samples<'a>(
+    protocol: &Protocol,
+    place: &str,
+    samples: impl IntoIterator<Item = &'a String>,
+) -> Result<(), ProtocolError> {
+    match samples
+        .into_iter()
+        .find(|sample| !protocol.samples.contains(sample))
+    {
+        None => Ok(()),
+        Some(sample) => Err(unknown(place, "sample", sample)),
+    }
+}
+
+fn known_stimuli<'a>(
+    protocol: &Protocol,
+    place: &str,
+    stimuli: impl IntoIterator<Item = &'a String>,
+) -> Result<(), ProtocolError> {
+    match stimuli
+        .into_iter()
+        .find(|stimulus| protocol.sample_of(stimulus).is_none())
+    {
+        None => Ok(()),
+        Some(stimulus) => Err(unknown(place, "stimulus", stimulus)),
+    }
+}
+
+/// All names can be names, and none stands twice.
+fn distinct<'a>(
+    place: &str,
+    what: &'static str,
+    names: impl IntoIterator<Item = &'a String>,
+) -> Result<(), ProtocolError> {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        all_named(place, [name.as_str()])?;
+        if !seen.insert(name.as_str()) {
+            return Err(ProtocolError::Twice {
+                place: place.to_owned(),
+                what,
+                name: name.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn all_named<'a>(
+    place: &str,
+    names: impl IntoIterator<Item = &'a str>,
+) -> Result<(), ProtocolError> {
+    let fits = |name: &str| {
+        (1..=40).contains(&name.chars().count())
+            && name.trim() == name
+            && name
+                .chars()
+                .all(|sign| sign.is_alphanumeric() || matches!(sign, ' ' | '-' | '_'))
+    };
+    match names.into_iter().find(|name| !fits(name)) {
+        None => Ok(()),
+        Some(name) => Err(ProtocolError::Name {
+            place: place.to_owned(),
+            name: name.to_owned(),
+        }),
+    }
+}
+
+fn at_least_one(place: &str, found: usize) -> Result<(), ProtocolError> {
+    match found {
+        0 => Err(number(place, "at least 1", 0)),
+        _ => Ok(()),
+    }
+}
+
+/// A time that has to be positive and finite.
+fn hours(place: &str, found_s: f64) -> Result<(), ProtocolError> {
+    match found_s > 0.0 && found_s.is_finite() {
+        true => Ok(()),
+        false => Err(number(place, "more than 0", found_s)),
+    }
+}
+
+fn number(place: &str, expected: &'static str, found: impl ToString) -> ProtocolError {
+    ProtocolError::Number {
+        place: place.to_owned(),
+        expected,
+        found: found.to_string(),
+    }
+}
+
+fn unknown(place: &str, what: &'static str, name: &str) -> ProtocolError {
+    ProtocolError::Unknown {
+        place: place.to_owned(),
+        what,
+        name: name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{LIBRARY, from_library};
+    use super::*;
+
+    fn changed(from: &str, to: &str) -> ProtocolError {
+        let (_, toml) = LIBRARY[1];
+        assert!(toml.contains(from), "{from}");
+        read(&toml.replacen(from, to, 1)).unwrap_err()
+    }
+
+    #[test]
+    fn every_protocol_of_the_library_is_read_and_has_its_name() {
+        for (name, toml) in LIBRARY {
+            let protocol = read(toml).unwrap_or_else(|error| panic!("{name}: {error}"));
+            assert_eq!(protocol.name, name);
+            let again = read(&toml::to_string(&protocol).unwrap()).unwrap();
+            assert_eq!(again, protocol, "{name} reads back");
+        }
+        assert_eq!(from_library("unknown"), Ok(None));
+    }
+
+    #[test]
+    fn sets_and_tests_are_those_of_the_tables() {
+        let count = |name: &str| from_library(name).unwrap().unwrap().sets.len();
+        assert_eq!(count("periodic_pilot"), 18);
+        assert_eq!(count("isotropic_triplets"), 12);
+        let inversion = from_library("amplitude_inversion").unwrap().unwrap();
+        assert_eq!(inversion.expected("S2 INVERTED"), Some("S13"));
+        assert_eq!(inversion.expected("S6"), Some("S6"));
+        assert_eq!(inversion.sample_of("S2 INVERTED"), Some("S2"));
+        assert_eq!(inversion.expected("S3"), None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_place() {
+        let says = |from: &str, to: &str, part: &str| {
+            let text = changed(from, to).to_string();
+            assert!(text.contains(part), "{text}");
+        };
+        says("form = 1", "form = 2", "expected form 1");
+        says(
+            "\"S2\", \"S4\", \"S8\"",
+            "\"S2\", \"S4\", \"S99\"",
+            "set A: sample `S99` is not declared",
+        );
+        says(
+            "\"S2\", \"S4\", \"S8\"",
+            "\"S2\", \"S4\", \"S4\"",
+            "sample `S4` stands twice in set A",
+        );
+        says("tray_slots = 14", "tray_slots = 2", "the tray holds 2");
+        says(
+            "lengths = [3, 4]",
+            "lengths = [0]",
+            "expected 1 to 100, found 0",
+        );
+        says("lengths = [3, 4]", "lengths = []", "expected at least 1");
+        says("lengths = [3, 4]", "length = [3, 4]", "length");
+        says(
+            "task = \"task2\"",
+            "task = \"task9\"",
+            "ordering task `task9` is not declared",
+        );
+        says(
+            "tasks = [\"task2\", \"task3\"]",
+            "tasks = [\"task3\", \"task2\"]",
+            "does not stand before it",
+        );
+        says(
+            "tasks = [\"task2\", \"task3\"]",
+            "tasks = [\"task2\", \"task4\"]",
+            "task `task4` is not declared",
+        );
+        says(
+            "participants = 10",
+            "participants = 0",
+            "panel.participants: expected at least 1",
+        );
+        says(
+            "refused_after_hours = 12",
+            "refused_after_hours = nan",
+            "more than 0",
+        );
+        says("name = \"A\"", "name = \"A/B\"", "`A/B` is no name");
+        says(
+            "seconds_per_trial = 60",
+            "seconds_per_trial = -1",
+            "seconds_per_trial",
+        );
+        says("kind = \"touch\"", "kind = \"taste\"", "taste");
+        says("strokes = 10", "strokes = 10\nstroke = 3", "stroke");
+    }
+
+    #[test]
+    fn a_fixed_test_stays_in_its_set() {
+        let (_, toml) = LIBRARY[2];
+        let foreign = toml.replacen(
+            "stimuli = [\"S6\", \"S13\", \"S2\"]",
+            "stimuli = [\"S6\", \"S13\", \"S5\"]",
+            1,
+        );
+        let text = read(&foreign).unwrap_err().to_string();
+        assert!(text.contains("stimulus of the set `S5`"), "{text}");
+    }
+
+    #[test]
+    fn rendered_stimuli_need_a_rendering() {
+        let (_, toml) = LIBRARY[1];
+        let (before, after) = toml.split_once("[rendering]").unwrap();
+        let (_, after) = after.split_once("[resuming]").unwrap();
+        let error = read(&format!("{before}[resuming]{after}")).unwrap_err();
+        assert!(
+            matches!(error, ProtocolError::NoRendering { .. }),
+            "{error}"
+        );
+    }
+}
