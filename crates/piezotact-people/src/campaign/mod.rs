@@ -1,6 +1,7 @@
 //! A campaign with volunteers: its protocol, the check of its design, the plan of each person, and the session.
 
 pub mod chain;
+pub mod plan;
 pub mod protocol;
 mod random;
 pub mod store;

@@ -27,7 +27,7 @@ pub struct Protocol {
     /// What the source leaves open, and what was decided here.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub decided_here: Vec<String>,
-    /// All real samples. Where tasks ask for an order, it is the physical one from the first end named in the task.
+    /// All real samples.
     pub samples: Vec<String>,
     /// How many samples the tray holds.
     pub tray_slots: usize,
@@ -234,6 +234,8 @@ pub enum TaskKind {
         from: String,
         /// The other end: `smoothest`.
         to: String,
+        /// The physical order from the first end to the other.
+        key: OrderKey,
     },
     /// A sequence of rendered stimuli; to each a real sample of the set is associated.
     Associate {
@@ -265,6 +267,19 @@ pub enum TaskKind {
         /// The highest value.
         to: i64,
     },
+}
+
+/// The physical order of the samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum OrderKey {
+    /// That of the protocol's list of samples.
+    AsListed,
+    /// That of the list from its end to its beginning.
+    Reversed,
+    /// There is none: no order is right or wrong.
+    None,
 }
 
 /// How the sequence of an association comes about.

@@ -223,7 +223,7 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
         TaskKind::Identify { presentations } => {
             at_least_one(&format!("{place}: presentations"), *presentations as usize)
         }
-        TaskKind::Order { from, to } => all_named(&place, [from.as_str(), to.as_str()]),
+        TaskKind::Order { from, to, .. } => all_named(&place, [from.as_str(), to.as_str()]),
         TaskKind::Associate { sequence, labels } => {
             if let Labels::OwnOrder { task: order } = labels {
                 let orders = protocol.task(order).map(|task| &task.kind);

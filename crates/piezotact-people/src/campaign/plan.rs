@@ -1,0 +1,622 @@
+//! The plan of one session of one participant: every trial, in its order, before the session begins.
+//!
+//! A plan is a function of the protocol, the seed and the sessions that were completed so far, so that people who leave do not
+//! unbalance it; each person is planned on arrival. Each draw has a random stream of its own.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::chain::Sha;
+use super::protocol::{
+    Block, FixedTest, Labels, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind,
+};
+use super::random::Stream;
+
+/// A session that was completed, with the cells of the design that it filled.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct CompletedSession {
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// The session.
+    pub session: String,
+    /// Its cells: which of the orders or shares it had, by block and what is balanced.
+    pub cells: BTreeMap<String, usize>,
+}
+
+/// A plan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Plan {
+    /// The protocol's name.
+    pub protocol: String,
+    /// The SHA-256 of the protocol's file.
+    pub protocol_sha: Sha,
+    /// The seed of the campaign.
+    pub seed: u64,
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// The session.
+    pub session: String,
+    /// The completed sessions that it was balanced against.
+    pub completed: Vec<CompletedSession>,
+    /// The cells of the design that this session fills.
+    pub cells: BTreeMap<String, usize>,
+    /// The trials in their order.
+    pub trials: Vec<Trial>,
+}
+
+/// A trial.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Trial {
+    /// Its name, unique in the session: `triplets.task3.A`.
+    pub name: String,
+    /// The block.
+    pub block: String,
+    /// The task.
+    pub task: String,
+    /// The set; absent where all samples are presented.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub set: Option<String>,
+    /// What is presented.
+    pub presented: Presented,
+    /// What is answered.
+    pub answer: AnswerForm,
+}
+
+/// What a trial presents.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum Presented {
+    /// Real samples on the tray, slot by slot.
+    Tray {
+        /// The samples.
+        samples: Vec<String>,
+    },
+    /// One real sample, handed over.
+    Sample {
+        /// The sample.
+        sample: String,
+    },
+    /// Rendered stimuli, one after the other.
+    Rendered {
+        /// The stimuli.
+        stimuli: Vec<String>,
+    },
+}
+
+impl Presented {
+    /// The names of what is presented, in their order.
+    #[must_use]
+    pub fn names(&self) -> &[String] {
+        match self {
+            Self::Tray { samples } => samples,
+            Self::Sample { sample } => std::slice::from_ref(sample),
+            Self::Rendered { stimuli } => stimuli,
+        }
+    }
+}
+
+/// What is answered to a trial.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "is", rename_all = "snake_case")]
+pub enum AnswerForm {
+    /// Nothing: it is done.
+    Done,
+    /// One of these.
+    OneOf {
+        /// The choices.
+        choices: Vec<String>,
+    },
+    /// One of these for each element that is presented.
+    Each {
+        /// The choices.
+        choices: Vec<String>,
+    },
+    /// A, B, C … for each element that is presented, in the order that was confirmed for another trial.
+    EachOfOrder {
+        /// That trial.
+        trial: String,
+    },
+    /// All of these in an order.
+    Order {
+        /// The samples.
+        samples: Vec<String>,
+        /// The first end.
+        from: String,
+        /// The other end.
+        to: String,
+    },
+    /// Up to a number of these.
+    Some {
+        /// The choices.
+        choices: Vec<String>,
+        /// How many at most.
+        at_most: usize,
+    },
+    /// A whole number.
+    Scale {
+        /// The lowest.
+        from: i64,
+        /// The highest.
+        to: i64,
+    },
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// The protocol has no such session.
+    #[error("the protocol {protocol} has no session `{session}`; its sessions are {known}")]
+    Session {
+        /// The protocol.
+        protocol: String,
+        /// The session that was asked for.
+        session: String,
+        /// The sessions that it has.
+        known: String,
+    },
+    /// The participant has completed the session.
+    #[error(
+        "{participant} has completed the session {session} already; a participant takes part once"
+    )]
+    Completed {
+        /// The participant.
+        participant: String,
+        /// The session.
+        session: String,
+    },
+    /// A fixed list has no test for a set.
+    #[error(
+        "task {task} has no fixed sequence for set {set}; add one, or leave the set out of the block"
+    )]
+    NoSequence {
+        /// The task.
+        task: String,
+        /// The set.
+        set: String,
+    },
+    /// A task that needs a protocol that was not checked.
+    #[error(
+        "the protocol names `{name}`, which it does not declare; read it from its file, which checks it"
+    )]
+    Undeclared {
+        /// The name.
+        name: String,
+    },
+}
+
+/// Who is planned, and where the campaign stands.
+#[derive(Clone, Copy, Debug)]
+pub struct PlanRequest<'a> {
+    /// The seed of the campaign.
+    pub seed: u64,
+    /// The participant's pseudonym.
+    pub participant: &'a str,
+    /// The session.
+    pub session: &'a str,
+    /// The sessions that were completed so far.
+    pub completed: &'a [CompletedSession],
+}
+
+/// The plan of a session: the same inputs give the same bytes on every machine ([`Plan::bytes`]).
+///
+/// # Errors
+/// [`PlanError`].
+///
+/// Source: decision 0065 of this project; orders by Williams 1949, Aust. J. Sci. Res. A 2:149.
+pub fn plan(
+    protocol: &Protocol,
+    protocol_sha: Sha,
+    request: PlanRequest<'_>,
+) -> Result<Plan, PlanError> {
+    let Some(session) = protocol.session(request.session) else {
+        let names: Vec<&str> = protocol
+            .sessions
+            .iter()
+            .map(|one| one.name.as_str())
+            .collect();
+        return Err(PlanError::Session {
+            protocol: protocol.name.clone(),
+            session: request.session.to_owned(),
+            known: names.join(", "),
+        });
+    };
+    let of_session = || {
+        let same = |done: &&CompletedSession| done.session == request.session;
+        request.completed.iter().filter(same)
+    };
+    if of_session().any(|done| done.participant == request.participant) {
+        return Err(PlanError::Completed {
+            participant: request.participant.to_owned(),
+            session: request.session.to_owned(),
+        });
+    }
+    let mut planner = Planner {
+        protocol,
+        request,
+        completed: of_session().collect(),
+        cells: BTreeMap::new(),
+        trials: Vec::new(),
+    };
+    for block in &session.blocks {
+        planner.block(block)?;
+    }
+    let Planner { cells, trials, .. } = planner;
+    Ok(Plan {
+        protocol: protocol.name.clone(),
+        protocol_sha,
+        seed: request.seed,
+        participant: request.participant.to_owned(),
+        session: request.session.to_owned(),
+        completed: request.completed.to_vec(),
+        cells,
+        trials,
+    })
+}
+
+impl Plan {
+    /// The plan as it is written: JSON, the same bytes for the same plan.
+    #[must_use]
+    pub fn bytes(&self) -> Vec<u8> {
+        // Maps are ordered and no number is a float, so there is one way to write it, and it cannot fail.
+        let mut bytes = serde_json::to_vec_pretty(self).unwrap_or_default();
+        bytes.push(b'\n');
+        bytes
+    }
+
+    /// The SHA-256 of [`Plan::bytes`].
+    #[must_use]
+    pub fn sha(&self) -> Sha {
+        Sha::of(&self.bytes())
+    }
+
+    /// The session as a completed one.
+    #[must_use]
+    pub fn as_completed(&self) -> CompletedSession {
+        CompletedSession {
+            participant: self.participant.clone(),
+            session: self.session.clone(),
+            cells: self.cells.clone(),
+        }
+    }
+}
+
+/// The samples that a task is about.
+#[derive(Clone, Copy)]
+struct Group<'a> {
+    /// The set's name; `None` for all samples.
+    set: Option<&'a str>,
+    samples: &'a [String],
+}
+
+struct Planner<'a> {
+    protocol: &'a Protocol,
+    request: PlanRequest<'a>,
+    completed: Vec<&'a CompletedSession>,
+    cells: BTreeMap<String, usize>,
+    trials: Vec<Trial>,
+}
+
+impl<'a> Planner<'a> {
+    fn stream(&self, purpose: &[&str]) -> Stream {
+        let mut all = vec![self.request.participant, self.request.session];
+        all.extend(purpose);
+        Stream::of(self.request.seed, &all)
+    }
+
+    fn block(&mut self, block: &'a Block) -> Result<(), PlanError> {
+        let groups = self.groups(block)?;
+        let sets = self.ordered(block, "sets", block.set_order, groups);
+        let tasks: Vec<&str> = block.tasks.iter().map(String::as_str).collect();
+        let tasks = self.ordered(block, "tasks", block.task_order, tasks);
+        for repeat in 1..=block.repeats {
+            for group in &sets {
+                for task in &tasks {
+                    let Some(task) = self.protocol.task(task) else {
+                        return Err(undeclared(task));
+                    };
+                    let mut name = format!("{}.{}", block.name, task.name);
+                    if let Some(set) = group.set {
+                        name.push_str(&format!(".{set}"));
+                    }
+                    if block.repeats > 1 {
+                        name.push_str(&format!(".{repeat}"));
+                    }
+                    self.task(block, task, *group, &name)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn groups(&mut self, block: &'a Block) -> Result<Vec<Group<'a>>, PlanError> {
+        let set = |name: &String| match self.protocol.set(name) {
+            Some(set) => Ok(Group {
+                set: Some(&set.name),
+                samples: &set.samples,
+            }),
+            None => Err(undeclared(name)),
+        };
+        match &block.over {
+            Over::AllSamples => Ok(vec![Group {
+                set: None,
+                samples: &self.protocol.samples,
+            }]),
+            Over::Samples(samples) => Ok(vec![Group { set: None, samples }]),
+            Over::EverySet => self
+                .protocol
+                .sets
+                .iter()
+                .map(|one| set(&one.name))
+                .collect(),
+            Over::SharesOfSets(shares) => {
+                let share = self.rarest(&format!("{}.share", block.name), shares.len());
+                shares[share].iter().map(set).collect()
+            }
+        }
+    }
+
+    /// `items` in the order that `rule` asks for.
+    fn ordered<T: Copy>(
+        &mut self,
+        block: &Block,
+        what: &str,
+        rule: OrderRule,
+        mut items: Vec<T>,
+    ) -> Vec<T> {
+        match rule {
+            OrderRule::AsListed => items,
+            OrderRule::Shuffled => {
+                self.stream(&["order", &block.name, what])
+                    .shuffle(&mut items);
+                items
+            }
+            OrderRule::Balanced => {
+                let cell = match self.cells.get(&format!("{}.share", block.name)) {
+                    // Balanced within each share of the sets.
+                    Some(share) => format!("{}.{what} of share {share}", block.name),
+                    None => format!("{}.{what}", block.name),
+                };
+                let row = self.rarest(&cell, balanced_rows(items.len()));
+                balanced_row(items.len(), row)
+                    .into_iter()
+                    .map(|i| items[i])
+                    .collect()
+            }
+        }
+    }
+
+    /// Which of `count` cells the fewest completed sessions have; among equals, a random one.
+    fn rarest(&mut self, cell: &str, count: usize) -> usize {
+        let mut had = vec![0_usize; count];
+        for done in &self.completed {
+            if let Some(slot) = done.cells.get(cell).and_then(|which| had.get_mut(*which)) {
+                *slot += 1;
+            }
+        }
+        let fewest = had.iter().min().copied().unwrap_or(0);
+        let rare: Vec<usize> = (0..count).filter(|i| had[*i] == fewest).collect();
+        let chosen = rare[self.stream(&["cell", cell]).below(rare.len())];
+        self.cells.insert(cell.to_owned(), chosen);
+        chosen
+    }
+
+    fn task(
+        &mut self,
+        block: &'a Block,
+        task: &'a Task,
+        group: Group<'a>,
+        name: &str,
+    ) -> Result<(), PlanError> {
+        let mut stream = self.stream(&["trial", name]);
+        let mut add = |name: String, presented: Presented, answer: AnswerForm| {
+            self.trials.push(Trial {
+                name,
+                block: block.name.clone(),
+                task: task.name.clone(),
+                set: group.set.map(str::to_owned),
+                presented,
+                answer,
+            });
+        };
+        let mut shuffled = |samples: &[String]| {
+            let mut samples = samples.to_vec();
+            stream.shuffle(&mut samples);
+            samples
+        };
+        let samples = group.samples;
+        match &task.kind {
+            TaskKind::Touch { .. } => {
+                for sample in shuffled(samples) {
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        AnswerForm::Done,
+                    );
+                }
+            }
+            TaskKind::Identify { presentations } => {
+                let tray = shuffled(samples);
+                add(
+                    format!("{name}.learn"),
+                    Presented::Tray { samples: tray },
+                    AnswerForm::Done,
+                );
+                let all: Vec<String> = (0..*presentations).flat_map(|_| samples.to_vec()).collect();
+                for (i, sample) in shuffled(&all).into_iter().enumerate() {
+                    let choices = samples.to_vec();
+                    add(
+                        format!("{name}.{}", i + 1),
+                        Presented::Sample { sample },
+                        AnswerForm::OneOf { choices },
+                    );
+                }
+            }
+            TaskKind::Order { from, to, .. } => {
+                let tray = shuffled(samples);
+                let answer = AnswerForm::Order {
+                    samples: samples.to_vec(),
+                    from: from.clone(),
+                    to: to.clone(),
+                };
+                add(name.to_owned(), Presented::Tray { samples: tray }, answer);
+            }
+            TaskKind::Associate { sequence, labels } => {
+                let answer = match labels {
+                    Labels::Names => AnswerForm::Each {
+                        choices: samples.to_vec(),
+                    },
+                    Labels::OwnOrder { task: order } => {
+                        let own = format!("{}.{}", block.name, task.name);
+                        let trial = name.replacen(&own, &format!("{}.{order}", block.name), 1);
+                        AnswerForm::EachOfOrder { trial }
+                    }
+                };
+                for (i, stimuli) in sequences(sequence, task, group, &mut stream)?
+                    .into_iter()
+                    .enumerate()
+                {
+                    let name = match sequence {
+                        Sequence::Fixed { .. } => format!("{name}.test {}", i + 1),
+                        _ => name.to_owned(),
+                    };
+                    add(name, Presented::Rendered { stimuli }, answer.clone());
+                }
+            }
+            TaskKind::Compare {
+                question,
+                pairs,
+                repeats,
+            } => {
+                let mut all: Vec<[String; 2]> = Vec::new();
+                for _ in 0..*repeats {
+                    for [first, second] in pairs {
+                        all.push([first.clone(), second.clone()]);
+                        all.push([second.clone(), first.clone()]);
+                    }
+                }
+                stream.shuffle(&mut all);
+                let choices = match question {
+                    Question::SameDifferent => ["same", "different"],
+                    Question::Rougher => ["first", "second"],
+                };
+                for (i, pair) in all.into_iter().enumerate() {
+                    let choices = choices.map(str::to_owned).to_vec();
+                    let stimuli = pair.to_vec();
+                    add(
+                        format!("{name}.{}", i + 1),
+                        Presented::Rendered { stimuli },
+                        AnswerForm::OneOf { choices },
+                    );
+                }
+            }
+            TaskKind::Categorise {
+                descriptors,
+                at_most,
+            } => {
+                for sample in shuffled(samples) {
+                    let answer = AnswerForm::Some {
+                        choices: descriptors.clone(),
+                        at_most: *at_most as usize,
+                    };
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        answer,
+                    );
+                }
+            }
+            TaskKind::Rate { from, to } => {
+                for sample in shuffled(samples) {
+                    let answer = AnswerForm::Scale {
+                        from: *from,
+                        to: *to,
+                    };
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        answer,
+                    );
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The sequences of an association for one set.
+fn sequences(
+    sequence: &Sequence,
+    task: &Task,
+    group: Group<'_>,
+    stream: &mut Stream,
+) -> Result<Vec<Vec<String>>, PlanError> {
+    let samples = group.samples;
+    match sequence {
+        Sequence::Permutation => {
+            let mut stimuli = samples.to_vec();
+            stream.shuffle(&mut stimuli);
+            Ok(vec![stimuli])
+        }
+        Sequence::Drawn { lengths } => {
+            let length = lengths[stream.below(lengths.len())];
+            let stimuli = (0..length).map(|_| samples[stream.below(samples.len())].clone());
+            Ok(vec![stimuli.collect()])
+        }
+        Sequence::Fixed { tests } => {
+            let of_set = |test: &&FixedTest| Some(test.set.as_str()) == group.set;
+            let found: Vec<Vec<String>> = tests
+                .iter()
+                .filter(of_set)
+                .map(|test| test.stimuli.clone())
+                .collect();
+            match found.is_empty() {
+                false => Ok(found),
+                true => Err(PlanError::NoSequence {
+                    task: task.name.clone(),
+                    set: group.set.unwrap_or("of all samples").to_owned(),
+                }),
+            }
+        }
+    }
+}
+
+fn undeclared(name: &str) -> PlanError {
+    PlanError::Undeclared {
+        name: name.to_owned(),
+    }
+}
+
+/// How many rows a balanced Latin square of `count` items has: each item follows each other equally often.
+fn balanced_rows(count: usize) -> usize {
+    match count % 2 {
+        0 => count.max(1),
+        _ if count == 1 => 1,
+        _ => 2 * count,
+    }
+}
+
+/// Row `row` of the balanced Latin square of `count` items.
+fn balanced_row(count: usize, row: usize) -> Vec<usize> {
+    let zigzag = (0..count).map(|i| match i % 2 {
+        0 if i == 0 => 0,
+        0 => count - i / 2,
+        _ => i.div_ceil(2),
+    });
+    let mut order: Vec<usize> = zigzag.map(|item| (item + row) % count).collect();
+    if row >= count {
+        order.reverse();
+    }
+    order
+}
+
+#[cfg(test)]
+mod tests;
