@@ -4,4 +4,5 @@ pub mod chain;
 pub mod plan;
 pub mod protocol;
 mod random;
+pub mod session;
 pub mod store;

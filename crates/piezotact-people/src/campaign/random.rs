@@ -10,7 +10,7 @@ use super::chain::Sha;
 pub(super) struct Stream(ChaCha8Rng);
 
 impl Stream {
-    /// The stream of `seed` for `purpose`: ChaCha8, keyed with the SHA-256 of both.
+    /// The stream of `seed` for `purpose`: `ChaCha8`, keyed with the SHA-256 of both.
     pub(super) fn of(seed: u64, purpose: &[&str]) -> Self {
         let mut parts: Vec<&[u8]> = vec![b"piezotact campaign"];
         let seed = seed.to_le_bytes();

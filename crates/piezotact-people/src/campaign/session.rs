@@ -1,0 +1,483 @@
+//! A session as a state machine: events in, state and next step out. It touches no clock, file or device.
+//!
+//! What happened is a list of [`Event`]s, which only grows. The state is derived from plan and events alone, so a session
+//! that was cut off at any moment goes on from what is stored. [`State::decide`] says what a command of the experimenter makes
+//! happen: an event to be stored, first of all, and then taken up with [`State::apply`].
+
+mod answer;
+mod decide;
+mod event;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+pub use answer::{Answer, AnswerError, letters};
+pub use decide::{Command, Refusal};
+pub use event::{Event, Evidence};
+
+use super::chain::Sha;
+use super::plan::{AnswerForm, Plan, Trial};
+use super::protocol::{Protocol, ResumeAt};
+
+/// Where a trial stands.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TrialState {
+    /// How often it was begun; more than 1 after an interruption.
+    pub attempts: u32,
+    /// What was presented, where it was not what was planned.
+    pub presented_instead: Option<Vec<String>>,
+    /// How often each element was felt in this attempt, the first time included.
+    pub plays: Vec<u32>,
+    /// What was measured while each element was played, in the order of the plays.
+    pub evidence: Vec<Evidence>,
+    /// The answers in the order in which they were given; the last one counts.
+    pub answers: Vec<Answer>,
+    /// Whether the participant confirmed.
+    pub confirmed: bool,
+    /// Corrections by the experimenter after the confirmation, with the reason.
+    pub corrections: Vec<(Answer, String)>,
+    /// Whether an attempt was cut off.
+    pub interrupted: u32,
+}
+
+impl TrialState {
+    /// The answer that counts: the last correction, or the last confirmed answer.
+    #[must_use]
+    pub fn answer(&self) -> Option<&Answer> {
+        match self.corrections.last() {
+            Some((answer, _)) => Some(answer),
+            None => self.answers.last().filter(|_| self.confirmed),
+        }
+    }
+}
+
+/// Where a session stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Not begun.
+    New,
+    /// Begun; consent is not given yet.
+    Consent,
+    /// Under way.
+    Running,
+    /// In a pause.
+    Paused,
+    /// Cut off, and refused to go on: too late, or the participant said so.
+    Stopped,
+    /// Ended; nothing can be added but corrections.
+    Ended,
+    /// Consent was withdrawn: everything is to be erased.
+    Withdrawn,
+}
+
+/// The next step of a session.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Step<'a> {
+    /// The session is to be begun.
+    Begin,
+    /// The participant is asked for consent.
+    AskConsent,
+    /// The experimenter confirms an item of a task's checklist.
+    Check {
+        /// The task.
+        task: &'a str,
+        /// The item.
+        item: &'a str,
+    },
+    /// The trial is to be presented.
+    Present {
+        /// The trial.
+        trial: &'a Trial,
+        /// Which attempt this is, from 1.
+        attempt: u32,
+    },
+    /// The trial is presented; an answer is awaited.
+    Answer {
+        /// The trial.
+        trial: &'a Trial,
+        /// Its state.
+        state: &'a TrialState,
+    },
+    /// An answer was given; it can be revised, and is to be confirmed.
+    Confirm {
+        /// The trial.
+        trial: &'a Trial,
+        /// The answer.
+        answer: &'a Answer,
+    },
+    /// The session is in a pause.
+    GoOn,
+    /// All trials are confirmed; the session is to be ended.
+    End,
+    /// There is nothing left to do.
+    Nothing,
+}
+
+/// The state of a session.
+#[derive(Clone, Debug)]
+pub struct State<'a> {
+    protocol: &'a Protocol,
+    plan: &'a Plan,
+    stage: Stage,
+    /// By the place in the plan.
+    trials: Vec<TrialState>,
+    /// Items of checklists that are confirmed, by task and set.
+    checked: BTreeSet<(String, String)>,
+    /// What was journalled without effect.
+    ignored: u32,
+    /// Times at which the clock of the computer jumped back, in ms.
+    jumps_back_ms: Vec<i64>,
+    last_ms: Option<i64>,
+    events: u64,
+}
+
+/// An event that does not fit the ones before it: the journal was not written by this state machine.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ReplayError {
+    /// It is about a plan or protocol other than the one given.
+    #[error(
+        "the session was begun with the {what} {found}, and the one given is {given}; restore the earlier {what}, or begin a new session for another participant"
+    )]
+    Changed {
+        /// "plan" or "protocol".
+        what: &'static str,
+        /// The checksum in the journal.
+        found: Sha,
+        /// That of what was given.
+        given: Sha,
+    },
+    /// An event about something that the plan does not have, or that cannot happen now.
+    #[error("event {number} cannot follow the events before it: {why}")]
+    Order {
+        /// Its number.
+        number: u64,
+        /// Why.
+        why: String,
+    },
+}
+
+impl<'a> State<'a> {
+    /// The state before anything happened.
+    #[must_use]
+    pub fn new(protocol: &'a Protocol, plan: &'a Plan) -> Self {
+        Self {
+            protocol,
+            plan,
+            stage: Stage::New,
+            trials: vec![TrialState::default(); plan.trials.len()],
+            checked: BTreeSet::new(),
+            ignored: 0,
+            jumps_back_ms: Vec::new(),
+            last_ms: None,
+            events: 0,
+        }
+    }
+
+    /// The state after `events`, each with its time in ms since 1970-01-01 00:00 UTC.
+    ///
+    /// # Errors
+    /// [`ReplayError`] with the first event that does not fit.
+    pub fn after(
+        protocol: &'a Protocol,
+        plan: &'a Plan,
+        events: impl IntoIterator<Item = (i64, Event)>,
+    ) -> Result<Self, ReplayError> {
+        let mut state = Self::new(protocol, plan);
+        for (at_ms, event) in events {
+            state.apply(at_ms, &event)?;
+        }
+        Ok(state)
+    }
+
+    /// The stage.
+    #[must_use]
+    pub fn stage(&self) -> Stage {
+        self.stage
+    }
+
+    /// The plan.
+    #[must_use]
+    pub fn plan(&self) -> &'a Plan {
+        self.plan
+    }
+
+    /// The trials with their states, in the order of the plan.
+    pub fn trials(&self) -> impl Iterator<Item = (&'a Trial, &TrialState)> {
+        self.plan.trials.iter().zip(&self.trials)
+    }
+
+    /// How many events it was made from.
+    #[must_use]
+    pub fn events(&self) -> u64 {
+        self.events
+    }
+
+    /// How many events were journalled without effect.
+    #[must_use]
+    pub fn ignored(&self) -> u32 {
+        self.ignored
+    }
+
+    /// How far the clock of the computer jumped back, each time, in ms. Times between such events say nothing.
+    #[must_use]
+    pub fn jumps_back_ms(&self) -> &[i64] {
+        &self.jumps_back_ms
+    }
+
+    /// How many trials are confirmed.
+    #[must_use]
+    pub fn confirmed(&self) -> usize {
+        self.trials.iter().filter(|trial| trial.confirmed).count()
+    }
+
+    /// The first trial that is not confirmed.
+    #[must_use]
+    pub fn current(&self) -> Option<(&'a Trial, &TrialState)> {
+        self.trials().find(|(_, state)| !state.confirmed)
+    }
+
+    /// The next step.
+    #[must_use]
+    pub fn step(&self) -> Step<'_> {
+        match self.stage {
+            Stage::New => return Step::Begin,
+            Stage::Consent => return Step::AskConsent,
+            Stage::Paused => return Step::GoOn,
+            Stage::Stopped | Stage::Ended | Stage::Withdrawn => return Step::Nothing,
+            Stage::Running => {}
+        }
+        let Some((trial, state)) = self.current() else {
+            return Step::End;
+        };
+        if state.attempts == 0 || state.plays.is_empty() {
+            if let Some(item) = self.unchecked(trial) {
+                return Step::Check {
+                    task: &trial.task,
+                    item,
+                };
+            }
+            return Step::Present {
+                trial,
+                attempt: state.attempts + 1,
+            };
+        }
+        match state.answers.last() {
+            None => Step::Answer { trial, state },
+            Some(answer) => Step::Confirm { trial, answer },
+        }
+    }
+
+    /// The choices of the answer to `trial`, and the sample that each stands for: A, B, C … in the participant's own order
+    /// where the trial asks for them; empty where there are none.
+    #[must_use]
+    pub fn choices(&self, trial: &Trial) -> Vec<(String, String)> {
+        let as_named = |choices: &[String]| {
+            choices
+                .iter()
+                .map(|one| (one.clone(), one.clone()))
+                .collect()
+        };
+        match &trial.answer {
+            AnswerForm::OneOf { choices }
+            | AnswerForm::Each { choices }
+            | AnswerForm::Some { choices, .. } => as_named(choices),
+            AnswerForm::Order { samples, .. } => as_named(samples),
+            AnswerForm::EachOfOrder { trial } => {
+                let own = self.trials().find(|(other, _)| other.name == *trial);
+                match own.and_then(|(_, state)| state.answer()) {
+                    Some(Answer::Names(order)) => letters().zip(order.iter().cloned()).collect(),
+                    _ => Vec::new(),
+                }
+            }
+            AnswerForm::Done | AnswerForm::Scale { .. } => Vec::new(),
+        }
+    }
+
+    /// The names that `answer` to `trial` stands for; places in the participant's own order as the samples that stand there
+    /// now. Empty for numbers and for what is only done.
+    #[must_use]
+    pub fn names(&self, trial: &Trial, answer: &Answer) -> Vec<String> {
+        match answer {
+            Answer::Names(names) => names.clone(),
+            Answer::Places(places) => {
+                let choices = self.choices(trial);
+                let named = places.iter().filter_map(|place| choices.get(*place));
+                named.map(|(_, meant)| meant.clone()).collect()
+            }
+            Answer::Done | Answer::Number(_) => Vec::new(),
+        }
+    }
+
+    /// The first item of the checklist of `trial`'s task that is not confirmed for its block, or for its set where the samples
+    /// change.
+    fn unchecked(&self, trial: &Trial) -> Option<&'a str> {
+        let task = self.protocol.task(&trial.task)?;
+        let place = checklist_place(trial);
+        task.checklist
+            .iter()
+            .find(|item| !self.checked.contains(&(place.clone(), (*item).clone())))
+            .map(String::as_str)
+    }
+
+    /// Takes up an event that is stored.
+    ///
+    /// # Errors
+    /// [`ReplayError`] where it cannot follow the events before it; the state is unchanged then.
+    pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), ReplayError> {
+        self.take(event)?;
+        if let Some(last) = self.last_ms
+            && at_ms < last
+        {
+            self.jumps_back_ms.push(last - at_ms);
+        }
+        self.last_ms = Some(at_ms);
+        self.events += 1;
+        Ok(())
+    }
+
+    fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
+        match event {
+            Event::Begun { plan, protocol, .. } => {
+                same("protocol", *protocol, self.plan.protocol_sha)?;
+                same("plan", *plan, self.plan.sha())?;
+                self.stage = Stage::Consent;
+            }
+            Event::ConsentGiven { .. } => self.stage = Stage::Running,
+            Event::ConsentRefused => self.stage = Stage::Ended,
+            Event::Checked { place, item } => {
+                self.checked.insert((place.clone(), item.clone()));
+            }
+            Event::Presented { trial, instead } => {
+                let elements = self.trial(trial)?.presented.names().len();
+                let state = self.trial_state(trial)?;
+                state.attempts += 1;
+                state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
+                state.presented_instead.clone_from(instead);
+            }
+            Event::Played {
+                trial,
+                element,
+                evidence,
+            } => {
+                let number = self.events;
+                let state = self.trial_state(trial)?;
+                let Some(plays) = state.plays.get_mut(*element) else {
+                    return Err(ReplayError::Order {
+                        number,
+                        why: format!("trial {trial} has no element {element}"),
+                    });
+                };
+                *plays += 1;
+                state.evidence.extend(evidence.clone());
+            }
+            Event::Answered { trial, answer } => {
+                self.trial_state(trial)?.answers.push(answer.clone())
+            }
+            Event::Confirmed { trial } => self.trial_state(trial)?.confirmed = true,
+            Event::Corrected { trial, answer, why } => {
+                let correction = (answer.clone(), why.clone());
+                self.trial_state(trial)?.corrections.push(correction);
+            }
+            Event::Paused => self.stage = Stage::Paused,
+            Event::WentOn => self.stage = Stage::Running,
+            Event::Resumed { .. } => {
+                self.interrupted();
+                self.stage = match self.stage {
+                    Stage::Paused => Stage::Running,
+                    other => other,
+                };
+            }
+            Event::ResumeRefused { .. } | Event::Stopped { .. } => self.stage = Stage::Stopped,
+            Event::ConsentWithdrawn => self.stage = Stage::Withdrawn,
+            Event::Ended => self.stage = Stage::Ended,
+            Event::Note { .. } => {}
+            Event::Ignored { .. } => self.ignored += 1,
+        }
+        Ok(())
+    }
+
+    /// What the protocol says about the trial that was under way when the session was cut off.
+    fn interrupted(&mut self) {
+        let Some(at) = self.trials.iter().position(|trial| !trial.confirmed) else {
+            return;
+        };
+        let again = |state: &mut TrialState| {
+            let attempts = state.attempts;
+            let interrupted = state.interrupted + 1;
+            *state = TrialState {
+                attempts,
+                interrupted,
+                ..TrialState::default()
+            };
+        };
+        let set = (
+            self.plan.trials[at].block.clone(),
+            self.plan.trials[at].set.clone(),
+        );
+        // Checklists are confirmed again: spectacles and earmuffs were taken off.
+        self.checked.clear();
+        match self.protocol.resuming.at {
+            ResumeAt::Trial if self.trials[at].attempts > 0 => self.trials[at].interrupted += 1,
+            ResumeAt::TrialAnew if self.trials[at].attempts > 0 => again(&mut self.trials[at]),
+            ResumeAt::Trial | ResumeAt::TrialAnew => {}
+            ResumeAt::SetAnew => {
+                let trials = self.plan.trials.iter().zip(&mut self.trials);
+                let same_set = trials.filter(|(trial, state)| {
+                    state.attempts > 0 && (&trial.block, &trial.set) == (&set.0, &set.1)
+                });
+                same_set.for_each(|(_, state)| again(state));
+            }
+        }
+    }
+
+    fn trial(&self, name: &str) -> Result<&'a Trial, ReplayError> {
+        self.plan
+            .trials
+            .iter()
+            .find(|trial| trial.name == name)
+            .ok_or_else(|| ReplayError::Order {
+                number: self.events,
+                why: format!("the plan has no trial {name}"),
+            })
+    }
+
+    fn trial_state(&mut self, name: &str) -> Result<&mut TrialState, ReplayError> {
+        let number = self.events;
+        let at = self.plan.trials.iter().position(|trial| trial.name == name);
+        at.map(|at| &mut self.trials[at])
+            .ok_or_else(|| ReplayError::Order {
+                number,
+                why: format!("the plan has no trial {name}"),
+            })
+    }
+
+    /// Trials by task with how many are confirmed: `(confirmed, planned)`.
+    #[must_use]
+    pub fn progress(&self) -> BTreeMap<&'a str, (usize, usize)> {
+        let mut progress = BTreeMap::new();
+        for (trial, state) in self.trials() {
+            let (confirmed, planned): &mut (usize, usize) =
+                progress.entry(trial.task.as_str()).or_default();
+            *confirmed += usize::from(state.confirmed);
+            *planned += 1;
+        }
+        progress
+    }
+}
+
+/// For what an item of a checklist is confirmed: once for each task of a block.
+fn checklist_place(trial: &Trial) -> String {
+    match &trial.set {
+        Some(set) => format!("{}.{}.{set}", trial.block, trial.task),
+        None => format!("{}.{}", trial.block, trial.task),
+    }
+}
+
+fn same(what: &'static str, found: Sha, given: Sha) -> Result<(), ReplayError> {
+    match found == given {
+        true => Ok(()),
+        false => Err(ReplayError::Changed { what, found, given }),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,346 @@
+//! What a command of the experimenter makes happen.
+
+use super::super::chain::Sha;
+use super::super::plan::{AnswerForm, Presented};
+use super::answer::{letters, understand};
+use super::{Answer, AnswerError, Event, Evidence, Stage, State, Step, checklist_place};
+
+/// A command of the experimenter.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Command {
+    /// Begins the session.
+    Begin {
+        /// The tag of the experimenter.
+        experimenter: String,
+        /// The program and its version.
+        program: String,
+    },
+    /// The participant gives consent to a text.
+    Consent {
+        /// The SHA-256 of the text.
+        text: Sha,
+    },
+    /// The participant does not give consent.
+    RefuseConsent,
+    /// Confirms the next item of the checklist.
+    Check,
+    /// The trial was presented as planned.
+    Present,
+    /// Other samples than planned were presented.
+    PresentInstead {
+        /// What was presented.
+        names: Vec<String>,
+    },
+    /// An element was felt once more.
+    Play {
+        /// The element, from 0.
+        element: usize,
+        /// What was measured.
+        evidence: Option<Evidence>,
+    },
+    /// The participant answers the current trial, or revises the answer.
+    Answer {
+        /// The words.
+        words: Vec<String>,
+    },
+    /// The participant answers a trial by its name: as a page sends it, which may come late.
+    AnswerTo {
+        /// The trial.
+        trial: String,
+        /// The words.
+        words: Vec<String>,
+    },
+    /// The participant confirms.
+    Confirm,
+    /// Corrects what was noted for a confirmed trial.
+    Correct {
+        /// The trial.
+        trial: String,
+        /// The words.
+        words: Vec<String>,
+        /// Why.
+        why: String,
+    },
+    /// A pause begins.
+    Pause,
+    /// The pause ends.
+    GoOn,
+    /// The session goes on after it was cut off.
+    Resume {
+        /// The tag of the experimenter.
+        experimenter: String,
+        /// The time now, in ms since 1970-01-01 00:00 UTC.
+        now_ms: i64,
+    },
+    /// A note.
+    Note {
+        /// The text.
+        text: String,
+    },
+    /// Stops before the end.
+    Stop {
+        /// Why.
+        why: String,
+    },
+    /// The participant withdraws consent.
+    Withdraw,
+    /// Ends the session.
+    End,
+}
+
+/// Why a command makes nothing happen; nothing is stored.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Refusal {
+    /// It is not the time for it.
+    #[error("not now: {expected}")]
+    NotNow {
+        /// What is to be done first.
+        expected: String,
+    },
+    /// There is no such trial or element.
+    #[error("there is no {what} `{name}` in this session")]
+    Unknown {
+        /// "trial" or "element".
+        what: &'static str,
+        /// Its name.
+        name: String,
+    },
+    /// What was presented is not among the samples.
+    #[error("`{name}` is not one of the samples or stimuli of the protocol")]
+    NotPresentable {
+        /// The name.
+        name: String,
+    },
+    /// The answer does not fit.
+    #[error(transparent)]
+    Answer(#[from] AnswerError),
+    /// A reason is missing.
+    #[error("say why in a few words")]
+    NoReason,
+}
+
+impl State<'_> {
+    /// The event that `command` makes happen. It is stored first, and then taken up with [`State::apply`].
+    ///
+    /// # Errors
+    /// [`Refusal`]: nothing happens and nothing is to be stored.
+    pub fn decide(&self, command: &Command) -> Result<Event, Refusal> {
+        match command {
+            Command::Note { text } => return Ok(Event::Note { text: text.clone() }),
+            Command::Withdraw if self.stage != Stage::New => return Ok(Event::ConsentWithdrawn),
+            Command::Correct { trial, words, why } => return self.correct(trial, words, why),
+            Command::AnswerTo { trial, words } => return self.answer_to(trial, words),
+            Command::Resume {
+                experimenter,
+                now_ms,
+            } => return self.resume(experimenter, *now_ms),
+            Command::Stop { why }
+                if matches!(self.stage, Stage::Running | Stage::Paused | Stage::Consent) =>
+            {
+                return match why.trim().is_empty() {
+                    true => Err(Refusal::NoReason),
+                    false => Ok(Event::Stopped { why: why.clone() }),
+                };
+            }
+            Command::Pause if self.stage == Stage::Running => return Ok(Event::Paused),
+            _ => {}
+        }
+        match (self.step(), command) {
+            (
+                Step::Begin,
+                Command::Begin {
+                    experimenter,
+                    program,
+                },
+            ) => Ok(Event::Begun {
+                plan: self.plan.sha(),
+                protocol: self.plan.protocol_sha,
+                experimenter: experimenter.clone(),
+                program: program.clone(),
+            }),
+            (Step::AskConsent, Command::Consent { text }) => {
+                Ok(Event::ConsentGiven { text: *text })
+            }
+            (Step::AskConsent, Command::RefuseConsent) => Ok(Event::ConsentRefused),
+            (Step::Check { item, .. }, Command::Check) => Ok(Event::Checked {
+                place: self
+                    .current()
+                    .map(|(trial, _)| checklist_place(trial))
+                    .unwrap_or_default(),
+                item: item.to_owned(),
+            }),
+            (Step::Present { trial, .. }, Command::Present) => Ok(Event::Presented {
+                trial: trial.name.clone(),
+                instead: None,
+            }),
+            (Step::Present { trial, .. }, Command::PresentInstead { names }) => {
+                let instead = self.presentable(&trial.presented, names)?;
+                Ok(Event::Presented {
+                    trial: trial.name.clone(),
+                    instead: Some(instead),
+                })
+            }
+            (
+                Step::Answer { trial, .. } | Step::Confirm { trial, .. },
+                Command::Answer { words },
+            ) => self.answer_to(&trial.name, words),
+            (
+                Step::Answer { trial, .. } | Step::Confirm { trial, .. },
+                Command::Play { element, evidence },
+            ) => {
+                let elements = self.current().map_or(0, |(_, state)| state.plays.len());
+                match *element < elements {
+                    true => Ok(Event::Played {
+                        trial: trial.name.clone(),
+                        element: *element,
+                        evidence: evidence.clone(),
+                    }),
+                    false => Err(Refusal::Unknown {
+                        what: "element",
+                        name: (element + 1).to_string(),
+                    }),
+                }
+            }
+            (Step::Answer { trial, .. }, Command::Confirm) if trial.answer == AnswerForm::Done => {
+                Ok(Event::Confirmed {
+                    trial: trial.name.clone(),
+                })
+            }
+            (Step::Confirm { trial, .. }, Command::Confirm) => Ok(Event::Confirmed {
+                trial: trial.name.clone(),
+            }),
+            (Step::GoOn, Command::GoOn) => Ok(Event::WentOn),
+            (Step::End, Command::End) => Ok(Event::Ended),
+            (step, _) => Err(Refusal::NotNow {
+                expected: expected(&step),
+            }),
+        }
+    }
+
+    /// An answer to a trial by its name: of the current one it counts, of a confirmed one it is journalled without effect.
+    fn answer_to(&self, name: &str, words: &[String]) -> Result<Event, Refusal> {
+        let Some((trial, state)) = self.trials().find(|(trial, _)| trial.name == name) else {
+            return Err(unknown_trial(name));
+        };
+        if state.confirmed {
+            return Ok(Event::Ignored {
+                command: format!("answer to {name}: {}", words.join(" ")),
+                why: "the trial is confirmed".to_owned(),
+            });
+        }
+        let waits = matches!(
+            self.step(),
+            Step::Answer { trial: current, .. } | Step::Confirm { trial: current, .. } if current.name == name
+        );
+        if !waits {
+            return Err(Refusal::NotNow {
+                expected: expected(&self.step()),
+            });
+        }
+        let elements = state.plays.len();
+        let answer = understand(&trial.answer, &self.choices(trial), elements, words)?;
+        Ok(Event::Answered {
+            trial: name.to_owned(),
+            answer,
+        })
+    }
+
+    fn correct(&self, name: &str, words: &[String], why: &str) -> Result<Event, Refusal> {
+        let Some((trial, state)) = self.trials().find(|(trial, _)| trial.name == name) else {
+            return Err(unknown_trial(name));
+        };
+        if !state.confirmed {
+            return Err(Refusal::NotNow {
+                expected: format!("trial {name} is not confirmed; revise its answer instead"),
+            });
+        }
+        if matches!(self.stage, Stage::Withdrawn) {
+            return Err(Refusal::NotNow {
+                expected: "the participant has withdrawn".to_owned(),
+            });
+        }
+        if why.trim().is_empty() {
+            return Err(Refusal::NoReason);
+        }
+        let answer = understand(
+            &trial.answer,
+            &self.choices(trial),
+            state.plays.len(),
+            words,
+        )?;
+        Ok(Event::Corrected {
+            trial: name.to_owned(),
+            answer,
+            why: why.to_owned(),
+        })
+    }
+
+    fn resume(&self, experimenter: &str, now_ms: i64) -> Result<Event, Refusal> {
+        if !matches!(self.stage, Stage::Consent | Stage::Running | Stage::Paused) {
+            return Err(Refusal::NotNow {
+                expected: expected(&self.step()),
+            });
+        }
+        // A clock that jumped back says nothing about the time that passed; the journal says that it jumped.
+        let after_ms = self.last_ms.map_or(0, |last| (now_ms - last).max(0));
+        let after_hours = after_ms as f64 / 3.6e6;
+        match after_hours > self.protocol.resuming.refused_after_hours {
+            true => Ok(Event::ResumeRefused { after_hours }),
+            false => Ok(Event::Resumed {
+                experimenter: experimenter.to_owned(),
+            }),
+        }
+    }
+
+    /// `names` as what was presented instead of `planned`.
+    fn presentable(&self, planned: &Presented, names: &[String]) -> Result<Vec<String>, Refusal> {
+        if let Some(name) = names
+            .iter()
+            .find(|name| self.protocol.sample_of(name).is_none())
+        {
+            return Err(Refusal::NotPresentable { name: name.clone() });
+        }
+        let wanted = planned.names().len();
+        match names.len() == wanted {
+            true => Ok(names.to_vec()),
+            false => Err(Refusal::Answer(AnswerError::Count {
+                expected: wanted.to_string(),
+                choices: self.protocol.samples.join(" "),
+                found: names.len(),
+            })),
+        }
+    }
+}
+
+fn unknown_trial(name: &str) -> Refusal {
+    Refusal::Unknown {
+        what: "trial",
+        name: name.to_owned(),
+    }
+}
+
+/// What the experimenter is to do at `step`.
+fn expected(step: &Step<'_>) -> String {
+    match step {
+        Step::Begin => "begin the session".to_owned(),
+        Step::AskConsent => "ask for consent".to_owned(),
+        Step::Check { item, .. } => format!("confirm: {item}"),
+        Step::Present { trial, .. } => format!("present {}", trial.presented.names().join(", ")),
+        Step::Answer { trial, .. } => match trial.answer {
+            AnswerForm::Done => "say when it is done".to_owned(),
+            _ => "an answer is awaited".to_owned(),
+        },
+        Step::Confirm { answer, .. } => match answer {
+            Answer::Names(names) => format!("confirm or revise the answer {}", names.join(" ")),
+            Answer::Places(places) => {
+                let said: Vec<String> = places.iter().filter_map(|i| letters().nth(*i)).collect();
+                format!("confirm or revise the answer {}", said.join(" "))
+            }
+            Answer::Number(number) => format!("confirm or revise the answer {number}"),
+            Answer::Done => "confirm that it is done".to_owned(),
+        },
+        Step::GoOn => "end the pause".to_owned(),
+        Step::End => "end the session".to_owned(),
+        Step::Nothing => "the session is over".to_owned(),
+    }
+}
