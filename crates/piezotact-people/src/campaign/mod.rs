@@ -1,5 +1,6 @@
 //! A campaign with volunteers: its protocol, the check of its design, the plan of each person, and the session.
 
+pub mod adaptive;
 pub mod chain;
 pub mod plan;
 pub mod protocol;

@@ -1,0 +1,22 @@
+//! Adaptive methods: which level comes next follows from the answers so far.
+//!
+//! Both are functions of rule and answers alone; nothing is drawn. Levels are in the unit of the rule, as a rule dB.
+
+mod quest;
+mod staircase;
+
+use serde::{Deserialize, Serialize};
+
+pub use quest::{QuestEstimate, QuestPlus, QuestRule, QuestRuleError, weibull};
+pub use staircase::{Staircase, StaircaseEstimate, StaircaseRule, StaircaseRuleError, Start};
+
+/// Whether an answer was correct; for a task without a right answer: whether it was "yes".
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Response {
+    /// Correct, or "yes".
+    Correct,
+    /// Wrong, or "no".
+    Wrong,
+}
