@@ -1,3 +1,4 @@
 //! The tests of the science of people, as one program.
 
 mod adaptive;
+mod design;

@@ -1,0 +1,286 @@
+//! What chance alone reaches, enumerated.
+
+use super::error::DesignError;
+use super::sequence::{SequenceRule, enumerated};
+
+/// The largest number of pairs of sequences that are compared.
+const MOST_PAIRS: usize = 4_000_000;
+
+/// The distribution of the number of answers that are right by chance.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matches {
+    probability: Vec<f64>,
+}
+
+impl Matches {
+    /// No test at all: 0 of 0 are right.
+    #[must_use]
+    pub fn none() -> Self {
+        Self {
+            probability: vec![1.0],
+        }
+    }
+
+    /// The probability of each number of right answers, from 0 on.
+    #[must_use]
+    pub fn probability(&self) -> &[f64] {
+        &self.probability
+    }
+
+    /// The mean number.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        self.probability
+            .iter()
+            .enumerate()
+            .map(|(n, p)| n as f64 * p)
+            .sum()
+    }
+
+    /// The standard deviation of the number.
+    #[must_use]
+    pub fn standard_deviation(&self) -> f64 {
+        let mean = self.mean();
+        let square = |(n, p): (usize, &f64)| (n as f64 - mean).powi(2) * p;
+        self.probability
+            .iter()
+            .enumerate()
+            .map(square)
+            .sum::<f64>()
+            .sqrt()
+    }
+
+    /// The probability of `number` right answers or more.
+    #[must_use]
+    pub fn at_least(&self, number: usize) -> f64 {
+        self.probability.iter().skip(number).sum()
+    }
+
+    /// The smallest number that chance reaches with a probability of 5 % at most; `None` where even all right is more probable.
+    #[must_use]
+    pub fn beyond_chance_from(&self) -> Option<usize> {
+        (0..self.probability.len()).find(|n| self.at_least(*n) <= 0.05)
+    }
+
+    /// The sum over this and another, independent test.
+    #[must_use]
+    pub fn and(&self, other: &Self) -> Self {
+        let mut probability = vec![0.0; self.probability.len() + other.probability.len() - 1];
+        for (i, p) in self.probability.iter().enumerate() {
+            for (j, q) in other.probability.iter().enumerate() {
+                probability[i + j] += p * q;
+            }
+        }
+        Self { probability }
+    }
+
+    /// The sum over `tests` independent tests of this kind.
+    #[must_use]
+    pub fn repeated(&self, tests: usize) -> Self {
+        (0..tests).fold(Self::none(), |sum, _| sum.and(self))
+    }
+}
+
+/// Right answers of a random order of n = `samples`, each answered once: the probability of n − d fixed points of a
+/// permutation. Nearly Poisson with mean 1 for a large n; for three 2/6, 3/6, 0, 1/6.
+///
+/// Source: Montmort (1713), Essay d'analyse sur les jeux de hazard; P(m) = 1/m! Σ (−1)^j/j!, j = 0 … n − m.
+#[must_use]
+pub fn permutation_matches(samples: usize) -> Matches {
+    let mut inverse_factorials = vec![1.0; samples + 1];
+    for i in 1..=samples {
+        inverse_factorials[i] = inverse_factorials[i - 1] / i as f64;
+    }
+    let none_of = |n: usize| -> f64 {
+        // The sum alternates to exactly 0 for one sample left.
+        let term = |j: usize| {
+            if j.is_multiple_of(2) {
+                inverse_factorials[j]
+            } else {
+                -inverse_factorials[j]
+            }
+        };
+        (0..=n).map(term).sum()
+    };
+    let probability = (0..=samples)
+        .map(|m| inverse_factorials[m] * none_of(samples - m))
+        .collect();
+    Matches { probability }
+}
+
+/// Right answers of `trials` independent answers, each one of `alternatives`; none for no alternative.
+///
+/// Source: binomial distribution with p = 1/`alternatives`.
+#[must_use]
+pub fn trial_matches(alternatives: usize, trials: usize) -> Matches {
+    let p = if alternatives == 0 {
+        0.0
+    } else {
+        1.0 / alternatives as f64
+    };
+    let one = Matches {
+        probability: vec![1.0 - p, p],
+    };
+    one.repeated(trials)
+}
+
+/// Right answers in one test of `rule` from a set of `set_size` by a person who answers with a random sequence of the same
+/// rule: a permutation for permutations, and independent answers where stimuli are independent.
+///
+/// # Errors
+///
+/// A rule that cannot be, fixed sequences, or more than 4 000 000 pairs of sequences.
+///
+/// Source: enumerated over all pairs of sequences of one length; decision 0063 of this project.
+pub fn rule_matches(rule: &SequenceRule, set_size: usize) -> Result<Matches, DesignError> {
+    let by_length = enumerated(rule, set_size)?;
+    let mut probability: Vec<f64> = Vec::new();
+    let share = 1.0 / by_length.len() as f64;
+    for all in &by_length {
+        let length = all.first().map_or(0, Vec::len);
+        let one = match rule {
+            SequenceRule::Permutation => permutation_matches(set_size),
+            SequenceRule::Independent { .. } => trial_matches(set_size, length),
+            _ => pairs(all, set_size, length)?,
+        };
+        probability.resize(probability.len().max(length + 1), 0.0);
+        for (sum, p) in probability.iter_mut().zip(&one.probability) {
+            *sum += share * p;
+        }
+    }
+    Ok(Matches { probability })
+}
+
+fn pairs(all: &[Vec<usize>], set_size: usize, length: usize) -> Result<Matches, DesignError> {
+    let pairs = all.len().saturating_mul(all.len());
+    if pairs > MOST_PAIRS {
+        return Err(DesignError::TooManySequences {
+            set_size,
+            length,
+            most: 2000,
+        });
+    }
+    let mut counts = vec![0_usize; length + 1];
+    for presented in all {
+        for answered in all {
+            counts[presented
+                .iter()
+                .zip(answered)
+                .filter(|(a, b)| a == b)
+                .count()] += 1;
+        }
+    }
+    let probability = counts.iter().map(|n| *n as f64 / pairs as f64).collect();
+    Ok(Matches { probability })
+}
+
+/// The standard deviation of Kendall's τ of a random order of n = `samples`: √(2(2n + 5)/(9n(n − 1))); `None` below two.
+///
+/// Source: Kendall (1938), Biometrika 30, 81.
+#[must_use]
+pub fn tau_null_sd(samples: usize) -> Option<f64> {
+    let n = samples as f64;
+    (samples >= 2).then(|| (2.0 * (2.0 * n + 5.0) / (9.0 * n * (n - 1.0))).sqrt())
+}
+
+/// Kendall's τ of two orders without ties, from −1 to 1: ranks of the same samples; `None` for other lengths or below two.
+///
+/// Source: Kendall (1938), Biometrika 30, 81.
+#[must_use]
+pub fn kendall_tau(a: &[usize], b: &[usize]) -> Option<f64> {
+    let n = a.len();
+    if n != b.len() || n < 2 {
+        return None;
+    }
+    let mut sum = 0_i64;
+    for i in 0..n {
+        for j in 0..i {
+            let (first, second) = (a[i].cmp(&a[j]) as i64, b[i].cmp(&b[j]) as i64);
+            sum += first * second;
+        }
+    }
+    Some(sum as f64 / (n * (n - 1) / 2) as f64)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn within(found: f64, truth: f64) {
+        // Rounding of sums of a few hundred terms.
+        assert!((found - truth).abs() < 1e-12, "{found} {truth}");
+    }
+
+    #[test]
+    fn the_order_of_a_triplet() {
+        let three = permutation_matches(3);
+        for (found, truth) in three
+            .probability()
+            .iter()
+            .zip([2.0 / 6.0, 0.5, 0.0, 1.0 / 6.0])
+        {
+            within(*found, truth);
+        }
+        within(three.mean(), 1.0);
+        within(three.standard_deviation(), 1.0);
+        within(permutation_matches(14).mean(), 1.0);
+        assert_eq!(permutation_matches(3).beyond_chance_from(), None);
+    }
+
+    /// The closed forms against all pairs of sequences.
+    #[test]
+    fn closed_forms_are_those_of_the_enumeration() {
+        for (rule, closed) in [
+            (SequenceRule::Permutation, permutation_matches(4)),
+            (
+                SequenceRule::Independent {
+                    shortest: 5,
+                    longest: 5,
+                },
+                trial_matches(4, 5),
+            ),
+        ] {
+            let all = enumerated(&rule, 4).unwrap();
+            let counted = pairs(&all[0], 4, all[0][0].len()).unwrap();
+            for (a, b) in counted.probability().iter().zip(closed.probability()) {
+                within(*a, *b);
+            }
+        }
+    }
+
+    #[test]
+    fn lengths_are_mixed() {
+        let mixed = rule_matches(
+            &SequenceRule::Independent {
+                shortest: 3,
+                longest: 4,
+            },
+            3,
+        )
+        .unwrap();
+        within(mixed.mean(), 3.5 / 3.0);
+        within(mixed.probability().iter().sum(), 1.0);
+        within(mixed.at_least(4), 0.5 / 81.0);
+    }
+
+    #[test]
+    fn one_sample_from_first_to_last() {
+        let declared: Vec<usize> = (1..14).chain([0]).collect();
+        let key: Vec<usize> = (0..14).collect();
+        assert_eq!(declared.iter().zip(&key).filter(|(a, b)| a == b).count(), 0);
+        within(kendall_tau(&declared, &key).unwrap(), 1.0 - 26.0 / 91.0);
+        assert_eq!(kendall_tau(&key, &key[1..]), None);
+    }
+
+    /// The formula against all orders of six.
+    #[test]
+    fn spread_of_tau_by_enumeration() {
+        let all = enumerated(&SequenceRule::Permutation, 6).unwrap().remove(0);
+        let key: Vec<usize> = (0..6).collect();
+        let squares: f64 = all
+            .iter()
+            .map(|one| kendall_tau(one, &key).unwrap().powi(2))
+            .sum();
+        within((squares / 720.0).sqrt(), tau_null_sd(6).unwrap());
+    }
+}

@@ -1,0 +1,169 @@
+//! What a design can be refused for.
+
+use thiserror::Error;
+
+/// Why a design cannot be checked, built or drawn: what was found, what was expected, and what to do.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum DesignError {
+    /// There are too few samples.
+    #[error("{found} samples, at least {expected} are needed: name the samples of the campaign")]
+    TooFewSamples {
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        expected: usize,
+    },
+    /// A sample is named twice in the list of samples.
+    #[error("sample {sample} is named twice in the list of samples: name it once")]
+    SampleTwice {
+        /// The sample.
+        sample: String,
+    },
+    /// There is no set.
+    #[error("no set of samples: give the sets that are presented together")]
+    NoSets,
+    /// A set has fewer than two samples.
+    #[error("set {set} has {found} samples, at least 2 are needed: add samples or take it out")]
+    SetTooSmall {
+        /// The set, counted from 1.
+        set: usize,
+        /// How many samples it has.
+        found: usize,
+    },
+    /// A set does not fit on the tray.
+    #[error("set {set} has {found} samples and the tray holds {tray}: divide the set")]
+    SetTooLarge {
+        /// The set, counted from 1.
+        set: usize,
+        /// How many samples it has.
+        found: usize,
+        /// How many the tray holds.
+        tray: usize,
+    },
+    /// A set or a sequence names a sample that is not expected there.
+    #[error(
+        "set {set} names {sample}, which is not among its samples: correct the name or add the sample"
+    )]
+    UnknownSample {
+        /// The set, counted from 1.
+        set: usize,
+        /// The name.
+        sample: String,
+    },
+    /// A set holds a sample twice.
+    #[error(
+        "set {set} holds {sample} twice: a set holds each sample once, repeats belong to sequences"
+    )]
+    SampleTwiceInSet {
+        /// The set, counted from 1.
+        set: usize,
+        /// The sample.
+        sample: String,
+    },
+    /// No design of this kind is known to exist.
+    #[error(
+        "no balanced design of {points} samples in sets of {size} is known here: use a covering"
+    )]
+    NoBalancedDesign {
+        /// The number of samples.
+        points: usize,
+        /// The size of a set.
+        size: usize,
+    },
+    /// Sets of this size cannot be built of so many samples.
+    #[error(
+        "sets of {size} of {points} samples cannot be built: expected 2 ≤ size ≤ samples ≤ {most}"
+    )]
+    ImpossibleSize {
+        /// The number of samples.
+        points: usize,
+        /// The size of a set.
+        size: usize,
+        /// The largest number of samples.
+        most: usize,
+    },
+    /// What was built does not cover what it must.
+    #[error("the sets that were built put {together} of {pairs} pairs together: not used")]
+    NotProven {
+        /// Pairs together.
+        together: usize,
+        /// All pairs.
+        pairs: usize,
+    },
+    /// Lengths of sequences that no sequence can have.
+    #[error("sequences of {shortest} to {longest}: expected 1 ≤ shortest ≤ longest")]
+    ImpossibleLengths {
+        /// The shortest length.
+        shortest: usize,
+        /// The longest length.
+        longest: usize,
+    },
+    /// Repeats that a sequence cannot have without exclusion.
+    #[error(
+        "{length} of {set_size} samples with at most {of_one} of each: the last answers follow by exclusion or no such \
+         sequence exists; allow more of each or make it shorter"
+    )]
+    ImpossibleRepeats {
+        /// The size of the set.
+        set_size: usize,
+        /// The length of the sequence.
+        length: usize,
+        /// The largest number of one sample.
+        of_one: usize,
+    },
+    /// There are too many sequences to count them.
+    #[error(
+        "sequences of {length} of {set_size} samples are more than {most}, too many to enumerate: make them shorter"
+    )]
+    TooManySequences {
+        /// The size of the set.
+        set_size: usize,
+        /// The length of the sequence.
+        length: usize,
+        /// The largest number that is enumerated.
+        most: usize,
+    },
+    /// Fixed sequences are not given for every set.
+    #[error(
+        "fixed sequences for {found} sets, {expected} expected, each with one or more: give them for every set"
+    )]
+    FixedSequences {
+        /// For how many sets they are given.
+        found: usize,
+        /// The number of sets.
+        expected: usize,
+    },
+    /// Fixed sequences are not drawn.
+    #[error("fixed sequences are not drawn: take them from the protocol")]
+    FixedNotDrawn,
+    /// An order does not hold each treatment once.
+    #[error("order {order} does not hold each of {expected} treatments once: correct it")]
+    NotAnOrder {
+        /// The order, counted from 1.
+        order: usize,
+        /// The number of treatments.
+        expected: usize,
+    },
+    /// A number is out of its range.
+    #[error("{what} is {found}, expected {expected}")]
+    OutOfRange {
+        /// What it is.
+        what: &'static str,
+        /// What was found.
+        found: f64,
+        /// The range expected.
+        expected: &'static str,
+    },
+    /// A name of a task is not that of a task, or of several.
+    #[error("task {task} is named by the design and is not described once: correct its name")]
+    UnknownTask {
+        /// The name.
+        task: String,
+    },
+    /// A task of association has no rule of sequences.
+    #[error("task {task} associates a sequence and no rule of sequences is given: give one")]
+    NoSequence {
+        /// The name of the task.
+        task: String,
+    },
+}

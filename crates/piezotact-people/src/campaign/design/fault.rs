@@ -1,0 +1,389 @@
+//! Faults of a design, and better plans with their cost.
+
+use std::fmt;
+
+use piezotact::criterion::Criterion;
+use serde::{Deserialize, Serialize};
+
+use super::construct::Method;
+
+/// What a criterion of a design judges.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "of", rename_all = "snake_case")]
+pub enum DesignCriterion {
+    /// Pairs that are together in a set.
+    PairsTogether,
+    /// The share of sequences whose last answer follows from the others.
+    ForcedAnswers {
+        /// The task.
+        task: String,
+    },
+    /// Kendall's τ of an order with no sample in its position, where one sample moved.
+    PositionsOfOrder {
+        /// The task.
+        task: String,
+    },
+    /// Tasks of a comparison that always have the same position.
+    FixedPositions {
+        /// The tasks compared.
+        tasks: Vec<String>,
+    },
+    /// Participants left over when all cells are filled equally.
+    CellsFilled,
+    /// The power of a comparison.
+    Power {
+        /// The tasks compared.
+        tasks: Vec<String>,
+    },
+    /// The half-width of the interval of a cell.
+    HalfWidth {
+        /// The task.
+        task: String,
+    },
+}
+
+impl fmt::Display for DesignCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PairsTogether => write!(f, "pairs together in a set"),
+            Self::ForcedAnswers { task } => {
+                write!(
+                    f,
+                    "{task}: share of sequences whose last answer follows from the others"
+                )
+            }
+            Self::PositionsOfOrder { task } => {
+                write!(
+                    f,
+                    "{task}: Kendall's τ of an order that position scores as all wrong"
+                )
+            }
+            Self::FixedPositions { tasks } => {
+                write!(
+                    f,
+                    "{}: tasks that always have the same position",
+                    tasks.join(", ")
+                )
+            }
+            Self::CellsFilled => write!(
+                f,
+                "participants left over when all cells are filled equally"
+            ),
+            Self::Power { tasks } => write!(f, "{}: power", tasks.join(", ")),
+            Self::HalfWidth { task } => {
+                write!(f, "{task}: half-width of the 95 % interval of a cell")
+            }
+        }
+    }
+}
+
+/// A sample and the number of sets that hold it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SampleSetCount {
+    /// The sample.
+    pub sample: String,
+    /// The number of sets.
+    pub sets: usize,
+}
+
+/// A fault of a design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum Fault {
+    /// Pairs are never together in a set, so their cells stay untested.
+    PairsNeverTogether {
+        /// The number of pairs together.
+        together: usize,
+        /// All pairs.
+        pairs: usize,
+        /// The pairs that are never together.
+        never: Vec<[String; 2]>,
+        /// The samples in the fewest sets.
+        rarest: Vec<SampleSetCount>,
+    },
+    /// Every sequence is a permutation of its set, so answers depend on each other.
+    AnswersByExclusion {
+        /// The task.
+        task: String,
+        /// The sequences that are permutations; absent where they are drawn.
+        permutations: Option<usize>,
+        /// The standard deviation of right answers by chance, of one participant.
+        chance_sd: f64,
+        /// What it would be for independent answers.
+        chance_sd_independent: f64,
+    },
+    /// A matrix of samples and positions overstates confusion.
+    PositionOverstatesConfusion {
+        /// The task.
+        task: String,
+        /// The number of samples ordered.
+        samples: usize,
+        /// Samples in their position after one moved from first to last.
+        in_position: usize,
+        /// Kendall's τ of that order.
+        tau: f64,
+    },
+    /// A task of a comparison always has the same position.
+    ConfoundedWithOrder {
+        /// The task.
+        task: String,
+        /// Its position among the tasks compared, from 1.
+        position: usize,
+        /// The tasks compared.
+        tasks: Vec<String>,
+    },
+    /// Participants do not fill the cells of the crossed factors equally.
+    CannotBeBalanced {
+        /// The number of cells.
+        cells: usize,
+        /// The number of participants.
+        participants: usize,
+    },
+    /// The comparison has too little power.
+    PowerTooLow {
+        /// The tasks compared.
+        tasks: Vec<String>,
+        /// The number of participants.
+        participants: usize,
+        /// The smallest effect that must not be missed.
+        effect_ratio: f64,
+        /// The power for it.
+        power_share: f64,
+        /// The power wanted.
+        wanted_share: f64,
+    },
+    /// The interval of a cell is too wide.
+    IntervalTooWide {
+        /// The task.
+        task: String,
+        /// The sample with the fewest presentations.
+        sample: String,
+        /// Its presentations to one participant.
+        presentations: usize,
+        /// The expected half-width.
+        half_width_share: f64,
+        /// The half-width wanted.
+        wanted_share: f64,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::PairsNeverTogether {
+                together,
+                pairs,
+                never,
+                ..
+            } => write!(
+                f,
+                "{} of {pairs} pairs are never together in a set ({together} are): their cells stay untested.",
+                never.len()
+            ),
+            Self::AnswersByExclusion {
+                task,
+                chance_sd,
+                chance_sd_independent,
+                ..
+            } => write!(
+                f,
+                "{task}: every sequence holds each sample of its set once, so the last answer follows from the others; right \
+                 answers by chance have a standard deviation of {chance_sd:.2}, not {chance_sd_independent:.2}."
+            ),
+            Self::PositionOverstatesConfusion {
+                task,
+                samples,
+                in_position,
+                tau,
+            } => write!(
+                f,
+                "{task}: one sample moved from first to last leaves {in_position} of {samples} in position, with Kendall's τ \
+                 {tau:.3}: positions alone overstate confusion."
+            ),
+            Self::ConfoundedWithOrder {
+                task,
+                position,
+                tasks,
+            } => write!(
+                f,
+                "{task} is always number {position} of {}: its differences from the others are confounded with order.",
+                tasks.join(", ")
+            ),
+            Self::CannotBeBalanced {
+                cells,
+                participants,
+            } => {
+                write!(
+                    f,
+                    "{participants} participants cannot fill {cells} cells equally."
+                )
+            }
+            Self::PowerTooLow {
+                tasks,
+                participants,
+                effect_ratio,
+                power_share,
+                wanted_share,
+            } => write!(
+                f,
+                "{}: {participants} participants have a power of {power_share:.2} for an effect of {effect_ratio:.2} standard \
+                 deviations, {wanted_share:.2} is wanted.",
+                tasks.join(", ")
+            ),
+            Self::IntervalTooWide {
+                task,
+                sample,
+                presentations,
+                half_width_share,
+                wanted_share,
+            } => write!(
+                f,
+                "{task}: a cell of {sample} ({presentations} presentations to each participant) has an expected interval of \
+                 ±{:.0} percentage points, ±{:.0} is wanted.",
+                100.0 * half_width_share,
+                100.0 * wanted_share
+            ),
+        }
+    }
+}
+
+/// What a better plan changes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "change", rename_all = "snake_case")]
+pub enum Change {
+    /// Other sets.
+    Sets {
+        /// How they were built.
+        method: Method,
+        /// The sets.
+        sets: Vec<Vec<String>>,
+        /// Pairs together in them, counted.
+        together: usize,
+        /// All pairs.
+        pairs: usize,
+        /// The smallest number of sets there can be (Schönheim's bound).
+        bound: usize,
+        /// The sets of each of two participants, as indices.
+        halves: Vec<Vec<usize>>,
+    },
+    /// Sequences drawn independently.
+    IndependentSequences {
+        /// The shortest length.
+        shortest: usize,
+        /// The longest length.
+        longest: usize,
+    },
+    /// Pairwise dominance and Kendall's τ beside the positions.
+    DominanceBesidePosition,
+    /// The task takes each position equally often, with vibrations of an earlier session.
+    EarlierMeasurement {
+        /// The orders of the tasks compared.
+        orders: Vec<Vec<String>>,
+    },
+    /// Another number of participants.
+    Participants {
+        /// The number.
+        participants: usize,
+    },
+    /// More presentations to each participant.
+    Presentations {
+        /// Presentations of each sample to each participant.
+        presentations: usize,
+    },
+}
+
+/// A better plan and its cost.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct BetterPlan {
+    /// What changes.
+    pub change: Change,
+    /// Sets of one participant, now and then.
+    pub sets: [usize; 2],
+    /// Seconds of one participant, now and then.
+    pub participant_s: [f64; 2],
+    /// Participants, now and then.
+    pub participants: [usize; 2],
+    /// Sets of one participant where two share them.
+    pub sets_shared_by_two: Option<usize>,
+    /// Seconds of one participant where two share the sets.
+    pub participant_shared_by_two_s: Option<f64>,
+}
+
+impl fmt::Display for BetterPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.change {
+            Change::Sets {
+                sets,
+                together,
+                pairs,
+                bound,
+                ..
+            } => {
+                write!(
+                    f,
+                    "{} sets put {together} of {pairs} pairs together",
+                    sets.len()
+                )?;
+                if sets.len() > *bound {
+                    write!(f, " (fewer than {bound} cannot)")?;
+                }
+            }
+            Change::IndependentSequences { shortest, longest } => {
+                write!(
+                    f,
+                    "sequences of {shortest} to {longest}, each stimulus drawn from the whole set"
+                )?;
+            }
+            Change::DominanceBesidePosition => {
+                write!(f, "pairwise dominance and Kendall's τ beside the positions")?;
+            }
+            Change::EarlierMeasurement { orders } => {
+                write!(
+                    f,
+                    "vibrations from an earlier session, and {} orders of tasks",
+                    orders.len()
+                )?;
+            }
+            Change::Participants { participants } => write!(f, "{participants} participants")?,
+            Change::Presentations { presentations } => {
+                write!(
+                    f,
+                    "{presentations} presentations of each sample to each participant"
+                )?;
+            }
+        }
+        let minutes = |s: f64| s / 60.0;
+        let [now, then] = self.participant_s;
+        write!(
+            f,
+            "; {:.0} min for each participant, {:.0} min now",
+            minutes(then),
+            minutes(now)
+        )?;
+        if let (Some(sets), Some(s)) = (self.sets_shared_by_two, self.participant_shared_by_two_s) {
+            write!(
+                f,
+                "; shared by two participants, at most {sets} sets and {:.0} min each",
+                minutes(s)
+            )?;
+        }
+        write!(f, ".")
+    }
+}
+
+/// A fault with the criterion that found it, and what would be better.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FoundFault {
+    /// The fault.
+    pub fault: Fault,
+    /// The criterion that is not met.
+    pub criterion: Criterion<DesignCriterion>,
+    /// What would be better; absent where none is known.
+    pub better: Option<BetterPlan>,
+}

@@ -1,0 +1,40 @@
+//! The check of a campaign's design before the first volunteer: sets, orders, sequences, chance, precision, time, and faults.
+
+mod chance;
+mod construct;
+mod coverage;
+mod description;
+mod draw;
+mod error;
+mod fault;
+mod findings;
+mod orders;
+mod precision;
+mod sequence;
+mod sets;
+
+pub use chance::{
+    Matches, kendall_tau, permutation_matches, rule_matches, tau_null_sd, trial_matches,
+};
+pub use construct::{
+    Blocks, Method, Shares, balanced_blocks, covering, schonheim_bound, shares, steiner_triples,
+};
+pub use coverage::{PairCoverage, Together, pair_coverage};
+pub use description::{
+    Aims, CampaignDescription, Comparison, Factor, PairsWanted, Scoring, TaskDescription, TaskKind,
+};
+pub use error::DesignError;
+pub use fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault, SampleSetCount};
+pub use findings::{
+    ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime, design_findings,
+};
+pub use orders::{
+    Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,
+};
+pub use precision::{
+    CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
+};
+pub use sequence::{
+    LengthShare, SequenceDistribution, SequenceRule, draw_sequence, sequence_distribution,
+};
+pub use sets::SampleSets;

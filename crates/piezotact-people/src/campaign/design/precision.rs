@@ -1,0 +1,340 @@
+//! What a planned number of people can show: power of a paired comparison, and the interval of a cell, by simulation.
+
+use piezotact::statistics::{mean, standard_deviation, t_quantile};
+use serde::{Deserialize, Serialize};
+use statrs::distribution::{Beta, ContinuousCDF, Normal};
+use statrs::function::gamma::ln_gamma;
+
+use super::draw::Draws;
+use super::error::DesignError;
+
+/// Steps of the integral over the standard deviation.
+const STEPS: usize = 4000;
+/// The largest number of participants that is looked for.
+const MOST_PARTICIPANTS: usize = 10_000;
+
+/// The power of a two-sided paired t-test (α = 0.05) of `participants` people for a standardised mean difference
+/// d = `effect_ratio` (mean over standard deviation of the differences); `None` below two people or for an effect that is not
+/// finite.
+///
+/// Source: noncentral t, Cohen (1988), Statistical Power Analysis, 2nd ed.; as SciPy's `nct`.
+#[must_use]
+pub fn paired_power(participants: usize, effect_ratio: f64) -> Option<f64> {
+    if participants < 2 || !effect_ratio.is_finite() {
+        return None;
+    }
+    let freedom = (participants - 1) as f64;
+    let critical = t_quantile(participants - 1)?;
+    let shift = effect_ratio.abs() * (participants as f64).sqrt();
+    let normal = Normal::standard();
+    // s, the ratio of estimated to true deviation, has the density 2(ν/2)^(ν/2)/Γ(ν/2)·s^(ν−1)·exp(−νs²/2).
+    let constant = 2f64.ln() + freedom / 2.0 * (freedom / 2.0).ln() - ln_gamma(freedom / 2.0);
+    let value = |s: f64| {
+        if s == 0.0 && freedom > 1.0 {
+            return 0.0;
+        }
+        let log = if freedom > 1.0 {
+            (freedom - 1.0) * s.ln()
+        } else {
+            0.0
+        };
+        let density = (constant + log - freedom * s * s / 2.0).exp();
+        density * (normal.cdf(shift - critical * s) + normal.cdf(-shift - critical * s))
+    };
+    // 12 standard deviations of s, and at least as far as a normal number of 9.
+    let end = 1.0 + 12.0 / freedom.sqrt();
+    let step = end / STEPS as f64;
+    let weight = |i: usize| match i {
+        0 | STEPS => 1.0,
+        i if i % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    let sum: f64 = (0..=STEPS)
+        .map(|i| weight(i) * value(i as f64 * step))
+        .sum();
+    Some((sum * step / 3.0).clamp(0.0, 1.0))
+}
+
+/// The smallest number of people whose paired t-test has a power of `power_share` for d = `effect_ratio`; `None` above 10 000.
+///
+/// Source: [`paired_power`], searched.
+#[must_use]
+pub fn participants_for_power(effect_ratio: f64, power_share: f64) -> Option<usize> {
+    let enough = |n: usize| paired_power(n, effect_ratio).is_some_and(|p| p >= power_share);
+    if !enough(MOST_PARTICIPANTS) {
+        return None;
+    }
+    let (mut too_few, mut found) = (1, MOST_PARTICIPANTS);
+    while found - too_few > 1 {
+        let middle = usize::midpoint(too_few, found);
+        if enough(middle) {
+            found = middle;
+        } else {
+            too_few = middle;
+        }
+    }
+    Some(found)
+}
+
+/// What is assumed about one cell of an association matrix.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct CellPlan {
+    /// The number of participants.
+    pub participants: usize,
+    /// Presentations of the sample to each participant.
+    pub presentations: usize,
+    /// The share of answers in the cell of the median participant, above 0 and below 1.
+    pub share: f64,
+    /// The standard deviation over participants, of the logit of that share.
+    pub logit_sd: f64,
+}
+
+/// The interval that a cell can be expected to have.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct CellPrecision {
+    /// What was assumed.
+    pub plan: CellPlan,
+    /// The number of simulated studies.
+    pub studies: usize,
+    /// The mean half-width of the 95 % interval over participants, as a share.
+    pub half_width_share: f64,
+    /// The 95 % interval of that mean over the simulated studies.
+    pub interval: [f64; 2],
+    /// The share of studies whose interval over participants holds the truth.
+    pub coverage_share: f64,
+    /// The share of studies whose interval over pooled answers (Clopper and Pearson) holds the truth.
+    pub pooled_coverage_share: f64,
+}
+
+/// The expected 95 % interval of a cell, over `studies` simulated studies of participants who differ (logit-normal). The
+/// interval is that of Student's t over the shares of participants, and never narrower than that of the pooled answers:
+/// participants who all answer alike would else have none.
+///
+/// # Errors
+///
+/// Fewer than two participants, no presentation, a share not between 0 and 1, a negative or infinite spread, or fewer than
+/// 100 studies.
+///
+/// Source: Clopper and Pearson (1934), Biometrika 26, 404; Student's t over participants; decision 0063 of this project.
+pub fn cell_precision(
+    plan: &CellPlan,
+    studies: usize,
+    seed: u64,
+) -> Result<CellPrecision, DesignError> {
+    check(plan, studies)?;
+    let mut draws = Draws::stream(seed, 0, "precision");
+    let logit = (plan.share / (1.0 - plan.share)).ln();
+    let person = |z: f64| 1.0 / (1.0 + (-logit - plan.logit_sd * z).exp());
+    let truth = expectation(person);
+    let trials = plan.participants * plan.presentations;
+    let pooled: Vec<[f64; 2]> = (0..=trials).map(|k| clopper_pearson(k, trials)).collect();
+    let t = t_quantile(plan.participants - 1).unwrap_or(f64::INFINITY);
+    let normal = Normal::standard();
+    let mut widths = Vec::with_capacity(studies);
+    let (mut covered, mut pooled_covered) = (0_usize, 0_usize);
+    for _ in 0..studies {
+        let counts: Vec<usize> = (0..plan.participants)
+            .map(|_| {
+                let share = person(normal.inverse_cdf(uniform(&mut draws)));
+                (0..plan.presentations)
+                    .filter(|_| uniform(&mut draws) < share)
+                    .count()
+            })
+            .collect();
+        let shares: Vec<f64> = counts
+            .iter()
+            .map(|k| *k as f64 / plan.presentations as f64)
+            .collect();
+        let centre = mean(&shares);
+        let half = t * standard_deviation(&shares) / (plan.participants as f64).sqrt();
+        let of_pool = pooled[counts.iter().sum::<usize>()];
+        let low = (centre - half).max(0.0).min(of_pool[0]);
+        let high = (centre + half).min(1.0).max(of_pool[1]);
+        widths.push((high - low) / 2.0);
+        covered += usize::from(low <= truth && truth <= high);
+        pooled_covered += usize::from(of_pool[0] <= truth && truth <= of_pool[1]);
+    }
+    let half_width_share = mean(&widths);
+    let error = 1.96 * standard_deviation(&widths) / (studies as f64).sqrt();
+    Ok(CellPrecision {
+        plan: *plan,
+        studies,
+        half_width_share,
+        interval: [half_width_share - error, half_width_share + error],
+        coverage_share: covered as f64 / studies as f64,
+        pooled_coverage_share: pooled_covered as f64 / studies as f64,
+    })
+}
+
+fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
+    let bad = |what, found, expected| {
+        Err(DesignError::OutOfRange {
+            what,
+            found,
+            expected,
+        })
+    };
+    if !(2..=MOST_PARTICIPANTS).contains(&plan.participants) {
+        return bad(
+            "the number of participants",
+            plan.participants as f64,
+            "2 to 10 000",
+        );
+    }
+    if !(1..=1000).contains(&plan.presentations) {
+        return bad(
+            "the number of presentations to each participant",
+            plan.presentations as f64,
+            "1 to 1000",
+        );
+    }
+    if !(plan.share > 0.0 && plan.share < 1.0) {
+        return bad(
+            "the expected share of a cell",
+            plan.share,
+            "above 0 and below 1",
+        );
+    }
+    if !(plan.logit_sd >= 0.0 && plan.logit_sd <= 10.0) {
+        return bad(
+            "the spread of participants in logits",
+            plan.logit_sd,
+            "0 to 10",
+        );
+    }
+    if studies < 100 {
+        return bad(
+            "the number of simulated studies",
+            studies as f64,
+            "at least 100",
+        );
+    }
+    Ok(())
+}
+
+/// A number above 0 and below 1, of 52 random bits.
+fn uniform(draws: &mut Draws) -> f64 {
+    (draws.below(1 << 52) as f64 + 0.5) * 2f64.powi(-52)
+}
+
+/// The mean of `of` over a standard normal number, by the trapezoidal rule to ±8.
+fn expectation(of: impl Fn(f64) -> f64) -> f64 {
+    let step = 0.01;
+    let at = |i: i32| f64::from(i) * step;
+    let weighted = |i: i32| (-at(i).powi(2) / 2.0).exp();
+    let (sum, weights) = (-800..=800).fold((0.0, 0.0), |(sum, weights), i| {
+        (sum + weighted(i) * of(at(i)), weights + weighted(i))
+    });
+    sum / weights
+}
+
+/// The exact 95 % interval of a share, `k` of `n`.
+fn clopper_pearson(k: usize, n: usize) -> [f64; 2] {
+    let quantile = |a: usize, b: usize, p: f64| {
+        Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p))
+    };
+    let low = if k == 0 {
+        0.0
+    } else {
+        quantile(k, n - k + 1, 0.025)
+    };
+    let high = if k == n {
+        1.0
+    } else {
+        quantile(k + 1, n - k, 0.975)
+    };
+    [low, high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLAN: CellPlan = CellPlan {
+        participants: 10,
+        presentations: 12,
+        share: 0.7,
+        logit_sd: 0.9,
+    };
+
+    #[test]
+    fn without_an_effect_the_power_is_the_level() {
+        for n in [2, 3, 10, 200] {
+            let found = paired_power(n, 0.0).unwrap();
+            // The tail of Cauchy's distribution for two people is cut at 13 deviations.
+            assert!(
+                (found - 0.05).abs() < if n == 2 { 1e-4 } else { 1e-8 },
+                "{n}: {found}"
+            );
+        }
+        assert_eq!(paired_power(1, 0.5), None);
+        assert_eq!(paired_power(10, f64::NAN), None);
+        assert_eq!(participants_for_power(0.0, 0.8), None);
+    }
+
+    #[test]
+    fn pooled_answers_of_people_who_differ_are_too_certain() {
+        let found = cell_precision(&PLAN, 2000, 1).unwrap();
+        assert!(found.pooled_coverage_share < 0.88, "{found:?}");
+        assert!(found.coverage_share > 0.91, "{found:?}");
+        // Who do not differ are pooled rightly.
+        let alike = cell_precision(
+            &CellPlan {
+                logit_sd: 0.0,
+                ..PLAN
+            },
+            2000,
+            1,
+        )
+        .unwrap();
+        assert!(alike.pooled_coverage_share > 0.94, "{alike:?}");
+        assert!(alike.half_width_share < found.half_width_share);
+    }
+
+    #[test]
+    fn more_people_narrow_the_interval() {
+        let of = |participants| {
+            cell_precision(
+                &CellPlan {
+                    participants,
+                    ..PLAN
+                },
+                500,
+                1,
+            )
+            .unwrap()
+            .half_width_share
+        };
+        let ratio = of(10) / of(40);
+        // √(40/10), and the quantile of t: 2.26/2.02.
+        assert!((1.9..2.5).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn bad_plans_are_refused() {
+        for bad in [
+            CellPlan {
+                participants: 1,
+                ..PLAN
+            },
+            CellPlan {
+                presentations: 0,
+                ..PLAN
+            },
+            CellPlan { share: 1.0, ..PLAN },
+            CellPlan {
+                share: f64::NAN,
+                ..PLAN
+            },
+            CellPlan {
+                logit_sd: -1.0,
+                ..PLAN
+            },
+        ] {
+            assert!(cell_precision(&bad, 500, 1).is_err(), "{bad:?}");
+        }
+        assert!(cell_precision(&PLAN, 10, 1).is_err());
+    }
+}

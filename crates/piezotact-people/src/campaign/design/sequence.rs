@@ -1,0 +1,314 @@
+//! Sequences of stimuli from a set, with repeats and omissions, so that no answer follows from the others.
+
+use serde::{Deserialize, Serialize};
+
+use super::draw::Draws;
+use super::error::DesignError;
+
+/// The largest number of sequences of one length that is enumerated.
+const MOST_SEQUENCES: usize = 100_000;
+
+/// How the stimuli of one test are chosen from its set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "rule", rename_all = "snake_case", deny_unknown_fields)]
+pub enum SequenceRule {
+    /// Every sample of the set once, in random order. The last answer follows from the others.
+    Permutation,
+    /// A length from `shortest` to `longest`, all equally probable; each stimulus is drawn from the whole set, whatever was drawn
+    /// before. So earlier answers tell nothing about later ones.
+    Independent {
+        /// The shortest length.
+        shortest: usize,
+        /// The longest length.
+        longest: usize,
+    },
+    /// A length from `shortest` to `longest`, all equally probable; then one of all sequences with at most `of_one` of each
+    /// sample, all equally probable.
+    AtMost {
+        /// The shortest length.
+        shortest: usize,
+        /// The longest length.
+        longest: usize,
+        /// The largest number of one sample.
+        of_one: usize,
+    },
+    /// The same for every participant: for each set its tests, each a sequence of samples of the set.
+    Fixed {
+        /// The tests of each set.
+        tests: Vec<Vec<Vec<String>>>,
+    },
+}
+
+/// The sequences of one length.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LengthShare {
+    /// The number of stimuli.
+    pub length: usize,
+    /// The number of different sequences, all equally probable.
+    pub sequences: usize,
+    /// How many of them hold every sample of the set exactly once.
+    pub permutations: usize,
+    /// How many of them leave one possibility for the last stimulus once the others are known.
+    pub forced: usize,
+}
+
+/// The exact distribution of the sequences of a rule: the lengths are equally probable, and so are the sequences of a length.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SequenceDistribution {
+    /// The size of the set.
+    pub set_size: usize,
+    /// The lengths.
+    pub lengths: Vec<LengthShare>,
+    /// The mean length.
+    pub mean_length: f64,
+    /// The share of sequences that hold every sample exactly once.
+    pub permutation_share: f64,
+    /// The share of sequences whose last answer follows from the others.
+    pub forced_share: f64,
+}
+
+/// The lengths of a drawn rule and the largest number of one sample.
+fn lengths(rule: &SequenceRule, set_size: usize) -> Result<(usize, usize, usize), DesignError> {
+    let (shortest, longest, of_one) = match *rule {
+        SequenceRule::Permutation => return Ok((set_size, set_size, 1)),
+        SequenceRule::Independent { shortest, longest } => (shortest, longest, usize::MAX),
+        SequenceRule::AtMost {
+            shortest,
+            longest,
+            of_one,
+        } => (shortest, longest, of_one),
+        SequenceRule::Fixed { .. } => return Err(DesignError::FixedNotDrawn),
+    };
+    if shortest == 0 || shortest > longest {
+        return Err(DesignError::ImpossibleLengths { shortest, longest });
+    }
+    if of_one.saturating_mul(set_size) <= longest {
+        return Err(DesignError::ImpossibleRepeats {
+            set_size,
+            length: longest,
+            of_one,
+        });
+    }
+    Ok((shortest, longest, of_one))
+}
+
+/// All sequences of `length` of `set_size` samples with at most `of_one` of each, in lexical order.
+fn allowed(set_size: usize, length: usize, of_one: usize) -> Result<Vec<Vec<usize>>, DesignError> {
+    let mut all: Vec<Vec<usize>> = vec![Vec::new()];
+    for _ in 0..length {
+        let mut longer = Vec::with_capacity(all.len() * set_size);
+        for sequence in &all {
+            for next in 0..set_size {
+                if sequence.iter().filter(|i| **i == next).count() < of_one {
+                    let mut one = sequence.clone();
+                    one.push(next);
+                    longer.push(one);
+                }
+            }
+        }
+        if longer.len() > MOST_SEQUENCES {
+            return Err(DesignError::TooManySequences {
+                set_size,
+                length,
+                most: MOST_SEQUENCES,
+            });
+        }
+        all = longer;
+    }
+    Ok(all)
+}
+
+/// The sequences of `rule` by length, each with its list.
+pub(super) fn enumerated(
+    rule: &SequenceRule,
+    set_size: usize,
+) -> Result<Vec<Vec<Vec<usize>>>, DesignError> {
+    if set_size < 2 {
+        return Err(DesignError::SetTooSmall {
+            set: 1,
+            found: set_size,
+        });
+    }
+    let (shortest, longest, of_one) = lengths(rule, set_size)?;
+    (shortest..=longest)
+        .map(|length| allowed(set_size, length, of_one))
+        .collect()
+}
+
+/// Whether `sequence` holds each of `set_size` samples exactly once.
+pub(super) fn is_permutation(sequence: &[usize], set_size: usize) -> bool {
+    sequence.len() == set_size && (0..set_size).all(|i| sequence.contains(&i))
+}
+
+/// The distribution of the sequences of `rule` from a set of `set_size`, counted over all of them.
+///
+/// # Errors
+///
+/// Fixed sequences, lengths or repeats that cannot be, a set of fewer than two, or more than 100 000 sequences of a length.
+///
+/// Source: enumerated; decision 0063 of this project.
+pub fn sequence_distribution(
+    rule: &SequenceRule,
+    set_size: usize,
+) -> Result<SequenceDistribution, DesignError> {
+    let mut lengths = Vec::new();
+    for all in enumerated(rule, set_size)? {
+        // In lexical order, sequences that differ in the last stimulus alone stand side by side.
+        let forced = all.chunk_by(|a, b| a[..a.len() - 1] == b[..b.len() - 1]);
+        lengths.push(LengthShare {
+            length: all.first().map_or(0, Vec::len),
+            sequences: all.len(),
+            permutations: all
+                .iter()
+                .filter(|one| is_permutation(one, set_size))
+                .count(),
+            forced: forced.filter(|same| same.len() == 1).count(),
+        });
+    }
+    let n = lengths.len() as f64;
+    let share = |count: fn(&LengthShare) -> usize| {
+        let of = |l: &LengthShare| count(l) as f64 / l.sequences as f64;
+        lengths.iter().map(of).sum::<f64>() / n
+    };
+    Ok(SequenceDistribution {
+        set_size,
+        mean_length: lengths.iter().map(|l| l.length as f64).sum::<f64>() / n,
+        permutation_share: share(|l| l.permutations),
+        forced_share: share(|l| l.forced),
+        lengths,
+    })
+}
+
+/// One sequence of `rule` for test `test` of `participant`, as places in its set of `set_size`. Its stream belongs to seed,
+/// participant and test alone; only integers are drawn.
+///
+/// # Errors
+///
+/// As [`sequence_distribution`].
+///
+/// Source: decision 0063 of this project.
+pub fn draw_sequence(
+    rule: &SequenceRule,
+    set_size: usize,
+    participant: u64,
+    test: &str,
+    seed: u64,
+) -> Result<Vec<usize>, DesignError> {
+    let mut all = enumerated(rule, set_size)?;
+    let mut draws = Draws::stream(seed, participant, &format!("sequence/{test}"));
+    let length = draws.below(all.len());
+    let mut of_length = all.swap_remove(length);
+    let chosen = draws.below(of_length.len());
+    Ok(of_length.swap_remove(chosen))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TRIPLETS: SequenceRule = SequenceRule::Independent {
+        shortest: 3,
+        longest: 4,
+    };
+
+    #[test]
+    fn the_distribution_is_that_of_the_draws() {
+        let stated = sequence_distribution(&TRIPLETS, 3).unwrap();
+        assert_eq!(stated.lengths[0].sequences, 27);
+        assert_eq!(stated.lengths[1].sequences, 81);
+        assert!((stated.permutation_share - 0.5 * 6.0 / 27.0).abs() < 1e-15);
+        assert!(stated.forced_share.abs() < 1e-15);
+        let drawn: Vec<Vec<usize>> = (0..20_000)
+            .map(|person| draw_sequence(&TRIPLETS, 3, person, "A", 5).unwrap())
+            .collect();
+        let share = |of: &dyn Fn(&Vec<usize>) -> bool| {
+            drawn.iter().filter(|one| of(one)).count() as f64 / 20_000.0
+        };
+        // Four standard errors of a share of 20 000.
+        let check = |found: f64, truth: f64| {
+            assert!(
+                (found - truth).abs() < 4.0 * (truth * (1.0 - truth) / 2e4).sqrt(),
+                "{found} {truth}"
+            );
+        };
+        check(
+            share(&|one| is_permutation(one, 3)),
+            stated.permutation_share,
+        );
+        check(share(&|one| one.len() == 4), 0.5);
+        check(share(&|one| one[0] == one[1]), 1.0 / 3.0);
+        check(share(&|one| one == &[2, 2, 2]), 0.5 / 27.0);
+    }
+
+    #[test]
+    fn exclusion_is_counted() {
+        let forced = |rule| sequence_distribution(&rule, 3).unwrap().forced_share;
+        assert!((forced(SequenceRule::Permutation) - 1.0).abs() < 1e-15);
+        let two = |shortest, longest| SequenceRule::AtMost {
+            shortest,
+            longest,
+            of_one: 2,
+        };
+        assert!(forced(two(3, 3)).abs() < 1e-15);
+        // aabb leaves c for the fifth stimulus: 3 choices of c, 6 orders, of 90 sequences.
+        assert!((forced(two(5, 5)) - 18.0 / 90.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn impossible_demands_are_refused() {
+        let of = |rule: &SequenceRule, n| sequence_distribution(rule, n).map(|_| ());
+        let at_most = |shortest, longest, of_one| SequenceRule::AtMost {
+            shortest,
+            longest,
+            of_one,
+        };
+        assert!(matches!(
+            of(&at_most(3, 3, 1), 3),
+            Err(DesignError::ImpossibleRepeats { .. })
+        ));
+        assert!(matches!(
+            of(&at_most(5, 7, 2), 3),
+            Err(DesignError::ImpossibleRepeats { .. })
+        ));
+        assert!(matches!(
+            of(&at_most(4, 3, 2), 3),
+            Err(DesignError::ImpossibleLengths { .. })
+        ));
+        assert!(matches!(
+            of(&at_most(0, 3, 2), 3),
+            Err(DesignError::ImpossibleLengths { .. })
+        ));
+        let long = SequenceRule::Independent {
+            shortest: 40,
+            longest: 40,
+        };
+        assert!(matches!(
+            of(&long, 3),
+            Err(DesignError::TooManySequences { .. })
+        ));
+        assert!(matches!(
+            of(&TRIPLETS, 1),
+            Err(DesignError::SetTooSmall { .. })
+        ));
+        let fixed = SequenceRule::Fixed { tests: Vec::new() };
+        assert_eq!(of(&fixed, 3), Err(DesignError::FixedNotDrawn));
+    }
+
+    /// The same numbers on every platform, and a stream per person and test.
+    #[test]
+    fn one_seed_one_sequence() {
+        let rule = SequenceRule::Independent {
+            shortest: 5,
+            longest: 6,
+        };
+        let of = |person, test| draw_sequence(&rule, 4, person, test, 63).unwrap();
+        assert_eq!(of(1, "A"), GOLDEN);
+        assert_ne!(of(1, "A"), of(2, "A"));
+        assert_ne!(of(1, "A"), of(1, "B"));
+    }
+
+    const GOLDEN: [usize; 6] = [2, 3, 0, 1, 1, 2];
+}
