@@ -2,6 +2,7 @@
 
 pub mod adaptive;
 pub mod chain;
+pub mod describe;
 pub mod design;
 pub mod plan;
 pub mod protocol;

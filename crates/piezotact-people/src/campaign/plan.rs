@@ -596,7 +596,7 @@ fn undeclared(name: &str) -> PlanError {
 }
 
 /// How many rows a balanced Latin square of `count` items has: each item follows each other equally often.
-fn balanced_rows(count: usize) -> usize {
+pub(super) fn balanced_rows(count: usize) -> usize {
     match count % 2 {
         0 => count.max(1),
         _ if count == 1 => 1,
@@ -605,7 +605,7 @@ fn balanced_rows(count: usize) -> usize {
 }
 
 /// Row `row` of the balanced Latin square of `count` items.
-fn balanced_row(count: usize, row: usize) -> Vec<usize> {
+pub(super) fn balanced_row(count: usize, row: usize) -> Vec<usize> {
     let zigzag = (0..count).map(|i| match i % 2 {
         0 if i == 0 => 0,
         0 => count - i / 2,

@@ -5,6 +5,7 @@ mod library;
 
 use serde::{Deserialize, Serialize};
 
+use super::design::{Comparison, Factor, PairsWanted, Scoring};
 pub use check::{ProtocolError, read};
 pub use library::{LIBRARY, from_library};
 
@@ -46,6 +47,8 @@ pub struct Protocol {
     pub resuming: Resuming,
     /// The people.
     pub panel: Panel,
+    /// What the campaign must be able to show; its design is judged by it.
+    pub aims: Aims,
     /// The tasks.
     pub tasks: Vec<Task>,
     /// The sessions of each participant, in their order.
@@ -191,6 +194,36 @@ pub struct Panel {
     /// Panels to which no participant may belong.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub disjoint_from: Vec<String>,
+}
+
+/// What a campaign must be able to show.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Aims {
+    /// The session whose design is judged.
+    pub session: String,
+    /// Which pairs of samples the sets are meant to compare.
+    pub pairs: PairsWanted,
+    /// How declared orders are scored.
+    pub scoring: Scoring,
+    /// The wanted power of comparisons, as a share.
+    pub power_share: f64,
+    /// The largest half-width of the 95 % interval of a cell, as a share.
+    pub half_width_share: f64,
+    /// The expected share of answers in a cell of interest, of the median participant.
+    pub cell_share: f64,
+    /// The expected standard deviation over participants, of the logit of that share.
+    pub logit_sd: f64,
+    /// Tasks whose results are compared within participants.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<Comparison>,
+    /// Orders that are crossed over participants beside those of the blocks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub also_counterbalanced: Vec<Factor>,
+    /// Tasks of earlier sessions that are compared, in the order in which every participant has them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier_tasks: Vec<String>,
 }
 
 /// A task.

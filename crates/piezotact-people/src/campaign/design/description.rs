@@ -64,6 +64,11 @@ pub enum TaskKind {
         /// Trials of one participant.
         trials: usize,
     },
+    /// Touches samples: nothing is answered.
+    Touch {
+        /// Trials of one participant.
+        trials: usize,
+    },
     /// Rates stimuli on a scale: no answer is right.
     Rate {
         /// Trials of one participant.

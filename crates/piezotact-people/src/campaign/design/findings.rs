@@ -321,6 +321,7 @@ impl Work<'_> {
             }
             TaskKind::Compare { trials, .. }
             | TaskKind::Categorise { trials, .. }
+            | TaskKind::Touch { trials }
             | TaskKind::Rate { trials } => *trials as f64,
         };
         Ok(once * task.repeats as f64)
@@ -495,7 +496,7 @@ impl Work<'_> {
                 let once = trial_matches(*n, *trials);
                 (once.clone(), once, None)
             }
-            TaskKind::Rate { .. } => return Ok(()),
+            TaskKind::Touch { .. } | TaskKind::Rate { .. } => return Ok(()),
         };
         let total = once.repeated(task.repeats);
         let independent = independent.repeated(task.repeats);

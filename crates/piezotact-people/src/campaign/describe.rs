@@ -1,0 +1,317 @@
+//! A protocol as its design sees it.
+
+use super::design::{
+    Aims, CampaignDescription, Factor, SequenceRule, TaskDescription, TaskKind as Designed,
+};
+use super::plan::balanced_rows;
+use super::protocol::{Block, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind};
+
+/// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
+///
+/// Source: decision 0065 of this project.
+#[must_use]
+pub fn describe(protocol: &Protocol) -> CampaignDescription {
+    let aims = &protocol.aims;
+    let blocks: &[Block] = protocol
+        .session(&aims.session)
+        .map_or(&[], |session| &session.blocks);
+    let (sets, shared_over) = sets(protocol, blocks);
+    let samples = match sets.is_empty() {
+        true => protocol.samples.clone(),
+        // In the order of the protocol, without those that stand in no set.
+        false => {
+            let in_a_set = |sample: &&String| sets.iter().any(|set| set.contains(sample));
+            protocol.samples.iter().filter(in_a_set).cloned().collect()
+        }
+    };
+    let in_blocks = |task: &&Task| blocks.iter().any(|block| block.tasks.contains(&task.name));
+    let earlier = |task: &&Task| aims.earlier_tasks.contains(&task.name);
+    let tasks = protocol
+        .tasks
+        .iter()
+        .filter(|task| in_blocks(task) || earlier(task))
+        .map(|task| described(protocol, task, blocks, &sets))
+        .collect();
+    CampaignDescription {
+        name: protocol.name.clone(),
+        samples,
+        sets,
+        tray: protocol.tray_slots,
+        sets_shared_over: shared_over,
+        pairs_wanted: aims.pairs,
+        tasks,
+        task_orders: task_orders(protocol, blocks),
+        comparisons: aims.comparisons.clone(),
+        counterbalanced: counterbalanced(protocol, blocks),
+        participants: protocol.panel.participants as usize,
+        aims: Aims {
+            power_share: aims.power_share,
+            half_width_share: aims.half_width_share,
+            cell_share: aims.cell_share,
+            logit_sd: aims.logit_sd,
+        },
+    }
+}
+
+/// The sets of the blocks, and over how many participants they are shared.
+fn sets(protocol: &Protocol, blocks: &[Block]) -> (Vec<Vec<String>>, usize) {
+    let of = |name: &String| protocol.set(name).map(|set| set.samples.clone());
+    for block in blocks {
+        match &block.over {
+            Over::EverySet => {
+                let sets = protocol.sets.iter().map(|set| set.samples.clone());
+                return (sets.collect(), 1);
+            }
+            Over::SharesOfSets(shares) => {
+                return (
+                    shares.iter().flatten().filter_map(of).collect(),
+                    shares.len(),
+                );
+            }
+            Over::AllSamples | Over::Samples(_) => {}
+        }
+    }
+    (Vec::new(), 1)
+}
+
+fn described(
+    protocol: &Protocol,
+    task: &Task,
+    blocks: &[Block],
+    sets: &[Vec<String>],
+) -> TaskDescription {
+    let block = blocks.iter().find(|block| block.tasks.contains(&task.name));
+    let over_sets =
+        block.is_some_and(|block| matches!(block.over, Over::EverySet | Over::SharesOfSets(_)));
+    let group = match block.map(|block| &block.over) {
+        Some(Over::Samples(samples)) => samples.len(),
+        _ => protocol.samples.len(),
+    };
+    // Presentations of single samples, of one participant.
+    let singles = match over_sets {
+        true => sets.iter().map(Vec::len).sum(),
+        false => group,
+    };
+    let mut seconds_per_trial = task.seconds_per_trial;
+    let kind = match &task.kind {
+        TaskKind::Touch { .. } => Designed::Touch { trials: singles },
+        TaskKind::Identify { .. } => Designed::IdentifyFromMemory,
+        TaskKind::Order { .. } => match over_sets {
+            true => Designed::OrderSet {
+                scoring: protocol.aims.scoring,
+            },
+            false => Designed::OrderAll {
+                samples: group,
+                scoring: protocol.aims.scoring,
+            },
+        },
+        TaskKind::Associate { sequence, .. } => {
+            let (sequence, mean_length) = sequence_rule(protocol, sequence, sets);
+            seconds_per_trial /= mean_length;
+            Designed::Associate { sequence }
+        }
+        TaskKind::Compare {
+            question: Question::SameDifferent | Question::Rougher,
+            pairs,
+            repeats,
+        } => Designed::Compare {
+            alternatives: 2,
+            trials: 2 * pairs.len() * *repeats as usize,
+        },
+        TaskKind::Categorise { descriptors, .. } => Designed::Categorise {
+            categories: descriptors.len(),
+            trials: singles,
+        },
+        TaskKind::Rate { .. } => Designed::Rate { trials: singles },
+    };
+    let repeats = match &task.kind {
+        TaskKind::Identify { presentations } => *presentations as usize,
+        _ => 1,
+    };
+    TaskDescription {
+        name: task.name.clone(),
+        task: kind,
+        repeats: repeats * block.map_or(1, |block| block.repeats as usize),
+        seconds_per_trial,
+    }
+}
+
+/// The rule of a sequence, and the mean number of its stimuli.
+fn sequence_rule(
+    protocol: &Protocol,
+    sequence: &Sequence,
+    sets: &[Vec<String>],
+) -> (SequenceRule, f64) {
+    let mean = |lengths: &mut dyn Iterator<Item = usize>| {
+        let (sum, count) = lengths.fold((0, 0), |(sum, count), n| (sum + n, count + 1));
+        (sum as f64 / f64::from(count.max(1))).max(1.0)
+    };
+    match sequence {
+        Sequence::Permutation => (
+            SequenceRule::Permutation,
+            mean(&mut sets.iter().map(Vec::len)),
+        ),
+        Sequence::Drawn { lengths } => {
+            let shortest = lengths.iter().min().copied().unwrap_or(1);
+            let longest = lengths.iter().max().copied().unwrap_or(1);
+            (
+                SequenceRule::Independent { shortest, longest },
+                mean(&mut lengths.iter().copied()),
+            )
+        }
+        Sequence::Fixed { tests } => {
+            // By the physical sample: that is what answers exclude each other by.
+            let physical = |stimuli: &Vec<String>| -> Vec<String> {
+                let of = |stimulus: &String| protocol.sample_of(stimulus).map(str::to_owned);
+                stimuli.iter().filter_map(of).collect()
+            };
+            let of_set = |set: &Vec<String>| {
+                let same = |name: &str| protocol.set(name).is_some_and(|one| one.samples == *set);
+                let own = tests.iter().filter(|test| same(&test.set));
+                own.map(|test| physical(&test.stimuli)).collect()
+            };
+            let by_set: Vec<Vec<Vec<String>>> = sets.iter().map(of_set).collect();
+            let length = mean(&mut by_set.iter().flatten().map(Vec::len));
+            (SequenceRule::Fixed { tests: by_set }, length)
+        }
+    }
+}
+
+/// The orders of tasks over participants.
+fn task_orders(protocol: &Protocol, blocks: &[Block]) -> Vec<Vec<String>> {
+    let mut orders = vec![protocol.aims.earlier_tasks.clone()];
+    for block in blocks {
+        let rows: Vec<Vec<String>> = match block.task_order {
+            OrderRule::AsListed => vec![block.tasks.clone()],
+            OrderRule::Balanced | OrderRule::Shuffled => (0..balanced_rows(block.tasks.len()))
+                .map(|row| {
+                    let order = super::plan::balanced_row(block.tasks.len(), row);
+                    order.into_iter().map(|i| block.tasks[i].clone()).collect()
+                })
+                .collect(),
+        };
+        let longer = orders.iter().flat_map(|before| {
+            rows.iter()
+                .map(|row| before.iter().chain(row).cloned().collect())
+        });
+        orders = longer.collect();
+    }
+    orders
+}
+
+/// The factors whose orders are balanced over participants.
+fn counterbalanced(protocol: &Protocol, blocks: &[Block]) -> Vec<Factor> {
+    let mut factors = protocol.aims.also_counterbalanced.clone();
+    for block in blocks {
+        if block.task_order == OrderRule::Balanced {
+            factors.push(Factor {
+                name: format!("order of tasks of {}", block.name),
+                orders: balanced_rows(block.tasks.len()),
+            });
+        }
+        if block.set_order == OrderRule::Balanced {
+            let sets = match &block.over {
+                Over::EverySet => protocol.sets.len(),
+                Over::SharesOfSets(shares) => shares.iter().map(Vec::len).max().unwrap_or(1),
+                Over::AllSamples | Over::Samples(_) => 1,
+            };
+            factors.push(Factor {
+                name: format!("order of sets of {}", block.name),
+                orders: balanced_rows(sets),
+            });
+        }
+    }
+    factors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::design::{Fault, Scoring, design_findings};
+    use super::super::protocol::{LIBRARY, from_library, read};
+    use super::*;
+
+    fn faults(protocol: &Protocol) -> Vec<Fault> {
+        let report = design_findings(&describe(protocol), 1).unwrap();
+        report.faults.into_iter().map(|found| found.fault).collect()
+    }
+
+    #[test]
+    fn the_faults_of_the_thesis_are_found_from_its_protocols_alone() {
+        let protocol = |name: &str| from_library(name).unwrap().unwrap();
+        let isotropic = faults(&protocol("isotropic_triplets"));
+        assert!(
+            isotropic.iter().any(|fault| matches!(
+                fault,
+                Fault::PairsNeverTogether {
+                    together: 31,
+                    pairs: 78,
+                    ..
+                }
+            )),
+            "{isotropic:?}"
+        );
+        let periodic = faults(&protocol("periodic_pilot"));
+        assert!(
+            !periodic
+                .iter()
+                .any(|fault| matches!(fault, Fault::PairsNeverTogether { .. })),
+            "{periodic:?}"
+        );
+        let inversion = faults(&protocol("amplitude_inversion"));
+        assert!(
+            inversion.iter().any(|fault| matches!(
+                fault,
+                Fault::AnswersByExclusion {
+                    permutations: Some(8),
+                    ..
+                }
+            )),
+            "{inversion:?}"
+        );
+        let imagery = faults(&protocol("touch_control_imagery"));
+        let has = |what: fn(&Fault) -> bool| assert!(imagery.iter().any(what), "{imagery:?}");
+        has(
+            |fault| matches!(fault, Fault::ConfoundedWithOrder { task, position: 1, .. } if task == "natural"),
+        );
+        has(|fault| {
+            matches!(
+                fault,
+                Fault::CannotBeBalanced {
+                    cells: 12,
+                    participants: 10
+                }
+            )
+        });
+        has(|fault| {
+            matches!(
+                fault,
+                Fault::PowerTooLow {
+                    participants: 10,
+                    ..
+                }
+            )
+        });
+    }
+
+    #[test]
+    fn dominance_beside_positions_is_no_fault() {
+        let (_, toml) = LIBRARY[1];
+        let positions = |fault: &Fault| format!("{fault:?}").contains("Position");
+        let before = faults(&read(toml).unwrap());
+        let better = toml.replacen(
+            "scoring = \"by_position\"",
+            "scoring = \"by_position_and_dominance\"",
+            1,
+        );
+        let after = faults(&read(&better).unwrap());
+        assert!(
+            before.iter().any(positions) && !after.iter().any(positions),
+            "{before:?} {after:?}"
+        );
+        assert_eq!(describe(&read(&better).unwrap()).aims.logit_sd, 0.9);
+        assert_eq!(
+            read(&better).unwrap().aims.scoring,
+            Scoring::ByPositionAndDominance
+        );
+    }
+}
