@@ -1,4 +1,6 @@
 //! Staircases and QUEST+ on 500 simulated observers, beside the same runs by programs of others (`golden/adaptive.py`).
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+#![allow(clippy::print_stdout, reason = "the figures are the result")]
 
 use piezotact_people::campaign::adaptive::{
     QuestPlus, QuestRule, Response, Staircase, StaircaseRule, Start, weibull,

@@ -14,6 +14,8 @@ use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use syn::spanned::Spanned;
 use syn::visit::Visit;
 
+/// The folders of the sciences: of signals and touch, and of people.
+const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
 /// Modules whose functions compute nothing: they hold numbers of any unit, which a label beside them names, or word them.
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
@@ -180,33 +182,27 @@ fn arrows(metadata: &Metadata, findings: &mut Findings) {
 
 /// Invariant 2: the science touches no file, clock, thread, environment or entropy.
 fn science_is_pure(root: &Path, findings: &mut Findings) -> Result<()> {
-    let folder = root.join("crates/piezotact");
-    let lints = std::fs::read_to_string(folder.join("clippy.toml"))
-        .context("crates/piezotact/clippy.toml")?;
-    for wanted in [
-        "std::fs",
-        "std::time",
-        "std::thread",
-        "std::env",
-        "RandomState",
-    ] {
-        if !lints.contains(wanted) {
-            findings.add(format!(
-                "crates/piezotact/clippy.toml no longer forbids {wanted}"
-            ));
+    for science in SCIENCES {
+        let folder = root.join(science);
+        let lints = format!("{science}/clippy.toml");
+        let text = std::fs::read_to_string(root.join(&lints)).with_context(|| lints.clone())?;
+        for wanted in [
+            "std::fs",
+            "std::time",
+            "std::thread",
+            "std::env",
+            "RandomState",
+        ] {
+            if !text.contains(wanted) {
+                findings.add(format!("{lints} no longer forbids {wanted}"));
+            }
         }
-    }
-    for file in rust_files(&folder.join("src"))? {
-        let text = std::fs::read_to_string(&file)?;
-        for forbidden in FORBIDDEN_IN_SCIENCE {
-            if let Some(line) = text
-                .lines()
-                .position(|line| line.contains(forbidden) && !line.trim().starts_with("//"))
-            {
+        for file in rust_files(&folder.join("src"))? {
+            let text = std::fs::read_to_string(&file)?;
+            for (line, forbidden) in impure(&text) {
                 findings.add(format!(
-                    "{}:{}: the science uses {forbidden}: take it as an argument",
-                    shown(root, &file),
-                    line + 1
+                    "{}:{line}: the science uses {forbidden}: take it as an argument",
+                    shown(root, &file)
                 ));
             }
         }
@@ -214,20 +210,34 @@ fn science_is_pure(root: &Path, findings: &mut Findings) -> Result<()> {
     Ok(())
 }
 
+/// The first line of each forbidden name in `text`. Comments do not count.
+fn impure(text: &str) -> Vec<(usize, &'static str)> {
+    let found = FORBIDDEN_IN_SCIENCE.iter().filter_map(|forbidden| {
+        let named = |line: &str| line.contains(forbidden) && !line.trim().starts_with("//");
+        Some((text.lines().position(named)? + 1, *forbidden))
+    });
+    found.collect()
+}
+
 /// Invariant 3: no public function of the science without shape, unit, errors and source.
 fn science_is_documented(root: &Path, findings: &mut Findings) -> Result<()> {
-    for file in rust_files(&root.join("crates/piezotact/src"))? {
-        if SHOWN_NUMBERS.iter().any(|module| file.ends_with(module)) {
-            continue;
+    for science in SCIENCES {
+        for file in rust_files(&root.join(science).join("src"))? {
+            if SHOWN_NUMBERS.iter().any(|module| file.ends_with(module)) {
+                continue;
+            }
+            let text = std::fs::read_to_string(&file)?;
+            undocumented(&text, shown(root, &file), findings)
+                .with_context(|| file.display().to_string())?;
         }
-        let text = std::fs::read_to_string(&file)?;
-        let syntax = syn::parse_file(&text).with_context(|| file.display().to_string())?;
-        let mut visitor = Documentation {
-            file: shown(root, &file),
-            findings,
-        };
-        visitor.visit_file(&syntax);
     }
+    Ok(())
+}
+
+/// What the documentation of `text`, the source of `file`, lacks.
+fn undocumented(text: &str, file: String, findings: &mut Findings) -> Result<()> {
+    let syntax = syn::parse_file(text)?;
+    Documentation { file, findings }.visit_file(&syntax);
     Ok(())
 }
 
@@ -485,6 +495,28 @@ fn shown(root: &Path, file: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    #[test]
+    fn what_is_impure_or_undocumented_is_found() {
+        let text = "// std::fs\nuse std::time::Instant;\n/// Sum.\npub fn of(force: f64) -> Result<f64, E> { g() }\n";
+        assert_eq!(super::impure(text), [(2, "std::time")]);
+        let mut findings = super::Findings::default();
+        super::undocumented(text, "a.rs".into(), &mut findings).unwrap();
+        assert_eq!(findings.0.len(), 3, "{:?}", findings.0);
+    }
+
+    /// Each science is looked at: a module that its table lacks would be found.
+    #[test]
+    fn both_sciences_are_there() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        for science in super::SCIENCES {
+            assert!(
+                !super::rust_files(&root.join(science).join("src"))
+                    .unwrap()
+                    .is_empty()
+            );
+        }
+    }
+
     /// `./x test` runs this one before the others.
     #[test]
     fn all_invariants_hold() {

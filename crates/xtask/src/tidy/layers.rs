@@ -11,31 +11,37 @@ use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream, TokenTree};
 
 use super::{Findings, rust_files};
 
-/// The heading over the table.
-const HEADING: &str = "## Layers of the science";
-/// The source folder of the science.
-const SOURCE: &str = "crates/piezotact/src";
+/// The sciences: the heading over the table of each, and its source folder.
+const TABLES: [(&str, &str); 2] = [
+    ("## Layers of the science", "crates/piezotact/src"),
+    (
+        "## Layers of the science of people",
+        "crates/piezotact-people/src",
+    ),
+];
 
 /// Invariant 11: the science has no circle.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
     let page = std::fs::read_to_string(root.join("ARCHITECTURE.md")).context("ARCHITECTURE.md")?;
-    let folder = root.join(SOURCE);
-    let mut sources = Sources::new();
-    for file in rust_files(&folder)? {
-        let text = std::fs::read_to_string(&file)?;
-        sources.insert(file.strip_prefix(&folder)?.to_path_buf(), text);
-    }
-    for found in against(&table(&page)?, &sources)? {
-        findings.add(found);
+    for (heading, source) in TABLES {
+        let folder = root.join(source);
+        let mut sources = Sources::new();
+        for file in rust_files(&folder)? {
+            let text = std::fs::read_to_string(&file)?;
+            sources.insert(file.strip_prefix(&folder)?.to_path_buf(), text);
+        }
+        for found in against(&table(&page, heading)?, source, &sources)? {
+            findings.add(found);
+        }
     }
     Ok(())
 }
 
-/// The modules of the table in `page`, in its order.
-fn table(page: &str) -> Result<Vec<String>> {
+/// The modules of the table under `heading` in `page`, in its order.
+fn table(page: &str, heading: &str) -> Result<Vec<String>> {
     let (_, after) = page
-        .split_once(HEADING)
-        .with_context(|| format!("ARCHITECTURE.md has no heading `{HEADING}`"))?;
+        .split_once(&format!("\n{heading}\n"))
+        .with_context(|| format!("ARCHITECTURE.md has no heading `{heading}`"))?;
     let section = after.split("\n## ").next().unwrap_or_default();
     let mut modules = Vec::new();
     for row in section.lines().filter(|line| line.starts_with('|')) {
@@ -43,7 +49,7 @@ fn table(page: &str) -> Result<Vec<String>> {
         modules.extend(cell.split('`').skip(1).step_by(2).map(str::to_owned));
     }
     if modules.is_empty() {
-        bail!("ARCHITECTURE.md: `{HEADING}` has no table with modules in its second column");
+        bail!("ARCHITECTURE.md: `{heading}` has no table with modules in its second column");
     }
     Ok(modules)
 }
@@ -51,8 +57,8 @@ fn table(page: &str) -> Result<Vec<String>> {
 /// The source files of a crate by their path in its `src`.
 type Sources = BTreeMap<PathBuf, String>;
 
-/// The violations of the order `modules` in `sources`; each finding says what to do.
-fn against(modules: &[String], sources: &Sources) -> Result<Vec<String>> {
+/// The violations of the order `modules` in `sources` of the folder `source`; each finding says what to do.
+fn against(modules: &[String], source: &str, sources: &Sources) -> Result<Vec<String>> {
     let mut found = Vec::new();
     let mut place = BTreeMap::new();
     for (i, module) in modules.iter().enumerate() {
@@ -62,18 +68,18 @@ fn against(modules: &[String], sources: &Sources) -> Result<Vec<String>> {
             ));
         }
     }
-    let mut tree = Tree::new(sources);
+    let mut tree = Tree::new(source, sources);
     tree.file(Path::new("lib.rs"), &[])?;
     found.append(&mut tree.findings);
     for module in modules.iter().filter(|m| !tree.modules.contains(*m)) {
         found.push(format!(
-            "ARCHITECTURE.md: the table of layers has a module {module}, which {SOURCE}/lib.rs does not: take it out"
+            "ARCHITECTURE.md: the table of layers has a module {module}, which {source}/lib.rs does not: take it out"
         ));
     }
     for module in &tree.modules {
         if !place.contains_key(module.as_str()) {
             found.push(format!(
-                "{SOURCE}/lib.rs: module {module} is not in the table of layers of ARCHITECTURE.md: add it behind what it uses"
+                "{source}/lib.rs: module {module} is not in the table of layers of ARCHITECTURE.md: add it behind what it uses"
             ));
         }
     }
@@ -108,6 +114,8 @@ struct Use {
 
 /// The modules of a crate, followed from its root, and what they use.
 struct Tree<'a> {
+    /// The source folder.
+    source: &'a str,
     sources: &'a Sources,
     /// The modules at the root.
     modules: BTreeSet<String>,
@@ -120,6 +128,8 @@ struct Tree<'a> {
 /// Where tokens stand.
 #[derive(Clone, Copy)]
 struct Place<'a> {
+    /// The source folder.
+    source: &'a str,
     file: &'a Path,
     /// The module from the root on; empty in the root.
     module: &'a [String],
@@ -127,13 +137,19 @@ struct Place<'a> {
 
 impl Place<'_> {
     fn at(&self, span: Span) -> String {
-        format!("{SOURCE}/{}:{}", self.file.display(), span.start().line)
+        format!(
+            "{}/{}:{}",
+            self.source,
+            self.file.display(),
+            span.start().line
+        )
     }
 }
 
 impl<'a> Tree<'a> {
-    fn new(sources: &'a Sources) -> Self {
+    fn new(source: &'a str, sources: &'a Sources) -> Self {
         Self {
+            source,
             sources,
             modules: BTreeSet::new(),
             passed_on: BTreeMap::new(),
@@ -146,11 +162,19 @@ impl<'a> Tree<'a> {
         let text = self
             .sources
             .get(file)
-            .with_context(|| format!("{SOURCE}/{} is missing", file.display()))?;
+            .with_context(|| format!("{}/{} is missing", self.source, file.display()))?;
         let tokens: TokenStream = text
             .parse()
-            .map_err(|error| anyhow::anyhow!("{SOURCE}/{}: {error}", file.display()))?;
-        self.walk(tokens, Place { file, module })
+            .map_err(|error| anyhow::anyhow!("{}/{}: {error}", self.source, file.display()))?;
+        let source = self.source;
+        self.walk(
+            tokens,
+            Place {
+                source,
+                file,
+                module,
+            },
+        )
     }
 
     /// Takes up what `tokens` declare and use.
@@ -385,7 +409,7 @@ mod tests {
             .chain(changed)
             .map(|(path, text)| (PathBuf::from(path), (*text).to_owned()))
             .collect();
-        against(&table(page).unwrap(), &sources).unwrap()
+        against(&table(page, TABLES[0].0).unwrap(), TABLES[0].1, &sources).unwrap()
     }
 
     /// That one finding, which names `words`, comes of one changed file.
@@ -399,8 +423,23 @@ mod tests {
 
     #[test]
     fn a_clean_tree_passes() {
-        assert_eq!(table(PAGE).unwrap(), ["quantity", "statistics", "series"]);
+        assert_eq!(
+            table(PAGE, TABLES[0].0).unwrap(),
+            ["quantity", "statistics", "series"]
+        );
         assert_eq!(found(PAGE, &[]), Vec::<String>::new());
+    }
+
+    /// The heading of one science begins like that of the other.
+    #[test]
+    fn each_science_has_its_table() {
+        let people = format!("\n{}\n\n| | `campaign` |\n\n## Next\n{PAGE}", TABLES[1].0);
+        assert_eq!(table(&people, TABLES[1].0).unwrap(), ["campaign"]);
+        assert_eq!(
+            table(&people, TABLES[0].0).unwrap(),
+            ["quantity", "statistics", "series"]
+        );
+        assert!(table(PAGE, TABLES[1].0).is_err());
     }
 
     #[test]
@@ -466,6 +505,6 @@ mod tests {
         );
         let twice = PAGE.replace("`series`", "`series`, `quantity`");
         assert!(found(&twice, &[]).iter().any(|f| f.contains("twice")));
-        assert!(table("# A page").is_err());
+        assert!(table("# A page", TABLES[0].0).is_err());
     }
 }

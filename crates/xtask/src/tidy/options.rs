@@ -6,21 +6,20 @@ use anyhow::Result;
 use proc_macro2::{TokenStream, TokenTree};
 
 use super::layers::is_test;
-use super::{Findings, rust_files};
-
-/// Where the science stands.
-const SOURCE: &str = "crates/piezotact/src";
+use super::{Findings, SCIENCES, rust_files};
 
 /// Invariant 12: no string of the science names an option.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
-    for file in rust_files(&root.join(SOURCE))? {
-        let text = std::fs::read_to_string(&file)?;
-        let place = file.strip_prefix(root).map(PathBuf::from)?;
-        for (line, option) in options(&text)? {
-            findings.add(format!(
-                "{}:{line}: a string names the option {option}: give an `Advice`, and let the command line name its option",
-                place.display()
-            ));
+    for science in SCIENCES {
+        for file in rust_files(&root.join(science).join("src"))? {
+            let text = std::fs::read_to_string(&file)?;
+            let place = file.strip_prefix(root).map(PathBuf::from)?;
+            for (line, option) in options(&text)? {
+                findings.add(format!(
+                    "{}:{line}: a string names the option {option}: give an `Advice`, and let the command line name its option",
+                    place.display()
+                ));
+            }
         }
     }
     Ok(())

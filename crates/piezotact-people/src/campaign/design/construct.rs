@@ -518,6 +518,24 @@ mod tests {
         assert!(covering(4, 9, 1).is_err());
     }
 
+    /// The smallest numbers of sets that are known: Gordon, Kuperberg and Patashnik (1995), J. Combin. Des. 3, 269.
+    #[test]
+    fn small_coverings_are_as_small_as_published() {
+        for (size, known) in [
+            (3, &[(5, 4), (6, 6), (8, 11), (10, 17), (11, 19)][..]),
+            (
+                4,
+                &[(6, 3), (7, 5), (8, 6), (9, 8), (10, 9), (11, 11), (12, 12)],
+            ),
+        ] {
+            for &(points, sets) in known {
+                let built = covering(points, size, 7).unwrap();
+                assert!(built.coverage.is_complete());
+                assert_eq!(built.blocks.len(), sets, "{points} in sets of {size}");
+            }
+        }
+    }
+
     #[test]
     fn two_persons_share_26_triplets_equally() {
         let built = steiner_triples(13).unwrap();

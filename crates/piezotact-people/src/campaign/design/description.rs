@@ -76,6 +76,17 @@ pub enum TaskKind {
     },
 }
 
+impl TaskKind {
+    /// Whether it is done once for each set.
+    #[must_use]
+    pub fn uses_sets(&self) -> bool {
+        matches!(
+            self,
+            Self::OrderSet { .. } | Self::IdentifyFromMemory | Self::Associate { .. }
+        )
+    }
+}
+
 /// A task of a campaign.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

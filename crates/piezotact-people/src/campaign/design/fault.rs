@@ -241,7 +241,7 @@ impl fmt::Display for Fault {
                 wanted_share,
             } => write!(
                 f,
-                "{task}: a cell of {sample} ({presentations} presentations to each participant) has an expected interval of \
+                "{task}: a cell of {sample} (presentations to each participant: {presentations}) has an expected interval of \
                  ±{:.0} percentage points, ±{:.0} is wanted.",
                 100.0 * half_width_share,
                 100.0 * wanted_share
@@ -353,7 +353,7 @@ impl fmt::Display for BetterPlan {
             Change::Presentations { presentations } => {
                 write!(
                     f,
-                    "{presentations} presentations of each sample to each participant"
+                    "at least {presentations} presentations of each sample to each participant"
                 )?;
             }
         }

@@ -1,0 +1,182 @@
+//! What a design can show, found before the first volunteer.
+
+mod answers;
+mod check;
+mod compared;
+mod pairs;
+mod precision;
+mod presented;
+mod report;
+
+use piezotact::criterion::{Criterion, Outcome};
+
+pub use report::{ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime};
+
+use super::coverage::pair_coverage;
+use super::description::{CampaignDescription, TaskDescription, TaskKind};
+use super::error::DesignError;
+use super::fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault};
+use super::sets::SampleSets;
+use check::check_numbers;
+use presented::tests;
+
+/// The check of `campaign`: chance by task, pairs never together, dependence of answers, seconds of one participant, precision
+/// and power for the planned number of people, and the faults that these show. `seed` serves simulations and searches.
+///
+/// # Errors
+///
+/// Unknown or repeated samples, sets that do not fit the tray, impossible sequences, unknown tasks, numbers out of range.
+///
+/// Source: decision 0063 of this project.
+pub fn design_findings(
+    campaign: &CampaignDescription,
+    seed: u64,
+) -> Result<DesignReport, DesignError> {
+    check_numbers(campaign)?;
+    let sets = if campaign.sets.is_empty() {
+        None
+    } else {
+        Some(SampleSets::new(
+            &campaign.samples,
+            &campaign.sets,
+            campaign.tray,
+        )?)
+    };
+    let mut work = Work {
+        campaign,
+        seed,
+        blocks: sets.as_ref().map_or(&[], |sets| sets.sets()),
+        report: DesignReport {
+            name: campaign.name.clone(),
+            samples: campaign.samples.clone(),
+            coverage: sets.as_ref().map(pair_coverage),
+            never: Vec::new(),
+            chance: Vec::new(),
+            time: Vec::new(),
+            participant_s: 0.0,
+            crossing: None,
+            power: Vec::new(),
+            precision: Vec::new(),
+            criteria: Vec::new(),
+            faults: Vec::new(),
+            seed,
+        },
+    };
+    for task in &campaign.tasks {
+        work.time(task)?;
+    }
+    work.report.participant_s = work.report.time.iter().map(|task| task.time_s).sum();
+    work.pairs()?;
+    for task in &campaign.tasks {
+        work.chance(task)?;
+        work.positions(task)?;
+        work.precision(task)?;
+    }
+    for comparison in &campaign.comparisons {
+        work.order(comparison)?;
+        work.power(comparison);
+    }
+    work.crossing()?;
+    Ok(work.report)
+}
+
+struct Work<'a> {
+    campaign: &'a CampaignDescription,
+    seed: u64,
+    blocks: &'a [Vec<usize>],
+    report: DesignReport,
+}
+
+impl Work<'_> {
+    /// Files a criterion, with its fault where it is not met.
+    fn judge(
+        &mut self,
+        criterion: Criterion<DesignCriterion>,
+        found: impl FnOnce(&Self) -> Result<(Fault, Option<BetterPlan>), DesignError>,
+    ) -> Result<(), DesignError> {
+        self.report.criteria.push(criterion.clone());
+        if criterion.outcome == Outcome::NotMet {
+            let (fault, better) = found(self)?;
+            self.report.faults.push(FoundFault {
+                fault,
+                criterion,
+                better,
+            });
+        }
+        Ok(())
+    }
+
+    fn share(&self) -> f64 {
+        1.0 / self.campaign.sets_shared_over as f64
+    }
+
+    /// Sets of one participant.
+    fn sets_each(&self) -> usize {
+        self.blocks.len().div_ceil(self.campaign.sets_shared_over)
+    }
+
+    /// The same cost as now, with a change.
+    fn plan(&self, change: Change) -> BetterPlan {
+        BetterPlan {
+            change,
+            sets: [self.sets_each(); 2],
+            participant_s: [self.report.participant_s; 2],
+            participants: [self.campaign.participants; 2],
+            sets_shared_by_two: None,
+            participant_shared_by_two_s: None,
+        }
+    }
+
+    /// Mean trials of a task, of one participant.
+    fn trials(&self, task: &TaskDescription) -> Result<f64, DesignError> {
+        let sizes = || self.blocks.iter().map(Vec::len);
+        if task.task.uses_sets() && self.blocks.is_empty() {
+            return Err(DesignError::NoSets);
+        }
+        let once = match &task.task {
+            TaskKind::OrderAll { .. } => 1.0,
+            TaskKind::OrderSet { .. } => self.blocks.len() as f64 * self.share(),
+            TaskKind::IdentifyFromMemory => sizes().sum::<usize>() as f64 * self.share(),
+            TaskKind::Associate { sequence } => {
+                let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
+                tests.iter().map(|test| test.mean_length).sum::<f64>() * self.share()
+            }
+            TaskKind::Compare { trials, .. }
+            | TaskKind::Categorise { trials, .. }
+            | TaskKind::Touch { trials }
+            | TaskKind::Rate { trials } => *trials as f64,
+        };
+        Ok(once * task.repeats as f64)
+    }
+
+    fn time(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
+        let trials = self.trials(task)?;
+        self.report.time.push(TaskTime {
+            task: task.name.clone(),
+            trials,
+            time_s: trials * task.seconds_per_trial,
+        });
+        Ok(())
+    }
+
+    /// Seconds of one participant that every set takes, and those that none takes.
+    fn time_of_sets_s(&self) -> (f64, f64) {
+        let by_sets = self
+            .campaign
+            .tasks
+            .iter()
+            .zip(&self.report.time)
+            .map(|(task, time)| {
+                if task.task.uses_sets() {
+                    (time.time_s, 0.0)
+                } else {
+                    (0.0, time.time_s)
+                }
+            });
+        let (sets, others) = by_sets.fold((0.0, 0.0), |(a, b), (c, d)| (a + c, b + d));
+        (
+            sets / (self.blocks.len() as f64 * self.share()).max(1.0),
+            others,
+        )
+    }
+}

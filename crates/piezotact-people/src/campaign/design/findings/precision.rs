@@ -1,0 +1,109 @@
+//! The interval of a cell, and what would narrow it.
+
+use piezotact::criterion::{Criterion, Limit};
+
+use super::super::description::{TaskDescription, TaskKind};
+use super::super::error::DesignError;
+use super::super::fault::{BetterPlan, Change, DesignCriterion, Fault};
+use super::super::precision::{CellPlan, cell_precision};
+use super::Work;
+use super::presented::tests;
+use super::report::SampleCount;
+
+/// Simulated studies for the precision of a cell.
+const STUDIES: usize = 1000;
+/// The largest number of presentations that is looked for.
+const MOST_PRESENTATIONS: usize = 60;
+
+impl Work<'_> {
+    /// Fault 7: the interval of a cell.
+    pub(super) fn precision(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
+        let (TaskKind::Associate { sequence }, false) = (&task.task, self.blocks.is_empty()) else {
+            return Ok(());
+        };
+        let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
+        let mut counts = vec![0.0; self.campaign.samples.len()];
+        for test in &tests {
+            for (place, n) in test.presentations.iter().enumerate() {
+                counts[self.blocks[test.set][place]] += n * self.share() * task.repeats as f64;
+            }
+        }
+        let used = counts.iter().enumerate().filter(|(_, n)| **n > 0.0);
+        let Some((i, &presentations)) = used.min_by(|a, b| a.1.total_cmp(b.1)) else {
+            return Ok(());
+        };
+        let aims = self.campaign.aims;
+        let plan = CellPlan {
+            participants: self.campaign.participants,
+            presentations: (presentations.round() as usize).max(1),
+            share: aims.cell_share,
+            logit_sd: aims.logit_sd,
+        };
+        let precision = cell_precision(&plan, STUDIES, self.seed)?;
+        let sample = self.campaign.samples[i].clone();
+        self.report.precision.push(SampleCount {
+            task: task.name.clone(),
+            sample: sample.clone(),
+            presentations,
+            precision,
+        });
+        let what = DesignCriterion::HalfWidth {
+            task: task.name.clone(),
+        };
+        let limit = Limit::at_most(aims.half_width_share);
+        let found = precision.half_width_share;
+        let criterion = Criterion::new(what, "", found, Some(precision.interval), limit);
+        self.judge(criterion, |work| {
+            let fault = Fault::IntervalTooWide {
+                task: task.name.clone(),
+                sample,
+                presentations: plan.presentations,
+                half_width_share: found,
+                wanted_share: aims.half_width_share,
+            };
+            Ok((fault, work.narrower(task, &plan)?))
+        })
+    }
+
+    /// More presentations where they suffice, else more participants.
+    fn narrower(
+        &self,
+        task: &TaskDescription,
+        plan: &CellPlan,
+    ) -> Result<Option<BetterPlan>, DesignError> {
+        let wide = |plan: &CellPlan| -> Result<bool, DesignError> {
+            let found = cell_precision(plan, STUDIES, self.seed)?;
+            Ok(found.interval[1] > self.campaign.aims.half_width_share)
+        };
+        let most = CellPlan {
+            presentations: MOST_PRESENTATIONS.max(plan.presentations),
+            ..*plan
+        };
+        if !wide(&most)? {
+            let mut more = *plan;
+            while wide(&more)? {
+                more.presentations += more.presentations.div_ceil(4);
+            }
+            let change = Change::Presentations {
+                presentations: more.presentations,
+            };
+            let mut better = self.plan(change);
+            let now = self.report.time.iter().find(|time| time.task == task.name);
+            let times = more.presentations as f64 / plan.presentations as f64;
+            better.participant_s[1] += now.map_or(0.0, |time| time.time_s * (times - 1.0));
+            return Ok(Some(better));
+        }
+        let mut more = *plan;
+        while more.participants < 400 && wide(&more)? {
+            more.participants += more.participants.div_ceil(4);
+        }
+        if wide(&more)? {
+            return Ok(None);
+        }
+        let mut better = self.plan(Change::Participants {
+            participants: more.participants,
+        });
+        better.participants[1] = more.participants;
+        Ok(Some(better))
+    }
+}
