@@ -5,6 +5,7 @@
 
 mod error;
 mod identity;
+mod opening;
 mod pseudonym;
 mod schema;
 mod seal;
