@@ -30,6 +30,8 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
+#[cfg(feature = "store")]
+pub mod study;
 pub mod topography;
 mod transfer_file;
 mod transfer_json;

@@ -1,0 +1,175 @@
+//! Why a study cannot be created or opened, and what the database says in terms of the trait of stores.
+
+use std::path::{Path, PathBuf};
+
+use piezotact_people::campaign::store::StoreError;
+
+use super::withdrawal::WithdrawError;
+
+/// Why a study cannot be created or opened.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// There is a study already.
+    #[error("{}: expected a folder without a study, found one; open it, or give another folder", folder.display())]
+    Exists {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// There is no study.
+    #[error("{}: expected a folder with a study (study.sqlite), found none; check the path, or create the study", folder.display())]
+    Missing {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The file is something else.
+    #[error("{}: expected the database of a study, found {found}; check the path, or restore the folder from a copy", path.display())]
+    NoStudy {
+        /// The file.
+        path: PathBuf,
+        /// What it is.
+        found: &'static str,
+    },
+    /// A later version wrote it.
+    #[error("{}: expected a study of version {known} or earlier, found version {found}; open it with a newer Piezotact", path.display())]
+    Newer {
+        /// The file.
+        path: PathBuf,
+        /// The latest version that this program reads.
+        known: i64,
+        /// The version of the file.
+        found: i64,
+    },
+    /// The database holds fewer changes than were acknowledged.
+    #[error(
+        "{}: expected {acknowledged} changes or more, found {found}: stored answers are missing, as study.sqlite or study.sqlite-wal was cut, damaged or exchanged; \
+         restore the whole folder from a copy, or remove study.seal to go on without them", folder.display()
+    )]
+    Lost {
+        /// The folder.
+        folder: PathBuf,
+        /// How many changes were acknowledged.
+        acknowledged: u64,
+        /// How many there are.
+        found: u64,
+    },
+    /// The file of acknowledged changes is damaged.
+    #[error(
+        "{}: expected how many changes were stored, found something else; restore the whole folder from a copy, or remove this file to go on without \
+         knowing whether answers are missing", path.display()
+    )]
+    Seal {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The operating system or the database refuses.
+    #[error("{}: {why}; {advice}", path.display())]
+    Place {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        why: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// A withdrawal that was interrupted cannot be completed.
+    #[error("the withdrawal of {participant} was interrupted and is not complete: {source}")]
+    Withdrawal {
+        /// The participant.
+        participant: String,
+        /// Why.
+        source: Box<WithdrawError>,
+    },
+}
+
+impl StudyError {
+    pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |error| Self::Place {
+            path: path.to_owned(),
+            advice: advice_on_io(&error),
+            why: error.to_string(),
+        }
+    }
+
+    pub(super) fn database(path: &Path) -> impl FnOnce(sqlx::Error) -> Self + '_ {
+        move |error| {
+            if code_of(&error) == Some(NOT_A_DATABASE) {
+                return Self::NoStudy {
+                    path: path.to_owned(),
+                    found: "a file that is no SQLite database",
+                };
+            }
+            let (why, advice) = said(&error);
+            Self::Place {
+                path: path.to_owned(),
+                why,
+                advice,
+            }
+        }
+    }
+}
+
+/// What to do when the operating system refuses a file.
+pub(super) fn advice_on_io(error: &std::io::Error) -> &'static str {
+    match error.kind() {
+        std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => FREE_SPACE,
+        std::io::ErrorKind::PermissionDenied | std::io::ErrorKind::ReadOnlyFilesystem => WRITABLE,
+        _ => CHECK_DISK,
+    }
+}
+
+const FREE_SPACE: &str = "free space on the disk, then give the same answer again";
+const WRITABLE: &str =
+    "make the folder and its files writable for this user, or copy the folder to a disk that is";
+const CHECK_DISK: &str = "check the disk and the folder, then open the study again";
+const END_OTHER: &str =
+    "end the other program that uses this study, then give the same answer again";
+const RESTORE: &str = "restore the whole folder from a copy";
+
+/// SQLite's code of a file that is no database.
+const NOT_A_DATABASE: i32 = 26;
+
+/// SQLite's primary result code.
+fn code_of(error: &sqlx::Error) -> Option<i32> {
+    let code = error.as_database_error()?.code()?;
+    code.parse::<i32>().ok().map(|extended| extended & 0xff)
+}
+
+/// What was refused, and what to do.
+fn said(error: &sqlx::Error) -> (String, &'static str) {
+    let message = match error.as_database_error() {
+        Some(database) => database.message().to_owned(),
+        None => error.to_string(),
+    };
+    let advice = match code_of(error) {
+        // BUSY, LOCKED
+        Some(5 | 6) => END_OTHER,
+        // FULL
+        Some(13) => FREE_SPACE,
+        // PERM, READONLY, CANTOPEN
+        Some(3 | 8 | 14) => WRITABLE,
+        // CORRUPT
+        Some(11 | NOT_A_DATABASE) => RESTORE,
+        // IOERR: also a limit on the size of files
+        Some(10) => {
+            "check the free space and the health of the disk, then give the same answer again"
+        }
+        // Values that are not of the schema.
+        None => RESTORE,
+        _ => CHECK_DISK,
+    };
+    (message, advice)
+}
+
+/// What the database says, as a store says it.
+pub(super) fn place(error: sqlx::Error) -> StoreError {
+    let (why, advice) = said(&error);
+    StoreError::Place { why, advice }
+}
+
+/// Content that is not what a store wrote.
+pub(super) fn damaged(why: impl Into<String>) -> StoreError {
+    StoreError::Place {
+        why: why.into(),
+        advice: RESTORE,
+    }
+}

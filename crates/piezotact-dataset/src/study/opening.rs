@@ -1,0 +1,152 @@
+//! Opening the database of a study: what it is, what state it is in, and its tables where there are none yet.
+
+use std::path::Path;
+use std::time::Duration;
+
+use sqlx::ConnectOptions as _;
+use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteSynchronous};
+
+use super::error::StudyError;
+use super::schema::{APPLICATION, TABLES, VERSION};
+use super::seal::{Found, Sealed};
+
+/// What is to happen to a folder.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Begin {
+    Create,
+    Open,
+}
+
+pub(super) fn lost(folder: &Path, acknowledged: u64, found: u64) -> StudyError {
+    StudyError::Lost {
+        folder: folder.to_owned(),
+        acknowledged,
+        found,
+    }
+}
+
+/// Checks what stands in the place of the database, without opening it.
+pub(super) fn check_file(folder: &Path, path: &Path, begin: Begin) -> Result<(), StudyError> {
+    let no_study = |found| StudyError::NoStudy {
+        path: path.to_owned(),
+        found,
+    };
+    match std::fs::symlink_metadata(path) {
+        Ok(found) if found.is_symlink() => Err(no_study("a link")),
+        Ok(found) if !found.is_file() => Err(no_study("no file")),
+        Ok(_) => Ok(()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => match begin {
+            Begin::Create => Ok(()),
+            Begin::Open => Err(StudyError::Missing {
+                folder: folder.to_owned(),
+            }),
+        },
+        Err(error) => Err(StudyError::io(path)(error)),
+    }
+}
+
+/// Opens the database, and makes the tables where there are none yet.
+pub(super) async fn connect(
+    path: &Path,
+    begin: Begin,
+    patience: Duration,
+    seal: &Found,
+) -> Result<(SqliteConnection, Sealed), StudyError> {
+    let folder = path.parent().unwrap_or(path);
+    let failed = || StudyError::database(path);
+    let options = SqliteConnectOptions::new()
+        .filename(path)
+        .create_if_missing(begin == Begin::Create)
+        .busy_timeout(patience)
+        .synchronous(SqliteSynchronous::Full)
+        .pragma("fullfsync", "ON")
+        .pragma("checkpoint_fullfsync", "ON")
+        .pragma("secure_delete", "ON")
+        // What is rewritten is never written to a folder of temporary files.
+        .pragma("temp_store", "MEMORY");
+    let mut connection = options.connect().await.map_err(failed())?;
+    // Nothing is changed before it is known that the database is a study.
+    let blank = match state(&mut connection).await.map_err(failed())? {
+        (0, 0, 0) => true,
+        (APPLICATION, _, _) if begin == Begin::Create => {
+            return Err(StudyError::Exists {
+                folder: folder.to_owned(),
+            });
+        }
+        (APPLICATION, VERSION, _) => false,
+        (APPLICATION, found, _) => {
+            return Err(StudyError::Newer {
+                path: path.to_owned(),
+                known: VERSION,
+                found,
+            });
+        }
+        _ => {
+            return Err(StudyError::NoStudy {
+                path: path.to_owned(),
+                found: "the database of another program",
+            });
+        }
+    };
+    if let (true, Found::Whole(sealed)) = (blank, seal) {
+        return Err(lost(folder, sealed.changes, 0));
+    }
+    let mode = sqlx::query_scalar("PRAGMA journal_mode = WAL");
+    let mode: String = mode.fetch_one(&mut connection).await.map_err(failed())?;
+    if mode != "wal" {
+        return Err(StudyError::Place {
+            path: path.to_owned(),
+            why: format!("expected a write-ahead log, found journal mode `{mode}`"),
+            advice: "copy the folder to a local disk",
+        });
+    }
+    if blank {
+        make_tables(&mut connection).await.map_err(failed())?;
+        crate::atomic::sync_folder(path);
+        crate::atomic::sync_folder(folder);
+    }
+    let study = sqlx::query_as("SELECT identity, changes FROM study");
+    let (study, changes): (String, i64) =
+        study.fetch_one(&mut connection).await.map_err(failed())?;
+    let sealed = Sealed {
+        study,
+        changes: changes.unsigned_abs(),
+    };
+    Ok((connection, sealed))
+}
+
+/// Application, version, and number of tables.
+async fn state(connection: &mut SqliteConnection) -> Result<(i64, i64, i64), sqlx::Error> {
+    let application = sqlx::query_scalar("PRAGMA application_id");
+    let application = application.fetch_one(&mut *connection).await?;
+    let version = sqlx::query_scalar("PRAGMA user_version");
+    let version = version.fetch_one(&mut *connection).await?;
+    let tables = sqlx::query_scalar("SELECT count(*) FROM sqlite_schema");
+    Ok((application, version, tables.fetch_one(connection).await?))
+}
+
+/// Makes the tables, unless another program has made them in the meantime.
+async fn make_tables(connection: &mut SqliteConnection) -> Result<(), sqlx::Error> {
+    sqlx::raw_sql("BEGIN IMMEDIATE")
+        .execute(&mut *connection)
+        .await?;
+    if state(connection).await? == (0, 0, 0) {
+        sqlx::raw_sql(TABLES).execute(&mut *connection).await?;
+    }
+    sqlx::raw_sql("COMMIT").execute(&mut *connection).await?;
+    // So that a damaged log never leaves a file without tables.
+    empty_log(connection).await
+}
+
+/// Moves the log into the database and empties it.
+pub(super) async fn empty_log(connection: &mut SqliteConnection) -> Result<(), sqlx::Error> {
+    let moved = sqlx::query_as("PRAGMA wal_checkpoint(TRUNCATE)");
+    let (busy, _, _): (i64, i64, i64) = moved.fetch_one(connection).await?;
+    match busy {
+        0 => Ok(()),
+        _ => Err(sqlx::Error::Io(std::io::Error::new(
+            std::io::ErrorKind::ResourceBusy,
+            "another program reads the study: end it, then open the study again",
+        ))),
+    }
+}

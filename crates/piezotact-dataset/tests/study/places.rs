@@ -1,0 +1,162 @@
+//! Places that take nothing: full, read-only, held by another program.
+
+use std::path::Path;
+use std::process::Command;
+use std::time::Duration;
+
+use piezotact_dataset::study::SqliteStore;
+use piezotact_people::campaign::store::StoreError;
+
+use crate::{acknowledged, append, key, lines, process, start, study, whole};
+
+/// A limit on the size of files is met in the middle of a session: the answer is refused aloud and not kept, and the study is whole.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_does_not_fit_is_refused_aloud() {
+    let folder = tempfile::tempdir().unwrap();
+    drop(study(folder.path(), 3));
+    let program = std::env::current_exe().unwrap();
+    // In blocks of 512 bytes; the signal is ignored so that writing fails instead.
+    let shell = "trap '' XFSZ; ulimit -f 800; exec \"$0\" \"$@\"";
+    let child = process(&program, "append", folder.path(), shell)
+        .spawn()
+        .unwrap();
+    refused_whole(&lines(child), folder.path(), "check the free space");
+}
+
+/// The last answers of a process: some were stored, one was refused with `advice`, and the study is as it was acknowledged.
+#[cfg(target_os = "linux")]
+fn refused_whole(lines: &[String], folder: &Path, advice: &str) {
+    let last = lines
+        .iter()
+        .find(|line| line.starts_with("refused"))
+        .unwrap();
+    assert!(
+        last.contains("the answer is not stored") && last.contains(advice),
+        "{last}"
+    );
+    let stored = acknowledged(lines);
+    let count = stored.last().unwrap() + 1;
+    assert!(lines.contains(&format!("there Ok({count})")), "{lines:?}");
+    let mut store = SqliteStore::open(folder).unwrap();
+    let there = whole(&store);
+    assert!(there == count || there == count + 1, "{there} of {count}");
+    // With space again, it goes on.
+    append(&mut store, &key(), there).unwrap();
+}
+
+/// A file system that is full.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "mounts a file system, which takes root"]
+fn soak_store_full_disk() {
+    use std::os::unix::fs::MetadataExt as _;
+    let folder = tempfile::tempdir().unwrap();
+    if std::fs::metadata(folder.path()).unwrap().uid() != 0 {
+        // Only root mounts; the limit on the size of files is met in any case.
+        return;
+    }
+    let mount = |words: &[&str]| {
+        let done = Command::new(words[0])
+            .args(&words[1..])
+            .arg(folder.path())
+            .status();
+        assert!(done.unwrap().success(), "{words:?}");
+    };
+    mount(&["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs"]);
+    drop(study(folder.path(), 3));
+    let said = lines(start("append", folder.path()));
+    let last = said.last().cloned().unwrap_or_default();
+    let room = Command::new("mount")
+        .args(["-o", "remount,size=4m"])
+        .arg(folder.path())
+        .status();
+    let whole =
+        std::panic::catch_unwind(|| refused_whole(&said, folder.path(), "free space on the disk"));
+    mount(&["umount"]);
+    assert!(room.unwrap().success());
+    assert!(whole.is_ok(), "{last}");
+}
+
+/// A folder that this user may read and not write: another user where the tests run as root, whom no permission binds.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_study_that_cannot_be_written_is_refused_with_what_to_do() {
+    use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
+    use std::os::unix::process::CommandExt as _;
+    let top = tempfile::tempdir().unwrap();
+    let folder = top.path().join("study");
+    drop(study(&folder, 3));
+    let mode = |path: &Path, mode: u32| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    let program = top.path().join("program");
+    std::fs::copy(std::env::current_exe().unwrap(), &program).unwrap();
+    for (path, bits) in [(top.path(), 0o755), (&program, 0o755), (&folder, 0o555)] {
+        mode(path, bits);
+    }
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        mode(&path, if path.is_dir() { 0o555 } else { 0o444 });
+    }
+    let mut command = process(&program, "open", &folder, "exec \"$0\" \"$@\"");
+    if std::fs::metadata(top.path()).unwrap().uid() == 0 {
+        command.uid(65534).gid(65534);
+    }
+    let said = lines(command.current_dir("/").spawn().unwrap());
+    mode(&folder, 0o755);
+    let last = said.iter().find(|line| line.starts_with("refused"));
+    let last = last.unwrap_or_else(|| panic!("{said:?}"));
+    assert!(
+        last.contains("make the folder and its files writable"),
+        "{last}"
+    );
+    for entry in std::fs::read_dir(&folder).unwrap() {
+        let path = entry.unwrap().path();
+        mode(&path, if path.is_dir() { 0o755 } else { 0o644 });
+    }
+    assert_eq!(whole(&SqliteStore::open(&folder).unwrap()), 3);
+}
+
+#[test]
+fn a_study_that_another_program_holds_is_refused_after_a_wait() {
+    let folder = tempfile::tempdir().unwrap();
+    let holder = study(folder.path(), 3);
+    drop(holder);
+    let runtime = tokio::runtime::Builder::new_current_thread()
+        .build()
+        .unwrap();
+    let address = format!("sqlite://{}", folder.path().join("study.sqlite").display());
+    let mut other = runtime
+        .block_on(<sqlx::SqliteConnection as sqlx::Connection>::connect(
+            &address,
+        ))
+        .unwrap();
+    let wait = Duration::from_millis(50);
+    let mut store = SqliteStore::open_waiting(folder.path(), wait).unwrap();
+    runtime
+        .block_on(sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut other))
+        .unwrap();
+    let refused = append(&mut store, &key(), 3).unwrap_err().to_string();
+    assert!(
+        refused.contains("end the other program that uses this study"),
+        "{refused}"
+    );
+    // Reading needs no turn.
+    assert_eq!(whole(&store), 3);
+    runtime
+        .block_on(sqlx::raw_sql("ROLLBACK").execute(&mut other))
+        .unwrap();
+    append(&mut store, &key(), 3).unwrap();
+    // Of two programs that run the same session, the one that was overtaken is told.
+    let mut second = SqliteStore::open(folder.path()).unwrap();
+    append(&mut second, &key(), 4).unwrap();
+    assert!(matches!(
+        append(&mut store, &key(), 4),
+        Err(StoreError::Overtaken {
+            expected: 4,
+            found: 5,
+            ..
+        })
+    ));
+}
