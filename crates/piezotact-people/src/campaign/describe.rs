@@ -3,7 +3,7 @@
 use super::design::{
     Aims, CampaignDescription, Factor, SequenceRule, TaskDescription, TaskKind as Designed,
 };
-use super::plan::balanced_rows;
+use super::plan::balanced_orders;
 use super::protocol::{Block, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind};
 
 /// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
@@ -183,11 +183,9 @@ fn task_orders(protocol: &Protocol, blocks: &[Block]) -> Vec<Vec<String>> {
     for block in blocks {
         let rows: Vec<Vec<String>> = match block.task_order {
             OrderRule::AsListed => vec![block.tasks.clone()],
-            OrderRule::Balanced | OrderRule::Shuffled => (0..balanced_rows(block.tasks.len()))
-                .map(|row| {
-                    let order = super::plan::balanced_row(block.tasks.len(), row);
-                    order.into_iter().map(|i| block.tasks[i].clone()).collect()
-                })
+            OrderRule::Balanced | OrderRule::Shuffled => balanced_orders(block.tasks.len())
+                .into_iter()
+                .map(|order| order.into_iter().map(|i| block.tasks[i].clone()).collect())
                 .collect(),
         };
         let longer = orders.iter().flat_map(|before| {
@@ -206,7 +204,7 @@ fn counterbalanced(protocol: &Protocol, blocks: &[Block]) -> Vec<Factor> {
         if block.task_order == OrderRule::Balanced {
             factors.push(Factor {
                 name: format!("order of tasks of {}", block.name),
-                orders: balanced_rows(block.tasks.len()),
+                orders: balanced_orders(block.tasks.len()).len(),
             });
         }
         if block.set_order == OrderRule::Balanced {
@@ -217,7 +215,7 @@ fn counterbalanced(protocol: &Protocol, blocks: &[Block]) -> Vec<Factor> {
             };
             factors.push(Factor {
                 name: format!("order of sets of {}", block.name),
-                orders: balanced_rows(sets),
+                orders: balanced_orders(sets).len(),
             });
         }
     }

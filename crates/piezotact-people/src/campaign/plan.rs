@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::chain::Sha;
+use super::design::williams_orders;
 use super::protocol::{
     Block, FixedTest, Labels, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind,
 };
@@ -385,11 +386,9 @@ impl<'a> Planner<'a> {
                     Some(share) => format!("{}.{what} of share {share}", block.name),
                     None => format!("{}.{what}", block.name),
                 };
-                let row = self.rarest(&cell, balanced_rows(items.len()));
-                balanced_row(items.len(), row)
-                    .into_iter()
-                    .map(|i| items[i])
-                    .collect()
+                let mut orders = balanced_orders(items.len());
+                let order = orders.swap_remove(self.rarest(&cell, orders.len()));
+                order.into_iter().map(|i| items[i]).collect()
             }
         }
     }
@@ -595,27 +594,9 @@ fn undeclared(name: &str) -> PlanError {
     }
 }
 
-/// How many rows a balanced Latin square of `count` items has: each item follows each other equally often.
-pub(super) fn balanced_rows(count: usize) -> usize {
-    match count % 2 {
-        0 => count.max(1),
-        _ if count == 1 => 1,
-        _ => 2 * count,
-    }
-}
-
-/// Row `row` of the balanced Latin square of `count` items.
-pub(super) fn balanced_row(count: usize, row: usize) -> Vec<usize> {
-    let zigzag = (0..count).map(|i| match i % 2 {
-        0 if i == 0 => 0,
-        0 => count - i / 2,
-        _ => i.div_ceil(2),
-    });
-    let mut order: Vec<usize> = zigzag.map(|item| (item + row) % count).collect();
-    if row >= count {
-        order.reverse();
-    }
-    order
+/// The balanced orders of `count` items: each item follows each other equally often over all of them.
+pub(super) fn balanced_orders(count: usize) -> Vec<Vec<usize>> {
+    williams_orders(count).unwrap_or_else(|_nothing_to_order| vec![Vec::new()])
 }
 
 #[cfg(test)]

@@ -3,8 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::coverage::PairCoverage;
-use super::draw::Draws;
 use super::error::DesignError;
+use crate::campaign::random::Stream;
 
 /// The largest number of samples that sets are built of.
 const MOST_SAMPLES: usize = 100;
@@ -263,7 +263,7 @@ pub fn covering(points: usize, size: usize, seed: u64) -> Result<Blocks, DesignE
     // Where the search fails by more than a few sets, its time is not worth it: it ends with the first failure.
     while best.len() > bound {
         let fewer = (0..STARTS).find_map(|start| {
-            let mut draws = Draws::stream(seed, start, "covering");
+            let mut draws = Stream::of(seed, &["covering", &start.to_string()]);
             search(points, size, best.len() - 1, &mut draws)
         });
         match fewer {
@@ -303,7 +303,7 @@ fn greedy(points: usize, size: usize) -> Vec<Vec<usize>> {
 
 /// `sets` sets of `size` that hold all pairs, if the search finds them: one sample of one set is exchanged, and a loss of one
 /// pair is accepted now and then.
-fn search(points: usize, size: usize, sets: usize, draws: &mut Draws) -> Option<Vec<Vec<usize>>> {
+fn search(points: usize, size: usize, sets: usize, draws: &mut Stream) -> Option<Vec<Vec<usize>>> {
     let mut blocks: Vec<Vec<usize>> = Vec::with_capacity(sets);
     let mut counts = vec![vec![0_usize; points]; points];
     for _ in 0..sets {

@@ -4,7 +4,6 @@ mod chance;
 mod construct;
 mod coverage;
 mod description;
-mod draw;
 mod error;
 mod fault;
 mod findings;

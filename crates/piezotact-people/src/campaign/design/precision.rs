@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
 
-use super::draw::Draws;
 use super::error::DesignError;
+use crate::campaign::random::Stream;
 
 /// Steps of the integral over the standard deviation.
 const STEPS: usize = 4000;
@@ -124,7 +124,7 @@ pub fn cell_precision(
     seed: u64,
 ) -> Result<CellPrecision, DesignError> {
     check(plan, studies)?;
-    let mut draws = Draws::stream(seed, 0, "precision");
+    let mut draws = Stream::of(seed, &["precision"]);
     let logit = (plan.share / (1.0 - plan.share)).ln();
     let person = |z: f64| 1.0 / (1.0 + (-logit - plan.logit_sd * z).exp());
     let truth = expectation(person);
@@ -215,7 +215,7 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
 }
 
 /// A number above 0 and below 1, of 52 random bits.
-fn uniform(draws: &mut Draws) -> f64 {
+fn uniform(draws: &mut Stream) -> f64 {
     (draws.below(1 << 52) as f64 + 0.5) * 2f64.powi(-52)
 }
 

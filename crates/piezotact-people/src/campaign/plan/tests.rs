@@ -124,29 +124,6 @@ fn another_task_elsewhere_changes_no_draw_of_the_others() {
     assert_eq!(triplets(&a), triplets(&b));
 }
 
-#[test]
-fn each_follows_each_equally_often_in_balanced_rows() {
-    for count in 1..=14 {
-        let rows: Vec<Vec<usize>> = (0..balanced_rows(count))
-            .map(|row| balanced_row(count, row))
-            .collect();
-        let expected = rows.len() / count;
-        for place in 0..count {
-            for item in 0..count {
-                let there = rows.iter().filter(|row| row[place] == item).count();
-                assert_eq!(there, expected, "{count} items, place {place}");
-            }
-        }
-        for first in 0..count {
-            for second in (0..count).filter(|second| *second != first) {
-                let pairs = rows.iter().flat_map(|row| row.windows(2));
-                let follows = pairs.filter(|pair| **pair == [first, second]).count();
-                assert_eq!(follows, expected, "{count} items: {first} then {second}");
-            }
-        }
-    }
-}
-
 /// Twenty-four people come; the 4th, 8th … leave. Gives the completed sessions.
 fn with_six_of_24_leaving(protocol: &Protocol, session: &str) -> Vec<CompletedSession> {
     let mut completed = Vec::new();
@@ -167,16 +144,16 @@ fn when_six_of_24_leave_completed_cells_differ_by_one_at_most() {
         read(&toml.replacen("set_order = \"shuffled\"", "set_order = \"balanced\"", 1)).unwrap();
     let completed = with_six_of_24_leaving(&balanced, "discrimination");
     assert_eq!(completed.len(), 18);
-    let rows = balanced_rows(12);
+    let orders = balanced_orders(12);
     // Each set stands at each place equally often, up to one.
     for set in 0..12 {
         let mut at = [0_usize; 12];
         for done in &completed {
-            let row = balanced_row(12, done.cells["triplets.sets"]);
+            let row = &orders[done.cells["triplets.sets"]];
             at[row.iter().position(|item| *item == set).unwrap()] += 1;
         }
         let spread = at.iter().max().unwrap() - at.iter().min().unwrap();
-        assert!(spread <= 1, "set {set}: {at:?} of {rows} rows");
+        assert!(spread <= 1, "set {set}: {at:?} of {} orders", orders.len());
     }
     // Without balance nothing is promised.
     assert!(
