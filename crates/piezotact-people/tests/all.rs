@@ -1,1 +1,3 @@
 //! The tests of the science of people, as one program.
+
+mod association;
