@@ -147,7 +147,7 @@ mod tests {
     /// All answers right: a person asked more often says more, but less than another person.
     #[test]
     fn agreement_is_worth_more_than_people_and_less_than_answers() {
-        let of = |repeats: usize| clustered_interval(&vec![(repeats, repeats); 10]).unwrap();
+        let of = |repeats: usize| clustered_interval(&[(repeats, repeats); 10]).unwrap();
         assert_eq!(of(1).interval, Some(clopper_pearson(10, 10)));
         let found = of(12);
         assert!(
@@ -213,7 +213,7 @@ mod tests {
             (10, 3, -3.0, 0.9),
             (10, 3, -4.0, 2.0),
         ] {
-            let [clustered, pooled] = coverage(people, trials, middle, spread);
+            let [clustered, _] = coverage(people, trials, middle, spread);
             assert!(
                 clustered > 0.93,
                 "{people} × {trials} at {middle}: {clustered}"
