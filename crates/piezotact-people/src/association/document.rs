@@ -19,6 +19,9 @@ use super::order::{OrderError, Ordering, ordering};
 /// What an untested pair is called in tables for programs.
 pub(super) const UNTESTED: &str = "n/a";
 
+/// A terminal shows matrices of up to so many samples.
+const TERMINAL_SAMPLES: usize = 30;
+
 /// What answers are divided by: one matrix for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -310,6 +313,29 @@ impl Association {
             if self.participants == 1 { "" } else { "s" },
             pairs.join(", ")
         )
+    }
+
+    /// The matrix of all answers in percent, a row for each stimulus; "n/a" for untested pairs. `None` in a document without
+    /// matrices, and for one too broad for a terminal.
+    #[must_use]
+    pub fn matrix_table(&self) -> Option<Table> {
+        let matrix = self.all().filter(|m| m.samples.len() <= TERMINAL_SAMPLES)?;
+        let head = ["presented", "times"].map(|name| Column::new(name, name));
+        let samples = matrix.samples.iter().map(|name| Column::new(name, name));
+        let mut table = Table::new(head.into_iter().chain(samples));
+        table.rows = (matrix.rows.iter())
+            .map(|row| {
+                let percent = |value: Option<f64>| {
+                    value.map_or_else(|| UNTESTED.to_owned(), |percent| format!("{percent:.0}"))
+                };
+                let cells = row.cells.iter();
+                let cells = cells.map(|cell| TableCell::from(percent(cell.percent)));
+                let times = TableCell::from(row.presented.to_string());
+                let name = TableCell::from(row.stimulus.name.as_str());
+                [name, times].into_iter().chain(cells).collect()
+            })
+            .collect();
+        Some(table)
     }
 
     /// All cells as a tidy table, one row for each cell of each matrix; an untested pair has "n/a" as its percentage, and an

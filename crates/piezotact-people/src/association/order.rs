@@ -63,6 +63,30 @@ pub struct Ordering {
     pub placed: usize,
 }
 
+impl Ordering {
+    /// What was found in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let interval = self.tau_interval.map_or_else(
+            || "no interval".to_owned(),
+            |[low, high]| format!("95 %: {low:.3} to {high:.3}"),
+        );
+        let tau = self.mean_tau.map_or_else(
+            || "no τ: single samples have no order".to_owned(),
+            |tau| format!("mean Kendall τ {tau:.3} ({interval})"),
+        );
+        let count = self.repetitions.len();
+        format!(
+            "task {}: {count} order{}: {tau}; {} of {} samples in their declared place",
+            self.task,
+            if count == 1 { "" } else { "s" },
+            self.in_place,
+            self.placed
+        )
+        .replace('-', "−")
+    }
+}
+
 /// Why answers are no orders.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
