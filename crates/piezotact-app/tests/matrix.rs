@@ -168,7 +168,7 @@ fn what_gives_no_matrix_is_refused() {
     refused(
         &["--ordering", "3"],
         1,
-        &["task 3, participant P0", "answered"],
+        &["task 3, participant P1", "answered"],
     );
     refused(
         &["--ordering", "1"],

@@ -78,7 +78,7 @@ fn matrix_section(heading: &str, matrix: &AssociationMatrix) -> Result<Markup, D
                 "Rows: the stimulus that was presented. Columns: the sample that it was declared to be. Numbers: %. Outlined: the \
                  expected association.{hatched}{flagged}"
             )))
-            (figure(&bars::svg(matrix), "The same as bars. Dark: the expected associations; red: the others. Grey tiles: untested."))
+            (figure(&bars::svg(matrix), "The same as bars. Dark: the expected associations; red: the others. Grey tiles: untested. Bars can hide others: the numbers are those above."))
             (values(matrix))
         }
     })
@@ -174,7 +174,7 @@ fn pairs(found: &Association) -> Result<Markup, DrawError> {
             p.soft {
                 "A pair is confused where a quarter or more of the presentations of either are declared to be the other: two \
                  samples that feel the same are confused half of the time. Not decided: the 95 % interval contains the limit, or \
-                 there is none. The interval of each pair is its own: among many pairs, one in twenty may lie outside."
+                 there is none. Of a hundred such intervals about five do not hold the true share."
                 (shown)
             }
             @if all > 0 { (drawn_table(&table)?) }

@@ -21,7 +21,7 @@ pub(crate) fn svg(matrix: &AssociationMatrix) -> String {
     drawn.unwrap_or_else(|never| match never {})
 }
 
-/// How the plane is seen: columns run to the lower right, rows to the lower left.
+/// How the plane is seen: columns run to the lower right, rows to the upper right, so that the diagonal lies across.
 struct View {
     format: Format,
     origin: (f64, f64),
@@ -29,6 +29,7 @@ struct View {
     step: (f64, f64),
     /// How high 100 % is.
     full: f64,
+    rows: usize,
     height: f64,
 }
 
@@ -46,15 +47,21 @@ impl View {
         let across = (f64::from(format.width) - 2.0 * room) / (rows + columns).max(1.0);
         let across = across.min(format.em(3.5));
         let step = (across, 0.5 * across);
-        let full = format.em(8.0);
+        let full = format.em(6.0);
         let middle = f64::from(format.width) / 2.0 + (rows - columns) * across / 2.0;
         Self {
             format,
             origin: (middle, full + format.em(1.5)),
             step,
             full,
+            rows: matrix.rows.len(),
             height: full + format.em(5.0) + (rows + columns) * step.1,
         }
+    }
+
+    /// Where a row stands, from the back.
+    fn place(&self, row: usize) -> f64 {
+        (self.rows - 1 - row) as f64
     }
 
     fn at(&self, column: f64, row: f64, percent: f64) -> (f64, f64) {
@@ -78,13 +85,13 @@ impl View {
 
     fn drawn(&self, matrix: &AssociationMatrix) -> String {
         let (width, height) = (f64::from(self.format.width), self.height);
-        let size = self.format.text.min(12);
+        let size = self.format.text;
         let mut svg = format!(
             "<svg role=\"img\" viewBox=\"0 0 {width} {height:.0}\" xmlns=\"http://www.w3.org/2000/svg\" font-family=\"sans-serif\" font-size=\"{size}\" fill=\"{INK}\">"
         );
         for (i, row) in matrix.rows.iter().enumerate() {
             for (j, cell) in row.cells.iter().enumerate() {
-                let (r, c) = (i as f64, j as f64);
+                let (r, c) = (self.place(i), j as f64);
                 let tile = [
                     (c, r, 0.0),
                     (c + 1.0, r, 0.0),
@@ -99,14 +106,15 @@ impl View {
                 svg.push_str(&self.face(&tile, fill));
             }
         }
-        for (i, row) in matrix.rows.iter().enumerate() {
+        // From the back to the front.
+        for (i, row) in matrix.rows.iter().enumerate().rev() {
             for (j, cell) in row.cells.iter().enumerate() {
                 let faces = match cell.answered == row.stimulus.expected {
                     true => EXPECTED,
                     false => OTHER,
                 };
                 if let Some(percent) = cell.percent.filter(|percent| *percent > 0.0) {
-                    svg.push_str(&self.bar((j as f64, i as f64), percent, faces));
+                    svg.push_str(&self.bar((j as f64, self.place(i)), percent, faces));
                 }
             }
         }
@@ -154,7 +162,7 @@ impl View {
             text((x - 3.0, y + size), "end", &self.format.cut(name, room));
         }
         for (i, row) in matrix.rows.iter().enumerate().step_by(every) {
-            let (x, y) = self.at(columns as f64, i as f64 + 0.5, 0.0);
+            let (x, y) = self.at(columns as f64, self.place(i) + 0.5, 0.0);
             text(
                 (x + 3.0, y + size),
                 "start",

@@ -35,7 +35,7 @@ pub enum AssociationDoubt {
         /// How many.
         trials: usize,
     },
-    /// Pairs of samples that were never offered together.
+    /// Pairs (of samples, and of a manipulated texture and a sample) that were never offered together.
     Untested {
         /// How many.
         pairs: usize,
@@ -158,7 +158,7 @@ impl fmt::Display for AssociationDoubt {
             }
             Self::Untested { pairs, of } => write!(
                 f,
-                "{pairs} of {of} pairs of samples were never offered together: untested, which is not 0 %"
+                "{pairs} of {of} pairs were never offered together: untested, which is not 0 %"
             ),
             Self::SamplesNotDeclared => f.write_str(
                 "the list of samples was not given: a sample that was neither presented nor answered has no row and no column; \
