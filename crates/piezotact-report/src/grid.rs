@@ -121,13 +121,12 @@ impl Grid {
             let name = format.cut(name, 0.3 * width);
             text(left - format.em(0.5), y, "end", false, &name);
         }
-        let numbers = side >= format.width_of("100") + format.em(0.2);
         // Outlines stand above all squares.
         let mut outlines = String::new();
         for (i, row) in self.squares.iter().enumerate() {
             for (j, square) in row.iter().enumerate() {
                 let at = (left + side * j as f64, top + high * i as f64);
-                svg.push_str(&drawn_square(square, at, (side, high), format, numbers));
+                svg.push_str(&drawn_square(square, at, (side, high), format));
                 if square.outlined {
                     let _never_fails = write!(
                         outlines,
@@ -226,7 +225,6 @@ fn drawn_square(
     (x, y): (f64, f64),
     (width, height): (f64, f64),
     format: Format,
-    numbers: bool,
 ) -> String {
     let fill = match square.shade {
         Shade::Untested => return hatched((x, y), (width, height)),
@@ -236,7 +234,8 @@ fn drawn_square(
     let mut svg = format!(
         "\n<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{fill}\" stroke=\"{LINE}\" stroke-width=\"0.5\"/>"
     );
-    if let (Shade::Percent(percent), true) = (square.shade, numbers) {
+    let has_room = width >= format.width_of("100") + format.em(0.2);
+    if let (Shade::Percent(percent), true) = (square.shade, has_room) {
         let ink = if percent >= DARK { "#ffffff" } else { INK };
         let _never_fails = write!(
             svg,
