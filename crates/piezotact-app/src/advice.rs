@@ -6,6 +6,7 @@ use piezotact::Doubt;
 use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
+use piezotact_people::association::AssociationDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -54,6 +55,9 @@ pub(crate) fn words(advice: &Advice) -> String {
 
 /// A doubt in words: what was found, and what to do on the command line.
 pub(crate) fn text(doubt: &Doubt) -> String {
+    if let Some(of_people) = doubt.kind::<AssociationDoubt>() {
+        return of_people.to_string();
+    }
     wording::text_with(doubt, &words)
 }
 

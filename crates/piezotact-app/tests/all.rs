@@ -18,6 +18,7 @@ mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]
 mod known_cuts;
 mod manipulate;
+mod matrix;
 mod measured_bench;
 mod message_numbers;
 mod own_device;

@@ -33,6 +33,7 @@ const WITH_INPUTS: &[&str] = &[
     "analyse t.wav --scale 1m/s2 --by file --set IN",
     "compare IN t.wav --by file",
     "roughness IN",
+    "matrix IN",
     "panel add p IN",
     "export IN --out o.uff",
     "twin record --bench acttouch --twin IN --sample S8 --out o.wav",

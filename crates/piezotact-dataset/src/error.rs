@@ -7,6 +7,7 @@ use piezotact::quantity::QuantityError;
 use piezotact::recording::RecordingError;
 use piezotact::surface::SurfaceError;
 use piezotact::transfer::TransferError;
+use piezotact_people::association::AnswerError;
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -62,6 +63,14 @@ pub enum ReadError {
         path: PathBuf,
         /// Why.
         source: SurfaceError,
+    },
+    /// The answers make no table.
+    #[error("{}: {source}", path.display())]
+    Answers {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: AnswerError,
     },
     /// An invalid rate, band or measure.
     #[error("{}: {source}", path.display())]

@@ -4,6 +4,7 @@
 //! [`read_recording`] looks at a file's content, not at its name. What a file does not say is never guessed
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
+mod answers;
 mod atomic;
 mod commas;
 mod contact_map;
@@ -39,6 +40,7 @@ pub mod uff;
 mod version;
 pub mod wav;
 
+pub use answers::{AnswersFile, read_answers};
 pub use atomic::{EndWriting, check_place, end_writing, write_atomically};
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts, read_cuts_of, recording_checksum};

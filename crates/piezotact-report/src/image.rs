@@ -78,7 +78,7 @@ pub(crate) fn ticks(low: f64, high: f64, count: f64) -> Vec<f64> {
 }
 
 /// A text as SVG holds it.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

@@ -1,10 +1,13 @@
 //! Renders documents: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
 
+pub mod association;
 mod axis;
+mod bars;
 pub mod chart;
 pub mod criteria;
 pub mod figures;
 mod format;
+mod grid;
 pub mod heatmap;
 mod image;
 mod impact;

@@ -142,7 +142,7 @@ fn exact(cell: &Cell) -> Option<String> {
     matches!(cell, Cell::Number(value) if value.is_finite()).then(|| cell.whole())
 }
 
-fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
+pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
     require_narrow(table)?;
     let class = |column| {
         Some(if is_numeric(table, column) {

@@ -22,6 +22,7 @@ use piezotact_bench::document::{
 use piezotact_dataset::document::{
     ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
 };
+use piezotact_people::association::Association;
 use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
@@ -70,6 +71,7 @@ fn all() -> Result<BTreeMap<String, String>> {
     let mut all = BTreeMap::new();
     for (name, text) in [
         schema::<AnalysisDocument<'_>>()?,
+        schema::<Association>()?,
         schema::<CharacteriseDocument<'_>>()?,
         schema::<ComparisonDocument<'_>>()?,
         schema::<CutsDocument<'_>>()?,

@@ -54,6 +54,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
             "piezotact",
             "piezotact-fourier",
             "piezotact-dataset",
+            "piezotact-people",
             "piezotact-bench",
             "piezotact-twin",
             // For the JSON Schema of its document.

@@ -6,6 +6,7 @@ mod export;
 mod info;
 pub(crate) mod manipulate;
 mod manual;
+mod matrix;
 mod noise;
 pub(crate) mod panel;
 mod play;
@@ -175,6 +176,11 @@ commands! {
         after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq, Rk, Rpk, Rvk, Mr1, Mr2; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form. The settings of a\nSurfcom profile (.tx3) are read beside it. Several files are ordered by Ra; one that fails does not stop the others.\n\nExample:\n  piezotact roughness S*.tx2 --report set.html\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
     Roughness(cli::Roughness) => roughness::run,
+    /// Computes association matrices of participants' answers: what was presented, and what it was declared to be.
+    #[command(
+        after_help = "Columns of the table, between commas or semicolons: participant, task, trial, presented, answered; optional are set, session,\nposition, offered (the samples that could be answered), source and expected (of a manipulated texture), flags\n(missed_target, wrong_sample) and rehearsal (yes, no). A pair that was never offered together is untested: n/a, not 0 %.\n\nExample:\n  piezotact matrix answers.csv --report matrices.html\n  piezotact matrix answers.csv --samples S1,S2,S3,S4 --by task --ordering 1 --csv cells.csv"
+    )]
+    Matrix(matrix::Arguments) => matrix::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.

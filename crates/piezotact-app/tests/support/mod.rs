@@ -33,6 +33,7 @@ pub(crate) const COMMANDS: &[&str] = &[
     "analyse",
     "compare",
     "roughness",
+    "matrix",
     "panel",
     "panel run",
     "panel add",

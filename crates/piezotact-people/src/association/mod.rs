@@ -1,1 +1,24 @@
-//! Association matrices: which presented texture was answered as which.
+//! Association matrices: what was presented, and what it was declared to be (thesis 2.6.3).
+//!
+//! [`AnswerTable`] holds checked answers, [`associate`] makes of it an [`Association`]: matrices with an interval for every cell,
+//! pairs that are confused, and, for tasks in which samples are put in order, places, dominance and Kendall's τ.
+
+mod answer;
+mod confused;
+mod document;
+mod doubt;
+mod interval;
+mod matrix;
+mod order;
+
+pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
+pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
+pub use document::{
+    Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,
+};
+pub use doubt::AssociationDoubt;
+pub use interval::{Clustered, MIN_PARTICIPANTS, clopper_pearson, clustered_interval, wilson};
+pub use matrix::{
+    AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
+};
+pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};

@@ -1,0 +1,180 @@
+//! `piezotact matrix` as a black box.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use std::collections::BTreeMap;
+
+use crate::support::Folder;
+
+const HEADER: &str = "participant,task,set,trial,presented,answered\n";
+
+/// Four participants; SC is declared SD once in three, and SD never SC. SE is declared, and never used.
+fn answers() -> String {
+    let mut text = HEADER.to_owned();
+    let of = [
+        ("SA", ["SA", "SA", "SB", "SA"]),
+        ("SB", ["SB", "SB", "SB", "SC"]),
+        ("SC", ["SC", "SD", "SC", "SB"]),
+        ("SD", ["SD", "SD", "SD", "SD"]),
+    ];
+    for (presented, answered) in of {
+        for (person, answered) in answered.iter().enumerate() {
+            text += &format!("P{person},3,A,{presented},{presented},{answered}\n");
+        }
+    }
+    text
+}
+
+/// (presented, answered) and the percentage, which is "n/a" where it is untested.
+type Cells = BTreeMap<(String, String), String>;
+
+fn of_csv(text: &str) -> Cells {
+    let mut rows = csv::Reader::from_reader(text.as_bytes());
+    let names = rows.headers().unwrap().clone();
+    let at = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let rows = rows.records().map(Result::unwrap);
+    rows.map(|row| {
+        let cell = |name: &str| row[at(name)].to_owned();
+        ((cell("presented"), cell("answered")), cell("percent"))
+    })
+    .collect()
+}
+
+fn of_json(document: &serde_json::Value) -> Cells {
+    let mut cells = Cells::new();
+    for row in document["matrices"][0]["rows"].as_array().unwrap() {
+        let name = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+        for cell in row["cells"].as_array().unwrap() {
+            let percent = cell["percent"].as_f64();
+            let percent = percent.map_or("n/a".to_owned(), |percent| percent.to_string());
+            cells.insert((name(&row["name"]), name(&cell["answered"])), percent);
+        }
+    }
+    cells
+}
+
+fn of_html(text: &str) -> Cells {
+    let cells = text.split("data-presented=\"").skip(1);
+    cells
+        .map(|cell| {
+            let (presented, rest) = cell.split_once('"').unwrap();
+            let value = |name: &str| {
+                let (_, rest) = rest.split_once(&format!("data-{name}=\"")).unwrap();
+                rest.split_once('"').unwrap().0.to_owned()
+            };
+            ((presented.to_owned(), value("answered")), value("value"))
+        })
+        .collect()
+}
+
+#[test]
+fn one_matrix_is_the_same_in_table_document_and_report() {
+    let folder = Folder::new();
+    folder.write("answers.csv", answers());
+    let command = "matrix answers.csv --samples SA,SB,SC,SD,SE --csv m.csv --svg m.svg --report m.html --json";
+    let words: Vec<&str> = command.split(' ').collect();
+    let done = folder.run(&words);
+    done.expect_success();
+    let document = done.json();
+    let read = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
+    let cells = of_csv(&read("m.csv"));
+    assert_eq!(cells, of_json(&document));
+    assert_eq!(cells, of_html(&read("m.html")));
+    let cell = |presented: &str, answered: &str| &*cells[&(presented.into(), answered.into())];
+    assert_eq!([cell("SC", "SD"), cell("SD", "SC")], ["25", "0"]);
+    assert_eq!([cell("SA", "SE"), cell("SE", "SA")], ["n/a", "n/a"]);
+    for presented in ["SA", "SB", "SC", "SD"] {
+        let row = cells.iter().filter(|((row, _), _)| row == presented);
+        let sum: f64 = row
+            .filter_map(|(_, percent)| percent.parse::<f64>().ok())
+            .sum();
+        assert!((sum - 100.0).abs() < 1e-9, "{presented}: {sum}");
+    }
+    assert_eq!(document["schema"], "association");
+    let codes: Vec<&str> = document["doubts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|d| d["code"].as_str().unwrap())
+        .collect();
+    assert_eq!(codes, ["offered_inferred", "untested_pairs"]);
+    let text = document["doubts"][1]["text"].as_str().unwrap();
+    assert!(text.contains("4 of 10 pairs"), "{text}");
+    // Cells of row and column SE, and one in the legend.
+    assert_eq!(read("m.svg").matches("class=\"untested\"").count(), 10);
+}
+
+#[test]
+fn groups_and_orders_are_shown() {
+    let folder = Folder::new();
+    let mut text = HEADER.replace("set", "session");
+    for (person, made) in [["S1", "S2", "S3"], ["S2", "S1", "S3"], ["S1", "S2", "S3"]]
+        .iter()
+        .enumerate()
+    {
+        for (place, sample) in made.iter().enumerate() {
+            text += &format!("P{person},1,,{place},{sample},S{}\n", place + 1);
+        }
+    }
+    folder.write("answers.csv", text.replace(',', ";"));
+    let done = folder.run(&[
+        "matrix",
+        "answers.csv",
+        "--ordering",
+        "1",
+        "--by",
+        "participant",
+        "--report",
+        "r.html",
+    ]);
+    done.expect_success();
+    let out = done.out();
+    for part in [
+        "9 answers of 3 participants",
+        "77.8 % as expected",
+        "3 orders: mean Kendall τ 0.778",
+        "wrote r.html",
+    ] {
+        assert!(out.contains(part), "no `{part}` in: {out}");
+    }
+    let page = std::fs::read_to_string(folder.path("r.html")).unwrap();
+    for part in [
+        "Orders of task 1",
+        "Association matrix of participant P1",
+        "put before",
+    ] {
+        assert!(page.contains(part), "no `{part}`");
+    }
+}
+
+#[test]
+fn what_gives_no_matrix_is_refused() {
+    let folder = Folder::new();
+    folder.write("answers.csv", answers());
+    let refused = |arguments: &[&str], code: i32, parts: &[&str]| {
+        folder
+            .run(&[&["matrix", "answers.csv"], arguments].concat())
+            .expect_failure(code, parts);
+    };
+    refused(
+        &["--task", "9"],
+        2,
+        &["answers of task 9, found none", "tasks 3"],
+    );
+    refused(
+        &["--samples", "SA,SB"],
+        1,
+        &["declared samples (SA, SB)", "`SC`"],
+    );
+    refused(
+        &["--ordering", "3"],
+        1,
+        &["task 3, participant P1", "answered"],
+    );
+    refused(
+        &["--ordering", "1"],
+        1,
+        &["task 1", "name one of the tasks (3)"],
+    );
+    folder.write("answers.csv", ",SA,SB\nSA,2,1\nSB,0,3\n");
+    refused(&[], 1, &["found a matrix", "give the table of answers"]);
+}

@@ -1,0 +1,163 @@
+//! Pairs of samples that are confused, each with the criterion that says so.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use serde::{Deserialize, Serialize};
+
+use super::answer::{Answer, AnswerTable};
+use super::interval::clustered_interval;
+use super::matrix::{MatrixConfig, selected};
+
+/// From this share of presentations on two samples are confused: two that feel the same are confused half of the time, two that
+/// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference
+/// ([`piezotact::discrimination::PERCENT_CORRECT`]).
+///
+/// Source: decision 0064 of this project.
+pub const CONFUSED_SHARE: f64 = 0.25;
+
+/// Whether two samples are confused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PairOutcome {
+    /// The whole interval lies at the limit or above.
+    Confused,
+    /// The interval contains the limit, or there is none.
+    NotDecided,
+    /// The whole interval lies below the limit.
+    NotConfused,
+    /// Neither was ever offered for the other.
+    Untested,
+}
+
+impl PairOutcome {
+    /// The outcome in words.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Confused => "confused",
+            Self::NotDecided => "not decided",
+            Self::NotConfused => "not confused",
+            Self::Untested => "untested",
+        }
+    }
+}
+
+/// What a pair is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum PairCriterion {
+    /// The share of presentations of either in which the other was declared.
+    ConfusedShare,
+}
+
+impl fmt::Display for PairCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("share of presentations declared to be the other")
+    }
+}
+
+/// Two samples, and how often either was declared to be the other.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ConfusedPair {
+    /// The two; a manipulated texture stands first, under its own name.
+    pub pair: [String; 2],
+    /// How often the first was declared to be the second, and the second the first.
+    pub declared: [usize; 2],
+    /// How often the first was presented where the second was offered, and the second where the first was.
+    pub presented: [usize; 2],
+    /// The criterion; its outcome is met where the two are confused.
+    pub criterion: Criterion<PairCriterion>,
+    /// Whether they are confused.
+    pub outcome: PairOutcome,
+}
+
+/// All pairs of samples, and all pairs of a manipulated texture and a sample that it is not expected to be declared as: the most
+/// confused first, then in the order of declaration, untested ones last. The interval of each is clustered by participant and
+/// holds for that pair alone.
+///
+/// Source: decision 0064 of this project; intervals: [`clustered_interval`].
+#[must_use]
+pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<ConfusedPair> {
+    let answers: Vec<&Answer> = selected(table, config).collect();
+    let samples = &table.declared().samples;
+    let mut pairs = Vec::new();
+    for (i, first) in samples.iter().enumerate() {
+        for second in &samples[i + 1..] {
+            pairs.push(pair(&answers, [first, second], Directions::Both));
+        }
+    }
+    let manipulated = table.declared().stimuli.iter();
+    for stimulus in manipulated.filter(|stimulus| !stimulus.is_plain()) {
+        for sample in samples.iter().filter(|name| **name != stimulus.expected) {
+            pairs.push(pair(&answers, [&stimulus.name, sample], Directions::First));
+        }
+    }
+    let size = |pair: &ConfusedPair| pair.criterion.found.unwrap_or(-1.0);
+    pairs.sort_by(|a, b| (a.outcome.cmp(&b.outcome)).then(size(b).total_cmp(&size(a))));
+    pairs
+}
+
+/// Whether both of a pair are presented.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Directions {
+    Both,
+    First,
+}
+
+fn pair(answers: &[&Answer], names: [&String; 2], directions: Directions) -> ConfusedPair {
+    let [first, second] = names;
+    let mut people: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    let (mut declared, mut presented) = ([0; 2], [0; 2]);
+    for answer in answers {
+        let direction = if answer.presented == *first && answer.offered.contains(second) {
+            0
+        } else if directions == Directions::Both
+            && answer.presented == *second
+            && answer.offered.contains(first)
+        {
+            1
+        } else {
+            continue;
+        };
+        let confused = usize::from(answer.answered == *names[1 - direction]);
+        presented[direction] += 1;
+        declared[direction] += confused;
+        let person = people.entry(&answer.participant).or_default();
+        *person = (person.0 + confused, person.1 + 1);
+    }
+    let each: Vec<(usize, usize)> = people.into_values().collect();
+    let limit = Limit::at_least(CONFUSED_SHARE);
+    let what = PairCriterion::ConfusedShare;
+    let (criterion, outcome) = match clustered_interval(&each) {
+        None => (
+            Criterion::unmeasured(what, "", limit),
+            PairOutcome::Untested,
+        ),
+        Some(found) => {
+            // Without an interval nothing is decided.
+            let judged = found.interval.unwrap_or([f64::NAN; 2]);
+            let criterion = Criterion {
+                interval: found.interval,
+                ..Criterion::new(what, "", found.share, Some(judged), limit)
+            };
+            let outcome = match criterion.outcome {
+                Outcome::Met => PairOutcome::Confused,
+                Outcome::NotMet => PairOutcome::NotConfused,
+                Outcome::NotDecided => PairOutcome::NotDecided,
+            };
+            (criterion, outcome)
+        }
+    };
+    ConfusedPair {
+        pair: names.map(Clone::clone),
+        declared,
+        presented,
+        criterion,
+        outcome,
+    }
+}

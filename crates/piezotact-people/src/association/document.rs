@@ -1,0 +1,426 @@
+//! Everything that answers say, as one value; reports, tables and documents are made of it.
+
+use std::collections::BTreeSet;
+
+use piezotact::Doubt;
+use piezotact::document::Content;
+use piezotact::page::{Cell as TableCell, Column, Table};
+use serde::{Deserialize, Serialize};
+
+use super::answer::{Answer, AnswerTable};
+use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
+use super::doubt::AssociationDoubt;
+use super::interval::MIN_PARTICIPANTS;
+use super::matrix::{
+    AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
+};
+use super::order::{OrderError, Ordering, ordering};
+
+/// What an untested pair is called in tables for programs.
+pub(super) const UNTESTED: &str = "n/a";
+
+/// A terminal shows matrices of up to so many samples.
+const TERMINAL_SAMPLES: usize = 30;
+
+/// What answers are divided by: one matrix for each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Grouping {
+    /// The task.
+    Task,
+    /// The participant.
+    Participant,
+    /// The set of samples.
+    Set,
+}
+
+impl Grouping {
+    /// Its name: "task".
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Task => "task",
+            Self::Participant => "participant",
+            Self::Set => "set",
+        }
+    }
+
+    fn of(self, answer: &Answer) -> &str {
+        match self {
+            Self::Task => &answer.task,
+            Self::Participant => &answer.participant,
+            Self::Set => &answer.set,
+        }
+    }
+}
+
+/// What is made of answers.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct AssociationConfig {
+    /// Which answers count.
+    #[serde(flatten)]
+    pub matrix: MatrixConfig,
+    /// One matrix more for each of these.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<Grouping>,
+    /// The tasks in which samples were put in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ordering_tasks: Vec<String>,
+}
+
+/// Why answers give no matrix.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AssociationError {
+    /// No answer is of the task, participant and set that were asked for.
+    #[error(
+        "expected answers of {wanted}, found none; there are answers of tasks {tasks}, sets {sets}"
+    )]
+    NothingSelected {
+        /// What was asked for.
+        wanted: String,
+        /// The tasks that have answers.
+        tasks: String,
+        /// The sets that have answers.
+        sets: String,
+    },
+    /// All answers are of flagged trials.
+    #[error(
+        "expected answers of trials without flags, found {flagged} flagged ones only; keep the flagged trials"
+    )]
+    OnlyFlagged {
+        /// How many.
+        flagged: usize,
+    },
+    /// A task that is no ordering task.
+    #[error(transparent)]
+    Order(#[from] OrderError),
+}
+
+/// The matrix of a part of the answers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct GroupMatrix {
+    /// The task, participant or set; "all" for all answers together.
+    pub group: String,
+    /// The matrix.
+    #[serde(flatten)]
+    pub matrix: AssociationMatrix,
+}
+
+/// What answers say: matrices, pairs that are confused, orders.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Association {
+    /// What was asked for.
+    pub config: AssociationConfig,
+    /// How many answers count.
+    pub answers: usize,
+    /// Of how many participants.
+    pub participants: usize,
+    /// How many rehearsals were excluded.
+    pub rehearsals: usize,
+    /// The matrix of all answers, then one for each group.
+    pub matrices: Vec<GroupMatrix>,
+    /// All pairs, the confused ones first.
+    pub pairs: Vec<ConfusedPair>,
+    /// The orders of each ordering task.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub orderings: Vec<Ordering>,
+    /// What it leaves open.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Content for Association {
+    const SCHEMA: &'static str = "association";
+}
+
+/// What the answers of `table` say, as `config` asks for it.
+///
+/// Source: thesis 2.6.3; decision 0064 of this project.
+///
+/// # Errors
+/// [`AssociationError`] where no answer is selected, or a task is no ordering task.
+pub fn associate(
+    table: &AnswerTable,
+    config: &AssociationConfig,
+) -> Result<Association, AssociationError> {
+    let selected: Vec<&Answer> = super::matrix::selected(table, &config.matrix).collect();
+    if selected.is_empty() {
+        return Err(nothing_selected(table, &config.matrix));
+    }
+    let different = |of: &dyn Fn(&Answer) -> &str| -> Vec<String> {
+        let found: BTreeSet<&str> = selected.iter().map(|answer| of(answer)).collect();
+        found.into_iter().map(Into::into).collect()
+    };
+    let mut matrices = vec![GroupMatrix {
+        group: "all".into(),
+        matrix: association_matrix(table, &config.matrix).by_expected(),
+    }];
+    if let Some(by) = config.by {
+        for group in different(&|answer| by.of(answer)) {
+            let mut part = config.matrix.clone();
+            let Selection {
+                task,
+                participant,
+                set,
+            } = &mut part.selection;
+            *match by {
+                Grouping::Task => task,
+                Grouping::Participant => participant,
+                Grouping::Set => set,
+            } = Some(group.clone());
+            let matrix = association_matrix(table, &part).by_expected();
+            matrices.push(GroupMatrix { group, matrix });
+        }
+    }
+    let pairs = confused_pairs(table, &config.matrix);
+    let orderings = config.ordering_tasks.iter();
+    let orderings = orderings.map(|task| ordering(table, task));
+    let participants = different(&|answer| &answer.participant).len();
+    Ok(Association {
+        answers: selected.len(),
+        participants,
+        rehearsals: table.rehearsals(),
+        matrices,
+        orderings: orderings.collect::<Result<_, _>>()?,
+        doubts: doubts(table, config, &selected, participants, &pairs),
+        config: config.clone(),
+        pairs,
+    })
+}
+
+fn nothing_selected(table: &AnswerTable, config: &MatrixConfig) -> AssociationError {
+    let kept = MatrixConfig {
+        flagged: FlaggedTrials::Kept,
+        ..config.clone()
+    };
+    let flagged = super::matrix::selected(table, &kept).count();
+    if flagged > 0 {
+        return AssociationError::OnlyFlagged { flagged };
+    }
+    let wanted = [
+        ("task", &config.selection.task),
+        ("participant", &config.selection.participant),
+        ("set", &config.selection.set),
+    ];
+    let wanted = wanted.into_iter();
+    let wanted: Vec<String> = wanted
+        .filter_map(|(name, value)| Some(format!("{name} {}", value.as_ref()?)))
+        .collect();
+    let found = |of: &dyn Fn(&Answer) -> &str| {
+        let all: BTreeSet<&str> = table.answers().iter().map(of).collect();
+        all.into_iter().collect::<Vec<_>>().join(", ")
+    };
+    AssociationError::NothingSelected {
+        wanted: wanted.join(", "),
+        tasks: found(&|answer| &answer.task),
+        sets: found(&|answer| &answer.set),
+    }
+}
+
+fn doubts(
+    table: &AnswerTable,
+    config: &AssociationConfig,
+    selected: &[&Answer],
+    participants: usize,
+    pairs: &[ConfusedPair],
+) -> Vec<Doubt> {
+    let mut found = Vec::new();
+    if participants < MIN_PARTICIPANTS {
+        found.push(AssociationDoubt::FewParticipants {
+            participants,
+            needed: MIN_PARTICIPANTS,
+        });
+    }
+    if table.inferred() > 0 {
+        let answers = table.inferred();
+        found.push(AssociationDoubt::OfferedInferred { answers });
+    }
+    match config.matrix.flagged {
+        FlaggedTrials::Kept => {
+            let trials = selected.iter().filter(|a| !a.flags.is_empty()).count();
+            found.extend((trials > 0).then_some(AssociationDoubt::Flagged { trials }));
+        }
+        FlaggedTrials::LeftOut => {
+            let kept = MatrixConfig {
+                flagged: FlaggedTrials::Kept,
+                ..config.matrix.clone()
+            };
+            let trials = super::matrix::selected(table, &kept).count() - selected.len();
+            found.extend((trials > 0).then_some(AssociationDoubt::FlaggedLeftOut { trials }));
+        }
+    }
+    if table.rehearsals() > 0 {
+        let trials = table.rehearsals();
+        found.push(AssociationDoubt::Rehearsals { trials });
+    }
+    let untested = pairs.iter().filter(|p| p.outcome == PairOutcome::Untested);
+    let untested = untested.count();
+    if untested > 0 {
+        let of = pairs.len();
+        found.push(AssociationDoubt::Untested {
+            pairs: untested,
+            of,
+        });
+    }
+    found.into_iter().map(Doubt::from).collect()
+}
+
+fn count(value: usize) -> TableCell {
+    TableCell::Number(value as f64)
+}
+
+/// A number; "n/a" for a pair that is untested.
+fn tested(value: Option<f64>) -> TableCell {
+    value.map_or_else(|| TableCell::from(UNTESTED), TableCell::Number)
+}
+
+impl Association {
+    /// The matrix of all answers; `None` in a document without matrices.
+    #[must_use]
+    pub fn all(&self) -> Option<&AssociationMatrix> {
+        self.matrices.first().map(|group| &group.matrix)
+    }
+
+    /// How many pairs have each outcome: confused, not decided, not confused, untested.
+    #[must_use]
+    pub fn outcomes(&self) -> [(PairOutcome, usize); 4] {
+        use PairOutcome as Of;
+        [Of::Confused, Of::NotDecided, Of::NotConfused, Of::Untested].map(|outcome| {
+            let pairs = self.pairs.iter().filter(|pair| pair.outcome == outcome);
+            (outcome, pairs.count())
+        })
+    }
+
+    /// What was found in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let expected = self.all().and_then(AssociationMatrix::expected_share);
+        let expected = expected.map_or_else(String::new, |share| {
+            format!(", {:.1} % as expected", 100.0 * share)
+        });
+        let pairs: Vec<String> = self
+            .outcomes()
+            .iter()
+            .map(|(outcome, pairs)| format!("{pairs} {}", outcome.word()))
+            .collect();
+        format!(
+            "{} answers of {} participant{}{expected}; pairs: {}",
+            self.answers,
+            self.participants,
+            if self.participants == 1 { "" } else { "s" },
+            pairs.join(", ")
+        )
+    }
+
+    /// The matrix of all answers in percent, a row for each stimulus; "n/a" for untested pairs. `None` in a document without
+    /// matrices, and for one too broad for a terminal.
+    #[must_use]
+    pub fn matrix_table(&self) -> Option<Table> {
+        let matrix = self.all().filter(|m| m.samples.len() <= TERMINAL_SAMPLES)?;
+        let head = ["presented", "times"].map(|name| Column::new(name, name));
+        let samples = matrix.samples.iter().map(|name| Column::new(name, name));
+        let mut table = Table::new(head.into_iter().chain(samples));
+        table.rows = (matrix.rows.iter())
+            .map(|row| {
+                let percent = |value: Option<f64>| {
+                    value.map_or_else(|| UNTESTED.to_owned(), |percent| format!("{percent:.0}"))
+                };
+                let cells = row.cells.iter();
+                let cells = cells.map(|cell| TableCell::from(percent(cell.percent)));
+                let times = TableCell::from(row.presented.to_string());
+                let name = TableCell::from(row.stimulus.name.as_str());
+                [name, times].into_iter().chain(cells).collect()
+            })
+            .collect();
+        Some(table)
+    }
+
+    /// All cells as a tidy table, one row for each cell of each matrix; an untested pair has "n/a" as its percentage, and an
+    /// interval that could not be estimated is empty.
+    #[must_use]
+    pub fn cells_table(&self) -> Table {
+        let names = [
+            ("group", "group"),
+            ("presented", "presented"),
+            ("source", "source"),
+            ("expected", "expected"),
+            ("answered", "answered"),
+            ("declared", "declared"),
+            ("presentations", "presentations"),
+            ("offered", "offered"),
+            ("%", "percent"),
+            ("95 % from", "percent_low"),
+            ("95 % to", "percent_high"),
+            ("participants", "participants"),
+            ("flagged", "flagged"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        for GroupMatrix { group, matrix } in &self.matrices {
+            for row in &matrix.rows {
+                table.rows.extend(row.cells.iter().map(|cell| {
+                    let end = |i: usize| cell.interval_percent.map(|ends| ends[i]);
+                    vec![
+                        TableCell::from(group.as_str()),
+                        TableCell::from(row.stimulus.name.as_str()),
+                        TableCell::from(row.stimulus.source.as_str()),
+                        TableCell::from(row.stimulus.expected.as_str()),
+                        TableCell::from(cell.answered.as_str()),
+                        count(cell.declared),
+                        count(row.presented),
+                        count(cell.offered),
+                        tested(cell.percent),
+                        TableCell::from(end(0)),
+                        TableCell::from(end(1)),
+                        count(cell.participants),
+                        count(cell.flagged),
+                    ]
+                }));
+            }
+        }
+        table
+    }
+
+    /// The pairs that were tested as a table, the most confused first.
+    #[must_use]
+    pub fn pairs_table(&self) -> Table {
+        let names = [
+            ("pair", "pair"),
+            ("declared / presented", "declared_of_presented"),
+            ("the other way", "declared_of_presented_reverse"),
+            ("confused, %", "confused_percent"),
+            ("95 % interval, %", "interval_percent"),
+            ("outcome", "outcome"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        let tested = self.pairs.iter();
+        let tested = tested.filter(|pair| pair.outcome != PairOutcome::Untested);
+        table.rows = tested
+            .map(|pair| {
+                let [first, second] = &pair.pair;
+                let of = |i: usize| match pair.presented[i] {
+                    0 => TableCell::Missing(()),
+                    presented => TableCell::from(format!("{} / {presented}", pair.declared[i])),
+                };
+                let interval = pair.criterion.interval;
+                vec![
+                    TableCell::from(format!("{first} – {second}")),
+                    of(0),
+                    of(1),
+                    pair.criterion
+                        .found
+                        .map_or(TableCell::Missing(()), |share| {
+                            TableCell::from(format!("{:.1}", 100.0 * share))
+                        }),
+                    interval.map_or(TableCell::Missing(()), |[low, high]| {
+                        TableCell::from(format!("{:.1} to {:.1}", 100.0 * low, 100.0 * high))
+                    }),
+                    TableCell::from(pair.outcome.word()),
+                ]
+            })
+            .collect();
+        table
+    }
+}

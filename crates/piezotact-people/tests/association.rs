@@ -1,0 +1,358 @@
+//! Association matrices against the thesis, published examples and SciPy.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use piezotact_people::association::{
+    Answer, AnswerTable, Association, AssociationConfig, AssociationDoubt, AssociationError,
+    AssociationMatrix, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
+    PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, clopper_pearson,
+    clustered_interval, confused_pairs, kendall_tau_b, ordering, wilson,
+};
+use serde_json::Value;
+
+/// Rounding of beta and t quantiles of two libraries.
+const QUANTILES: f64 = 1e-7;
+
+fn near(found: f64, golden: &Value, what: &str) {
+    let golden = golden.as_f64().unwrap();
+    assert!(
+        (found - golden).abs() < QUANTILES,
+        "{what}: {found}, golden {golden}"
+    );
+}
+
+fn whole(value: &Value) -> usize {
+    usize::try_from(value.as_u64().unwrap()).unwrap()
+}
+
+#[test]
+fn intervals_and_tau_are_those_of_scipy() {
+    let golden: Value = serde_json::from_str(include_str!("golden/association.json")).unwrap();
+    for case in golden["shares"].as_array().unwrap() {
+        let (x, n) = (whole(&case["declared"]), whole(&case["presented"]));
+        for i in 0..2 {
+            near(clopper_pearson(x, n)[i], &case["exact"][i], "exact");
+            near(wilson(x, n)[i], &case["wilson"][i], "wilson");
+        }
+    }
+    for case in golden["clustered"].as_array().unwrap() {
+        let people = case["people"].as_array().unwrap().iter();
+        let people: Vec<(usize, usize)> = people.map(|p| (whole(&p[0]), whole(&p[1]))).collect();
+        let found = clustered_interval(&people).unwrap();
+        near(found.share, &case["share"], "share");
+        near(found.effective, &case["effective"], "effective");
+        for (end, golden) in found
+            .interval
+            .unwrap()
+            .iter()
+            .zip(case["interval"].as_array().unwrap())
+        {
+            near(*end, golden, &format!("{people:?}"));
+        }
+    }
+    for case in golden["tau_b"].as_array().unwrap() {
+        let list = |name: &str| -> Vec<f64> {
+            let values = case[name].as_array().unwrap().iter();
+            values.map(|value| value.as_f64().unwrap()).collect()
+        };
+        near(
+            kendall_tau_b(&list("a"), &list("b")).unwrap(),
+            &case["tau"],
+            "tau",
+        );
+    }
+}
+
+/// Answers of (participant, presented, answered), each a trial of its own.
+fn answers(of: &[(&str, &str, &str)]) -> Vec<Answer> {
+    let numbered = of.iter().enumerate();
+    numbered
+        .map(|(i, (participant, presented, answered))| Answer {
+            participant: (*participant).into(),
+            task: "3".into(),
+            trial: i.to_string(),
+            presented: (*presented).into(),
+            answered: (*answered).into(),
+            ..Answer::default()
+        })
+        .collect()
+}
+
+fn percent(matrix: &AssociationMatrix, presented: &str, answered: &str) -> Option<f64> {
+    matrix.cell(presented, answered).unwrap().percent
+}
+
+/// Four samples, each presented three times; SC was declared once to be SD.
+fn figure_25() -> AnswerTable {
+    let of = [
+        ("P1", "SA", "SA"),
+        ("P1", "SB", "SB"),
+        ("P1", "SC", "SC"),
+        ("P1", "SD", "SD"),
+        ("P2", "SA", "SB"),
+        ("P2", "SB", "SA"),
+        ("P2", "SC", "SD"),
+        ("P2", "SD", "SD"),
+        ("P3", "SA", "SA"),
+        ("P3", "SB", "SB"),
+        ("P3", "SC", "SC"),
+        ("P3", "SD", "SA"),
+    ];
+    AnswerTable::new(Declared::plain(&["SA", "SB", "SC", "SD"]), answers(&of)).unwrap()
+}
+
+#[test]
+fn claim_34_sc_declared_sd_is_a_third_of_its_presentations() {
+    let matrix = association_matrix(&figure_25(), &MatrixConfig::default());
+    let cell = matrix.cell("SC", "SD").unwrap();
+    assert_eq!((cell.declared, cell.offered), (1, 3));
+    assert_eq!(cell.percent, Some(100.0 / 3.0));
+    assert_eq!(percent(&matrix, "SC", "SC"), Some(200.0 / 3.0));
+    // The direction counts: SD was never declared to be SC.
+    assert_eq!(percent(&matrix, "SD", "SC"), Some(0.0));
+    for row in &matrix.rows {
+        assert_eq!(row.presented, 3);
+        assert!((row.sum_percent().unwrap() - 100.0).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn samples_keep_rows_and_columns_and_untested_is_not_zero() {
+    let mut of = answers(&[("P1", "S1", "S1"), ("P1", "S2", "S1"), ("P2", "S1", "S1")]);
+    for answer in &mut of {
+        answer.offered = vec!["S1".into(), "S2".into(), "S3".into()];
+    }
+    let declared = Declared::plain(&["S1", "S2", "S3", "S4"]);
+    let table = AnswerTable::new(declared, of).unwrap();
+    let matrix = association_matrix(&table, &MatrixConfig::default());
+    assert_eq!((matrix.rows.len(), matrix.samples.len()), (4, 4));
+    assert_eq!(percent(&matrix, "S1", "S3"), Some(0.0));
+    assert_eq!(percent(&matrix, "S1", "S4"), None);
+    assert_eq!(matrix.rows[3].sum_percent(), None);
+    let outcome = |first: &str, second: &str| {
+        let pairs = confused_pairs(&table, &MatrixConfig::default());
+        let mut pairs = pairs.into_iter().filter(|p| p.pair == [first, second]);
+        pairs.next().unwrap().outcome
+    };
+    assert_eq!(outcome("S1", "S4"), PairOutcome::Untested);
+    // Two participants decide nothing.
+    assert_eq!(outcome("S1", "S2"), PairOutcome::NotDecided);
+}
+
+#[test]
+fn inverted_textures_have_a_key_of_their_own_and_lie_on_the_diagonal() {
+    let declared = Declared {
+        samples: ["S2", "S6", "S13"].map(String::from).into(),
+        stimuli: vec![
+            Stimulus::manipulated("S2 INVERTED", "S2", "S13"),
+            Stimulus::plain("S6"),
+            Stimulus::manipulated("S13 INVERTED", "S13", "S2"),
+        ],
+    };
+    let of = answers(&[
+        ("P1", "S2 INVERTED", "S13"),
+        ("P1", "S6", "S6"),
+        ("P1", "S13 INVERTED", "S2"),
+        ("P2", "S2 INVERTED", "S6"),
+    ]);
+    let table = AnswerTable::new(declared, of).unwrap();
+    let matrix = association_matrix(&table, &MatrixConfig::default()).by_expected();
+    let rows: Vec<&str> = matrix.rows.iter().map(|row| &*row.stimulus.name).collect();
+    assert_eq!(rows, ["S13 INVERTED", "S6", "S2 INVERTED"]);
+    assert_eq!(percent(&matrix, "S2 INVERTED", "S13"), Some(50.0));
+    assert_eq!(matrix.expected_share(), Some(0.75));
+    let pairs = confused_pairs(&table, &MatrixConfig::default());
+    let found = pairs
+        .iter()
+        .find(|p| p.pair == ["S2 INVERTED", "S6"])
+        .unwrap();
+    assert_eq!((found.declared, found.presented), ([1, 0], [2, 0]));
+    // What an inverted texture is expected to be declared as is no confusion.
+    assert!(!pairs.iter().any(|p| p.pair == ["S2 INVERTED", "S13"]));
+}
+
+#[test]
+fn flagged_trials_and_rehearsals_are_counted() {
+    let mut of = answers(&[("P1", "S1", "S2"), ("P1", "S1", "S1"), ("P1", "S2", "S2")]);
+    of[0].flags = vec![Flag::MissedTarget];
+    of[2].purpose = Purpose::Rehearsal;
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2"]), of).unwrap();
+    let made = |flagged| {
+        let mut config = AssociationConfig::default();
+        config.matrix.flagged = flagged;
+        associate(&table, &config).unwrap()
+    };
+    let kept = made(FlaggedTrials::Kept);
+    assert_eq!((kept.answers, kept.rehearsals), (2, 1));
+    assert_eq!(kept.all().unwrap().cell("S1", "S2").unwrap().flagged, 1);
+    let without = made(FlaggedTrials::LeftOut);
+    assert_eq!(percent(without.all().unwrap(), "S1", "S2"), Some(0.0));
+    let kinds = |found: &Association| -> Vec<AssociationDoubt> {
+        found
+            .doubts
+            .iter()
+            .filter_map(piezotact::Doubt::kind)
+            .collect()
+    };
+    assert!(kinds(&kept).contains(&AssociationDoubt::Flagged { trials: 1 }));
+    assert!(kinds(&kept).contains(&AssociationDoubt::Rehearsals { trials: 1 }));
+    assert!(kinds(&without).contains(&AssociationDoubt::FlaggedLeftOut { trials: 1 }));
+    let few = AssociationDoubt::FewParticipants {
+        participants: 1,
+        needed: 3,
+    };
+    assert!(kinds(&kept).contains(&few));
+}
+
+#[test]
+fn groups_have_matrices_of_their_own() {
+    let config = AssociationConfig {
+        by: Some(Grouping::Participant),
+        ..AssociationConfig::default()
+    };
+    let found = associate(&figure_25(), &config).unwrap();
+    let groups: Vec<&str> = found.matrices.iter().map(|m| &*m.group).collect();
+    assert_eq!(groups, ["all", "P1", "P2", "P3"]);
+    assert_eq!(percent(&found.matrices[2].matrix, "SC", "SD"), Some(100.0));
+    let other = AssociationConfig {
+        matrix: MatrixConfig {
+            selection: Selection {
+                task: Some("9".into()),
+                ..Selection::default()
+            },
+            ..MatrixConfig::default()
+        },
+        ..AssociationConfig::default()
+    };
+    let refused = associate(&figure_25(), &other).unwrap_err();
+    assert!(
+        matches!(&refused, AssociationError::NothingSelected { wanted, .. } if wanted == "task 9")
+    );
+}
+
+/// What one participant makes of `samples`: `made[i]` stands in the place of `samples[i]`.
+fn placed(participant: &str, session: &str, samples: &[&str], made: &[&str]) -> Vec<Answer> {
+    let pairs = made.iter().zip(samples);
+    pairs
+        .map(|(presented, place)| Answer {
+            participant: participant.into(),
+            session: session.into(),
+            task: "1".into(),
+            trial: (*presented).into(),
+            presented: (*presented).into(),
+            answered: (*place).into(),
+            ..Answer::default()
+        })
+        .collect()
+}
+
+/// The first of 14 samples put last: nothing is in its place, and 78 of 91 pairs are in order.
+#[test]
+fn one_sample_moved_leaves_the_diagonal_empty_and_tau_high() {
+    let names: Vec<String> = (1..=14).map(|i| format!("S{i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut moved = names.clone();
+    moved.rotate_left(1);
+    let table =
+        AnswerTable::new(Declared::plain(&names), placed("P1", "", &names, &moved)).unwrap();
+    let found = ordering(&table, "1").unwrap();
+    assert_eq!((found.in_place, found.placed), (0, 14));
+    let tau = found.repetitions[0].tau.unwrap();
+    assert!((tau - 65.0 / 91.0).abs() < 1e-12, "{tau}");
+    assert_eq!(found.repetitions[0].order, moved);
+    assert_eq!(
+        (found.dominance[0][13].before, found.dominance[13][0].before),
+        (0, 1)
+    );
+    assert_eq!(found.dominance[3][4].before, 1);
+    // S1 stands in the last place.
+    assert_eq!(found.places[0][13], 1);
+    assert_eq!((found.mean_tau, found.tau_interval), (Some(tau), None));
+}
+
+#[test]
+fn what_is_no_order_is_refused() {
+    let names = ["S1", "S2", "S3"];
+    let refused = |made: [&str; 3]| {
+        let mut of = placed("P1", "", &names, &made);
+        for (i, answer) in of.iter_mut().enumerate() {
+            answer.trial = i.to_string();
+        }
+        let table = AnswerTable::new(Declared::plain(&names), of).unwrap();
+        ordering(&table, "1").unwrap_err()
+    };
+    let twice = refused(["S1", "S1", "S3"]);
+    assert!(
+        matches!(
+            &twice,
+            OrderError::NoOrder {
+                found: "presented twice",
+                ..
+            }
+        ),
+        "{twice}"
+    );
+    let table =
+        AnswerTable::new(Declared::plain(&names), placed("P1", "", &names, &names)).unwrap();
+    assert!(matches!(
+        ordering(&table, "7"),
+        Err(OrderError::NoAnswers { .. })
+    ));
+}
+
+/// Ten participants, ten presentations each of S1 and S2, of which `confused` are confused; S3 is always told.
+fn confusing(confused: impl Fn(usize) -> usize) -> PairOutcome {
+    let mut of = Vec::new();
+    for person in 0..10 {
+        for trial in 0..10 {
+            for (presented, other) in [("S1", "S2"), ("S2", "S1")] {
+                let answered = if trial < confused(person) {
+                    other
+                } else {
+                    presented
+                };
+                of.push(Answer {
+                    participant: format!("P{person}"),
+                    trial: format!("{presented} {trial}"),
+                    presented: presented.into(),
+                    answered: answered.into(),
+                    ..Answer::default()
+                });
+            }
+        }
+    }
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2", "S3"]), of).unwrap();
+    let pairs = confused_pairs(&table, &MatrixConfig::default());
+    pairs
+        .into_iter()
+        .find(|p| p.pair == ["S1", "S2"])
+        .unwrap()
+        .outcome
+}
+
+#[test]
+fn a_pair_is_confused_only_where_people_agree() {
+    assert_eq!(confusing(|_| 5), PairOutcome::Confused);
+    assert_eq!(confusing(|_| 0), PairOutcome::NotConfused);
+    assert_eq!(
+        confusing(|person| usize::from(person < 5)),
+        PairOutcome::NotConfused
+    );
+    // Half of all answers, but all of them from half of the people: 72 of 200 pooled answers would decide it.
+    assert_eq!(
+        confusing(|person| if person < 4 { 9 } else { 0 }),
+        PairOutcome::NotDecided
+    );
+    let [low, _] = clopper_pearson(72, 200);
+    assert!(low > 0.25);
+}
+
+#[test]
+fn a_document_comes_back() {
+    let config = AssociationConfig {
+        by: Some(Grouping::Task),
+        ..AssociationConfig::default()
+    };
+    let found = associate(&figure_25(), &config).unwrap();
+    let text = serde_json::to_string(&found).unwrap();
+    assert_eq!(serde_json::from_str::<Association>(&text).unwrap(), found);
+}
