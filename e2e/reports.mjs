@@ -4,7 +4,7 @@ import { mkdirSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { promisify } from "node:util";
 
-import { hits, profile, rest } from "./signals.mjs";
+import { answers, hits, profile, rest } from "./signals.mjs";
 
 const run = promisify(execFile);
 
@@ -73,7 +73,7 @@ const rows = (twin) => [
     ["compare", "--by", "direction", ...files("directions"), "--report", "compare-direction.html"],
     ["compare", "--by", "touch", ...files("passive"), ...files("active"), "--report", "compare-touch.html"],
   ],
-  [["replay", "--chapter", "6", "--out", "replay"]],
+  [["replay", "--chapter", "6", "--out", "replay"], ["matrix", "answers.csv", "--report", "matrix.html"]],
 ];
 
 /// Makes all reports in `folder` with `program`; what a command printed is in the error where it fails.
@@ -82,7 +82,7 @@ export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session"]) {
     mkdirSync(join(folder, name), { recursive: true });
   }
-  for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()]]) {
+  for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()], ["answers.csv", answers()]]) {
     writeFileSync(join(folder, name), text);
   }
   const piezotact = async (row) => {

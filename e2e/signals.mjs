@@ -56,3 +56,16 @@ export function profile() {
   });
   return table(["x (mm)", "z (um)"], rows);
 }
+
+/// Answers of eight participants over triplets of 13 samples; a neighbour is answered now and then, and some pairs are never together.
+export function answers() {
+  const sets = ["S2 S4 S8", "S5 S7 S9", "S6 S11 S10", "S1 S3 S13", "S5 S8 S12", "S13 S12 S10"].map((set) => set.split(" "));
+  const lines = ["participant,task,set,trial,presented,answered"];
+  for (let person = 1; person <= 8; person += 1) {
+    sets.forEach((samples, set) => samples.forEach((presented, i) => {
+      const answered = (person * 7 + set * 3 + i) % 5 === 0 ? samples[(i + 1) % 3] : presented;
+      lines.push(`P0${person},task3,${"ABCDEF"[set]},${i + 1},${presented},${answered}`);
+    }));
+  }
+  return `${lines.join("\n")}\n`;
+}
