@@ -245,6 +245,7 @@ mod tests {
 
     /// The arguments that name what a command reads, and those that name a folder that it changes.
     const INPUTS: &[&str] = &[
+        "answers",
         "drive",
         "file",
         "files",
