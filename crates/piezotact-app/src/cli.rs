@@ -36,11 +36,11 @@ pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: crate::commands::Command,
     /// The date that reports and documents carry, in UTC, such as 2026-03-01T10:22:33Z; default: now.
-    #[arg(long, global = true, value_name = "DATE", value_parser = crate::invocation::date)]
+    #[arg(long, global = true, display_order = 900, value_name = "DATE", value_parser = crate::invocation::date)]
     pub(crate) date: Option<String>,
     /// Replaces existing files that this command did not write before (a report or document says so itself, a table or figure
     /// cannot); recordings and transfer functions that are measured again are kept as NAME.before-N in any case.
-    #[arg(long, global = true)]
+    #[arg(long, global = true, display_order = 901)]
     pub(crate) force: bool,
 }
 
