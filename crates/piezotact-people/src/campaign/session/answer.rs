@@ -21,6 +21,8 @@ pub enum Answer {
 }
 
 /// A, B, C … Z, AA, AB …
+///
+/// Source: thesis 2.6.2, the identifiers of samples; columns of spreadsheets beyond Z.
 pub fn letters() -> impl Iterator<Item = String> {
     let letter = |i: usize| char::from(b'A' + (i % 26) as u8).to_string();
     (0_usize..).map(move |i| match i / 26 {
