@@ -62,7 +62,7 @@ fn an_acknowledged_event_survives_a_kill() {
 }
 
 #[test]
-#[ignore = "300 kills"]
+#[ignore = "300 kills; ./x soak runs it, and 20 run in every test"]
 fn soak_store_kill() {
     kills(300);
 }
@@ -108,7 +108,7 @@ fn a_killed_withdrawal_has_not_happened_or_is_completed() {
 }
 
 #[test]
-#[ignore = "300 kills"]
+#[ignore = "300 kills; ./x soak runs it, and 20 run in every test"]
 fn soak_store_withdrawal_kill() {
     killed_withdrawals(300);
 }

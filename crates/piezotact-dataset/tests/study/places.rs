@@ -48,7 +48,7 @@ fn refused_whole(lines: &[String], folder: &Path, advice: &str) {
 /// A file system that is full.
 #[cfg(target_os = "linux")]
 #[test]
-#[ignore = "mounts a file system, which takes root"]
+#[ignore = "mounts a file system, which takes root; ./x soak runs it"]
 fn soak_store_full_disk() {
     use std::os::unix::fs::MetadataExt as _;
     let folder = tempfile::tempdir().unwrap();
@@ -148,7 +148,7 @@ fn a_study_that_another_program_holds_is_refused_after_a_wait() {
         .block_on(sqlx::raw_sql("ROLLBACK").execute(&mut other))
         .unwrap();
     append(&mut store, &key(), 3).unwrap();
-    // Of two programs that run the same session, the one that was overtaken is told.
+    // Of two programs that run the same session, the second to write gets an error.
     let mut second = SqliteStore::open(folder.path()).unwrap();
     append(&mut second, &key(), 4).unwrap();
     assert!(matches!(

@@ -53,7 +53,7 @@ impl<'a> Run<'a> {
         self.now_ms += 1000;
         self.state.apply(self.now_ms, &event).unwrap();
         self.events.push((self.now_ms, event));
-        // What is derived anew from the journal is the same state: nothing is remembered besides it.
+        // The state derived from the journal alone equals the running state.
         let again =
             State::after(self.state.protocol, self.state.plan, self.events.clone()).unwrap();
         assert_eq!(again.trials, self.state.trials);
