@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 pub use answer::{Answer, AnswerError, letters};
 pub use decide::{Command, Refusal};
-pub use event::{Event, Evidence};
+pub use event::{Event, Evidence, Participant};
 
 use super::chain::Sha;
 use super::plan::{AnswerForm, Plan, Trial};
@@ -35,11 +35,23 @@ pub struct TrialState {
     pub confirmed: bool,
     /// Corrections by the experimenter after the confirmation, with the reason.
     pub corrections: Vec<(Answer, String)>,
-    /// Whether an attempt was cut off.
+    /// How many attempts were cut off.
     pub interrupted: u32,
+    /// How many attempts are void, as a device failed.
+    pub voided: u32,
 }
 
 impl TrialState {
+    /// The same trial before a further attempt.
+    fn anew(&self) -> Self {
+        Self {
+            attempts: self.attempts,
+            interrupted: self.interrupted,
+            voided: self.voided,
+            ..Self::default()
+        }
+    }
+
     /// The answer that counts: the last correction, or the last confirmed answer.
     #[must_use]
     pub fn answer(&self) -> Option<&Answer> {
@@ -118,6 +130,7 @@ pub struct State<'a> {
     protocol: &'a Protocol,
     plan: &'a Plan,
     stage: Stage,
+    participant: Participant,
     /// By the place in the plan.
     trials: Vec<TrialState>,
     /// Items of checklists that are confirmed, by task and set.
@@ -163,6 +176,7 @@ impl<'a> State<'a> {
             protocol,
             plan,
             stage: Stage::New,
+            participant: Participant::default(),
             trials: vec![TrialState::default(); plan.trials.len()],
             checked: BTreeSet::new(),
             ignored: 0,
@@ -192,6 +206,18 @@ impl<'a> State<'a> {
     #[must_use]
     pub fn stage(&self) -> Stage {
         self.stage
+    }
+
+    /// The protocol.
+    #[must_use]
+    pub fn protocol(&self) -> &'a Protocol {
+        self.protocol
+    }
+
+    /// Who takes part.
+    #[must_use]
+    pub fn participant(&self) -> &Participant {
+        &self.participant
     }
 
     /// The plan.
@@ -336,22 +362,38 @@ impl<'a> State<'a> {
 
     fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
         match event {
-            Event::Begun { plan, protocol, .. } => {
+            Event::Begun {
+                plan,
+                protocol,
+                participant,
+                ..
+            } => {
                 same("protocol", *protocol, self.plan.protocol_sha)?;
                 same("plan", *plan, self.plan.sha())?;
                 self.stage = Stage::Consent;
+                self.participant = participant.clone();
             }
             Event::ConsentGiven { .. } => self.stage = Stage::Running,
             Event::ConsentRefused => self.stage = Stage::Ended,
             Event::Checked { place, item } => {
                 self.checked.insert((place.clone(), item.clone()));
             }
-            Event::Presented { trial, instead } => {
+            Event::Presented {
+                trial,
+                instead,
+                evidence,
+            } => {
                 let elements = self.trial(trial)?.presented.names().len();
                 let state = self.trial_state(trial)?;
                 state.attempts += 1;
                 state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
                 state.presented_instead.clone_from(instead);
+                state.evidence.clone_from(evidence);
+            }
+            Event::Voided { trial, .. } => {
+                let state = self.trial_state(trial)?;
+                *state = state.anew();
+                state.voided += 1;
             }
             Event::Played {
                 trial,
@@ -401,13 +443,8 @@ impl<'a> State<'a> {
             return;
         };
         let again = |state: &mut TrialState| {
-            let attempts = state.attempts;
-            let interrupted = state.interrupted + 1;
-            *state = TrialState {
-                attempts,
-                interrupted,
-                ..TrialState::default()
-            };
+            *state = state.anew();
+            state.interrupted += 1;
         };
         let set = (
             self.plan.trials[at].block.clone(),

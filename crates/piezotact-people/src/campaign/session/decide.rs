@@ -3,7 +3,9 @@
 use super::super::chain::Sha;
 use super::super::plan::{AnswerForm, Presented};
 use super::answer::{letters, understand};
-use super::{Answer, AnswerError, Event, Evidence, Stage, State, Step, checklist_place};
+use super::{
+    Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, checklist_place,
+};
 
 /// A command of the experimenter.
 #[derive(Clone, Debug, PartialEq)]
@@ -14,6 +16,8 @@ pub enum Command {
         experimenter: String,
         /// The program and its version.
         program: String,
+        /// Who takes part.
+        participant: Participant,
     },
     /// The participant gives consent to a text.
     Consent {
@@ -25,11 +29,21 @@ pub enum Command {
     /// Confirms the next item of the checklist.
     Check,
     /// The trial was presented as planned.
-    Present,
+    Present {
+        /// What was measured while each element was played; empty for what is not rendered.
+        evidence: Vec<Evidence>,
+    },
     /// Other samples than planned were presented.
     PresentInstead {
         /// What was presented.
         names: Vec<String>,
+        /// As for what was planned.
+        evidence: Vec<Evidence>,
+    },
+    /// The trial is void, as a device failed while it ran.
+    Void {
+        /// What failed.
+        why: String,
     },
     /// An element was felt once more.
     Play {
@@ -151,12 +165,14 @@ impl State<'_> {
                 Command::Begin {
                     experimenter,
                     program,
+                    participant,
                 },
             ) => Ok(Event::Begun {
                 plan: self.plan.sha(),
                 protocol: self.plan.protocol_sha,
                 experimenter: experimenter.clone(),
                 program: program.clone(),
+                participant: participant.clone(),
             }),
             (Step::AskConsent, Command::Consent { text }) => {
                 Ok(Event::ConsentGiven { text: *text })
@@ -169,17 +185,28 @@ impl State<'_> {
                     .unwrap_or_default(),
                 item: item.to_owned(),
             }),
-            (Step::Present { trial, .. }, Command::Present) => Ok(Event::Presented {
+            (Step::Present { trial, .. }, Command::Present { evidence }) => Ok(Event::Presented {
                 trial: trial.name.clone(),
                 instead: None,
+                evidence: evidence.clone(),
             }),
-            (Step::Present { trial, .. }, Command::PresentInstead { names }) => {
+            (Step::Present { trial, .. }, Command::PresentInstead { names, evidence }) => {
                 let instead = self.presentable(&trial.presented, names)?;
                 Ok(Event::Presented {
                     trial: trial.name.clone(),
                     instead: Some(instead),
+                    evidence: evidence.clone(),
                 })
             }
+            (
+                Step::Present { trial, .. }
+                | Step::Answer { trial, .. }
+                | Step::Confirm { trial, .. },
+                Command::Void { why },
+            ) => Ok(Event::Voided {
+                trial: trial.name.clone(),
+                why: why.clone(),
+            }),
             (
                 Step::Answer { trial, .. } | Step::Confirm { trial, .. },
                 Command::Answer { words },

@@ -1,5 +1,8 @@
 //! What happens in a session.
 
+use std::collections::BTreeMap;
+
+use piezotact::criterion::Outcome;
 use serde::{Deserialize, Serialize};
 
 use super::super::chain::Sha;
@@ -10,27 +13,70 @@ use super::Answer;
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Evidence {
-    /// The SHA-256 of the drive.
+    /// The stimulus.
+    pub stimulus: String,
+    /// The SHA-256 of the drive's file.
     pub drive: Sha,
-    /// The name of the amplifier's gain.
-    pub gain: String,
-    /// Whether the drive passed its verification: the outcome of its criteria.
-    pub verified: piezotact::criterion::Outcome,
-    /// The level on the fingernail while it played, in dB re the target; absent where it was not measured.
+    /// The name of the amplifier's gain; absent where the device is not described.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<String>,
+    /// Whether the drive passed its verification when it was prepared.
+    pub verified: Outcome,
+    /// How close this playing came to the target; not decided where it could not be compared.
+    pub reached: Outcome,
+    /// The criteria of this playing, by name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub criteria: BTreeMap<String, Outcome>,
+    /// The felt difference from the target, in JND; absent where it was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub score_jnd: Option<f64>,
+    /// The level on the fingernail while it played, in dB re the target at its level; absent where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level_re_target_db: Option<f64>,
     /// The mean normal force while it played, in N.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_force_n: Option<f64>,
-    /// The onset after the request, in seconds.
+    /// The onset on the fingernail after the start of the run, in seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub onset_s: Option<f64>,
     /// The uncertainty of the onset, in seconds.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub onset_uncertainty_s: Option<f64>,
-    /// The journal of the run.
+    /// How often the stroke was played in a row.
+    pub strokes: u32,
+    /// The journal of the run, re the participant's folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journal: Option<String>,
+}
+
+impl Evidence {
+    /// Whether the stimulus missed its target: the drive had not passed, or this playing did not reach it.
+    #[must_use]
+    pub fn missed(&self) -> bool {
+        self.verified != Outcome::Met || self.reached == Outcome::NotMet
+    }
+}
+
+/// Who takes part, beside the pseudonym. It is erased with the session when consent is withdrawn.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct Participant {
+    /// The sex as the participant states it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sex: Option<String>,
+    /// The age in whole years.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub age_years: Option<u32>,
+    /// The handedness: `right`, `left` or `both`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub handedness: Option<String>,
+    /// The finger that touches: `right index`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub finger: Option<String>,
+    /// The language of the instructions, as in BCP 47: `fr`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub language: Option<String>,
 }
 
 /// An event. Only the experimenter's program makes them, by [`super::State::decide`].
@@ -48,6 +94,9 @@ pub enum Event {
         experimenter: String,
         /// The program and its version.
         program: String,
+        /// Who takes part.
+        #[serde(default)]
+        participant: Participant,
     },
     /// The participant gave consent to this text.
     ConsentGiven {
@@ -70,6 +119,16 @@ pub enum Event {
         /// What was presented where it is not what was planned: the wrong sample was handed over.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         instead: Option<Vec<String>>,
+        /// What was measured while each element was played; empty for what is not rendered.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        evidence: Vec<Evidence>,
+    },
+    /// The trial is void, as a device failed while it ran; it is repeated.
+    Voided {
+        /// The trial.
+        trial: String,
+        /// What failed.
+        why: String,
     },
     /// An element was felt once more.
     Played {

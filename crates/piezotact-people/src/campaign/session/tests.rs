@@ -21,6 +21,11 @@ fn isotropic() -> (Protocol, Plan) {
 }
 
 /// A session that keeps its events, as a runner does.
+fn present() -> Command {
+    let evidence = Vec::new();
+    Command::Present { evidence }
+}
+
 struct Run<'a> {
     state: State<'a>,
     events: Vec<(i64, Event)>,
@@ -41,6 +46,7 @@ impl<'a> Run<'a> {
         run.does(Command::Begin {
             experimenter: "EX".to_owned(),
             program: "piezotact 0.1.0".to_owned(),
+            participant: Participant::default(),
         });
         run.does(Command::Consent {
             text: Sha::of(b"consent"),
@@ -78,7 +84,7 @@ impl<'a> Run<'a> {
         while let Step::Check { .. } = self.state.step() {
             self.does(Command::Check);
         }
-        self.does(Command::Present);
+        self.does(present());
     }
 
     /// Answers and confirms the current trial with the first choices.
@@ -126,15 +132,16 @@ fn every_session_of_the_library_runs_to_its_end() {
 fn nothing_happens_before_consent_and_the_checklist() {
     let (protocol, plan) = isotropic();
     let mut run = Run::new(&protocol, &plan);
-    assert!(run.tries(Command::Present).is_err());
+    assert!(run.tries(present()).is_err());
     run.does(Command::Begin {
         experimenter: "EX".to_owned(),
         program: "p".to_owned(),
+        participant: Participant::default(),
     });
-    let refusal = run.tries(Command::Present).unwrap_err().to_string();
+    let refusal = run.tries(present()).unwrap_err().to_string();
     assert_eq!(refusal, "not now: ask for consent");
     run.does(Command::Consent { text: Sha::of(b"") });
-    let refusal = run.tries(Command::Present).unwrap_err().to_string();
+    let refusal = run.tries(present()).unwrap_err().to_string();
     assert_eq!(
         refusal,
         "not now: confirm: hands washed with soap and dried"
@@ -143,6 +150,7 @@ fn nothing_happens_before_consent_and_the_checklist() {
     refused.does(Command::Begin {
         experimenter: "EX".to_owned(),
         program: "p".to_owned(),
+        participant: Participant::default(),
     });
     refused.does(Command::RefuseConsent);
     assert_eq!(refused.state.step(), Step::Nothing);
@@ -290,12 +298,14 @@ fn the_wrong_sample_is_kept_as_presented() {
     let wrong = vec!["S1".to_owned(), "S2".to_owned(), "S3".to_owned()];
     assert!(matches!(
         run.tries(Command::PresentInstead {
-            names: vec!["S99".to_owned()]
+            names: vec!["S99".to_owned()],
+            evidence: Vec::new(),
         }),
         Err(Refusal::NotPresentable { .. })
     ));
     run.does(Command::PresentInstead {
         names: wrong.clone(),
+        evidence: Vec::new(),
     });
     assert_eq!(
         run.state.current().unwrap().1.presented_instead,
@@ -420,7 +430,7 @@ fn withdrawal_pause_and_stop_end_what_can_be_answered() {
     run.trial();
     run.does(Command::Pause);
     assert_eq!(run.state.step(), Step::GoOn);
-    assert!(run.tries(Command::Present).is_err());
+    assert!(run.tries(present()).is_err());
     run.does(Command::GoOn);
     run.does(Command::Note {
         text: "a door slammed".to_owned(),
