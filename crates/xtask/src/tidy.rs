@@ -20,13 +20,17 @@ const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 10] = [
+const ARROWS: [(&str, &[&str]); 11] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
     ("piezotact-dataset", &["piezotact", "piezotact-people"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
     ("piezotact-report", &["piezotact", "piezotact-people"]),
+    (
+        "piezotact-session",
+        &["piezotact", "piezotact-people", "piezotact-bench"],
+    ),
     (
         "piezotact-twin",
         &["piezotact", "piezotact-fourier", "piezotact-bench"],
@@ -41,6 +45,7 @@ const ARROWS: [(&str, &[&str]); 10] = [
             "piezotact",
             "piezotact-people",
             "piezotact-bench",
+            "piezotact-session",
             "piezotact-twin",
             "piezotact-replay",
             "piezotact-report",

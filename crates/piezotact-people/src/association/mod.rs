@@ -9,6 +9,7 @@ mod document;
 mod doubt;
 mod interval;
 mod matrix;
+mod of_session;
 mod order;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
@@ -21,4 +22,5 @@ pub use interval::{Clustered, MIN_PARTICIPANTS, clopper_pearson, clustered_inter
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };
+pub use of_session::{answers_of, declared};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};

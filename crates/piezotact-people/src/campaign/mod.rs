@@ -7,5 +7,6 @@ pub mod design;
 pub mod plan;
 pub mod protocol;
 mod random;
+pub mod readiness;
 pub mod session;
 pub mod store;

@@ -27,8 +27,8 @@ pub struct TrialState {
     pub presented_instead: Option<Vec<String>>,
     /// How often each element was felt in this attempt, the first time included.
     pub plays: Vec<u32>,
-    /// What was measured while each element was played, in the order of the plays.
-    pub evidence: Vec<Evidence>,
+    /// What was measured while an element was played, with the element, in the order of the plays.
+    pub evidence: Vec<(usize, Evidence)>,
     /// The answers in the order in which they were given; the last one counts.
     pub answers: Vec<Answer>,
     /// Whether the participant confirmed.
@@ -50,6 +50,12 @@ impl TrialState {
             voided: self.voided,
             ..Self::default()
         }
+    }
+
+    /// What was measured while `element` was played in this attempt.
+    pub fn evidence_of(&self, element: usize) -> impl Iterator<Item = &Evidence> {
+        let of_element = move |(which, _): &&(usize, Evidence)| *which == element;
+        self.evidence.iter().filter(of_element).map(|(_, one)| one)
     }
 
     /// The answer that counts: the last correction, or the last confirmed answer.
@@ -388,11 +394,14 @@ impl<'a> State<'a> {
                 state.attempts += 1;
                 state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
                 state.presented_instead.clone_from(instead);
-                state.evidence.clone_from(evidence);
+                state.evidence = evidence.iter().cloned().enumerate().collect();
             }
             Event::Voided { trial, .. } => {
                 let state = self.trial_state(trial)?;
+                // It failed while it was presented for the first time in this attempt.
+                let unpresented = u32::from(state.plays.is_empty());
                 *state = state.anew();
+                state.attempts += unpresented;
                 state.voided += 1;
             }
             Event::Played {
@@ -409,7 +418,8 @@ impl<'a> State<'a> {
                     });
                 };
                 *plays += 1;
-                state.evidence.extend(evidence.clone());
+                let evidence = evidence.iter().cloned();
+                state.evidence.extend(evidence.map(|one| (*element, one)));
             }
             Event::Answered { trial, answer } => {
                 self.trial_state(trial)?.answers.push(answer.clone())

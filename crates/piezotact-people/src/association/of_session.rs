@@ -1,0 +1,150 @@
+//! The answers of a session as rows of the table that matrices are made from.
+
+use std::collections::BTreeMap;
+
+use super::answer::{Answer, Declared, Flag, Purpose, Stimulus};
+use crate::campaign::plan::{AnswerForm, Trial};
+use crate::campaign::protocol::{OrderKey, Protocol, TaskKind};
+use crate::campaign::session::{State, TrialState};
+use crate::campaign::store;
+
+/// What `protocol` declares: its samples, and its stimuli with the answer that is expected for each.
+///
+/// Source: thesis 2.6 and 4.4; decision 0064 of this project.
+#[must_use]
+pub fn declared(protocol: &Protocol) -> Declared {
+    let plain = protocol
+        .samples
+        .iter()
+        .map(|sample| Stimulus::plain(sample));
+    let made = protocol
+        .stimuli
+        .iter()
+        .map(|stimulus| Stimulus::manipulated(&stimulus.name, &stimulus.of, &stimulus.expected));
+    Declared {
+        samples: protocol.samples.clone(),
+        stimuli: plain.chain(made).collect(),
+    }
+}
+
+/// The confirmed answers of `state` that say which sample was presented and which was answered: of tasks in which samples are named
+/// or associated one row for each element; of tasks in which they are put in order one row for each place, in which the sample that
+/// stands in the place of another is presented as the first and answered as the second. Ratings, comparisons, descriptors and orders without
+/// a physical order are not among them.
+///
+/// Source: thesis 2.6.1 and 2.6.2; decision 0064 of this project.
+#[must_use]
+pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
+    let mut rows = Vec::new();
+    let mut repetitions: BTreeMap<[&str; 3], u32> = BTreeMap::new();
+    for (trial, trial_state) in state.trials() {
+        let place = [
+            &*trial.block,
+            &*trial.task,
+            trial.set.as_deref().unwrap_or(""),
+        ];
+        let repetition = repetitions.entry(place).or_default();
+        *repetition += 1;
+        if let Some(answer) = trial_state.answer() {
+            let names = state.names(trial, answer);
+            rows.extend(of_trial(state, (trial, trial_state), &names, *repetition));
+        }
+    }
+    for row in &mut rows {
+        row.purpose = match purpose {
+            store::Purpose::Volunteer => Purpose::Trial,
+            store::Purpose::Rehearsal => Purpose::Rehearsal,
+        };
+    }
+    rows
+}
+
+/// The rows of one trial that is answered with `names`.
+fn of_trial(
+    state: &State<'_>,
+    (trial, trial_state): (&Trial, &TrialState),
+    names: &[String],
+    repetition: u32,
+) -> Vec<Answer> {
+    let protocol = state.protocol();
+    let kind = protocol.task(&trial.task).map(|task| &task.kind);
+    let row = |presented: &str, answered: &str, position: usize| Answer {
+        participant: state.plan().participant.clone(),
+        session: state.plan().session.clone(),
+        task: trial.task.clone(),
+        set: trial.set.clone().unwrap_or_default(),
+        trial: format!("{}.{position}", trial.name),
+        presented: presented.to_owned(),
+        answered: answered.to_owned(),
+        position: Some(position),
+        offered: offered(state, trial),
+        flags: flags(trial_state, position - 1),
+        purpose: Purpose::Trial,
+    };
+    match (kind, &trial.answer) {
+        (Some(TaskKind::Order { key, .. }), AnswerForm::Order { samples, .. }) => {
+            let Some(physical) = in_order(protocol, samples, *key) else {
+                return Vec::new();
+            };
+            let places = names.iter().zip(&physical).enumerate();
+            let rows = places.map(|(i, (placed, stands))| row(placed, stands, i + 1));
+            let mut rows: Vec<Answer> = rows.collect();
+            if repetition > 1 {
+                // Each order is a repetition of its own.
+                let name = format!("{}, repetition {repetition}", state.plan().session);
+                rows.iter_mut()
+                    .for_each(|row| row.session.clone_from(&name));
+            }
+            rows
+        }
+        (Some(TaskKind::Identify { .. } | TaskKind::Associate { .. }), form)
+            if *form != AnswerForm::Done =>
+        {
+            let planned = trial.presented.names();
+            let presented = trial_state.presented_instead.as_deref().unwrap_or(planned);
+            let elements = presented.iter().zip(names).enumerate();
+            elements
+                .map(|(i, (presented, answered))| row(presented, answered, i + 1))
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// `samples` in their physical order from the first end of the task; `None` where there is none.
+fn in_order(protocol: &Protocol, samples: &[String], key: OrderKey) -> Option<Vec<String>> {
+    let listed = protocol.samples.iter();
+    let mut listed: Vec<String> = listed
+        .filter(|one| samples.contains(one))
+        .cloned()
+        .collect();
+    match key {
+        OrderKey::AsListed => Some(listed),
+        OrderKey::Reversed => {
+            listed.reverse();
+            Some(listed)
+        }
+        OrderKey::None => None,
+    }
+}
+
+/// The samples that can be answered to `trial`.
+fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
+    let choices = state.choices(trial).into_iter();
+    choices.map(|(_, sample)| sample).collect()
+}
+
+/// What was wrong with an element of a trial.
+fn flags(state: &TrialState, element: usize) -> Vec<Flag> {
+    let mut flags = Vec::new();
+    let presented = state.presented_instead.as_ref();
+    // Each playing of a rendered stimulus leaves its evidence; those of this element count.
+    let missed = state.evidence_of(element).any(|evidence| evidence.missed());
+    if missed {
+        flags.push(Flag::MissedTarget);
+    }
+    if presented.is_some() {
+        flags.push(Flag::WrongSample);
+    }
+    flags
+}

@@ -1,0 +1,50 @@
+//! One runner of sessions with volunteers: state machine, store and bench joined.
+//!
+//! A front end shows [`Runner::state`] and gives commands; it decides nothing. Every event is stored first and then taken up, so that
+//! what is shown as done can no longer be lost. Time and entropy come from outside ([`Outside`]).
+
+mod bench;
+mod runner;
+
+pub use bench::{BenchStimulator, JournalOf, PreparedDrive};
+pub use runner::{Given, Outside, RunError, Runner, SaltError, state_of};
+
+use piezotact_people::campaign::session::Evidence;
+
+/// Which playing of a stimulus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Played<'a> {
+    /// The trial.
+    pub trial: &'a str,
+    /// Which attempt at the trial, from 1.
+    pub attempt: u32,
+    /// The element of the trial, from 0.
+    pub element: usize,
+    /// Which playing of the element in this attempt, from 1.
+    pub play: u32,
+    /// The stimulus.
+    pub stimulus: &'a str,
+}
+
+/// Why a stimulus was not played to its end.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlayError {
+    /// There is no drive for it; nothing was played.
+    #[error("there is no drive for {stimulus}; prepare one, and give the folder that holds it")]
+    NoDrive {
+        /// The stimulus.
+        stimulus: String,
+    },
+    /// The bench failed, or the run was stopped: the trial is void.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// Something that plays rendered stimuli on a finger and says what was measured while it did.
+pub trait Stimulator {
+    /// Plays `played` as the protocol says.
+    ///
+    /// # Errors
+    /// [`PlayError`].
+    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError>;
+}

@@ -1,0 +1,362 @@
+//! The runner: what a command makes happen is played, stored and taken up, in this order.
+
+use std::fmt;
+
+use piezotact_people::campaign::chain::{ChainError, Salt, verify};
+use piezotact_people::campaign::plan::{Plan, Presented};
+use piezotact_people::campaign::protocol::Protocol;
+use piezotact_people::campaign::session::{
+    Command, Event, Evidence, Refusal, ReplayError, Stage, State, Step,
+};
+use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store, StoreError};
+
+use crate::{PlayError, Played, Stimulator};
+
+/// The system gave no entropy.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the system gave no random numbers: {0}; nothing was stored, try again")]
+pub struct SaltError(pub String);
+
+/// What comes from outside: the time, and fresh entropy for each event.
+pub struct Outside<'a> {
+    /// The time now, in ms since 1970-01-01 00:00 UTC.
+    pub now_ms: &'a mut dyn FnMut() -> i64,
+    /// A fresh salt.
+    pub salt: &'a mut dyn FnMut() -> Result<Salt, SaltError>,
+}
+
+/// Why a command made nothing happen, or why a session cannot be taken up. Nothing was stored.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The session does not allow it now.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+    /// It was not stored.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// What is stored was changed.
+    #[error(transparent)]
+    Chain(#[from] ChainError),
+    /// What is stored does not belong to this plan or program.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// An event cannot be read.
+    #[error(
+        "event {number} of the session cannot be read: {why}; use the version of the program that wrote it"
+    )]
+    Event {
+        /// Its number.
+        number: u64,
+        /// What is wrong.
+        why: String,
+    },
+    /// A rehearsal under the name of a session with a volunteer, or the other way round.
+    #[error(
+        "session {} of {} was begun as {}; go on with it as such, or give the participant another pseudonym", .key.session, .key.participant, word(*.begun)
+    )]
+    Purpose {
+        /// The session.
+        key: SessionKey,
+        /// As what it was begun.
+        begun: Purpose,
+    },
+    /// There is nothing to play the stimulus on.
+    #[error("{stimulus} is played on a bench, and there is none; name one")]
+    NoBench {
+        /// The stimulus.
+        stimulus: String,
+    },
+    /// There is no drive.
+    #[error(transparent)]
+    NoDrive(PlayError),
+    /// No entropy.
+    #[error(transparent)]
+    Salt(#[from] SaltError),
+}
+
+fn word(purpose: Purpose) -> &'static str {
+    match purpose {
+        Purpose::Volunteer => "a session with a volunteer",
+        Purpose::Rehearsal => "a rehearsal",
+    }
+}
+
+/// What a command made happen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Given {
+    /// This event, which is stored.
+    Done(Event),
+    /// The device failed: the trial is void, which is stored, and is to be presented again.
+    Void {
+        /// What failed.
+        why: String,
+    },
+}
+
+/// A session under way.
+pub struct Runner<'a> {
+    store: &'a mut dyn Store,
+    key: SessionKey,
+    state: State<'a>,
+    stimulator: Option<&'a mut dyn Stimulator>,
+    outside: Outside<'a>,
+}
+
+impl fmt::Debug for Runner<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Runner")
+            .field("key", &self.key)
+            .field("stage", &self.state.stage())
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Runner<'a> {
+    /// The session that `plan` is for, where it stands: a new one is entered in the store, of one that is there the chain is
+    /// verified and its events are taken up.
+    ///
+    /// # Errors
+    /// [`RunError`]; [`ReplayError::Changed`] where protocol or plan are others than those it was begun with.
+    pub fn open(
+        store: &'a mut dyn Store,
+        (protocol, plan): (&'a Protocol, &'a Plan),
+        purpose: Purpose,
+        stimulator: Option<&'a mut dyn Stimulator>,
+        outside: Outside<'a>,
+    ) -> Result<Self, RunError> {
+        let key = SessionKey::new(&plan.participant, &plan.session);
+        let sessions = store.sessions()?;
+        let state = match sessions.iter().find(|entry| entry.key == key) {
+            None => {
+                store.begin(&key, purpose)?;
+                State::new(protocol, plan)
+            }
+            Some(entry) if entry.purpose != purpose => {
+                return Err(RunError::Purpose {
+                    key,
+                    begun: entry.purpose,
+                });
+            }
+            Some(entry) if entry.withdrawn_at_ms.is_some() => {
+                return Err(RunError::Store(StoreError::Withdrawn {
+                    participant: key.participant,
+                }));
+            }
+            Some(_) => state_of(store, protocol, plan)?,
+        };
+        Ok(Self {
+            store,
+            key,
+            state,
+            stimulator,
+            outside,
+        })
+    }
+
+    /// Where the session stands.
+    #[must_use]
+    pub fn state(&self) -> &State<'a> {
+        &self.state
+    }
+
+    /// Whether it was begun and cut off: it goes on with [`Command::Resume`].
+    #[must_use]
+    pub fn is_cut_off(&self) -> bool {
+        matches!(
+            self.state.stage(),
+            Stage::Consent | Stage::Running | Stage::Paused
+        )
+    }
+
+    /// The time now, in ms since 1970-01-01 00:00 UTC.
+    pub fn now_ms(&mut self) -> i64 {
+        (self.outside.now_ms)()
+    }
+
+    /// Does what `command` asks for: plays what is to be played, stores the event, and takes it up. A playing that fails makes
+    /// the trial void.
+    ///
+    /// # Errors
+    /// [`RunError`]: nothing was stored, and the state is as before. After [`StoreError::Place`] the same command can be
+    /// given again.
+    pub fn give(&mut self, command: Command) -> Result<Given, RunError> {
+        let mut failed = None;
+        let command = match self.with_evidence(command) {
+            Ok(command) => command,
+            Err(Unplayed::Refused(error)) => return Err(error),
+            Err(Unplayed::Void(why)) => {
+                failed = Some(why.clone());
+                Command::Void { why }
+            }
+        };
+        let event = self.state.decide(&command)?;
+        self.keep(&event)?;
+        Ok(match failed {
+            Some(why) => Given::Void { why },
+            None => Given::Done(event),
+        })
+    }
+
+    /// Stores `event` and takes it up.
+    fn keep(&mut self, event: &Event) -> Result<(), RunError> {
+        // Applied to a copy first: what the state refuses is never stored.
+        let at_ms = (self.outside.now_ms)();
+        let mut after = self.state.clone();
+        after.apply(at_ms, event)?;
+        let json = serde_json::to_string(event).map_err(|error| RunError::Event {
+            number: self.state.events(),
+            why: error.to_string(),
+        })?;
+        let new = NewEvent {
+            at_ms,
+            json: &json,
+            salt: (self.outside.salt)()?,
+        };
+        self.store.append(&self.key, self.state.events(), new)?;
+        self.state = after;
+        Ok(())
+    }
+
+    /// `command` with what was measured while its stimuli were played, where it asks for rendered ones.
+    fn with_evidence(&mut self, command: Command) -> Result<Command, Unplayed> {
+        match command {
+            Command::Present { .. } if self.rendered() => {
+                self.require(&Command::Present {
+                    evidence: Vec::new(),
+                })?;
+                let names = self.planned();
+                let evidence = self.played(&names)?;
+                Ok(Command::Present { evidence })
+            }
+            Command::PresentInstead { names, .. } if self.rendered() => {
+                self.require(&Command::PresentInstead {
+                    names: names.clone(),
+                    evidence: Vec::new(),
+                })?;
+                let evidence = self.played(&names)?;
+                Ok(Command::PresentInstead { names, evidence })
+            }
+            Command::Play { element, .. } if self.rendered() => {
+                let evidence = None;
+                self.require(&Command::Play { element, evidence })?;
+                let evidence = Some(self.replayed(element)?);
+                Ok(Command::Play { element, evidence })
+            }
+            other => Ok(other),
+        }
+    }
+
+    /// Whether the current trial presents rendered stimuli.
+    fn rendered(&self) -> bool {
+        let current = self.state.current();
+        current.is_some_and(|(trial, _)| matches!(trial.presented, Presented::Rendered { .. }))
+    }
+
+    /// Refuses, before anything is played, what the state refuses.
+    fn require(&self, command: &Command) -> Result<(), Unplayed> {
+        let decided = self.state.decide(command);
+        decided.map_err(|error| Unplayed::Refused(error.into()))?;
+        Ok(())
+    }
+
+    /// What the current trial presents.
+    fn planned(&self) -> Vec<String> {
+        let current = self.state.current();
+        current.map_or_else(Vec::new, |(trial, _)| trial.presented.names().to_vec())
+    }
+
+    /// What was measured while each of `names` was played, one after the other.
+    fn played(&mut self, names: &[String]) -> Result<Vec<Evidence>, Unplayed> {
+        let Step::Present { trial, attempt } = self.state.step() else {
+            return Ok(Vec::new());
+        };
+        let trial = trial.name.clone();
+        let numbered = names.iter().enumerate();
+        numbered
+            .map(|(element, stimulus)| {
+                play(
+                    self.stimulator.as_deref_mut(),
+                    Played {
+                        trial: &trial,
+                        attempt,
+                        element,
+                        play: 1,
+                        stimulus,
+                    },
+                )
+            })
+            .collect()
+    }
+
+    /// What was measured while an element of the current trial was played once more.
+    fn replayed(&mut self, element: usize) -> Result<Evidence, Unplayed> {
+        let unknown = || {
+            Unplayed::Refused(RunError::Refused(Refusal::Unknown {
+                what: "element",
+                name: (element + 1).to_string(),
+            }))
+        };
+        let (trial, state) = self.state.current().ok_or_else(unknown)?;
+        let instead = state.presented_instead.as_deref();
+        let names = instead.unwrap_or(trial.presented.names());
+        let stimulus = names.get(element).ok_or_else(unknown)?;
+        let played = Played {
+            trial: &trial.name,
+            attempt: state.attempts,
+            element,
+            play: state.plays.get(element).map_or(1, |plays| plays + 1),
+            stimulus,
+        };
+        play(self.stimulator.as_deref_mut(), played)
+    }
+}
+
+/// Why nothing is known of a playing.
+enum Unplayed {
+    Refused(RunError),
+    Void(String),
+}
+
+fn play(
+    stimulator: Option<&mut (dyn Stimulator + '_)>,
+    played: Played<'_>,
+) -> Result<Evidence, Unplayed> {
+    let Some(stimulator) = stimulator else {
+        return Err(Unplayed::Refused(RunError::NoBench {
+            stimulus: played.stimulus.to_owned(),
+        }));
+    };
+    stimulator.play(played).map_err(|error| match error {
+        PlayError::NoDrive { .. } => Unplayed::Refused(RunError::NoDrive(error)),
+        PlayError::Device(why) => Unplayed::Void(why),
+    })
+}
+
+/// The state of the session that `plan` is for, from what is stored.
+///
+/// # Errors
+/// [`RunError`] where the chain is broken, an event cannot be read, or belongs to another plan.
+pub fn state_of<'a>(
+    store: &dyn Store,
+    protocol: &'a Protocol,
+    plan: &'a Plan,
+) -> Result<State<'a>, RunError> {
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    let links = store.events(&key)?;
+    verify(key.names(), &links)?;
+    let mut state = State::new(protocol, plan);
+    for link in &links {
+        let Some(payload) = &link.payload else {
+            return Err(RunError::Store(StoreError::Withdrawn {
+                participant: key.participant,
+            }));
+        };
+        let event: Event =
+            serde_json::from_str(&payload.json).map_err(|error| RunError::Event {
+                number: link.number,
+                why: error.to_string(),
+            })?;
+        state.apply(link.at_ms, &event)?;
+    }
+    Ok(state)
+}
