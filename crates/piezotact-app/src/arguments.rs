@@ -251,6 +251,7 @@ mod tests {
         "files",
         "folder",
         "input",
+        "protocol",
         "recording",
         "recordings",
         "reference",

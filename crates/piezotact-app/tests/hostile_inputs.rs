@@ -34,6 +34,8 @@ const WITH_INPUTS: &[&str] = &[
     "compare IN t.wav --by file",
     "roughness IN",
     "matrix IN",
+    "campaign design IN",
+    "campaign dictionary IN",
     "panel add p IN",
     "export IN --out o.uff",
     "twin record --bench acttouch --twin IN --sample S8 --out o.wav",

@@ -105,6 +105,7 @@ fn grid_of(matrix: &AssociationMatrix) -> Grid {
         row_label: "presented".into(),
         column_label: "declared as".into(),
         scale_label: "association, %".into(),
+        hatched_label: "untested".into(),
     }
 }
 
@@ -237,6 +238,7 @@ fn places(ordering: &Ordering) -> Grid {
         row_label: "sample".into(),
         column_label: "place".into(),
         scale_label: "orders, %".into(),
+        hatched_label: "untested".into(),
     }
 }
 
@@ -261,5 +263,6 @@ fn dominance(ordering: &Ordering) -> Grid {
         row_label: "put before".into(),
         column_label: "the other".into(),
         scale_label: "orders, %".into(),
+        hatched_label: "untested".into(),
     }
 }

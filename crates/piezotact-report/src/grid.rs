@@ -17,6 +17,8 @@ const DARK: f64 = 50.0;
 pub(crate) enum Shade {
     /// A percentage.
     Percent(f64),
+    /// A count, of which the second is the largest: the darkest.
+    Count(usize, usize),
     /// It was not tested.
     Untested,
     /// It cannot be.
@@ -40,6 +42,8 @@ pub(crate) struct Grid {
     pub(crate) row_label: String,
     pub(crate) column_label: String,
     pub(crate) scale_label: String,
+    /// What a hatched square means.
+    pub(crate) hatched_label: String,
 }
 
 /// The colour of a percentage.
@@ -141,13 +145,24 @@ impl Grid {
             let y = bottom + format.em(1.6);
             let _never_fails = write!(
                 svg,
-                "\n<text x=\"{middle:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}: white 0, dark 100</text>",
-                escaped(&self.scale_label)
+                "\n<text x=\"{middle:.1}\" y=\"{y:.1}\" text-anchor=\"middle\">{}: white 0, dark {:.0}</text>",
+                escaped(&self.scale_label),
+                self.darkest()
             );
         } else {
             svg.push_str(&self.scale(format, left + side * count + format.em(1.5), top));
         }
         svg + "\n</svg>"
+    }
+
+    /// The number that has the darkest colour: 100 %, or the largest count.
+    fn darkest(&self) -> f64 {
+        let counts = self.squares.iter().flatten();
+        let mut counts = counts.filter_map(|square| match square.shade {
+            Shade::Count(_, most) => Some(most as f64),
+            _ => None,
+        });
+        counts.next().unwrap_or(100.0)
     }
 
     /// The scale of colours, and what hatching means.
@@ -171,10 +186,13 @@ impl Grid {
             "\n<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{:.1}\" height=\"{bar:.1}\" fill=\"none\" stroke=\"{LINE}\"/>",
             format.em(1.2)
         );
-        for percent in [0.0, 50.0, 100.0] {
-            let y = top + bar * (1.0 - percent / 100.0) + format.em(0.35);
+        let full = self.darkest();
+        // Counts have no halves.
+        let marks = [0.0, 0.5, 1.0].map(|share| share * full);
+        for mark in marks.iter().filter(|mark| mark.fract() == 0.0) {
+            let y = top + bar * (1.0 - mark / full) + format.em(0.35);
             let x = left + format.em(1.6);
-            let _never_fails = write!(svg, "\n<text x=\"{x:.1}\" y=\"{y:.1}\">{percent}</text>");
+            let _never_fails = write!(svg, "\n<text x=\"{x:.1}\" y=\"{y:.1}\">{mark}</text>");
         }
         let (x, y) = (left + format.em(4.4), top + bar / 2.0);
         let _never_fails = write!(
@@ -189,13 +207,19 @@ impl Grid {
             svg.push_str(&hatched(at, size));
             let _never_fails = write!(
                 svg,
-                "\n<text x=\"{:.1}\" y=\"{:.1}\">untested</text>",
+                "\n<text x=\"{:.1}\" y=\"{:.1}\">{}</text>",
                 left,
-                at.1 + format.em(2.4)
+                at.1 + format.em(2.4),
+                escaped(&self.hatched_label)
             );
         }
         svg
     }
+}
+
+/// The colour of a count as a percentage of the largest.
+fn count_percent(count: usize, most: usize) -> f64 {
+    100.0 * count as f64 / most.max(1) as f64
 }
 
 /// A square that was not tested.
@@ -230,16 +254,22 @@ fn drawn_square(
         Shade::Untested => return hatched((x, y), (width, height)),
         Shade::Blank => "#ffffff".to_owned(),
         Shade::Percent(percent) => colour(percent),
+        Shade::Count(count, most) => colour(count_percent(count, most)),
     };
     let mut svg = format!(
         "\n<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" fill=\"{fill}\" stroke=\"{LINE}\" stroke-width=\"0.5\"/>"
     );
     let has_room = width >= format.width_of("100") + format.em(0.2);
-    if let (Shade::Percent(percent), true) = (square.shade, has_room) {
+    let number = match square.shade {
+        Shade::Percent(percent) => Some((percent, format!("{percent:.0}"))),
+        Shade::Count(count, most) => Some((count_percent(count, most), count.to_string())),
+        Shade::Untested | Shade::Blank => None,
+    };
+    if let (Some((percent, number)), true) = (number, has_room) {
         let ink = if percent >= DARK { "#ffffff" } else { INK };
         let _never_fails = write!(
             svg,
-            "\n<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{percent:.0}</text>",
+            "\n<text x=\"{:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"{ink}\">{number}</text>",
             x + width / 2.0,
             y + height / 2.0 + format.em(0.35)
         );
@@ -277,11 +307,39 @@ mod tests {
             row_label: "presented".into(),
             column_label: "declared as".into(),
             scale_label: "association, %".into(),
+            hatched_label: "untested".into(),
         };
         let svg = grid.single();
         assert!(svg.contains(">0</text>") && svg.contains(">67</text>"));
         // One square and one in the legend.
         assert_eq!(svg.matches("class=\"untested\"").count(), 2);
         assert!(svg.contains("&lt;a&gt;") && !svg.contains("<a>"));
+    }
+
+    #[test]
+    fn counts_have_their_own_scale() {
+        let square = |count| Square {
+            shade: match count {
+                0 => Shade::Untested,
+                count => Shade::Count(count, 3),
+            },
+            outlined: false,
+            dotted: false,
+        };
+        let grid = Grid {
+            rows: vec!["a".into()],
+            columns: vec!["a".into(), "b".into(), "c".into()],
+            squares: vec![vec![square(0), square(1), square(3)]],
+            row_label: String::new(),
+            column_label: String::new(),
+            scale_label: "sets".into(),
+            hatched_label: "never".into(),
+        };
+        let svg = grid.single();
+        // The squares, and the ends of the scale; 1.5 sets are no mark.
+        assert_eq!(svg.matches(">3</text>").count(), 2);
+        assert_eq!(svg.matches(">1</text>").count(), 1);
+        assert!(!svg.contains(">100<") && !svg.contains(">1.5<"));
+        assert!(svg.contains(&colour(100.0)) && svg.contains(">never</text>"));
     }
 }

@@ -5,6 +5,7 @@ mod axis;
 mod bars;
 pub mod chart;
 pub mod criteria;
+pub mod design;
 pub mod figures;
 mod format;
 mod grid;

@@ -23,6 +23,9 @@ use piezotact_dataset::document::{
     ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
 };
 use piezotact_people::association::Association;
+use piezotact_people::campaign::dictionary::DataDictionary;
+use piezotact_people::campaign::overview::CampaignDesign;
+use piezotact_people::campaign::protocol::Protocol;
 use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
@@ -72,9 +75,11 @@ fn all() -> Result<BTreeMap<String, String>> {
     for (name, text) in [
         schema::<AnalysisDocument<'_>>()?,
         schema::<Association>()?,
+        schema::<CampaignDesign>()?,
         schema::<CharacteriseDocument<'_>>()?,
         schema::<ComparisonDocument<'_>>()?,
         schema::<CutsDocument<'_>>()?,
+        schema::<DataDictionary>()?,
         schema::<DemoDocument<'_>>()?,
         schema::<EstimateDocument<'_>>()?,
         schema::<ExportDocument<'_>>()?,
@@ -87,6 +92,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<PanelRunDocument<'_>>()?,
         schema::<PlayDocument<'_>>()?,
         schema::<PrepareDocument>()?,
+        schema::<Protocol>()?,
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,
         schema::<ReplayDocument<'_>>()?,

@@ -1,5 +1,6 @@
 //! One module for each command.
 
+mod campaign;
 mod characterise;
 mod demo;
 mod export;
@@ -181,6 +182,8 @@ commands! {
         after_help = "Columns of the table, between commas or semicolons: participant, task, trial, presented, answered; optional are set, session,\nposition, offered (the samples that could be answered), source and expected (of a manipulated texture), flags\n(missed_target, wrong_sample) and rehearsal (yes, no). A pair that was never offered together is untested: n/a, not 0 %.\n\nExample:\n  piezotact matrix answers.csv --report matrices.html\n  piezotact matrix answers.csv --samples S1,S2,S3,S4 --by task --ordering 1 --csv cells.csv"
     )]
     Matrix(matrix::Arguments) => matrix::run,
+    /// Designs campaigns with volunteers: protocols, the check of a design, the data dictionary.
+    Campaign(campaign::Campaign) => campaign::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.

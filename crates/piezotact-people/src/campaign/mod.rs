@@ -4,6 +4,8 @@ pub mod adaptive;
 pub mod chain;
 pub mod describe;
 pub mod design;
+pub mod dictionary;
+pub mod overview;
 pub mod plan;
 pub mod protocol;
 mod random;

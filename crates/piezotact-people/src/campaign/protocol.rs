@@ -3,6 +3,7 @@
 mod check;
 mod library;
 
+use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
 use super::design::{Comparison, Factor, PairsWanted, Scoring};
@@ -439,6 +440,10 @@ pub enum OrderRule {
     Shuffled,
     /// A row of a balanced Latin square, so that each stands equally often at each place over participants.
     Balanced,
+}
+
+impl Content for Protocol {
+    const SCHEMA: &'static str = "protocol";
 }
 
 impl Protocol {

@@ -314,10 +314,10 @@ pub struct BetterPlan {
     pub participant_shared_by_two_s: Option<f64>,
 }
 
-impl fmt::Display for BetterPlan {
+impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.change {
-            Change::Sets {
+        match self {
+            Self::Sets {
                 sets,
                 together,
                 pairs,
@@ -329,50 +329,69 @@ impl fmt::Display for BetterPlan {
                     "{} sets put {together} of {pairs} pairs together",
                     sets.len()
                 )?;
-                if sets.len() > *bound {
-                    write!(f, " (fewer than {bound} cannot)")?;
+                match sets.len() > *bound {
+                    true => write!(f, " (fewer than {bound} cannot)"),
+                    false => Ok(()),
                 }
             }
-            Change::IndependentSequences { shortest, longest } => {
-                write!(
-                    f,
-                    "sequences of {shortest} to {longest}, each stimulus drawn from the whole set"
-                )?;
-            }
-            Change::DominanceBesidePosition => {
-                write!(f, "pairwise dominance and Kendall's τ beside the positions")?;
-            }
-            Change::EarlierMeasurement { orders } => {
-                write!(
-                    f,
-                    "vibrations from an earlier session, and {} orders of tasks",
-                    orders.len()
-                )?;
-            }
-            Change::Participants { participants } => write!(f, "{participants} participants")?,
-            Change::Presentations { presentations } => {
-                write!(
-                    f,
-                    "at least {presentations} presentations of each sample to each participant"
-                )?;
-            }
-        }
-        let minutes = |s: f64| s / 60.0;
-        let [now, then] = self.participant_s;
-        write!(
-            f,
-            "; {:.0} min for each participant, {:.0} min now",
-            minutes(then),
-            minutes(now)
-        )?;
-        if let (Some(sets), Some(s)) = (self.sets_shared_by_two, self.participant_shared_by_two_s) {
-            write!(
+            Self::IndependentSequences { shortest, longest } => write!(
                 f,
-                "; shared by two participants, at most {sets} sets and {:.0} min each",
-                minutes(s)
-            )?;
+                "sequences of {shortest} to {longest}, each stimulus drawn from the whole set"
+            ),
+            Self::DominanceBesidePosition => {
+                write!(f, "pairwise dominance and Kendall's τ beside the positions")
+            }
+            Self::EarlierMeasurement { orders } => write!(
+                f,
+                "vibrations from an earlier session, and {} orders of tasks",
+                orders.len()
+            ),
+            Self::Participants { participants } => write!(f, "{participants} participants"),
+            Self::Presentations { presentations } => write!(
+                f,
+                "at least {presentations} presentations of each sample to each participant"
+            ),
         }
-        write!(f, ".")
+    }
+}
+
+impl BetterPlan {
+    /// What it costs beside now: sets and time of each participant, and the time of all where their number changes.
+    #[must_use]
+    pub fn cost(&self) -> String {
+        let minutes = |s: f64| format!("{:.0} min", s / 60.0);
+        let mut parts = Vec::new();
+        let [now, then] = self.participants;
+        if now != then {
+            let hours = |i: usize| self.participants[i] as f64 * self.participant_s[i] / 3600.0;
+            parts.push(format!(
+                "{now} participants now; {:.0} h of all participants together, {:.0} h now",
+                hours(1),
+                hours(0)
+            ));
+        }
+        let [now, then] = self.sets;
+        if now != then {
+            parts.push(format!("{now} sets now"));
+        }
+        let [now, then] = self.participant_s.map(minutes);
+        parts.push(match now == then {
+            true => format!("{then} for each participant, as now"),
+            false => format!("{then} for each participant, {now} now"),
+        });
+        if let (Some(sets), Some(s)) = (self.sets_shared_by_two, self.participant_shared_by_two_s) {
+            parts.push(format!(
+                "shared by two participants, at most {sets} sets and {} each",
+                minutes(s)
+            ));
+        }
+        parts.join("; ")
+    }
+}
+
+impl fmt::Display for BetterPlan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}; {}.", self.change, self.cost())
     }
 }
 

@@ -25,7 +25,7 @@ pub use description::{
 pub use error::DesignError;
 pub use fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault, SampleSetCount};
 pub use findings::{
-    ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime, design_findings,
+    ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime, design_findings, task_times,
 };
 pub use orders::{
     Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,

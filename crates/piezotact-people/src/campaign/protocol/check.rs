@@ -145,7 +145,22 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
             }
         }
     }
-    sessions(protocol)
+    sessions(protocol)?;
+    aims(protocol)
+}
+
+/// A design that is judged by a session that does not exist would have no fault.
+fn aims(protocol: &Protocol) -> Result<(), ProtocolError> {
+    let aims = &protocol.aims;
+    if protocol.session(&aims.session).is_none() {
+        return Err(unknown("aims", "session", &aims.session));
+    }
+    let compared = aims.comparisons.iter().flat_map(|one| &one.tasks);
+    let mut tasks = compared.chain(&aims.earlier_tasks);
+    match tasks.find(|task| protocol.task(task).is_none()) {
+        None => Ok(()),
+        Some(task) => Err(unknown("aims", "task", task)),
+    }
 }
 
 fn sessions(protocol: &Protocol) -> Result<(), ProtocolError> {
@@ -543,6 +558,16 @@ mod tests {
         );
         says("kind = \"touch\"", "kind = \"taste\"", "taste");
         says("strokes = 10", "strokes = 10\nstroke = 3", "stroke");
+        says(
+            "session = \"discrimination\"",
+            "session = \"discriminate\"",
+            "aims: session `discriminate` is not declared",
+        );
+        says(
+            "logit_sd = 0.9",
+            "logit_sd = 0.9\nearlier_tasks = [\"touch\"]",
+            "aims: task `touch` is not declared",
+        );
     }
 
     #[test]

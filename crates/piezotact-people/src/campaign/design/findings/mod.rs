@@ -32,36 +32,8 @@ pub fn design_findings(
     campaign: &CampaignDescription,
     seed: u64,
 ) -> Result<DesignReport, DesignError> {
-    check_numbers(campaign)?;
-    let sets = if campaign.sets.is_empty() {
-        None
-    } else {
-        Some(SampleSets::new(
-            &campaign.samples,
-            &campaign.sets,
-            campaign.tray,
-        )?)
-    };
-    let mut work = Work {
-        campaign,
-        seed,
-        blocks: sets.as_ref().map_or(&[], |sets| sets.sets()),
-        report: DesignReport {
-            name: campaign.name.clone(),
-            samples: campaign.samples.clone(),
-            coverage: sets.as_ref().map(pair_coverage),
-            never: Vec::new(),
-            chance: Vec::new(),
-            time: Vec::new(),
-            participant_s: 0.0,
-            crossing: None,
-            power: Vec::new(),
-            precision: Vec::new(),
-            criteria: Vec::new(),
-            faults: Vec::new(),
-            seed,
-        },
-    };
+    let sets = checked_sets(campaign)?;
+    let mut work = Work::new(campaign, sets.as_ref(), seed);
     for task in &campaign.tasks {
         work.time(task)?;
     }
@@ -80,11 +52,62 @@ pub fn design_findings(
     Ok(work.report)
 }
 
+/// The mean trials and the seconds of each task of `campaign`, for one participant; in the order of its tasks.
+///
+/// # Errors
+///
+/// As [`design_findings`].
+///
+/// Source: decision 0063 of this project.
+pub fn task_times(campaign: &CampaignDescription) -> Result<Vec<TaskTime>, DesignError> {
+    let sets = checked_sets(campaign)?;
+    let mut work = Work::new(campaign, sets.as_ref(), 0);
+    for task in &campaign.tasks {
+        work.time(task)?;
+    }
+    Ok(work.report.time)
+}
+
+/// The sets of a campaign whose numbers are in their ranges; `None` where it has none.
+fn checked_sets(campaign: &CampaignDescription) -> Result<Option<SampleSets>, DesignError> {
+    check_numbers(campaign)?;
+    match campaign.sets.is_empty() {
+        true => Ok(None),
+        false => SampleSets::new(&campaign.samples, &campaign.sets, campaign.tray).map(Some),
+    }
+}
+
 struct Work<'a> {
     campaign: &'a CampaignDescription,
     seed: u64,
     blocks: &'a [Vec<usize>],
     report: DesignReport,
+}
+
+impl<'a> Work<'a> {
+    fn new(campaign: &'a CampaignDescription, sets: Option<&'a SampleSets>, seed: u64) -> Self {
+        let report = DesignReport {
+            name: campaign.name.clone(),
+            samples: campaign.samples.clone(),
+            coverage: sets.map(pair_coverage),
+            never: Vec::new(),
+            chance: Vec::new(),
+            time: Vec::new(),
+            participant_s: 0.0,
+            crossing: None,
+            power: Vec::new(),
+            precision: Vec::new(),
+            criteria: Vec::new(),
+            faults: Vec::new(),
+            seed,
+        };
+        Self {
+            campaign,
+            seed,
+            blocks: sets.map_or(&[], |sets| sets.sets()),
+            report,
+        }
+    }
 }
 
 impl Work<'_> {

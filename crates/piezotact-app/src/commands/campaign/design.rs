@@ -1,0 +1,114 @@
+//! `piezotact campaign design`: what a design can show, its faults and better plans.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Error;
+use clap::Args;
+use piezotact_people::campaign::design::Change;
+use piezotact_people::campaign::overview::{CampaignDesign, campaign_design};
+use piezotact_report::design::html;
+use piezotact_report::report;
+
+use super::super::outputs;
+use super::protocol_of;
+use crate::failure::{Failure, Outcome};
+use crate::invocation::write_report;
+use crate::output::{print, print_document};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// A protocol (TOML), or the name of one of the library, see `piezotact campaign protocol`.
+    protocol: PathBuf,
+    /// The number of participants instead of that of the protocol.
+    #[arg(long, value_name = "N", value_parser = participants, allow_negative_numbers = true)]
+    participants: Option<u32>,
+    /// The seed of simulations and searches.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn participants(text: &str) -> Result<u32, String> {
+    match text.parse() {
+        Ok(number @ 2..=10_000) => Ok(number),
+        _ => Err(
+            "expected a whole number from 2 to 10000: fewer than two participants show no spread"
+                .into(),
+        ),
+    }
+}
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    let written: Vec<&Path> = args.report.iter().map(PathBuf::as_path).collect();
+    outputs(&[&args.protocol], &written)?;
+    let mut protocol = protocol_of(&args.protocol)?;
+    if let Some(participants) = args.participants {
+        protocol.panel.participants = participants;
+    }
+    let design = campaign_design(&protocol, args.seed).map_err(|error| {
+        Failure::Data(Error::new(error).context(args.protocol.display().to_string()))
+    })?;
+    if let Some(path) = &args.report {
+        write_report(path, &html(&design)?)?;
+    }
+    if args.json {
+        return print_document(&design);
+    }
+    print(&text(&design)?)?;
+    for path in written {
+        print(&format!("wrote {}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// What is asked and how long it takes, what chance reaches, which pairs are tested, the precision, and the faults.
+fn text(design: &CampaignDesign) -> Outcome<String> {
+    let mut parts = vec![
+        format!(
+            "{} ({}, from {})\n{}\n{}",
+            design.title,
+            design.protocol,
+            design.source,
+            design.asked_sentence(),
+            design.judged_sentence()
+        ),
+        report::text(&design.sessions_table())?,
+        design.time_sentence(),
+    ];
+    if !design.report.chance.is_empty() {
+        parts.push("Right answers of one participant by chance, enumerated:".into());
+        parts.push(report::text(&design.chance_table())?);
+    }
+    parts.extend(design.pairs_sentence());
+    if let (false, Some(table)) = (design.report.never.is_empty(), design.pairs_table()) {
+        parts.push(report::text(&table)?);
+    }
+    let precision = design.precision_sentences();
+    if !precision.is_empty() {
+        parts.push(precision.join("\n"));
+    }
+    parts.push(faults(design));
+    Ok(parts.join("\n\n"))
+}
+
+/// Each fault with the better plan and its cost.
+fn faults(design: &CampaignDesign) -> String {
+    let mut text = design.sentence();
+    for (i, found) in design.report.faults.iter().enumerate() {
+        let _never_fails = write!(text, "\n{}. {}", i + 1, found.fault);
+        let _never_fails = match &found.better {
+            None => write!(text, "\n   No better plan is known."),
+            Some(better) => write!(text, "\n   Better: {better}"),
+        };
+        if let Some(Change::Sets { .. }) = found.better.as_ref().map(|better| &better.change) {
+            text += " --report and --json list the sets.";
+        }
+    }
+    text
+}

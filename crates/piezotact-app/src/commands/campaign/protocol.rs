@@ -1,0 +1,63 @@
+//! `piezotact campaign protocol`: the protocols of the library, as files to start from.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use piezotact::page::{Cell, Column, Table};
+use piezotact_people::campaign::protocol::{LIBRARY, read};
+use piezotact_report::report;
+
+use super::super::outputs;
+use super::no_protocol;
+use crate::failure::{Outcome, usage};
+use crate::output::{print, print_document, write_text};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The name of a protocol of the library; without it, the library is listed.
+    name: Option<String>,
+    /// Writes the protocol to a file (TOML) instead of standard output.
+    #[arg(long, value_name = "FILE.toml", requires = "name")]
+    out: Option<PathBuf>,
+    /// Prints the protocol as JSON.
+    #[arg(long, requires = "name", conflicts_with = "out")]
+    json: bool,
+}
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    let written: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
+    outputs(&[], &written)?;
+    let Some(name) = &args.name else {
+        return print(&report::text(&library()?)?);
+    };
+    let found = LIBRARY.iter().find(|(known, _)| known == name);
+    let Some((_, toml)) = found else {
+        return Err(usage(no_protocol(name)));
+    };
+    if args.json {
+        return print_document(&read(toml)?);
+    }
+    match &args.out {
+        None => print(toml.trim_end()),
+        Some(path) => {
+            write_text(path, toml)?;
+            print(&format!("wrote {}", path.display()))
+        }
+    }
+}
+
+/// The protocols of the library: name, title, source, participants.
+fn library() -> Outcome<Table> {
+    let names = ["name", "title", "source", "participants"];
+    let mut table = Table::new(names.map(|name| Column::new(name, name)));
+    for (name, toml) in LIBRARY {
+        let protocol = read(toml)?;
+        table.rows.push(vec![
+            Cell::from(name),
+            Cell::from(protocol.title),
+            Cell::from(protocol.source),
+            Cell::from(protocol.panel.participants.to_string()),
+        ]);
+    }
+    Ok(table)
+}

@@ -1,0 +1,527 @@
+//! The data dictionary of a campaign: what each column of its table of answers means in each task.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use piezotact::document::Content;
+use piezotact::page::{Cell, Column, Table};
+use serde::{Deserialize, Serialize};
+
+use super::protocol::{
+    Block, Labels, OrderKey, Over, Protocol, Question, Sequence, Task, TaskKind, When,
+};
+
+/// The columns of a table of answers, in their order.
+pub const ANSWER_COLUMNS: [&str; 13] = [
+    "participant",
+    "session",
+    "task",
+    "set",
+    "trial",
+    "position",
+    "presented",
+    "source",
+    "expected",
+    "offered",
+    "answered",
+    "flags",
+    "rehearsal",
+];
+
+/// What a column means, with the fields that BIDS has for it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "PascalCase")]
+pub struct ColumnMeaning {
+    /// What it holds.
+    pub description: String,
+    /// The unit; absent for texts. "1" is a number without a unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub units: Option<String>,
+    /// The values that it can have, with their meaning; absent where they are not listed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub levels: BTreeMap<String, String>,
+}
+
+/// The columns of a task.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TaskDictionary {
+    /// The task.
+    pub task: String,
+    /// Its title.
+    pub title: String,
+    /// What the participant is asked, word for word.
+    pub instruction: String,
+    /// What a row of the table is; "nothing is answered" for a task without rows.
+    pub row: String,
+    /// The columns in their order; none for a task without answers.
+    pub columns: Vec<String>,
+    /// What they mean.
+    pub meanings: BTreeMap<String, ColumnMeaning>,
+}
+
+/// The data dictionary of a campaign.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct DataDictionary {
+    /// The protocol's name.
+    pub protocol: String,
+    /// Its title.
+    pub title: String,
+    /// The tasks in the order of the protocol.
+    pub tasks: Vec<TaskDictionary>,
+}
+
+impl Content for DataDictionary {
+    const SCHEMA: &'static str = "campaign_dictionary";
+}
+
+/// The columns of the answers to each task of `protocol`: description, unit and levels.
+///
+/// Source: decision 0064 of this project; BIDS 1.10, tabular files, for the fields of a column.
+#[must_use]
+pub fn dictionary(protocol: &Protocol) -> DataDictionary {
+    let tasks = protocol.tasks.iter();
+    DataDictionary {
+        protocol: protocol.name.clone(),
+        title: protocol.title.clone(),
+        tasks: tasks.map(|task| Described::of(protocol, task)).collect(),
+    }
+}
+
+/// A task with where it stands in the sessions.
+struct Described<'a> {
+    protocol: &'a Protocol,
+    task: &'a Task,
+    /// The sessions with their blocks in which it stands.
+    blocks: Vec<(&'a str, When, &'a Block)>,
+}
+
+impl<'a> Described<'a> {
+    fn of(protocol: &'a Protocol, task: &'a Task) -> TaskDictionary {
+        let sessions = protocol.sessions.iter();
+        let blocks = sessions.flat_map(|session| {
+            let blocks = session.blocks.iter();
+            blocks.map(|block| (session.name.as_str(), session.when, block))
+        });
+        let described = Self {
+            protocol,
+            task,
+            blocks: blocks
+                .filter(|(.., block)| block.tasks.contains(&task.name))
+                .collect(),
+        };
+        let meanings: BTreeMap<String, ColumnMeaning> = ANSWER_COLUMNS
+            .iter()
+            .filter_map(|name| Some(((*name).to_owned(), described.column(name)?)))
+            .collect();
+        let columns = ANSWER_COLUMNS.iter().copied().map(str::to_owned);
+        TaskDictionary {
+            task: task.name.clone(),
+            title: task.title.clone(),
+            instruction: task.instruction.clone(),
+            row: described.row().to_owned(),
+            columns: columns.filter(|name| meanings.contains_key(name)).collect(),
+            meanings,
+        }
+    }
+
+    fn row(&self) -> &'static str {
+        match self.task.kind {
+            TaskKind::Touch { .. } => "nothing is answered",
+            TaskKind::Identify { .. } => "one sample that was handed over and named",
+            TaskKind::Order { .. } => "one sample and the place in which it was put",
+            TaskKind::Associate { .. } => {
+                "one stimulus of a sequence and the sample associated to it"
+            }
+            TaskKind::Compare { .. } => "one pair of stimuli that was compared",
+            TaskKind::Categorise { .. } => "one sample and the descriptors chosen for it",
+            TaskKind::Rate { .. } => "one sample and its rating",
+        }
+    }
+
+    /// The meaning of a column; `None` where the task has no such column.
+    fn column(&self, name: &str) -> Option<ColumnMeaning> {
+        if matches!(self.task.kind, TaskKind::Touch { .. }) {
+            return None;
+        }
+        match name {
+            "participant" => Some(text("Participant, by pseudonym.")),
+            "session" => Some(self.session()),
+            "task" => Some(ColumnMeaning {
+                levels: level(&self.task.name, &self.task.title),
+                ..text("Task.")
+            }),
+            "set" => self.set(),
+            "trial" => Some(text(
+                "Trial, unique within participant, session, task and set.",
+            )),
+            "position" => self.position(),
+            "presented" => Some(self.presented()),
+            "source" => self.manipulated(
+                "Sample whose friction-induced vibration a manipulated stimulus is made from; empty for others.",
+                |stimulus| Some(&stimulus.of),
+            ),
+            "expected" => self.manipulated(
+                "Sample that the hypothesis expects as answer to a manipulated stimulus; empty for others, whose own sample is expected.",
+                |stimulus| Some(&stimulus.expected),
+            ),
+            "offered" => self.offered(),
+            "answered" => Some(self.answered()),
+            "flags" => Some(flags()),
+            "rehearsal" => Some(rehearsal()),
+            _ => None,
+        }
+    }
+
+    fn session(&self) -> ColumnMeaning {
+        let repeated = self.blocks.iter().any(|(.., block)| block.repeats > 1);
+        let description = match repeated {
+            true => {
+                "Session, with the number of the repetition: the task is repeated within a session."
+            }
+            false => "Session.",
+        };
+        let levels = self.blocks.iter().map(|(session, when, _)| {
+            let when = match when {
+                When::AnyTime => "first, or at any time after the one before it",
+                When::AnotherDay => "on a later day than the one before it",
+            };
+            ((*session).to_owned(), when.to_owned())
+        });
+        ColumnMeaning {
+            // A repetition adds its number to the name.
+            levels: if repeated {
+                BTreeMap::new()
+            } else {
+                levels.collect()
+            },
+            ..text(description)
+        }
+    }
+
+    fn set(&self) -> Option<ColumnMeaning> {
+        let names: BTreeSet<&str> = (self.blocks.iter())
+            .flat_map(|(.., block)| self.sets_of(block))
+            .collect();
+        let sets = names.iter().filter_map(|name| self.protocol.set(name));
+        let levels: BTreeMap<String, String> = sets
+            .map(|set| (set.name.clone(), set.samples.join(" ")))
+            .collect();
+        (!levels.is_empty()).then(|| ColumnMeaning {
+            levels,
+            ..text("Set of samples that are on the tray together.")
+        })
+    }
+
+    fn sets_of(&self, block: &'a Block) -> Vec<&'a str> {
+        match &block.over {
+            Over::EverySet => {
+                let sets = self.protocol.sets.iter();
+                sets.map(|set| set.name.as_str()).collect()
+            }
+            Over::SharesOfSets(shares) => shares.iter().flatten().map(String::as_str).collect(),
+            Over::AllSamples | Over::Samples(_) => Vec::new(),
+        }
+    }
+
+    /// The samples of all blocks of the task, in the order of the protocol.
+    fn samples(&self) -> Vec<&'a String> {
+        let of = |block: &'a Block| -> Vec<&'a String> {
+            match &block.over {
+                Over::AllSamples => self.protocol.samples.iter().collect(),
+                Over::Samples(samples) => samples.iter().collect(),
+                Over::EverySet | Over::SharesOfSets(_) => {
+                    let sets = self.sets_of(block).into_iter();
+                    let sets = sets.filter_map(|name| self.protocol.set(name));
+                    sets.flat_map(|set| &set.samples).collect()
+                }
+            }
+        };
+        let used: BTreeSet<&String> = self.blocks.iter().flat_map(|(.., b)| of(b)).collect();
+        let all = self.protocol.samples.iter();
+        all.filter(|sample| used.contains(sample)).collect()
+    }
+
+    fn position(&self) -> Option<ColumnMeaning> {
+        matches!(self.task.kind, TaskKind::Associate { .. }).then(|| ColumnMeaning {
+            units: Some("1".into()),
+            ..text("Place of the stimulus in the sequence that was presented, from 1.")
+        })
+    }
+
+    /// The stimuli that are rendered in the task.
+    fn stimuli(&self) -> Vec<&'a str> {
+        match &self.task.kind {
+            TaskKind::Associate {
+                sequence: Sequence::Fixed { tests },
+                ..
+            } => {
+                let used: BTreeSet<&str> = (tests.iter())
+                    .flat_map(|test| test.stimuli.iter().map(String::as_str))
+                    .collect();
+                used.into_iter().collect()
+            }
+            TaskKind::Compare { pairs, .. } => {
+                let used: BTreeSet<&str> = pairs.iter().flatten().map(String::as_str).collect();
+                used.into_iter().collect()
+            }
+            _ => self.samples().into_iter().map(String::as_str).collect(),
+        }
+    }
+
+    fn rendered_levels(&self) -> BTreeMap<String, String> {
+        let meaning = |name: &str| {
+            let made = self.protocol.stimuli.iter().find(|one| one.name == name);
+            let Some(made) = made else {
+                return format!("rendered vibration of {name}");
+            };
+            let level = made.level_of.as_ref();
+            let level = level.map_or(String::new(), |of| format!(" at the rms level of {of}"));
+            format!("rendered vibration of {}{level}", made.of)
+        };
+        let names = self.stimuli().into_iter();
+        names.map(|name| (name.to_owned(), meaning(name))).collect()
+    }
+
+    fn sample_levels(&self, what: &str) -> BTreeMap<String, String> {
+        let samples = self.samples().into_iter();
+        samples
+            .map(|sample| (sample.clone(), format!("{what} {sample}")))
+            .collect()
+    }
+
+    fn presented(&self) -> ColumnMeaning {
+        match self.task.kind {
+            TaskKind::Associate { .. } => ColumnMeaning {
+                levels: self.rendered_levels(),
+                ..text("Stimulus that was presented.")
+            },
+            TaskKind::Compare { .. } => ColumnMeaning {
+                levels: self.rendered_levels(),
+                ..text(
+                    "The two stimuli in the order in which they were presented, with | between; each is one of the levels.",
+                )
+            },
+            TaskKind::Order { .. } => ColumnMeaning {
+                levels: self.sample_levels("real sample"),
+                ..text("Real sample that was put in its place.")
+            },
+            _ => ColumnMeaning {
+                levels: self.sample_levels("real sample"),
+                ..text(
+                    "Real sample that was handed over: where it was another than the planned one, this one.",
+                )
+            },
+        }
+    }
+
+    fn manipulated(
+        &self,
+        description: &str,
+        of: impl Fn(&'a super::protocol::Stimulus) -> Option<&'a String>,
+    ) -> Option<ColumnMeaning> {
+        if !matches!(
+            self.task.kind,
+            TaskKind::Associate { .. } | TaskKind::Compare { .. }
+        ) {
+            return None;
+        }
+        let used = self.stimuli();
+        let made = self.protocol.stimuli.iter();
+        let made = made.filter(|stimulus| used.contains(&stimulus.name.as_str()));
+        let levels: BTreeMap<String, String> = made
+            .filter_map(of)
+            .map(|sample| (sample.clone(), format!("sample {sample}")))
+            .collect();
+        (!levels.is_empty()).then(|| ColumnMeaning {
+            levels,
+            ..text(description)
+        })
+    }
+
+    fn offered(&self) -> Option<ColumnMeaning> {
+        let choices = matches!(
+            self.task.kind,
+            TaskKind::Identify { .. } | TaskKind::Order { .. } | TaskKind::Associate { .. }
+        );
+        choices.then(|| ColumnMeaning {
+            levels: self.sample_levels("sample"),
+            ..text("Samples that could be answered in this trial, with | between; each is one of the levels.")
+        })
+    }
+
+    fn answered(&self) -> ColumnMeaning {
+        let samples = |description: &str| ColumnMeaning {
+            levels: self.sample_levels("sample"),
+            ..text(description)
+        };
+        let of = |description: &str, levels: &[(&str, &str)]| ColumnMeaning {
+            levels: (levels.iter())
+                .map(|(name, meaning)| ((*name).to_owned(), (*meaning).to_owned()))
+                .collect(),
+            ..text(description)
+        };
+        match &self.task.kind {
+            TaskKind::Touch { .. } => ColumnMeaning::default(),
+            TaskKind::Identify { .. } => samples("Sample that the participant named."),
+            TaskKind::Order { from, to, key } => {
+                let key = match key {
+                    OrderKey::AsListed => {
+                        "the physical order, which is that of the protocol's list"
+                    }
+                    OrderKey::Reversed => {
+                        "the physical order, which is that of the protocol's list from its end"
+                    }
+                    OrderKey::None => "the protocol's list; no order is right or wrong",
+                };
+                samples(&format!(
+                    "Place, from {from} to {to}: the sample that has it in {key}."
+                ))
+            }
+            TaskKind::Associate { labels, .. } => samples(match labels {
+                Labels::Names => "Sample that the participant associated to the stimulus.",
+                Labels::OwnOrder { .. } => {
+                    "Sample that the participant associated to the stimulus; said as A, B, C … in the participant's own order and stored as the sample that stood there."
+                }
+            }),
+            TaskKind::Compare { question, .. } => match question {
+                Question::SameDifferent => of(
+                    "Whether the two stimuli felt the same.",
+                    &[("same", "the same"), ("different", "different")],
+                ),
+                Question::Rougher => of(
+                    "Which stimulus felt rougher.",
+                    &[("first", "the first one"), ("second", "the second one")],
+                ),
+            },
+            TaskKind::Categorise {
+                descriptors,
+                at_most,
+            } => ColumnMeaning {
+                levels: (descriptors.iter())
+                    .map(|name| (name.clone(), format!("the sample feels {name}")))
+                    .collect(),
+                ..text(&format!(
+                    "Descriptors chosen, at most {at_most}, with | between; each is one of the levels."
+                ))
+            },
+            TaskKind::Rate { from, to } => ColumnMeaning {
+                units: Some("1".into()),
+                ..text(&format!("Rating, a whole number from {from} to {to}."))
+            },
+        }
+    }
+}
+
+fn text(description: &str) -> ColumnMeaning {
+    ColumnMeaning {
+        description: description.into(),
+        ..ColumnMeaning::default()
+    }
+}
+
+fn level(name: &str, meaning: &str) -> BTreeMap<String, String> {
+    BTreeMap::from([(name.to_owned(), meaning.to_owned())])
+}
+
+fn flags() -> ColumnMeaning {
+    let mut levels = level(
+        "missed_target",
+        "the vibration that was played did not reach its target",
+    );
+    levels.extend(level(
+        "wrong_sample",
+        "another sample than the planned one was handed over",
+    ));
+    ColumnMeaning {
+        levels,
+        ..text("What was wrong with the trial, with spaces between; empty where nothing was.")
+    }
+}
+
+fn rehearsal() -> ColumnMeaning {
+    let mut levels = level("yes", "a rehearsal, which is no data");
+    levels.extend(level("no", "a trial of the campaign"));
+    ColumnMeaning {
+        levels,
+        ..text("Whether the trial was a rehearsal.")
+    }
+}
+
+impl TaskDictionary {
+    /// The columns as a table: column, meaning, unit, levels.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let names = [
+            ("column", "column"),
+            ("unit", "units"),
+            ("meaning", "description"),
+            ("levels", "levels"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        let columns = self.columns.iter();
+        let columns = columns.filter_map(|name| Some((name, self.meanings.get(name)?)));
+        table.rows = columns
+            .map(|(name, meaning)| {
+                let levels: Vec<&str> = meaning.levels.keys().map(String::as_str).collect();
+                vec![
+                    Cell::from(name.as_str()),
+                    meaning
+                        .units
+                        .as_deref()
+                        .map_or(Cell::Missing(()), Cell::from),
+                    Cell::from(meaning.description.as_str()),
+                    Cell::from(levels.join(", ")),
+                ]
+            })
+            .collect();
+        table
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::protocol::{LIBRARY, from_library};
+    use super::*;
+
+    fn of(protocol: &str, task: &str) -> TaskDictionary {
+        let found = dictionary(&from_library(protocol).unwrap().unwrap());
+        let mut tasks = found.tasks.into_iter();
+        tasks.find(|of| of.task == task).unwrap()
+    }
+
+    #[test]
+    fn every_task_of_the_library_is_described() {
+        for (name, _) in LIBRARY {
+            for task in dictionary(&from_library(name).unwrap().unwrap()).tasks {
+                let silent = task.row == "nothing is answered";
+                assert_eq!(silent, task.columns.is_empty(), "{name} {}", task.task);
+                assert_eq!(task.columns.len(), task.meanings.len());
+                for (column, meaning) in &task.meanings {
+                    assert!(meaning.description.ends_with('.'), "{name} {column}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn levels_are_those_of_the_protocol() {
+        let task3 = of("amplitude_inversion", "task3");
+        assert_eq!(task3.columns, ANSWER_COLUMNS);
+        let presented = &task3.meanings["presented"].levels;
+        assert_eq!(
+            presented["S2 INVERTED"],
+            "rendered vibration of S2 at the rms level of S13"
+        );
+        assert!(task3.meanings["expected"].levels.contains_key("S13"));
+        // Only what stands in a set can be answered.
+        let answered = &of("isotropic_triplets", "task3").meanings["answered"].levels;
+        assert!(answered.contains_key("S13") && !answered.contains_key("NO"));
+        let all = of("isotropic_triplets", "task1");
+        assert!(all.meanings["answered"].levels.contains_key("NO"));
+        assert!(!all.meanings.contains_key("set") && !all.meanings.contains_key("source"));
+        let sets = &of("isotropic_triplets", "task2").meanings["set"].levels;
+        assert_eq!((sets.len(), sets["A"].as_str()), (12, "S2 S4 S8"));
+    }
+}

@@ -1,0 +1,459 @@
+//! The design of a campaign as one value: what is asked of participants, what it can show, and its faults.
+
+use piezotact::criterion::Outcome;
+use piezotact::document::Content;
+use piezotact::number::counted;
+use piezotact::page::{Cell, Column, Table};
+use serde::{Deserialize, Serialize};
+
+use super::describe::describe;
+use super::design::{
+    CampaignDescription, DesignError, DesignReport, PairsWanted, TaskTime, design_findings,
+    task_times,
+};
+use super::protocol::{Protocol, SessionProtocol, When};
+
+/// A task of a session, with its trials and its time for one participant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SessionTask {
+    /// The block of the session.
+    pub block: String,
+    /// The title of the task.
+    pub title: String,
+    /// The task, its mean number of trials, and seconds.
+    #[serde(flatten)]
+    pub time: TaskTime,
+}
+
+/// A session, with its time for one participant.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SessionTime {
+    /// The session.
+    pub session: String,
+    /// When it takes place, relative to the one before it.
+    pub when: When,
+    /// Its tasks.
+    pub tasks: Vec<SessionTask>,
+    /// Seconds.
+    pub time_s: f64,
+}
+
+/// The design of a campaign.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct CampaignDesign {
+    /// The protocol's name.
+    pub protocol: String,
+    /// Its title.
+    pub title: String,
+    /// Where it comes from.
+    pub source: String,
+    /// All sessions of one participant.
+    pub sessions: Vec<SessionTime>,
+    /// The session whose design is judged.
+    pub judged_session: String,
+    /// Tasks of earlier sessions that are judged with it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier_tasks: Vec<String>,
+    /// What was judged.
+    pub campaign: CampaignDescription,
+    /// What it can show, and its faults.
+    pub report: DesignReport,
+}
+
+impl Content for CampaignDesign {
+    const SCHEMA: &'static str = "campaign_design";
+}
+
+/// The design of the campaign of `protocol`: its sessions with seconds of one participant, and the check of the session that its
+/// aims name. `seed` serves simulations and searches.
+///
+/// # Errors
+/// [`DesignError`] for a design that cannot be checked: sequences that cannot be, numbers out of range.
+///
+/// Source: decisions 0063 and 0065 of this project.
+pub fn campaign_design(protocol: &Protocol, seed: u64) -> Result<CampaignDesign, DesignError> {
+    let campaign = describe(protocol);
+    let report = design_findings(&campaign, seed)?;
+    let sessions = protocol.sessions.iter();
+    Ok(CampaignDesign {
+        protocol: protocol.name.clone(),
+        title: protocol.title.clone(),
+        source: protocol.source.clone(),
+        sessions: sessions
+            .map(|session| session_time(protocol, session))
+            .collect::<Result<_, _>>()?,
+        judged_session: protocol.aims.session.clone(),
+        earlier_tasks: protocol.aims.earlier_tasks.clone(),
+        campaign,
+        report,
+    })
+}
+
+/// The time of a session, block by block: a task can stand in several blocks.
+fn session_time(
+    protocol: &Protocol,
+    session: &SessionProtocol,
+) -> Result<SessionTime, DesignError> {
+    let mut tasks = Vec::new();
+    for block in &session.blocks {
+        let mut alone = protocol.clone();
+        alone.aims.session.clone_from(&session.name);
+        alone.aims.earlier_tasks.clear();
+        alone.aims.comparisons.clear();
+        alone.sessions = vec![SessionProtocol {
+            blocks: vec![block.clone()],
+            ..session.clone()
+        }];
+        for time in task_times(&describe(&alone))? {
+            let title = protocol.task(&time.task).map(|task| task.title.clone());
+            tasks.push(SessionTask {
+                block: block.name.clone(),
+                title: title.unwrap_or_default(),
+                time,
+            });
+        }
+    }
+    Ok(SessionTime {
+        session: session.name.clone(),
+        when: session.when,
+        time_s: tasks.iter().map(|task| task.time.time_s).sum(),
+        tasks,
+    })
+}
+
+fn percent(share: f64) -> Cell {
+    Cell::from(format!("{:.0} %", 100.0 * share))
+}
+
+fn minutes(time_s: f64) -> String {
+    format!("{:.0}", time_s / 60.0)
+}
+
+/// A mean number of trials or presentations: whole numbers without decimals.
+fn number(mean: f64) -> String {
+    match (mean - mean.round()).abs() < 1e-9 {
+        true => format!("{mean:.0}"),
+        false => format!("{mean:.1}"),
+    }
+}
+
+impl CampaignDesign {
+    /// The outcome of all rules together; not decided where none was judged.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        let has = |outcome| self.report.criteria.iter().any(|c| c.outcome == outcome);
+        match () {
+            () if has(Outcome::NotMet) => Outcome::NotMet,
+            () if has(Outcome::NotDecided) || !has(Outcome::Met) => Outcome::NotDecided,
+            () => Outcome::Met,
+        }
+    }
+
+    /// The conclusion in one sentence: how many faults, how many rules are met or not decided.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let count = |outcome| {
+            let all = self.report.criteria.iter();
+            all.filter(|c| c.outcome == outcome).count()
+        };
+        let rules = self.report.criteria.len();
+        if rules == 0 {
+            return "No rule applies to this design: nothing was judged.".into();
+        }
+        let mut text = match self.report.faults.len() {
+            0 => "No fault was found".to_owned(),
+            faults => format!("{} found", counted(faults, "fault")),
+        };
+        text += &format!(" by {}", counted(rules, "rule"));
+        let open = count(Outcome::NotDecided);
+        if open > 0 {
+            text += &format!("; {open} not decided");
+        }
+        text + "."
+    }
+
+    /// What is asked in one sentence: participants, samples, sets, tray.
+    #[must_use]
+    pub fn asked_sentence(&self) -> String {
+        let campaign = &self.campaign;
+        let mut sizes: Vec<usize> = campaign.sets.iter().map(Vec::len).collect();
+        sizes.sort_unstable();
+        let sets = match (sizes.first(), sizes.last()) {
+            (Some(least), Some(most)) if least == most => {
+                format!("{} of {most}", counted(sizes.len(), "set"))
+            }
+            (Some(least), Some(most)) => {
+                format!("{} of {least} to {most}", counted(sizes.len(), "set"))
+            }
+            _ => "no sets".to_owned(),
+        };
+        let shared = match campaign.sets_shared_over {
+            1 => String::new(),
+            over => format!(", shared by {over} participants"),
+        };
+        format!(
+            "{}; {}, {sets}{shared}; a tray of {}.",
+            counted(campaign.participants, "participant"),
+            counted(campaign.samples.len(), "sample"),
+            campaign.tray
+        )
+    }
+
+    /// What is judged, in one sentence.
+    #[must_use]
+    pub fn judged_sentence(&self) -> String {
+        let earlier = match self.earlier_tasks.is_empty() {
+            true => String::new(),
+            false => format!(", with {} before it", self.earlier_tasks.join(", ")),
+        };
+        format!(
+            "Judged is the session {}{earlier}: {} min of each participant.",
+            self.judged_session,
+            minutes(self.report.participant_s)
+        )
+    }
+
+    /// The sessions of one participant: trials and minutes of each task, then of each session.
+    #[must_use]
+    pub fn sessions_table(&self) -> Table {
+        let names = [
+            ("session", "session"),
+            ("when", "when"),
+            ("task", "task"),
+            ("what is done", "title"),
+            ("trials", "trials"),
+            ("min", "time_min"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        for session in &self.sessions {
+            let when = match session.when {
+                When::AnyTime => "any time",
+                When::AnotherDay => "another day",
+            };
+            for (i, task) in session.tasks.iter().enumerate() {
+                let once = |text: &str| Cell::from(if i == 0 { text } else { "" });
+                table.rows.push(vec![
+                    once(&session.session),
+                    once(when),
+                    Cell::from(task.time.task.as_str()),
+                    Cell::from(task.title.as_str()),
+                    Cell::Number(task.time.trials),
+                    Cell::Number(task.time.time_s / 60.0),
+                ]);
+            }
+        }
+        table
+    }
+
+    /// The minutes of each session, in one sentence.
+    #[must_use]
+    pub fn time_sentence(&self) -> String {
+        let sessions = self.sessions.iter();
+        let parts: Vec<String> = sessions
+            .map(|session| format!("{} {} min", session.session, minutes(session.time_s)))
+            .collect();
+        let all: f64 = self.sessions.iter().map(|session| session.time_s).sum();
+        format!(
+            "One participant: {}; {} min in all. {} together: {:.1} h.",
+            parts.join(", "),
+            minutes(all),
+            counted(self.campaign.participants, "participant"),
+            self.campaign.participants as f64 * all / 3600.0
+        )
+    }
+
+    /// What chance reaches in each task whose answers are right or wrong.
+    #[must_use]
+    pub fn chance_table(&self) -> Table {
+        let names = [
+            ("task", "task"),
+            ("answers", "answers"),
+            ("chance level", "chance_share"),
+            ("right by chance", "mean"),
+            ("SD", "sd"),
+            ("SD if independent", "sd_independent"),
+            ("above chance from", "beyond_chance_from"),
+            ("whole order", "whole_order_share"),
+            ("SD of τ", "tau_sd"),
+            ("last answer follows", "forced_share"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        let chance = self.report.chance.iter();
+        table.rows = chance
+            .map(|of| {
+                let share = |value: Option<f64>| value.map_or(Cell::Missing(()), percent);
+                let level = (of.answers > 0.0).then(|| of.mean / of.answers);
+                vec![
+                    Cell::from(of.task.as_str()),
+                    Cell::from(number(of.answers)),
+                    level.map_or(Cell::Missing(()), |share| {
+                        Cell::from(format!("{:.1} %", 100.0 * share))
+                    }),
+                    Cell::from(of.mean),
+                    Cell::from(of.sd),
+                    Cell::from(of.sd_independent),
+                    of.beyond_chance_from
+                        .map_or(Cell::Missing(()), |from| Cell::from(from.to_string())),
+                    of.whole_order_share.map_or(Cell::Missing(()), order_share),
+                    Cell::from(of.tau_sd),
+                    share(of.forced_share),
+                ]
+            })
+            .collect();
+        table
+    }
+
+    /// The precision of cells and the power of comparisons for the planned number of participants, a sentence each.
+    #[must_use]
+    pub fn precision_sentences(&self) -> Vec<String> {
+        let participants = counted(self.campaign.participants, "participant");
+        let cells = self.report.precision.iter().map(|of| {
+            format!(
+                "{}: a cell of {}, presented {} times to each of {participants}, has an expected 95 % interval of ±{:.0} \
+                 percentage points ({} simulated studies).",
+                of.task,
+                of.sample,
+                number(of.presentations),
+                100.0 * of.precision.half_width_share,
+                of.precision.studies
+            )
+        });
+        let power = self.report.power.iter().map(|of| {
+            format!(
+                "{}: {participants} have a power of {:.2} for an effect of {:.2} standard deviations.",
+                of.tasks.join(", "),
+                of.power_share,
+                of.effect_ratio
+            )
+        });
+        let crossing = self.report.crossing.iter().map(|of| {
+            format!(
+                "{} of {participants} fill {} of crossed orders equally.",
+                of.participants - of.left_over,
+                counted(of.cells, "cell")
+            )
+        });
+        cells.chain(power).chain(crossing).collect()
+    }
+
+    /// How many pairs of samples are together in a set, in one sentence; `None` without sets.
+    #[must_use]
+    pub fn pairs_sentence(&self) -> Option<String> {
+        let coverage = self.report.coverage.as_ref()?;
+        let together = coverage.times.iter().filter(|of| of.sets > 0);
+        let times: Vec<String> = together
+            .map(|of| format!("{} in {}", of.pairs, counted(of.sets, "set")))
+            .collect();
+        let wanted = match self.campaign.pairs_wanted {
+            PairsWanted::All => "",
+            PairsWanted::WithinSets => " The others are not meant to be compared.",
+        };
+        let never = match coverage.never.len() {
+            0 => "none never".to_owned(),
+            pairs => format!("{pairs} never: untested, which is not 0 %"),
+        };
+        Some(format!(
+            "{} of {} pairs are together in a set ({}), {never}.{wanted}",
+            coverage.together,
+            coverage.pairs,
+            times.join(", ")
+        ))
+    }
+
+    /// Each sample with the number of its sets and the samples that it is never together with; `None` without sets.
+    #[must_use]
+    pub fn pairs_table(&self) -> Option<Table> {
+        let coverage = self.report.coverage.as_ref()?;
+        let names = [
+            ("sample", "sample"),
+            ("sets", "sets"),
+            ("never together with", "never"),
+        ];
+        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        for (i, sample) in self.report.samples.iter().enumerate() {
+            let others = coverage.never.iter().filter_map(|[a, b]| match i {
+                i if i == *a => Some(*b),
+                i if i == *b => Some(*a),
+                _ => None,
+            });
+            let others: Vec<&str> = others.map(|j| self.report.samples[j].as_str()).collect();
+            table.rows.push(vec![
+                Cell::from(sample.as_str()),
+                Cell::Number(coverage.presentations[i] as f64),
+                Cell::from(others.join(" ")),
+            ]);
+        }
+        Some(table)
+    }
+}
+
+/// A share that can be small: of 14 samples one order of 87 billions.
+fn order_share(share: f64) -> Cell {
+    Cell::from(match share {
+        share if share >= 0.001 => format!("{:.1} %", 100.0 * share),
+        share => format!("1 in {:.1e}", 1.0 / share),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::protocol::{LIBRARY, from_library, read};
+    use super::*;
+
+    fn design(name: &str) -> CampaignDesign {
+        campaign_design(&from_library(name).unwrap().unwrap(), 1).unwrap()
+    }
+
+    #[test]
+    fn the_time_of_every_session_is_counted() {
+        let found = design("isotropic_triplets");
+        let times: Vec<(&str, f64)> = (found.sessions.iter())
+            .map(|session| (session.session.as_str(), session.time_s))
+            .collect();
+        // 14 samples of 180 s; three orders of 300 s, 12 sets of 60 s and of a sequence of 100 s.
+        assert_eq!(times, [("measurement", 2520.0), ("discrimination", 2820.0)]);
+        assert!((found.report.participant_s - 2820.0).abs() < 1e-9);
+        let imagery = design("touch_control_imagery");
+        let all: f64 = imagery.sessions.iter().map(|session| session.time_s).sum();
+        assert!((imagery.report.participant_s - all).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_task_in_two_blocks_takes_its_time_twice() {
+        let (_, toml) = LIBRARY[1];
+        let (before, block) = toml.rsplit_once("[[sessions.blocks]]").unwrap();
+        let again = block.replacen("triplets", "again", 1);
+        let twice = format!("{before}[[sessions.blocks]]{block}\n[[sessions.blocks]]{again}");
+        let found = campaign_design(&read(&twice).unwrap(), 1).unwrap();
+        assert_eq!(found.sessions[1].tasks.len(), 5);
+        assert!((found.sessions[1].time_s - (900.0 + 2.0 * 1920.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn no_fault_is_said_only_where_a_rule_was_judged() {
+        let mut found = design("periodic_pilot");
+        assert_eq!(found.outcome(), Outcome::NotMet);
+        found.report.faults.clear();
+        found.report.criteria.retain(|c| c.outcome == Outcome::Met);
+        assert_eq!(found.outcome(), Outcome::Met);
+        assert!(found.sentence().starts_with("No fault was found by"));
+        found.report.criteria[0].outcome = Outcome::NotDecided;
+        assert_eq!(found.outcome(), Outcome::NotDecided);
+        assert!(found.sentence().ends_with("; 1 not decided."));
+        found.report.criteria.clear();
+        assert_eq!(found.outcome(), Outcome::NotDecided);
+        assert!(found.sentence().contains("nothing was judged"));
+    }
+
+    #[test]
+    fn pairs_never_together_are_listed_from_both_sides() {
+        let table = design("isotropic_triplets").pairs_table().unwrap();
+        let never: usize = (table.rows.iter())
+            .map(|row| row[2].text().split_whitespace().count())
+            .sum();
+        assert_eq!((table.rows.len(), never), (13, 2 * 47));
+    }
+}
