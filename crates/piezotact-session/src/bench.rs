@@ -41,8 +41,9 @@ pub struct PreparedDrive {
     pub verified: Outcome,
 }
 
-/// Where the run of a playing is kept, and what its journal is called there.
-pub type JournalOf<'a> = dyn FnMut(&Played<'_>) -> (Box<dyn RunKeeper>, Option<String>) + 'a;
+/// Where the run of a playing of a drive that was made so is kept, and what its journal is called there.
+pub type JournalOf<'a> =
+    dyn FnMut(&Played<'_>, Option<&Rendering>) -> (Box<dyn RunKeeper>, Option<String>) + 'a;
 
 /// A bench with the drives of one participant.
 pub struct BenchStimulator<'a> {
@@ -86,7 +87,7 @@ impl Stimulator for BenchStimulator<'_> {
             placement: Placement::New,
             until: Until::PlaybackEnded,
         };
-        let (mut keeper, journal) = (self.journal)(&played);
+        let (mut keeper, journal) = (self.journal)(&played, prepared.rendering.as_ref());
         let setup = prepared.setup.as_ref();
         let recorded = play_and_record(&mut self.bench, &drive, setup, &run, keeper.as_mut(), None);
         let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;

@@ -18,6 +18,7 @@ use crate::{PlayError, Played, Stimulator};
 pub struct SaltError(pub String);
 
 /// What comes from outside: the time, and fresh entropy for each event.
+#[allow(missing_debug_implementations, reason = "it holds closures")]
 pub struct Outside<'a> {
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: &'a mut dyn FnMut() -> i64,
@@ -93,12 +94,32 @@ pub enum Given {
     },
 }
 
+/// Where rendered stimuli are played.
+pub enum Stimuli<'a> {
+    /// On a bench, which says what was measured.
+    On(&'a mut dyn Stimulator),
+    /// By hand on another system: nothing is known of what was felt.
+    ByHand,
+    /// Nowhere: a trial with a rendered stimulus is refused.
+    Nowhere,
+}
+
+impl fmt::Debug for Stimuli<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::On(_) => "On",
+            Self::ByHand => "ByHand",
+            Self::Nowhere => "Nowhere",
+        })
+    }
+}
+
 /// A session under way.
 pub struct Runner<'a> {
     store: &'a mut dyn Store,
     key: SessionKey,
     state: State<'a>,
-    stimulator: Option<&'a mut dyn Stimulator>,
+    stimuli: Stimuli<'a>,
     outside: Outside<'a>,
 }
 
@@ -121,7 +142,7 @@ impl<'a> Runner<'a> {
         store: &'a mut dyn Store,
         (protocol, plan): (&'a Protocol, &'a Plan),
         purpose: Purpose,
-        stimulator: Option<&'a mut dyn Stimulator>,
+        stimuli: Stimuli<'a>,
         outside: Outside<'a>,
     ) -> Result<Self, RunError> {
         let key = SessionKey::new(&plan.participant, &plan.session);
@@ -148,7 +169,7 @@ impl<'a> Runner<'a> {
             store,
             key,
             state,
-            stimulator,
+            stimuli,
             outside,
         })
     }
@@ -246,8 +267,11 @@ impl<'a> Runner<'a> {
         }
     }
 
-    /// Whether the current trial presents rendered stimuli.
+    /// Whether the current trial presents rendered stimuli that are played here.
     fn rendered(&self) -> bool {
+        if matches!(self.stimuli, Stimuli::ByHand) {
+            return false;
+        }
         let current = self.state.current();
         current.is_some_and(|(trial, _)| matches!(trial.presented, Presented::Rendered { .. }))
     }
@@ -275,7 +299,7 @@ impl<'a> Runner<'a> {
         numbered
             .map(|(element, stimulus)| {
                 play(
-                    self.stimulator.as_deref_mut(),
+                    &mut self.stimuli,
                     Played {
                         trial: &trial,
                         attempt,
@@ -307,7 +331,7 @@ impl<'a> Runner<'a> {
             play: state.plays.get(element).map_or(1, |plays| plays + 1),
             stimulus,
         };
-        play(self.stimulator.as_deref_mut(), played)
+        play(&mut self.stimuli, played)
     }
 }
 
@@ -317,11 +341,8 @@ enum Unplayed {
     Void(String),
 }
 
-fn play(
-    stimulator: Option<&mut (dyn Stimulator + '_)>,
-    played: Played<'_>,
-) -> Result<Evidence, Unplayed> {
-    let Some(stimulator) = stimulator else {
+fn play(stimuli: &mut Stimuli<'_>, played: Played<'_>) -> Result<Evidence, Unplayed> {
+    let Stimuli::On(stimulator) = stimuli else {
         return Err(Unplayed::Refused(RunError::NoBench {
             stimulus: played.stimulus.to_owned(),
         }));

@@ -61,14 +61,19 @@ pub(crate) fn run(args: &Verify) -> Outcome {
 }
 
 /// How close the measurement in `measured` came to the target in `target` over `band`, as this command says it.
-pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Verification> {
+pub(super) fn verified(
+    target: &Path,
+    measured: &Path,
+    band: Band,
+    drive: Option<&Path>,
+) -> Outcome<Verification> {
     let args = Verify {
         target: target.to_owned(),
         measured: measured.to_owned(),
         channel: None,
         measured_channel: None,
         measured_scale: None,
-        drive: None,
+        drive: drive.map(Path::to_owned),
         band,
         transfer: None,
         also: Vec::new(),

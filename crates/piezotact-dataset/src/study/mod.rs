@@ -3,6 +3,7 @@
 //! A study is a folder. `study.sqlite` holds sessions and events, `study.seal` how many changes were acknowledged, `identity.age` who
 //! the participants are, and `participants/PSEUDONYM/` the files of each. What a kill and a power cut leave is in decision 0066.
 
+mod campaign;
 mod error;
 mod identity;
 mod opening;
@@ -14,6 +15,7 @@ mod store;
 mod tests;
 mod withdrawal;
 
+pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
 pub use error::StudyError;
 pub use identity::{IdentityError, Passphrase, PersonalData, SignedConsent};
 pub use pseudonym::{Pseudonym, PseudonymError};

@@ -11,6 +11,7 @@ mod interval;
 mod matrix;
 mod of_session;
 mod order;
+mod tables;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
@@ -24,3 +25,4 @@ pub use matrix::{
 };
 pub use of_session::{answers_of, declared};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
+pub use tables::{answers_table, evidence_table, participants_table, trials_table};

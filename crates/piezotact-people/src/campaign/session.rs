@@ -39,6 +39,8 @@ pub struct TrialState {
     pub interrupted: u32,
     /// How many attempts are void, as a device failed.
     pub voided: u32,
+    /// When it was presented in this attempt, and when it was confirmed, in ms since 1970-01-01 00:00 UTC.
+    pub at_ms: [Option<i64>; 2],
 }
 
 impl TrialState {
@@ -50,6 +52,14 @@ impl TrialState {
             voided: self.voided,
             ..Self::default()
         }
+    }
+
+    /// The time from the presentation to the confirmation, in s; `None` before, and where the clock jumped back between.
+    #[must_use]
+    pub fn seconds(&self) -> Option<f64> {
+        let [presented, confirmed] = self.at_ms;
+        let passed_ms = confirmed? - presented?;
+        (passed_ms >= 0).then_some(passed_ms as f64 / 1000.0)
     }
 
     /// What was measured while `element` was played in this attempt.
@@ -237,6 +247,12 @@ impl<'a> State<'a> {
         self.plan.trials.iter().zip(&self.trials)
     }
 
+    /// When the last event was, in ms since 1970-01-01 00:00 UTC.
+    #[must_use]
+    pub fn last_ms(&self) -> Option<i64> {
+        self.last_ms
+    }
+
     /// How many events it was made from.
     #[must_use]
     pub fn events(&self) -> u64 {
@@ -356,6 +372,12 @@ impl<'a> State<'a> {
     /// [`ReplayError`] where it cannot follow the events before it; the state is unchanged then.
     pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), ReplayError> {
         self.take(event)?;
+        if let Event::Presented { trial, .. } = event {
+            self.trial_state(trial)?.at_ms[0] = Some(at_ms);
+        }
+        if let Event::Confirmed { trial } = event {
+            self.trial_state(trial)?.at_ms[1] = Some(at_ms);
+        }
         if let Some(last) = self.last_ms
             && at_ms < last
         {

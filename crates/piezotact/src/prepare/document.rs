@@ -72,6 +72,19 @@ pub enum State {
 }
 
 impl State {
+    /// What became of a drive that was measured as `verification` says.
+    #[must_use]
+    pub fn of(verification: &Verification) -> Self {
+        let rehearsed = |doubt: &Doubt| doubt.kind::<RehearsalDoubt>().is_some();
+        match verification.verdict {
+            _ if verification.doubts.iter().any(rehearsed) => Self::Rehearsed,
+            Verdict::Passed => Self::Passed,
+            Verdict::PassedInPart { .. } => Self::PassedInPart,
+            Verdict::NotPassed => Self::NotPassed,
+            Verdict::NotDecided => Self::NotDecided,
+        }
+    }
+
     /// The state in plain words.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -165,14 +178,7 @@ impl Prepared {
     /// The same with what its measurement in the file `measured` showed.
     #[must_use]
     pub fn measured(mut self, measured: String, verification: Verification) -> Self {
-        let rehearsed = |doubt: &Doubt| doubt.kind::<RehearsalDoubt>().is_some();
-        self.state = match verification.verdict {
-            _ if verification.doubts.iter().any(rehearsed) => State::Rehearsed,
-            Verdict::Passed => State::Passed,
-            Verdict::PassedInPart { .. } => State::PassedInPart,
-            Verdict::NotPassed => State::NotPassed,
-            Verdict::NotDecided => State::NotDecided,
-        };
+        self.state = State::of(&verification);
         self.sentence = verification.sentence();
         let not_felt = doubts_of_feeling(&verification);
         if !not_felt.is_empty() {

@@ -2,14 +2,30 @@
 
 mod design;
 mod dictionary;
+#[cfg(feature = "campaign")]
+mod export;
+#[cfg(feature = "campaign")]
+mod new;
+#[cfg(feature = "campaign")]
+mod plan;
 mod protocol;
+#[cfg(feature = "campaign")]
+mod run;
+#[cfg(feature = "campaign")]
+mod status;
+#[cfg(feature = "campaign")]
+pub(crate) mod study;
+#[cfg(feature = "campaign")]
+mod verify_journal;
+#[cfg(feature = "campaign")]
+mod withdraw;
 
 use std::path::Path;
 
 use anyhow::{Error, anyhow};
 use clap::{Args, Subcommand};
 use piezotact_dataset::{read_input_text, reads};
-use piezotact_people::campaign::protocol::{LIBRARY, Protocol, from_library, read};
+use piezotact_people::campaign::protocol::{LIBRARY, Protocol, read};
 
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
@@ -37,6 +53,40 @@ enum CampaignCommand {
         after_help = "The columns are those that `piezotact matrix` reads.\n\nExample:\n  piezotact campaign dictionary isotropic_triplets\n  piezotact campaign dictionary isotropic_triplets --json"
     )]
     Dictionary(dictionary::Arguments),
+    /// Makes a study: a folder with the protocol, its seed, and the store of all sessions.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "Example:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --consent consent.txt"
+    )]
+    New(new::Arguments),
+    /// Prints the trials of a session as they are planned.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "The plan follows from the protocol, the seed and the sessions that were completed; it is written when the session begins.\n\nExample:\n  piezotact campaign plan study P01 discrimination"
+    )]
+    Plan(plan::Arguments),
+    /// Runs a session with a participant on the terminal, or goes on with one that was cut off.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "Every answer is on the disk before it is shown as noted. /help in the session explains the keys.\n\nExample:\n  piezotact campaign run study P01 measurement --experimenter AB\n  piezotact campaign run study P01 discrimination --drives P01 --bench twin:participant=1,seed=7"
+    )]
+    Run(Box<run::Arguments>),
+    /// Prints where every session of a study stands.
+    #[cfg(feature = "campaign")]
+    #[command(after_help = "Example:\n  piezotact campaign status study")]
+    Status(status::Arguments),
+    /// Writes the answers, the trials, the participants and the events of a study as tables.
+    #[cfg(feature = "campaign")]
+    #[command(after_help = "Example:\n  piezotact campaign export study --out exported")]
+    Export(export::Arguments),
+    /// Verifies that no stored event was changed, removed or exchanged.
+    #[cfg(feature = "campaign")]
+    #[command(after_help = "Example:\n  piezotact campaign verify-journal study")]
+    VerifyJournal(verify_journal::Arguments),
+    /// Erases everything of a participant who withdraws; a tombstone stays, with which the journals still verify.
+    #[cfg(feature = "campaign")]
+    #[command(after_help = "Example:\n  piezotact campaign withdraw study P01")]
+    Withdraw(withdraw::Arguments),
 }
 
 pub(crate) fn run(args: &Campaign) -> Outcome {
@@ -44,24 +94,47 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Design(args) => design::run(args),
         CampaignCommand::Protocol(args) => protocol::run(args),
         CampaignCommand::Dictionary(args) => dictionary::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::New(args) => new::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Plan(args) => plan::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Run(args) => run::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Status(args) => status::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Export(args) => export::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::VerifyJournal(args) => verify_journal::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Withdraw(args) => withdraw::run(args),
     }
 }
 
 /// The protocol in the file `named`, or that of the library with this name; a file is preferred.
 fn protocol_of(named: &Path) -> Outcome<Protocol> {
+    Ok(protocol_text(named)?.0)
+}
+
+/// As [`protocol_of`], with the text that it was read from.
+fn protocol_text(named: &Path) -> Outcome<(Protocol, String)> {
     let name = named.to_str().unwrap_or_default();
-    let in_library = from_library(name)?;
-    if !reads::is_there(named) {
-        return in_library.ok_or_else(|| usage(no_protocol(&named.display().to_string())));
-    }
-    if in_library.is_some() {
-        say(&format!(
-            "{name} is a file here and a protocol of the library: the file is read; rename it to use the library"
-        ));
-    }
-    let text = read_input_text(named)?;
-    read(&text)
-        .map_err(|error| Failure::Data(Error::new(error).context(named.display().to_string())))
+    let in_library = LIBRARY.iter().find(|(known, _)| *known == name);
+    let text = match (reads::is_there(named), in_library) {
+        (false, None) => return Err(usage(no_protocol(&named.display().to_string()))),
+        (false, Some((_, toml))) => (*toml).to_owned(),
+        (true, in_library) => {
+            if in_library.is_some() {
+                say(&format!(
+                    "{name} is a file here and a protocol of the library: the file is read; rename it to use the library"
+                ));
+            }
+            read_input_text(named)?
+        }
+    };
+    let protocol = read(&text)
+        .map_err(|error| Failure::Data(Error::new(error).context(named.display().to_string())))?;
+    Ok((protocol, text))
 }
 
 /// That there is no protocol called `name`.

@@ -25,6 +25,9 @@ use crate::output::{print, print_document, say, say_doubts};
 use drives::Drives;
 use strokes::Textures;
 
+#[cfg(feature = "campaign")]
+pub(super) use strokes::file_name;
+
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     #[command(flatten)]

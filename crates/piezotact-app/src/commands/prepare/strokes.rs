@@ -174,19 +174,24 @@ fn free_name(take: &Take, groups: &[(String, Vec<&Take>)]) -> String {
     names.into_iter().find(|name| !taken(name)).unwrap_or(stem)
 }
 
-/// A name for the files of each texture: letters, digits, `-`, `_` and `.` are kept; each name occurs once.
+/// A name for the files of `texture`: letters, digits, `-`, `_` and `.` are kept.
+pub(crate) fn file_name(texture: &str) -> String {
+    let kept = |c: char| match c {
+        c if c.is_alphanumeric() || "-_.".contains(c) => c,
+        _ => '_',
+    };
+    let plain: String = texture.chars().take(64).map(kept).collect();
+    match plain.trim_start_matches('.') {
+        "" => "texture".to_owned(),
+        plain => plain.to_owned(),
+    }
+}
+
+/// A name for the files of each texture; each name occurs once.
 fn file_names<'a>(textures: impl Iterator<Item = &'a str>) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for texture in textures {
-        let kept = |c: char| match c {
-            c if c.is_alphanumeric() || "-_.".contains(c) => c,
-            _ => '_',
-        };
-        let plain: String = texture.chars().take(64).map(kept).collect();
-        let plain = match plain.trim_start_matches('.') {
-            "" => "texture".to_owned(),
-            plain => plain.to_owned(),
-        };
+        let plain = file_name(texture);
         let mut name = plain.clone();
         let mut number = 2;
         // Some file systems do not tell capitals from small letters.

@@ -1,0 +1,169 @@
+//! The drives of a session: taken into the study, compared with their targets once more, and ready to be played.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
+
+use anyhow::anyhow;
+use piezotact::panel::PanelDoubt;
+use piezotact::prepare::State;
+use piezotact::quantity::{Band, Drive};
+use piezotact::render::Rendering;
+use piezotact_dataset::sidecar::sidecar_path;
+use piezotact_dataset::{Contents, ReadOptions, read_input, read_recording};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::readiness::{RenderingFacts, Whose, stimuli_of};
+use piezotact_session::PreparedDrive;
+
+use crate::commands::prepare::file_name;
+use crate::commands::texture;
+use crate::commands::verify::verified;
+use crate::failure::{Failure, Outcome};
+use crate::output::write_bytes;
+
+/// The parts of a folder of drives, with the endings of their files.
+const PARTS: [(&str, &str); 3] = [
+    ("targets", "wav"),
+    ("drives", "wav"),
+    ("measured", "parquet"),
+];
+
+/// The drives that are there, what is known of each, and the band in which they are compared.
+pub(super) struct Drives {
+    pub(super) ready: BTreeMap<String, PreparedDrive>,
+    pub(super) facts: Vec<RenderingFacts>,
+    pub(super) band: Option<Band>,
+}
+
+/// The files of one stimulus in a folder of drives.
+fn files(folder: &Path, stimulus: &str) -> [PathBuf; 3] {
+    let name = file_name(stimulus);
+    PARTS.map(|(part, ending)| folder.join(part).join(format!("{name}.{ending}")))
+}
+
+impl Drives {
+    /// Those that `plan` plays, of the session in `folder`; taken over from the folder `given` first.
+    pub(super) fn of(plan: &Plan, folder: &Path, given: Option<&Path>) -> Outcome<Self> {
+        let mut drives = Self {
+            ready: BTreeMap::new(),
+            facts: Vec::new(),
+            band: None,
+        };
+        require_names(plan)?;
+        for stimulus in stimuli_of(plan) {
+            if let Some(given) = given {
+                take_over(&files(given, stimulus), &files(folder, stimulus))?;
+            }
+            let files = files(folder, stimulus);
+            if files.iter().all(|file| file.is_file()) {
+                drives.add(stimulus, &files)?;
+            }
+        }
+        Ok(drives)
+    }
+
+    fn add(&mut self, stimulus: &str, [target, drive, measured]: &[PathBuf; 3]) -> Outcome {
+        let Contents {
+            recording,
+            setup,
+            rendering,
+            ..
+        } = read_recording(drive, &ReadOptions::default())?;
+        let of_drive =
+            |error: anyhow::Error| Failure::Data(error.context(drive.display().to_string()));
+        let series = recording.series::<Drive>(None);
+        let series = series.map_err(|error| of_drive(error.into()))?;
+        let Some(rendering) = rendering else {
+            return Err(of_drive(anyhow!(
+                "expected a drive that says how it was rendered, found none; render it with piezotact"
+            )));
+        };
+        let wanted = read_recording(target, &ReadOptions::default())?;
+        let band = rendering.config.inverse.band;
+        let verification = verified(target, measured, band, Some(drive))?;
+        let verified = State::of(&verification).outcome();
+        self.band = Some(band);
+        self.facts.push(RenderingFacts {
+            stimulus: stimulus.to_owned(),
+            strokes_of: wanted.recording.about.condition.participant.clone(),
+            rendered_with: whose(&rendering),
+            verified,
+            prepared_ms: changed_ms(measured),
+        });
+        self.ready.insert(
+            stimulus.to_owned(),
+            PreparedDrive {
+                sha: Sha::of(&read_input(drive)?),
+                drive: series,
+                setup,
+                texture: texture(target, &wanted.recording, None)?,
+                target: wanted.recording,
+                rendering: Some(rendering),
+                verified,
+            },
+        );
+        Ok(())
+    }
+}
+
+/// Refuses stimuli whose files would have one name.
+fn require_names(plan: &Plan) -> Outcome {
+    let mut named: BTreeMap<String, &str> = BTreeMap::new();
+    for stimulus in stimuli_of(plan) {
+        let name = file_name(stimulus);
+        if let Some(other) = named.insert(name.to_lowercase(), stimulus) {
+            return Err(Failure::Data(anyhow!(
+                "expected stimuli whose files have different names, found `{other}` and `{stimulus}`, both {name}; rename one in the protocol"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Copies what is in `from` and differs from what is in `to`, with its sidecars and times.
+fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Outcome {
+    if !from.iter().all(|file| file.is_file()) {
+        return Ok(());
+    }
+    for (from, to) in from.iter().zip(to) {
+        if let Some(folder) = to.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let pairs = [
+            (from.clone(), to.clone()),
+            (sidecar_path(from), sidecar_path(to)),
+        ];
+        for (from, to) in pairs.iter().filter(|(from, _)| from.is_file()) {
+            let bytes = read_input(from)?;
+            if to.is_file() && read_input(to)? == bytes {
+                continue;
+            }
+            write_bytes(to, &bytes)?;
+            let changed = std::fs::metadata(from)?.modified()?;
+            std::fs::File::options()
+                .write(true)
+                .open(to)?
+                .set_modified(changed)?;
+        }
+    }
+    Ok(())
+}
+
+/// With whose transfer function a drive was rendered.
+fn whose(rendering: &Rendering) -> Whose {
+    let averaged =
+        |doubt: &piezotact::Doubt| matches!(doubt.kind(), Some(PanelDoubt::Averaged { .. }));
+    if rendering.about.doubts.iter().any(averaged) {
+        return Whose::Average;
+    }
+    let person = rendering.about.condition.participant.clone();
+    person.map_or(Whose::Unknown, Whose::Of)
+}
+
+/// When a file was written, in ms since 1970-01-01 00:00 UTC.
+fn changed_ms(file: &Path) -> Option<i64> {
+    let changed = std::fs::metadata(file).ok()?.modified().ok()?;
+    let since = changed.duration_since(UNIX_EPOCH).ok()?;
+    i64::try_from(since.as_millis()).ok()
+}

@@ -1,0 +1,435 @@
+//! `piezotact campaign run`: a session with a participant on the terminal.
+
+mod drives;
+mod shown;
+mod terminal;
+mod words;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use piezotact::quantity::{Band, Hertz};
+use piezotact::render::Rendering;
+use piezotact::run::{RunStart, Sink, SinkError};
+use piezotact_bench::procedure::RunKeeper;
+use piezotact_dataset::JournalSink;
+use piezotact_people::campaign::chain::{Salt, Sha};
+use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::protocol::Playing;
+use piezotact_people::campaign::readiness::{
+    EarlierSession, Known, NotReady, not_ready, stimuli_of,
+};
+use piezotact_people::campaign::session::{Command, Event, Participant, Stage};
+use piezotact_people::campaign::store::{Purpose, StoreError};
+use piezotact_session::{
+    BenchStimulator, Given, Outside, Played, RunError, Runner, SaltError, Stimuli,
+};
+
+use super::plan::planned;
+use super::study::{Begun, Study, now_ms};
+use crate::benches::{self, BenchSpec};
+use crate::cli::Finger;
+use crate::commands::run_plan;
+use crate::failure::{Failure, Outcome, usage};
+use crate::interrupt::{Between, interrupted};
+use crate::output::say;
+use drives::Drives;
+use shown::shown;
+use terminal::{Terminal, Typed};
+use words::{Asked, HELP, understood};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The folder of the study.
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The participant's pseudonym.
+    participant: String,
+    /// The session, by its name in the protocol.
+    session: String,
+    /// The tag of the experimenter, kept with the session.
+    #[arg(long, value_name = "TAG", default_value = "experimenter")]
+    experimenter: String,
+    /// The bench on which rendered textures are played.
+    #[arg(long, help = benches::help("The bench on which rendered textures are played"))]
+    bench: Option<BenchSpec>,
+    /// Rendered textures are played by hand, on another system: nothing is known of what was felt.
+    #[arg(long, conflicts_with_all = ["bench", "drives"])]
+    by_hand: bool,
+    /// The folder of the participant's drives that `piezotact prepare` wrote; it is copied into the study.
+    #[arg(long, value_name = "FOLDER")]
+    drives: Option<PathBuf>,
+    /// A rehearsal: it is kept, marked, and never analysed; what a session with a volunteer would be refused for is said only.
+    #[arg(long)]
+    rehearsal: bool,
+    /// The participant's sex, as stated.
+    #[arg(long)]
+    sex: Option<String>,
+    /// The participant's age in years.
+    #[arg(long, value_name = "YEARS", value_parser = clap::value_parser!(u32).range(1..=120))]
+    age: Option<u32>,
+    /// The participant's handedness.
+    #[arg(long)]
+    handedness: Option<Handedness>,
+    /// The finger that touches; default: that of the protocol.
+    #[arg(long)]
+    finger: Option<String>,
+    /// The language of the instructions, such as fr.
+    #[arg(long)]
+    language: Option<String>,
+}
+
+/// Which hand is preferred.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Handedness {
+    /// The right hand.
+    Right,
+    /// The left hand.
+    Left,
+    /// Both alike.
+    Both,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let mut study = Study::open(&args.study)?;
+    let participant = study.participant(&args.participant)?;
+    let plan = planned(&study, &participant, &args.session)?;
+    let folder = study.store.session_folder(&participant, &args.session)?;
+    let drives = Drives::of(&plan, &folder, args.drives.as_deref())?;
+    let begun = is_begun(&study, &plan)?;
+    if !begun {
+        ready(&study, &plan, &drives, args)?;
+        study.store.write_plan(&plan)?;
+    }
+    let mut bench = match &args.bench {
+        Some(bench) => Some(stimulator(&study, bench, drives, &folder)?),
+        None => None,
+    };
+    let stimuli = match (&mut bench, args.by_hand) {
+        (Some(bench), _) => Stimuli::On(bench),
+        (None, true) => Stimuli::ByHand,
+        (None, false) => Stimuli::Nowhere,
+    };
+    let consent = study.campaign.consent.clone();
+    let (mut now, mut salted) = (now_ms, salt);
+    let outside = Outside {
+        now_ms: &mut now,
+        salt: &mut salted,
+    };
+    let campaign = &study.campaign.protocol;
+    let runner = Runner::open(
+        &mut study.store,
+        (campaign, &plan),
+        purpose(args),
+        stimuli,
+        outside,
+    )?;
+    session(runner, args, consent.as_deref())
+}
+
+fn purpose(args: &Arguments) -> Purpose {
+    match args.rehearsal {
+        true => Purpose::Rehearsal,
+        false => Purpose::Volunteer,
+    }
+}
+
+/// Fresh entropy of the system.
+fn salt() -> Result<Salt, SaltError> {
+    let mut salt = Salt::default();
+    getrandom::fill(&mut salt).map_err(|error| SaltError(error.to_string()))?;
+    Ok(salt)
+}
+
+fn is_begun(study: &Study, plan: &Plan) -> Outcome<bool> {
+    let is_it = |begun: &Begun| begun.plan.as_ref() == Some(plan);
+    Ok(study.sessions()?.iter().any(is_it))
+}
+
+/// Refuses a session with a volunteer for which something is missing; a rehearsal says it only.
+fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outcome {
+    let renderings = match args.by_hand {
+        // Nothing is played here.
+        true => Vec::new(),
+        false => drives.facts.clone(),
+    };
+    let ended = ended(study, &plan.participant)?;
+    let earlier: Vec<EarlierSession<'_>> = ended
+        .iter()
+        .map(|(session, ended_ms)| EarlierSession {
+            session,
+            ended_ms: *ended_ms,
+        })
+        .collect();
+    let known = Known {
+        renderings: &renderings,
+        earlier: &earlier,
+        panels: &study.campaign.panels,
+        now_ms: now_ms(),
+    };
+    let mut missing = not_ready(&study.campaign.protocol, plan, known);
+    if args.by_hand {
+        missing.retain(|one| !matches!(one, NotReady::Missing { .. }));
+    } else if args.bench.is_none() && !stimuli_of(plan).is_empty() {
+        return Err(usage(anyhow!(
+            "this session plays rendered textures: name the bench with --bench, or play them on another system with --by-hand"
+        )));
+    }
+    if missing.is_empty() {
+        return Ok(());
+    }
+    for one in &missing {
+        say(&format!("not ready: {one}"));
+    }
+    match args.rehearsal {
+        true => Ok(()),
+        false => Err(Failure::Data(anyhow!(
+            "session {} of {} cannot begin, for the {} reason(s) above; nothing was stored (--rehearsal tries it out nevertheless)",
+            plan.session,
+            plan.participant,
+            missing.len()
+        ))),
+    }
+}
+
+/// The sessions of `participant` with a volunteer, and when each was ended.
+fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>> {
+    let mut found = Vec::new();
+    for Begun { entry, plan } in study.sessions()? {
+        let Some(plan) = plan.filter(|plan| plan.participant == participant) else {
+            continue;
+        };
+        let state = study.state(&plan)?;
+        let ended = entry.purpose == Purpose::Volunteer && state.stage() == Stage::Ended;
+        let ended_ms = state.last_ms().filter(|_| ended);
+        found.push((plan.session.clone(), ended_ms));
+    }
+    Ok(found)
+}
+
+/// The bench with the drives of the session, whose runs are kept in `folder`.
+fn stimulator(
+    study: &Study,
+    bench: &BenchSpec,
+    drives: Drives,
+    folder: &Path,
+) -> Outcome<BenchStimulator<'static>> {
+    let bench = bench.open()?;
+    let rendering = &study.campaign.protocol.rendering;
+    let condition = drives.ready.values().find_map(|drive| {
+        let rendering = drive.rendering.as_ref()?;
+        Some(rendering.about.condition.clone())
+    });
+    let finger = Finger {
+        load: condition.as_ref().and_then(|c| c.load_n).map(|load| load.0),
+        angle: condition.and_then(|c| c.angle_deg).map(|angle| angle.0),
+    };
+    let run = run_plan("campaign", &finger, bench.acquirer.as_ref());
+    let folder = folder.join("runs");
+    std::fs::create_dir_all(&folder)?;
+    let all = Band::new(Hertz(20.0), Hertz(1000.0)).map_err(usage)?;
+    Ok(BenchStimulator {
+        bench,
+        drives: drives.ready,
+        playing: rendering
+            .as_ref()
+            .map_or(Playing::Once, |rendering| rendering.playing),
+        band: drives.band.unwrap_or(all),
+        load: run.load,
+        angle: run.angle,
+        journal: Box::new(move |played, rendering| journal(&folder, played, rendering)),
+    })
+}
+
+/// Where the run of a playing is kept: `runs/TRIAL-ATTEMPT-ELEMENT-PLAY.parquet`.
+fn journal(
+    folder: &Path,
+    played: &Played<'_>,
+    rendering: Option<&Rendering>,
+) -> (Box<dyn RunKeeper>, Option<String>) {
+    let name = format!(
+        "{}-{}-{}-{}.parquet",
+        crate::commands::prepare::file_name(played.trial),
+        played.attempt,
+        played.element + 1,
+        played.play
+    );
+    let kept = Kept {
+        path: folder.join(&name),
+        rendering: rendering.cloned(),
+    };
+    (Box::new(kept), Some(format!("runs/{name}")))
+}
+
+/// A run that is kept as the recording at a path.
+struct Kept {
+    path: PathBuf,
+    rendering: Option<Rendering>,
+}
+
+impl RunKeeper for Kept {
+    fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
+        Ok(Box::new(JournalSink::new(
+            &self.path,
+            self.rendering.take(),
+        )))
+    }
+}
+
+/// The session from where it stands to its end, or until the terminal is left.
+fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> Outcome {
+    let _ends_between = Between::items("step");
+    let terminal = Terminal::new();
+    begin(&mut runner, args, &terminal)?;
+    let consent_sha = Sha::of(consent.unwrap_or_default().as_bytes());
+    let mut last = String::new();
+    loop {
+        if matches!(
+            runner.state().stage(),
+            Stage::Ended | Stage::Stopped | Stage::Withdrawn
+        ) {
+            return ended_with(&runner, args, &terminal);
+        }
+        let now = shown(runner.state(), consent);
+        let lines = now.lines.join("\n");
+        if lines != last {
+            terminal.say(&lines)?;
+            last = lines;
+        }
+        let line = match terminal.ask(now.prompt)? {
+            Typed::Line(line) => line,
+            Typed::End => return left(&runner, args),
+        };
+        let asked = match understood(runner.state(), &line, consent_sha) {
+            Ok(asked) => asked,
+            Err(why) => {
+                terminal.say(&format!("  {why}"))?;
+                continue;
+            }
+        };
+        for asked in asked {
+            match asked {
+                Asked::Help => terminal.say(HELP)?,
+                Asked::Status => terminal.say(&status(&runner))?,
+                Asked::Leave => return left(&runner, args),
+                Asked::Withdraw => withdraw(&mut runner, &terminal)?,
+                Asked::Command(command) => {
+                    last.clear();
+                    give(&mut runner, command, &terminal)?;
+                }
+            }
+            if interrupted() {
+                return left(&runner, args);
+            }
+        }
+    }
+}
+
+/// Begins the session, or goes on with one that was cut off.
+fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outcome {
+    let experimenter = args.experimenter.clone();
+    let command = match runner.state().stage() {
+        Stage::New => Command::Begin {
+            experimenter,
+            program: crate::invocation::PROGRAM.to_owned(),
+            participant: Participant {
+                sex: args.sex.clone(),
+                age_years: args.age,
+                handedness: args.handedness.map(|hand| {
+                    let word = hand.to_possible_value();
+                    word.map_or(String::new(), |word| word.get_name().to_owned())
+                }),
+                finger: args.finger.clone(),
+                language: args.language.clone(),
+            },
+        },
+        Stage::Consent | Stage::Running | Stage::Paused => {
+            let now_ms = runner.now_ms();
+            terminal.say(&format!(
+                "The session goes on where it was left: {}.",
+                status(runner)
+            ))?;
+            Command::Resume {
+                experimenter,
+                now_ms,
+            }
+        }
+        Stage::Stopped | Stage::Ended | Stage::Withdrawn => return Ok(()),
+    };
+    give(runner, command, terminal)
+}
+
+/// Gives `command`; what is refused or cannot be stored is said, and the session waits at the same step.
+fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outcome {
+    match runner.give(command) {
+        Ok(Given::Done(Event::Ignored { why, .. })) => terminal.say(&format!("  without effect: {why}")),
+        Ok(Given::Done(Event::ResumeRefused { after_hours })) => terminal.say(&format!(
+            "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
+        )),
+        Ok(Given::Done(_)) => Ok(()),
+        Ok(Given::Void { why }) => terminal.say(&format!(
+            "  THE TRIAL IS VOID and will be presented again: {why}"
+        )),
+        Err(RunError::Store(error @ StoreError::Place { .. })) => {
+            terminal.say(&format!("  NOT STORED: {error}. Then give it again."))
+        }
+        Err(RunError::Refused(refusal)) => terminal.say(&format!("  {refusal}")),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Withdrawal asks twice.
+fn withdraw(runner: &mut Runner<'_>, terminal: &Terminal) -> Outcome {
+    terminal.say("  The participant withdraws: everything of this participant is to be erased.")?;
+    match terminal.ask("type WITHDRAW to confirm>")? {
+        Typed::Line(line) if line == "WITHDRAW" => give(runner, Command::Withdraw, terminal),
+        _ => terminal.say("  nothing was withdrawn"),
+    }
+}
+
+fn status(runner: &Runner<'_>) -> String {
+    let progress = runner.state().progress().into_iter();
+    let tasks: Vec<String> = progress
+        .map(|(task, (confirmed, planned))| format!("{task}: {confirmed} of {planned} trials"))
+        .collect();
+    tasks.join(", ")
+}
+
+/// The terminal is left before the end.
+fn left(runner: &Runner<'_>, args: &Arguments) -> Outcome {
+    Err(Failure::Data(anyhow!(
+        "the session is not over ({}); everything that was noted is stored, and the same command goes on with it: piezotact campaign run {} {} {}",
+        status(runner),
+        args.study.display(),
+        args.participant,
+        args.session
+    )))
+}
+
+fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outcome {
+    let what = match runner.state().stage() {
+        Stage::Withdrawn => {
+            return terminal.say(&format!(
+                "The participant has withdrawn. Erase everything now: piezotact campaign withdraw {} {}",
+                args.study.display(),
+                args.participant
+            ));
+        }
+        Stage::Stopped => "was stopped before its end",
+        _ if runner.state().confirmed() < runner.state().plan().trials.len() => {
+            "was ended without consent"
+        }
+        _ => "is complete",
+    };
+    let purpose = match args.rehearsal {
+        true => "rehearsal",
+        false => "session",
+    };
+    terminal.say(&format!(
+        "The {purpose} {} of {} {what}: {}.",
+        args.session,
+        args.participant,
+        status(runner)
+    ))
+}

@@ -1,0 +1,212 @@
+//! What the experimenter sees at each step of a session.
+
+use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial};
+use piezotact_people::campaign::session::{Answer, Evidence, State, Step, TrialState, letters};
+
+/// Lines on a screen with this many columns.
+const WIDTH: usize = 78;
+
+/// The lines of a step, and the prompt below them.
+pub(super) struct Shown {
+    pub(super) lines: Vec<String>,
+    pub(super) prompt: &'static str,
+}
+
+/// What is shown at the step where `state` stands; of a task's text the participant hears it once for each `said` task.
+pub(super) fn shown(state: &State<'_>, consent: Option<&str>) -> Shown {
+    match state.step() {
+        Step::Begin => plain(&["The session begins."], "Enter>"),
+        Step::AskConsent => {
+            let text = consent.unwrap_or("Ask the participant for consent, in your own words.");
+            let mut lines = vec![rule("consent")];
+            lines.extend(text.lines().map(str::to_owned));
+            lines.push("Does the participant consent? yes or no".to_owned());
+            Shown {
+                lines,
+                prompt: "consent>",
+            }
+        }
+        Step::Check { item, .. } => Shown {
+            lines: vec![format!("  check: {item}")],
+            prompt: "Enter when it is so>",
+        },
+        Step::Present { trial, attempt } => present(state, trial, attempt),
+        Step::Answer { trial, state: of } => answer(state, trial, of),
+        Step::Confirm { trial, answer } => Shown {
+            lines: vec![format!("  noted: {}", said(state, trial, answer))],
+            prompt: "Enter when it is final, or another answer>",
+        },
+        Step::GoOn => plain(&["  pause"], "Enter to go on>"),
+        Step::End => plain(&["  All trials are done."], "Enter ends the session>"),
+        Step::Nothing => plain(&[], ""),
+    }
+}
+
+fn plain(lines: &[&str], prompt: &'static str) -> Shown {
+    let lines = lines.iter().map(|&line| line.to_owned()).collect();
+    Shown { lines, prompt }
+}
+
+/// A line across the screen with `title` in it.
+fn rule(title: &str) -> String {
+    let filled = WIDTH.saturating_sub(title.chars().count() + 4);
+    format!("── {title} {}", "─".repeat(filled))
+}
+
+/// The heading of a trial: which one of how many, its task and its set.
+fn heading(state: &State<'_>, trial: &Trial, attempt: u32) -> String {
+    let number = state
+        .trials()
+        .position(|(other, _)| other.name == trial.name);
+    let mut title = format!(
+        "trial {} of {} · {}",
+        number.map_or(0, |i| i + 1),
+        state.plan().trials.len(),
+        trial.task
+    );
+    if let Some(set) = &trial.set {
+        title.push_str(&format!(" · set {set}"));
+    }
+    if attempt > 1 {
+        title.push_str(&format!(" · attempt {attempt}"));
+    }
+    rule(&title)
+}
+
+fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
+    let mut lines = vec![heading(state, trial, attempt)];
+    if let Some(task) = state.protocol().task(&trial.task) {
+        lines.push(format!("  {}", task.title));
+        let instruction = format!("“{}”", task.instruction);
+        lines.extend(
+            wrapped(&instruction)
+                .into_iter()
+                .map(|line| format!("  {line}")),
+        );
+    }
+    match &trial.presented {
+        Presented::Tray { samples } => {
+            let slots = samples.iter().enumerate();
+            let slots: Vec<String> = slots.map(|(i, s)| format!("{}: {s}", i + 1)).collect();
+            let tray = format!("tray, from the left: {}", slots.join("   "));
+            lines.extend(wrapped(&tray).into_iter().map(|line| format!("  {line}")));
+            lines.push("  lay the samples out, then Enter".to_owned());
+        }
+        Presented::Sample { sample } => {
+            lines.push(format!("  hand over: {sample}, then Enter"));
+        }
+        _ => {
+            let count = trial.presented.names().len();
+            lines.push(own_order(state, trial));
+            lines.push(format!(
+                "  {count} textures on the device: Enter plays them one after the other"
+            ));
+        }
+    }
+    lines.retain(|line| !line.is_empty());
+    Shown {
+        lines,
+        prompt: "present>",
+    }
+}
+
+/// Where the participant's own A, B, C lie; empty where samples have their names.
+fn own_order(state: &State<'_>, trial: &Trial) -> String {
+    match trial.answer {
+        AnswerForm::EachOfOrder { .. } => {
+            let places = state.choices(trial).into_iter();
+            let places: Vec<String> = places
+                .map(|(letter, sample)| format!("{letter} = {sample}"))
+                .collect();
+            format!(
+                "  on the tray, in the participant's order: {}",
+                places.join("   ")
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
+    let mut lines: Vec<String> = of.evidence.iter().map(|(i, one)| played(*i, one)).collect();
+    let choices: Vec<String> = state
+        .choices(trial)
+        .into_iter()
+        .map(|(said, _)| said)
+        .collect();
+    let count = of.plays.len();
+    let ask = match &trial.answer {
+        AnswerForm::Done => "Enter when it is done".to_owned(),
+        AnswerForm::OneOf { .. } => format!("one of {}", choices.join(" ")),
+        AnswerForm::Each { .. } | AnswerForm::EachOfOrder { .. } => {
+            format!("for each of the {count}, one of {}", choices.join(" "))
+        }
+        AnswerForm::Order { from, to, .. } => {
+            format!(
+                "all of {} in order, from the {from} to the {to}",
+                choices.join(" ")
+            )
+        }
+        AnswerForm::Some { at_most, .. } => {
+            format!("up to {at_most} of {}", choices.join(", "))
+        }
+        AnswerForm::Scale { from, to } => format!("a number from {from} to {to}"),
+    };
+    lines.extend(wrapped(&ask).into_iter().map(|line| format!("  {line}")));
+    Shown {
+        lines,
+        prompt: "answer>",
+    }
+}
+
+/// What was measured while an element was played; never which stimulus it was.
+fn played(element: usize, evidence: &Evidence) -> String {
+    let mut parts = vec![format!("texture {}", element + 1)];
+    parts.push(match evidence.missed() {
+        true => "MISSED ITS TARGET".to_owned(),
+        false => format!("target {}", evidence.reached.word()),
+    });
+    if let Some(level) = evidence.level_re_target_db {
+        parts.push(format!("level {level:+.1} dB"));
+    }
+    if let Some(force) = evidence.normal_force_n {
+        parts.push(format!("force {force:.2} N"));
+    }
+    format!("  {}", parts.join(", ")).replace(" -", " −")
+}
+
+/// An answer as it was said.
+pub(super) fn said(state: &State<'_>, trial: &Trial, answer: &Answer) -> String {
+    match answer {
+        Answer::Done => "done".to_owned(),
+        Answer::Number(number) => number.to_string(),
+        Answer::Names(names) => names.join(" "),
+        Answer::Places(places) => {
+            let said = places.iter().filter_map(|place| letters().nth(*place));
+            let said: Vec<String> = said.collect();
+            format!(
+                "{} ({})",
+                said.join(" "),
+                state.names(trial, answer).join(" ")
+            )
+        }
+    }
+}
+
+/// `text` in lines of the screen's width.
+fn wrapped(text: &str) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().map_or(0, |line| line.chars().count());
+        if line > 0 && line + 1 + word.chars().count() > WIDTH - 2 {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}

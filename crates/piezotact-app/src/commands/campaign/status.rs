@@ -1,0 +1,102 @@
+//! `piezotact campaign status`: where every session of a study stands.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use piezotact::page::{Cell, Column, Table};
+use piezotact_people::campaign::session::{Stage, State};
+use piezotact_people::campaign::store::Purpose;
+use piezotact_report::report;
+
+use super::study::{Begun, Study, said};
+use crate::failure::Outcome;
+use crate::output::print;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The folder of the study.
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// Prints the table as CSV.
+    #[arg(long)]
+    csv_text: bool,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let study = Study::open(&args.study)?;
+    let names = [
+        ("participant", "participant"),
+        ("session", "session"),
+        ("stage", "stage"),
+        ("trials", "trials"),
+        ("last event (UTC)", "last_event_utc"),
+        ("ignored", "ignored"),
+    ];
+    let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+    for Begun { entry, plan } in study.sessions()? {
+        let state = plan.as_ref().map(|plan| study.state(plan)).transpose()?;
+        let (stage, trials, last, ignored) = match &state {
+            None => (
+                "withdrawn and erased",
+                String::new(),
+                entry.withdrawn_at_ms,
+                0,
+            ),
+            Some(state) => (
+                stage(state),
+                format!("{} of {}", state.confirmed(), state.plan().trials.len()),
+                state.last_ms(),
+                state.ignored(),
+            ),
+        };
+        let stage = match entry.purpose {
+            Purpose::Volunteer => stage.to_owned(),
+            Purpose::Rehearsal => format!("rehearsal: {stage}"),
+        };
+        table.rows.push(vec![
+            Cell::from(entry.key.participant.as_str()),
+            Cell::from(entry.key.session.as_str()),
+            Cell::from(stage),
+            Cell::from(trials),
+            Cell::from(last.map_or(String::new(), said)),
+            Cell::from(ignored.to_string()),
+        ]);
+    }
+    if args.csv_text {
+        return print(report::csv(&table)?.trim_end());
+    }
+    print(&format!(
+        "{}: {} of {} participants completed {}",
+        study.campaign.protocol.title,
+        completed(&study)?,
+        study.campaign.protocol.panel.participants,
+        study.campaign.protocol.aims.session
+    ))?;
+    match table.rows.is_empty() {
+        true => print("no session was begun yet"),
+        false => print(&report::text(&table)?),
+    }
+}
+
+/// How many participants completed the session that the campaign is judged by.
+fn completed(study: &Study) -> Outcome<usize> {
+    let session = &study.campaign.protocol.aims.session;
+    let completed = study.completed()?;
+    Ok(completed
+        .iter()
+        .filter(|done| done.session == *session)
+        .count())
+}
+
+fn stage(state: &State<'_>) -> &'static str {
+    match state.stage() {
+        Stage::New => "not begun",
+        Stage::Consent => "waits for consent",
+        Stage::Running => "under way",
+        Stage::Paused => "in a pause",
+        Stage::Stopped => "stopped",
+        Stage::Ended if state.confirmed() < state.plan().trials.len() => "no consent",
+        Stage::Ended => "complete",
+        Stage::Withdrawn => "withdrawn, not erased yet",
+    }
+}

@@ -1,0 +1,117 @@
+//! A study that is open: its store, its campaign, and the sessions with their plans.
+
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{Error, anyhow};
+use piezotact_dataset::study::{Pseudonym, SqliteStore, StudyCampaign};
+use piezotact_people::association::{Answer, Declared, answers_of, declared};
+use piezotact_people::campaign::plan::{CompletedSession, Plan};
+use piezotact_people::campaign::session::{Stage, State};
+use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
+use piezotact_session::state_of;
+
+use crate::failure::{Failure, Outcome, usage};
+
+/// A study with its campaign.
+pub(super) struct Study {
+    pub(super) store: SqliteStore,
+    pub(super) campaign: StudyCampaign,
+}
+
+/// A session that was begun, with its plan; none where it was erased.
+pub(super) struct Begun {
+    pub(super) entry: SessionEntry,
+    pub(super) plan: Option<Plan>,
+}
+
+impl Study {
+    /// The study in `folder`.
+    pub(super) fn open(folder: &Path) -> Outcome<Self> {
+        let store = SqliteStore::open(folder)?;
+        let campaign = StudyCampaign::read(folder)?;
+        Ok(Self { store, campaign })
+    }
+
+    /// All sessions, in the order in which they were begun.
+    pub(super) fn sessions(&self) -> Outcome<Vec<Begun>> {
+        let entries = self.store.sessions()?.into_iter();
+        let begun = entries.map(|entry| {
+            let plan = match entry.withdrawn_at_ms {
+                Some(_) => None,
+                None => Some(self.written_plan(&entry)?),
+            };
+            Ok(Begun { entry, plan })
+        });
+        begun.collect()
+    }
+
+    fn written_plan(&self, entry: &SessionEntry) -> Outcome<Plan> {
+        let participant = Pseudonym::new(&entry.key.participant)?;
+        let plan = self.store.plan(&participant, &entry.key.session)?;
+        plan.ok_or_else(|| {
+            Failure::Data(anyhow!(
+                "{}: the plan of session {} of {participant} is not there; restore its folder from a copy of the study",
+                self.store.folder().display(),
+                entry.key.session
+            ))
+        })
+    }
+
+    /// Where the session of `plan` stands.
+    pub(super) fn state<'a>(&'a self, plan: &'a Plan) -> Outcome<State<'a>> {
+        state_of(&self.store, &self.campaign.protocol, plan).map_err(|error| {
+            let session = format!("session {} of {}", plan.session, plan.participant);
+            Failure::Data(Error::new(error).context(session))
+        })
+    }
+
+    /// The sessions with volunteers that were ended, for the plan of the next.
+    pub(super) fn completed(&self) -> Outcome<Vec<CompletedSession>> {
+        let mut completed = Vec::new();
+        for Begun { entry, plan } in self.sessions()? {
+            if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan)
+                && self.state(&plan)?.stage() == Stage::Ended
+                && self.state(&plan)?.confirmed() == plan.trials.len()
+            {
+                completed.push(plan.as_completed());
+            }
+        }
+        Ok(completed)
+    }
+
+    /// What the protocol declares, and every confirmed answer of every session that was not erased.
+    pub(super) fn answers(&self) -> Outcome<(Declared, Vec<Answer>)> {
+        let mut answers = Vec::new();
+        for Begun { entry, plan } in self.sessions()? {
+            if let Some(plan) = plan {
+                answers.extend(answers_of(&self.state(&plan)?, entry.purpose));
+            }
+        }
+        Ok((declared(&self.campaign.protocol), answers))
+    }
+
+    /// The pseudonym `text`, which differs from those that are there by more than case.
+    pub(super) fn participant(&self, text: &str) -> Outcome<Pseudonym> {
+        let participant = Pseudonym::new(text).map_err(usage)?;
+        let sessions = self.store.sessions()?;
+        let known = sessions.iter().map(|entry| entry.key.participant.as_str());
+        participant.check_among(known).map_err(usage)?;
+        Ok(participant)
+    }
+}
+
+/// The time now, in ms since 1970-01-01 00:00 UTC.
+pub(super) fn now_ms() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0, |since| {
+        i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+    })
+}
+
+/// `at_ms` as date and time in UTC: `2026-03-01 10:22`.
+pub(super) fn said(at_ms: i64) -> String {
+    let at = UNIX_EPOCH + std::time::Duration::from_millis(at_ms.max(0).unsigned_abs());
+    let text = humantime::format_rfc3339_seconds(at).to_string();
+    text.replace('T', " ").chars().take(16).collect()
+}

@@ -1,0 +1,42 @@
+//! `piezotact campaign withdraw`: erases everything of a participant.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use piezotact_dataset::read_input_text;
+use piezotact_dataset::study::{Passphrase, Pseudonym, SqliteStore};
+
+use super::study::now_ms;
+use crate::failure::{Outcome, usage};
+use crate::output::print;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The folder of the study.
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The participant's pseudonym.
+    participant: String,
+    /// A file with the passphrase of the identities, where the study has some.
+    #[arg(long, value_name = "FILE")]
+    passphrase: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    // The protocol is not needed: nothing keeps a participant from withdrawing.
+    let mut store = SqliteStore::open(&args.study)?;
+    let participant = Pseudonym::new(&args.participant).map_err(usage)?;
+    let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
+    let erased = store.withdraw(&participant, now_ms(), passphrase.as_ref())?;
+    print(&format!(
+        "{participant}: erased {} sessions, {} files, {} identities; a tombstone stays, with which the journals verify. Copies of the folder and what was exported are not reached: erase them too.",
+        erased.sessions, erased.files, erased.identities
+    ))
+}
+
+/// The passphrase in the first line of `file`.
+pub(super) fn passphrase(file: &Path) -> Outcome<Passphrase> {
+    let text = read_input_text(file)?;
+    let line = text.lines().next().unwrap_or_default();
+    Ok(Passphrase::new(line.to_owned())?)
+}

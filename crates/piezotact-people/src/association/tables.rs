@@ -1,0 +1,247 @@
+//! Answers and trials as tidy tables.
+
+use piezotact::criterion::Outcome;
+use piezotact::page::{Cell, Column, Table};
+
+use super::answer::{Answer, Declared, Flag, Purpose};
+use crate::campaign::session::{Answer as Noted, State};
+use crate::campaign::store;
+
+/// `answers` to what is `declared` as a table with a row for each, in the columns that are read as answers again.
+///
+/// Source: decision 0064 of this project.
+#[must_use]
+pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
+    let mut table = table(&[
+        "participant",
+        "session",
+        "task",
+        "set",
+        "trial",
+        "position",
+        "presented",
+        "answered",
+        "offered",
+        "source",
+        "expected",
+        "flags",
+        "rehearsal",
+    ]);
+    for answer in answers {
+        let stimulus = declared
+            .stimuli
+            .iter()
+            .find(|stimulus| stimulus.name == answer.presented && !stimulus.is_plain());
+        let of_stimulus = |part: fn(&super::Stimulus) -> &str| stimulus.map_or("", part);
+        let flags: Vec<&str> = answer.flags.iter().map(|flag| word(*flag)).collect();
+        let position = answer.position.map_or(String::new(), |at| at.to_string());
+        table.rows.push(vec![
+            Cell::from(answer.participant.as_str()),
+            Cell::from(answer.session.as_str()),
+            Cell::from(answer.task.as_str()),
+            Cell::from(answer.set.as_str()),
+            Cell::from(answer.trial.as_str()),
+            Cell::from(position),
+            Cell::from(answer.presented.as_str()),
+            Cell::from(answer.answered.as_str()),
+            Cell::from(answer.offered.join("|")),
+            Cell::from(of_stimulus(|stimulus| &stimulus.source)),
+            Cell::from(of_stimulus(|stimulus| &stimulus.expected)),
+            Cell::from(flags.join(" ")),
+            Cell::from(match answer.purpose {
+                Purpose::Trial => "no",
+                Purpose::Rehearsal => "yes",
+            }),
+        ]);
+    }
+    table
+}
+
+fn word(flag: Flag) -> &'static str {
+    match flag {
+        Flag::MissedTarget => "missed_target",
+        Flag::WrongSample => "wrong_sample",
+    }
+}
+
+fn table(names: &[&str]) -> Table {
+    Table::new(names.iter().map(|name| Column::new(*name, *name)))
+}
+
+/// The columns of the table of trials.
+const OF_TRIALS: [&str; 19] = [
+    "participant",
+    "session",
+    "number",
+    "trial",
+    "task",
+    "set",
+    "planned",
+    "presented",
+    "answer",
+    "first_answer",
+    "revisions",
+    "corrected_because",
+    "plays",
+    "attempts",
+    "interrupted",
+    "voided",
+    "missed_target",
+    "seconds",
+    "rehearsal",
+];
+
+/// Every trial of the sessions `states`, answered or not, with a row for each: what was planned and presented, the answer that counts
+/// and the first one, revisions, corrections, plays, attempts, and the time from the presentation to the confirmation in s.
+///
+/// Source: decision 0065 of this project.
+#[must_use]
+pub fn trials_table<'a>(
+    states: impl IntoIterator<Item = (&'a State<'a>, store::Purpose)>,
+) -> Table {
+    let mut table = table(&OF_TRIALS);
+    for (state, purpose) in states {
+        for (i, (trial, of)) in state.trials().enumerate() {
+            let noted = |answer: Option<&Noted>| match answer {
+                None => String::new(),
+                Some(answer @ (Noted::Names(_) | Noted::Places(_))) => {
+                    state.names(trial, answer).join("|")
+                }
+                Some(Noted::Number(number)) => number.to_string(),
+                Some(Noted::Done) => "done".to_owned(),
+            };
+            let planned = trial.presented.names().join("|");
+            let presented = match (&of.presented_instead, of.plays.is_empty()) {
+                (_, true) => String::new(),
+                (Some(instead), false) => instead.join("|"),
+                (None, false) => planned.clone(),
+            };
+            let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
+            let why = of.corrections.last().map_or("", |(_, why)| why.as_str());
+            let seconds = of.seconds().map_or(String::new(), |s| format!("{s:.3}"));
+            table.rows.push(vec![
+                Cell::from(state.plan().participant.as_str()),
+                Cell::from(state.plan().session.as_str()),
+                Cell::from((i + 1).to_string()),
+                Cell::from(trial.name.as_str()),
+                Cell::from(trial.task.as_str()),
+                Cell::from(trial.set.as_deref().unwrap_or("")),
+                Cell::from(planned),
+                Cell::from(presented),
+                Cell::from(noted(of.answer())),
+                Cell::from(noted(of.answers.first())),
+                Cell::from(of.answers.len().saturating_sub(1).to_string()),
+                Cell::from(why),
+                Cell::from(plays.join("|")),
+                Cell::from(of.attempts.to_string()),
+                Cell::from(of.interrupted.to_string()),
+                Cell::from(of.voided.to_string()),
+                Cell::from(yes(of.evidence.iter().any(|(_, one)| one.missed()))),
+                Cell::from(seconds),
+                Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+            ]);
+        }
+    }
+    table
+}
+
+fn yes(is_so: bool) -> &'static str {
+    match is_so {
+        true => "yes",
+        false => "no",
+    }
+}
+
+/// What was measured at every playing of the sessions `states`, with a row for each.
+///
+/// Source: decision 0069 of this project.
+#[must_use]
+pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Table {
+    let mut table = table(&[
+        "participant",
+        "session",
+        "trial",
+        "element",
+        "stimulus",
+        "drive_sha256",
+        "gain",
+        "verified",
+        "reached",
+        "criteria_not_met",
+        "score_jnd",
+        "level_re_target_db",
+        "normal_force_n",
+        "onset_s",
+        "onset_uncertainty_s",
+        "strokes",
+        "journal",
+    ]);
+    let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
+    for state in states {
+        for (trial, of) in state.trials() {
+            for (element, one) in &of.evidence {
+                let not_met = one.criteria.iter();
+                let not_met = not_met.filter(|(_, outcome)| **outcome == Outcome::NotMet);
+                let not_met: Vec<&str> = not_met.map(|(name, _)| name.as_str()).collect();
+                table.rows.push(vec![
+                    Cell::from(state.plan().participant.as_str()),
+                    Cell::from(state.plan().session.as_str()),
+                    Cell::from(trial.name.as_str()),
+                    Cell::from((element + 1).to_string()),
+                    Cell::from(one.stimulus.as_str()),
+                    Cell::from(one.drive.to_string()),
+                    Cell::from(one.gain.as_deref().unwrap_or("")),
+                    Cell::from(one.verified.word()),
+                    Cell::from(one.reached.word()),
+                    Cell::from(not_met.join("|")),
+                    Cell::from(number(one.score_jnd)),
+                    Cell::from(number(one.level_re_target_db)),
+                    Cell::from(number(one.normal_force_n)),
+                    Cell::from(number(one.onset_s)),
+                    Cell::from(number(one.onset_uncertainty_s)),
+                    Cell::from(one.strokes.to_string()),
+                    Cell::from(one.journal.as_deref().unwrap_or("")),
+                ]);
+            }
+        }
+    }
+    table
+}
+
+/// Who took part, with a row for each session: sex, age, handedness, finger, language, as stated.
+///
+/// Source: thesis 2.6, the description of panels.
+#[must_use]
+pub fn participants_table<'a>(
+    states: impl IntoIterator<Item = (&'a State<'a>, store::Purpose)>,
+) -> Table {
+    let mut table = table(&[
+        "participant",
+        "session",
+        "sex",
+        "age_years",
+        "handedness",
+        "finger",
+        "language",
+        "confirmed",
+        "planned",
+        "rehearsal",
+    ]);
+    for (state, purpose) in states {
+        let who = state.participant();
+        let text = |text: &Option<String>| Cell::from(text.as_deref().unwrap_or(""));
+        table.rows.push(vec![
+            Cell::from(state.plan().participant.as_str()),
+            Cell::from(state.plan().session.as_str()),
+            text(&who.sex),
+            Cell::from(who.age_years.map_or(String::new(), |age| age.to_string())),
+            text(&who.handedness),
+            text(&who.finger),
+            text(&who.language),
+            Cell::from(state.confirmed().to_string()),
+            Cell::from(state.plan().trials.len().to_string()),
+            Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+        ]);
+    }
+    table
+}
