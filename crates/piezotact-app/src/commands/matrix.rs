@@ -7,7 +7,7 @@ use clap::{Args, ValueEnum};
 use piezotact_dataset::{AnswersFile, read_answers};
 use piezotact_people::association::{
     Association, AssociationConfig, AssociationError, FlaggedTrials, Grouping, MatrixConfig,
-    Selection, associate,
+    OrderError, Selection, associate,
 };
 use piezotact_report::association::{html, svg};
 use piezotact_report::report;
@@ -71,12 +71,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     outputs(&[&args.answers], &written)?;
     let AnswersFile { table, doubts } = read_answers(&args.answers, &args.samples)?;
-    let mut found = associate(&table, &config(args)).map_err(|error| match error {
-        AssociationError::NothingSelected { .. } | AssociationError::OnlyFlagged { .. } => {
-            usage(error)
-        }
-        error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
-    })?;
+    let mut found =
+        associate(&table, &config(args)).map_err(|error| match error {
+            AssociationError::NothingSelected { .. }
+            | AssociationError::OnlyFlagged { .. }
+            | AssociationError::Order(
+                OrderError::OtherTask { .. } | OrderError::OnlyFlagged { .. },
+            ) => usage(error),
+            error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
+        })?;
     found.doubts.splice(0..0, doubts);
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.cells_table())?)?;

@@ -177,7 +177,7 @@ pub fn associate(
     }
     let pairs = confused_pairs(table, &config.matrix);
     let orderings = config.ordering_tasks.iter();
-    let orderings = orderings.map(|task| ordering(table, task));
+    let orderings = orderings.map(|task| ordering(table, &config.matrix, task));
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
         answers: selected.len(),
