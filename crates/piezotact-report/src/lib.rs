@@ -5,6 +5,7 @@ mod axis;
 mod bars;
 pub mod chart;
 pub mod criteria;
+mod felt;
 pub mod figures;
 mod format;
 mod grid;
