@@ -5,8 +5,10 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
 use piezotact::Doubt;
+use piezotact::discrimination::Model;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::recording::{BenchKind, Channel, Condition, Provenance, Recording};
+use piezotact::score::ScoreDoubt;
 use piezotact::series::Series;
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, Declared, Felt, FeltCriterion, FeltDoubt,
@@ -18,8 +20,8 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 const RATE_HZ: f64 = 2500.0;
 const SECONDS: f64 = 20.0;
 
-fn band() -> Band {
-    Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()
+fn model() -> Model {
+    Model::over(Band::new(Hertz(20.0), Hertz(1000.0)).unwrap())
 }
 
 /// Noise of a second-order resonance at `hz`, of 3 m/s² rms.
@@ -73,7 +75,7 @@ fn felt(person: Option<&str>, sample: &str, vibration: Series<Acceleration>) -> 
 fn with(recordings: &[FeltRecording]) -> Association {
     let table = answers();
     let found = associate(&table, &AssociationConfig::default()).unwrap();
-    found.with_felt(&table, recordings, band())
+    found.with_felt(&table, recordings, &model())
 }
 
 fn of_two(a: Series<Acceleration>, b: Series<Acceleration>) -> Association {
@@ -150,6 +152,14 @@ fn what_is_not_felt_separates_nothing() {
     let quiet = |hz, seed| texture(hz, seed).amplified(Decibels(-100.0));
     let found = of_two(quiet(80.0, 1), quiet(400.0, 2));
     assert_eq!(separates(&found), (Separates::No, Separates::No));
+    let not_felt = found.doubts.iter().filter_map(Doubt::kind);
+    let names: Vec<String> = not_felt
+        .filter_map(|doubt| match doubt {
+            ScoreDoubt::NotFelt { what, .. } => Some(what),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(names, ["A", "B"]);
 }
 
 /// Between one JND and the published range nothing is decided.
@@ -264,7 +274,7 @@ fn pairs_that_nobody_confused_or_that_are_told_apart_are_not_looked_at() {
     }
     let nobody = BTreeSet::new();
     let all = [felt(None, "A", texture(200.0, 1))];
-    let (Felt { pairs, spectra, .. }, _) = felt_pairs(&found.pairs, &all, &nobody, band());
+    let (Felt { pairs, spectra, .. }, _) = felt_pairs(&found.pairs, &all, &nobody, &model());
     assert!(pairs.is_empty() && spectra.is_empty());
 }
 

@@ -33,7 +33,7 @@ pub(crate) fn felt_section(felt: &Felt) -> Result<Markup, DrawError> {
             p.soft {
                 "Pairs that somebody confused and that the answers do not show to be told apart. Level: the difference in sensation \
                  level. Spectrum: the difference at equal sensation level, the louder attenuated to the level of the softer. Both in \
-                 just-noticeable differences (JND) over " (felt.band_hz) "; one separates a pair where its whole 95 % interval lies \
+                 just-noticeable differences (JND) over " (felt.model.band) "; one separates a pair where its whole 95 % interval lies \
                  above the published range of the JND and above what the halves of one recording differ by."
                 (shown)
             }
@@ -64,7 +64,7 @@ fn pair_figure(felt: &Felt, pair: &FeltPair) -> Result<Option<Markup>, DrawError
     let Some(first) = both.iter().flatten().next() else {
         return Ok(None);
     };
-    let (from, to) = (felt.band_hz.low().0, felt.band_hz.high().0);
+    let (from, to) = (felt.model.band.low().0, felt.model.band.high().0);
     let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
     let (low, high) = range(&points, from, to, 10.0, DEPTH_DB);
     let chart = Chart::new(

@@ -14,9 +14,9 @@ use piezotact_people::association::{
 use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 
-use super::{outputs, read};
+use super::{outputs, read, score};
 use crate::advice::OptionWords;
-use crate::cli::Reading;
+use crate::cli::{Feeling, Reading};
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say_doubts, write_text};
@@ -49,6 +49,8 @@ pub(crate) struct Arguments {
     /// The band in which --felt compares, in Hz.
     #[arg(long, default_value = "20..1000", requires = "felt")]
     band: Band,
+    #[command(flatten)]
+    feeling: Feeling,
     #[command(flatten)]
     reading: Reading,
     /// Writes a tidy table, one row for each cell.
@@ -161,7 +163,8 @@ fn with_felt(
         })
     });
     let recordings = recordings.collect::<Outcome<Vec<_>>>()?;
-    Ok(found.with_felt(table, &recordings, args.band))
+    let model = score::model(&args.feeling, args.band)?;
+    Ok(found.with_felt(table, &recordings, &model))
 }
 
 /// What was felt, by the recording at `path`.

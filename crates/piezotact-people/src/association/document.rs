@@ -3,9 +3,9 @@
 use std::collections::BTreeSet;
 
 use piezotact::Doubt;
+use piezotact::discrimination::Model;
 use piezotact::document::Content;
 use piezotact::page::{Cell as TableCell, Column, Table};
-use piezotact::quantity::Band;
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
@@ -299,18 +299,18 @@ impl Association {
         self.matrices.first().map(|group| &group.matrix)
     }
 
-    /// The same with what was felt in confused pairs, by `recordings` of the fingernail's acceleration over `band`, and the doubts about
+    /// The same with what was felt in confused pairs, by `recordings` of the fingernail's acceleration and `model`, and the doubts about
     /// it; `table` holds the answers that it was made of.
     #[must_use]
     pub fn with_felt(
         mut self,
         table: &AnswerTable,
         recordings: &[FeltRecording],
-        band: Band,
+        model: &Model,
     ) -> Self {
         let answers = super::matrix::selected(table, &self.config.matrix);
         let people = answers.map(|answer| answer.participant.clone()).collect();
-        let (felt, doubts) = felt_pairs(&self.pairs, recordings, &people, band);
+        let (felt, doubts) = felt_pairs(&self.pairs, recordings, &people, model);
         self.felt = Some(felt);
         self.doubts.extend(doubts);
         self

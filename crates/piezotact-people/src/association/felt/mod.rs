@@ -6,8 +6,9 @@ mod pair;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Doubt;
+use piezotact::discrimination::Model;
 use piezotact::page::{Cell as TableCell, Column, Table};
-use piezotact::quantity::{Acceleration, Band, Drive, Hertz};
+use piezotact::quantity::{Acceleration, Drive, Hertz};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
 use piezotact::spectrum::welch;
@@ -69,8 +70,8 @@ impl FeltSpectrum {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Felt {
-    /// The band over which they are compared.
-    pub band_hz: Band,
+    /// The perceptual model, and the band over which they are compared.
+    pub model: Model,
     /// The spectrum of each texture of these pairs.
     pub spectra: Vec<FeltSpectrum>,
     /// The pairs, the most confused first.
@@ -122,7 +123,7 @@ fn is_looked_at(pair: &ConfusedPair) -> bool {
     open && pair.declared.iter().sum::<usize>() > 0
 }
 
-/// What was felt in each of `pairs` that somebody confused and that is not shown to be told apart, over `band`, with the doubts.
+/// What was felt in each of `pairs` that somebody confused and that is not shown to be told apart, by `model`, with the doubts.
 /// Recordings of each participant are compared with each other; those of people who are not among `people` are left out.
 ///
 /// Formula: PSD by Welch, Hann segments with half overlap of about 1.2 Hz, or shorter where two of them do not fit; level and spectrum as
@@ -134,7 +135,7 @@ pub fn felt_pairs(
     pairs: &[ConfusedPair],
     recordings: &[FeltRecording],
     people: &BTreeSet<String>,
-    band: Band,
+    model: &Model,
 ) -> (Felt, Vec<Doubt>) {
     let mut doubts = Vec::new();
     let wanted = felt_samples(pairs);
@@ -163,10 +164,12 @@ pub fn felt_pairs(
     if !missing.is_empty() {
         doubts.push(FeltDoubt::NotRecorded { samples: missing }.into());
     }
+    let used = fingers.values().flat_map(BTreeMap::values);
+    let shortest_s = used.filter_map(|of| usable_s(of)).fold(f64::MAX, f64::min);
     let mut spectra = Vec::new();
     for (person, samples) in &fingers {
         for recording in samples.values() {
-            match spectrum(recording, band) {
+            match spectrum(recording, model, shortest_s) {
                 Ok(found) => spectra.push(found),
                 Err(reason) => doubts.push(
                     FeltDoubt::NotUsed {
@@ -194,7 +197,7 @@ pub fn felt_pairs(
             if ![a, b].iter().all(drawn) {
                 continue;
             }
-            match compared(*person, [a, b], band) {
+            match compared(*person, [a, b], model) {
                 Ok((comparison, of_it)) => {
                     comparisons.push(comparison);
                     doubts.extend(of_it);
@@ -215,7 +218,7 @@ pub fn felt_pairs(
         });
     }
     let felt = Felt {
-        band_hz: band,
+        model: model.clone(),
         spectra,
         pairs: found,
     };
@@ -241,10 +244,21 @@ fn missing(
     of_one.collect()
 }
 
-/// The spectrum of a recording, or why it has none.
-fn spectrum(of: &FeltRecording, band: Band) -> Result<FeltSpectrum, String> {
+/// How long a recording is, s; `None` for one that cannot be used.
+fn usable_s(of: &FeltRecording) -> Option<f64> {
+    let vibration = of.vibration.as_ref().ok()?;
+    let count = vibration.samples().len();
+    let long_enough = welch_for(count, vibration.rate()).is_ok();
+    long_enough.then_some(vibration.duration().0)
+}
+
+/// The spectrum of a recording with lines as far apart as the shortest recording allows, or why it has none.
+fn spectrum(of: &FeltRecording, model: &Model, shortest_s: f64) -> Result<FeltSpectrum, String> {
     let vibration = of.vibration.as_ref().map_err(Clone::clone)?;
-    let config = welch_for(vibration.samples().len(), vibration.rate())?;
+    let (count, rate) = (vibration.samples().len(), vibration.rate());
+    welch_for(count, rate)?;
+    let config = welch_for(count.min((shortest_s * rate.hz()).round() as usize), rate)?;
+    let band = model.band;
     if vibration.samples().iter().all(|v| *v == 0.0) {
         return Err("it holds no vibration".into());
     }
@@ -279,9 +293,11 @@ impl Felt {
         spectra.find(|s| s.sample == sample && s.participant.as_deref() == participant)
     }
 
-    /// The comparisons as a table, a row for each pair and participant.
+    /// The comparisons as a table, a row for each pair and participant; without participants where recordings stand for everybody.
     #[must_use]
     pub fn table(&self) -> Table {
+        let mut comparisons = self.pairs.iter().flat_map(|pair| &pair.comparisons);
+        let people = usize::from(comparisons.any(|one| one.participant.is_some()));
         let names = [
             ("pair", "pair"),
             ("participant", "participant"),
@@ -293,7 +309,9 @@ impl Felt {
             ("95 %", "spectrum_interval_jnd"),
             ("spectrum separates", "spectrum_separates"),
         ];
-        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
+        let names = names.iter().enumerate();
+        let names = names.filter(|(i, _)| *i != 1 || people == 1);
+        let mut table = Table::new(names.map(|(_, (heading, name))| Column::new(heading, name)));
         for pair in &self.pairs {
             table.rows.extend(pair.comparisons.iter().map(|one| {
                 let number = |what| match one.criterion(what).and_then(|c| c.found) {
@@ -304,9 +322,8 @@ impl Felt {
                     Some([low, high]) => TableCell::from(format!("{low:.2} to {high:.2}")),
                     None => TableCell::Missing(()),
                 };
-                vec![
-                    TableCell::from(pair.pair.join(" – ")),
-                    TableCell::from(one.participant.as_deref().unwrap_or("–")),
+                let person = TableCell::from(one.participant.as_deref().unwrap_or("–"));
+                let rest = vec![
                     TableCell::from(pair.outcome.word()),
                     number(FeltCriterion::Level),
                     interval(FeltCriterion::Level),
@@ -314,7 +331,10 @@ impl Felt {
                     number(FeltCriterion::Spectrum),
                     interval(FeltCriterion::Spectrum),
                     TableCell::from(one.by_spectrum.word()),
-                ]
+                ];
+                let name = TableCell::from(pair.pair.join(" – "));
+                let person = std::iter::repeat_n(person, people);
+                std::iter::once(name).chain(person).chain(rest).collect()
             }));
         }
         table

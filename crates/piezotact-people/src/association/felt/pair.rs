@@ -4,11 +4,11 @@ use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::discrimination::DiscriminationDoubt;
-use piezotact::quantity::{Band, Decibels, SampleRate};
+use piezotact::discrimination::{DiscriminationDoubt, Model};
+use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
-use piezotact::score::{Difference, Extent, Score, ScoreConfig, score};
-use piezotact::spectrum::WelchConfig;
+use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreDoubt, score};
+use piezotact::spectrum::{SpectrumDoubt, WelchConfig};
 use serde::{Deserialize, Serialize};
 
 use super::super::confused::PairOutcome;
@@ -200,6 +200,7 @@ impl FeltPair {
         let confused = match self.outcome {
             PairOutcome::Confused if separated > 0 => "confused although",
             PairOutcome::Confused => "confused;",
+            PairOutcome::NotDecided => "confusion not decided;",
             outcome => &format!("by the answers {};", outcome.word()),
         };
         match self.comparisons.as_slice() {
@@ -296,7 +297,7 @@ fn judged(
 pub(super) fn compared(
     participant: Option<&str>,
     [a, b]: [&FeltRecording; 2],
-    band: Band,
+    model: &Model,
 ) -> Result<(FeltComparison, Vec<Doubt>), String> {
     let common = to_common_rate(
         (&a.sample, a.vibration.clone()?),
@@ -307,7 +308,12 @@ pub(super) fn compared(
     let shorter = first.samples().len().min(second.samples().len());
     let config = ScoreConfig {
         welch: welch_for(shorter, first.rate())?,
-        ..ScoreConfig::over(band, first.rate().hz())
+        level_jnd: model.level_jnd,
+        level_jnd_high: model.level_jnd_high,
+        frequency_jnd_share: model.frequency_jnd_share,
+        weighting: model.weighting,
+        contact: model.contact.clone(),
+        ..ScoreConfig::over(model.band, first.rate().hz())
     };
     let of = |x: &_, y: &_| score(x, y, &config).map_err(|error| error.to_string());
     let as_felt = of(&first, &second)?;
@@ -329,8 +335,8 @@ pub(super) fn compared(
         [FeltCriterion::Spectrum, FeltCriterion::SpectrumWithin],
     );
     criteria.extend(of_spectrum);
-    let kept = |doubt: &&Doubt| doubt.kind::<DiscriminationDoubt>().is_some();
-    let doubts = as_felt.doubts.iter().filter(kept).cloned();
+    let doubts = as_felt.doubts.iter();
+    let doubts = doubts.filter_map(|doubt| doubt_about(doubt, [&a.sample, &b.sample]));
     let doubts = doubts.chain(common.doubt).collect();
     Ok((
         FeltComparison {
@@ -343,4 +349,20 @@ pub(super) fn compared(
         },
         doubts,
     ))
+}
+
+/// A doubt about a score as one about the samples `names`; `None` for one that no verdict here depends on.
+fn doubt_about(doubt: &Doubt, names: [&String; 2]) -> Option<Doubt> {
+    if let Some(ScoreDoubt::NotFelt { what, level_db }) = doubt.kind() {
+        let [first, second] = names.map(Clone::clone);
+        let what = if what == "the reference" {
+            first
+        } else {
+            second
+        };
+        return Some(ScoreDoubt::NotFelt { what, level_db }.into());
+    }
+    let of_feeling = doubt.kind::<DiscriminationDoubt>().is_some();
+    let of_spectrum = doubt.kind::<SpectrumDoubt>().is_some();
+    (of_feeling || of_spectrum).then(|| doubt.clone())
 }
