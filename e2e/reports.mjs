@@ -73,7 +73,7 @@ const rows = (twin) => [
     ["compare", "--by", "direction", ...files("directions"), "--report", "compare-direction.html"],
     ["compare", "--by", "touch", ...files("passive"), ...files("active"), "--report", "compare-touch.html"],
   ],
-  [["replay", "--chapter", "6", "--out", "replay"], ["matrix", "answers.csv", "--report", "matrix.html"]],
+  [["replay", "--chapter", "6", "--out", "replay"], ["matrix", "answers.csv", "--report", "matrix.html"], ["matrix", "answers.csv", "--felt", "passive", "--report", "matrix-felt.html"]],
 ];
 
 /// Makes all reports in `folder` with `program`; what a command printed is in the error where it fails.

@@ -6,7 +6,7 @@ use piezotact::Doubt;
 use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
-use piezotact_people::association::AssociationDoubt;
+use piezotact_people::association::{AssociationDoubt, FeltDoubt};
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -57,6 +57,9 @@ pub(crate) fn words(advice: &Advice) -> String {
 pub(crate) fn text(doubt: &Doubt) -> String {
     if let Some(of_people) = doubt.kind::<AssociationDoubt>() {
         return of_people.to_string();
+    }
+    if let Some(of_felt) = doubt.kind::<FeltDoubt>() {
+        return of_felt.to_string();
     }
     wording::text_with(doubt, &words)
 }

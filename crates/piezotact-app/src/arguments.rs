@@ -247,6 +247,7 @@ mod tests {
     const INPUTS: &[&str] = &[
         "answers",
         "drive",
+        "felt",
         "file",
         "files",
         "folder",

@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::support::Folder;
+use crate::support::{Folder, noise, wav};
 
 const HEADER: &str = "participant,task,set,trial,presented,answered\n";
 
@@ -177,4 +177,165 @@ fn what_gives_no_matrix_is_refused() {
     );
     folder.write("answers.csv", ",SA,SB\nSA,2,1\nSB,0,3\n");
     refused(&[], 1, &["found a matrix", "give the table of answers"]);
+}
+
+/// Four participants who confuse S1 and S11, and S1 and S2 now and then; nobody confuses S2 and S11.
+fn confused() -> String {
+    let mut text = HEADER.replace('\n', ",offered\n");
+    let of = [
+        ("S1", ["S1", "S11", "S11", "S1", "S2"]),
+        ("S2", ["S2", "S2", "S2", "S2", "S1"]),
+        ("S11", ["S11", "S1", "S1", "S11", "S1"]),
+    ];
+    for person in 0..4 {
+        for (presented, answered) in of {
+            for (trial, answered) in answered.iter().enumerate() {
+                text += &format!(
+                    "P{person},3,A,{presented}-{trial},{presented},{answered},S1 S2 S11\n"
+                );
+            }
+        }
+    }
+    text
+}
+
+/// What a participant of the twin felt in a prepared session, with pairs in its text, document, table and report.
+#[test]
+fn what_was_felt_in_confused_pairs_is_shown() {
+    let folder = Folder::new();
+    folder.write("answers.csv", confused());
+    let run = |line: &str| {
+        let words: Vec<&str> = line.split(' ').collect();
+        let done = folder.run(&words);
+        done.expect_success();
+        done
+    };
+    for sample in ["S1", "S11"] {
+        run(&format!(
+            "twin record --bench acttouch --sample {sample} --participant 2 --seed 7 --strokes 2 --out {sample}.parquet"
+        ));
+    }
+    let bench = "--bench twin:participant=2,seed=7";
+    run(&format!("characterise {bench} --seconds 10 --out tf.json"));
+    // The verdicts on the drives are another test's.
+    let prepare = format!("prepare S1.parquet S11.parquet --transfer tf.json {bench} --out felt");
+    folder.run(&prepare.split(' ').collect::<Vec<_>>());
+    let done = run("matrix answers.csv --felt felt --csv m.csv --report m.html --json");
+    let document = done.json();
+    let felt = &document["felt"];
+    assert_eq!(felt["pairs"][0]["pair"], serde_json::json!(["S1", "S11"]));
+    let codes: Vec<&str> = document["doubts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|doubt| doubt["code"].as_str().unwrap())
+        .collect();
+    for code in ["felt_one_for_all", "felt_not_recorded"] {
+        assert!(codes.contains(&code), "no {code} in {codes:?}");
+    }
+    let criterion = &felt["pairs"][0]["comparisons"][0]["criteria"][0];
+    assert_eq!(criterion["what"], "level");
+    let jnd = criterion["found"].as_f64().unwrap();
+    let text = run("matrix answers.csv --felt felt");
+    let out = text.out();
+    assert!(out.contains(&format!("level {jnd:.2} JND")), "{jnd}: {out}");
+    assert!(out.contains("S1 – S2: "), "{out}");
+    assert!(out.contains("what was felt is not known"), "{out}");
+    let page = std::fs::read_to_string(folder.path("m.html")).unwrap();
+    for part in [
+        "What was felt in confused pairs",
+        "PSD, dB re 1 (m/s²)²/Hz",
+        &format!("level {jnd:.2} JND"),
+    ] {
+        assert!(page.contains(part), "no `{part}`");
+    }
+    assert!(!page.contains("S2 – S11: "));
+    let table = std::fs::read_to_string(folder.path("m.csv")).unwrap();
+    let mut rows = csv::Reader::from_reader(table.as_bytes());
+    let names = rows.headers().unwrap().clone();
+    let at = |name: &str| names.iter().position(|n| n == name).unwrap();
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    let row = rows
+        .iter()
+        .find(|row| &row[at("presented")] == "S11" && &row[at("answered")] == "S1");
+    let found: f64 = row.unwrap()[at("felt_level_jnd")].parse().unwrap();
+    assert!((found - jnd).abs() < 1e-9, "{found}, {jnd}");
+}
+
+#[test]
+fn felt_folders_by_participant_and_without_recordings() {
+    let folder = Folder::new();
+    folder.write("answers.csv", confused());
+    for person in ["P0", "P1"] {
+        std::fs::create_dir_all(folder.path(&format!("all/{person}"))).unwrap();
+        for (sample, scale) in [("S1", 1.0), ("S11", 0.25)] {
+            let made = noise(20_000).map(|v| scale * v);
+            folder.write(&format!("all/{person}/{sample}.wav"), wav(made, 5000));
+        }
+    }
+    folder.write("all/P1/S2.wav", wav(std::iter::empty(), 5000));
+    let done = folder.run(&[
+        "matrix",
+        "answers.csv",
+        "--felt",
+        "all",
+        "--scale",
+        "20 m/s2",
+        "--json",
+    ]);
+    done.expect_success();
+    let document = done.json();
+    let pair = &document["felt"]["pairs"][0];
+    let comparisons = pair["comparisons"].as_array().unwrap();
+    assert_eq!(comparisons.len(), 2);
+    for (one, person) in comparisons.iter().zip(["P0", "P1"]) {
+        assert_eq!(one["participant"], person);
+        assert_eq!([&one["by_level"], &one["by_spectrum"]], ["yes", "no"]);
+    }
+    let texts: Vec<&str> = document["doubts"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|doubt| doubt["text"].as_str().unwrap())
+        .collect();
+    let said = |part: &str| texts.iter().any(|text| text.contains(part));
+    assert!(said("the recording of S2 of P1 is not used"), "{texts:?}");
+    assert!(said("no recording of S2 of P0"), "{texts:?}");
+    std::fs::create_dir(folder.path("empty")).unwrap();
+    for (felt, part) in [("empty", "named as samples"), ("gone", "expected a folder")] {
+        folder
+            .run(&["matrix", "answers.csv", "--felt", felt])
+            .expect_failure(1, &[part]);
+    }
+}
+
+#[test]
+fn orders_follow_the_answers_that_count() {
+    let folder = Folder::new();
+    let mut text = HEADER.replace('\n', ",flags\n");
+    for (person, order) in [["S2", "S1"], ["S1", "S2"]].iter().enumerate() {
+        for (place, sample) in order.iter().enumerate() {
+            let flag = if person == 0 && place == 0 {
+                "missed_target"
+            } else {
+                ""
+            };
+            text += &format!("P{person},1,A,{place},{sample},S{},{flag}\n", place + 1);
+        }
+    }
+    text += "P0,2,A,9,S1,S2,\n";
+    folder.write("answers.csv", text);
+    let matrix = ["matrix", "answers.csv", "--ordering", "1"];
+    let out = |more: &[&str]| {
+        let done = folder.run(&[&matrix, more].concat());
+        done.expect_success();
+        done.out()
+    };
+    assert!(out(&["--task", "1"]).contains("2 orders: mean Kendall τ 0.000"));
+    let left = out(&["--without-flagged"]);
+    assert!(left.contains("1 order: mean Kendall τ 1.000"), "{left}");
+    assert!(left.contains("1 with flagged trials left out"), "{left}");
+    folder
+        .run(&[&matrix[..], &["--task", "2"]].concat())
+        .expect_failure(2, &["orders of task 2", "found task 1"]);
 }

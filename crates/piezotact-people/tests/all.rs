@@ -3,3 +3,4 @@
 mod adaptive;
 mod association;
 mod design;
+mod felt;

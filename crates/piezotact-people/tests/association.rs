@@ -254,7 +254,7 @@ fn one_sample_moved_leaves_the_diagonal_empty_and_tau_high() {
     moved.rotate_left(1);
     let table =
         AnswerTable::new(Declared::plain(&names), placed("P1", "", &names, &moved)).unwrap();
-    let found = ordering(&table, "1").unwrap();
+    let found = ordering(&table, &MatrixConfig::default(), "1").unwrap();
     assert_eq!((found.in_place, found.placed), (0, 14));
     let tau = found.repetitions[0].tau.unwrap();
     assert!((tau - 65.0 / 91.0).abs() < 1e-12, "{tau}");
@@ -278,7 +278,7 @@ fn what_is_no_order_is_refused() {
             answer.trial = i.to_string();
         }
         let table = AnswerTable::new(Declared::plain(&names), of).unwrap();
-        ordering(&table, "1").unwrap_err()
+        ordering(&table, &MatrixConfig::default(), "1").unwrap_err()
     };
     let twice = refused(["S1", "S1", "S3"]);
     assert!(
@@ -294,7 +294,7 @@ fn what_is_no_order_is_refused() {
     let table =
         AnswerTable::new(Declared::plain(&names), placed("P1", "", &names, &names)).unwrap();
     assert!(matches!(
-        ordering(&table, "7"),
+        ordering(&table, &MatrixConfig::default(), "7"),
         Err(OrderError::NoAnswers { .. })
     ));
 }
@@ -355,4 +355,55 @@ fn a_document_comes_back() {
     let found = associate(&figure_25(), &config).unwrap();
     let text = serde_json::to_string(&found).unwrap();
     assert_eq!(serde_json::from_str::<Association>(&text).unwrap(), found);
+}
+
+/// Two participants order three samples in two sets; one trial of the first is flagged.
+fn ordered_with_a_flag() -> AnswerTable {
+    let names = ["S1", "S2", "S3"];
+    let mut of = placed("P1", "", &names, &["S3", "S2", "S1"]);
+    of[1].flags = vec![Flag::MissedTarget];
+    of.extend(placed("P2", "", &names, &names));
+    AnswerTable::new(Declared::plain(&names), of).unwrap()
+}
+
+/// An order with a flagged trial is left out whole: what remains of it would be no order.
+#[test]
+fn orders_are_made_of_the_answers_that_count() {
+    let table = ordered_with_a_flag();
+    let of = |flagged, participant: Option<&str>| {
+        let config = MatrixConfig {
+            flagged,
+            selection: Selection {
+                participant: participant.map(Into::into),
+                ..Selection::default()
+            },
+        };
+        ordering(&table, &config, "1")
+    };
+    let kept = of(FlaggedTrials::Kept, None).unwrap();
+    assert_eq!((kept.repetitions.len(), kept.left_out), (2, 0));
+    assert_eq!(kept.mean_tau, Some(0.0));
+    let left = of(FlaggedTrials::LeftOut, None).unwrap();
+    assert_eq!((left.repetitions.len(), left.left_out), (1, 1));
+    assert_eq!((left.mean_tau, left.placed), (Some(1.0), 3));
+    assert!(left.sentence().contains("1 with flagged trials left out"));
+    let one = of(FlaggedTrials::Kept, Some("P2")).unwrap();
+    assert_eq!((one.repetitions.len(), one.mean_tau), (1, Some(1.0)));
+    let none = of(FlaggedTrials::LeftOut, Some("P1")).unwrap_err();
+    assert!(matches!(none, OrderError::OnlyFlagged { orders: 1, .. }));
+}
+
+#[test]
+fn orders_of_another_task_than_the_selected_one_are_refused() {
+    let config = MatrixConfig {
+        selection: Selection {
+            task: Some("2".into()),
+            ..Selection::default()
+        },
+        ..MatrixConfig::default()
+    };
+    let refused = ordering(&ordered_with_a_flag(), &config, "1").unwrap_err();
+    assert!(matches!(refused, OrderError::OtherTask { .. }));
+    let text = refused.to_string();
+    assert!(text.contains("task 2") && text.contains("task 1"), "{text}");
 }

@@ -7,6 +7,7 @@ use piezotact_people::association::{
     Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
 };
 
+use crate::felt::felt_section;
 use crate::grid::{Grid, Shade, Square};
 use crate::report::{doubts_section, drawn_table};
 use crate::{DrawError, bars, document, figure};
@@ -41,6 +42,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
         (doubts_section(&merged(&found.doubts), words))
         @for section in &sections { (section) }
         (pairs(found)?)
+        @if let Some(felt) = &found.felt { (felt_section(felt)?) }
         @for ordering in &found.orderings { (ordering_section(ordering)?) }
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };

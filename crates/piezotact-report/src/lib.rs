@@ -6,6 +6,7 @@ mod bars;
 pub mod chart;
 pub mod criteria;
 pub mod design;
+mod felt;
 pub mod figures;
 mod format;
 mod grid;

@@ -4,17 +4,20 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
-use piezotact_dataset::{AnswersFile, read_answers};
+use piezotact::quantity::{Acceleration, Band};
+use piezotact::series::Series;
+use piezotact_dataset::{AnswersFile, felt_files, read_answers};
 use piezotact_people::association::{
-    Association, AssociationConfig, AssociationError, FlaggedTrials, Grouping, MatrixConfig,
-    Selection, associate,
+    AnswerTable, Association, AssociationConfig, AssociationError, FeltRecording, FlaggedTrials,
+    Grouping, MatrixConfig, OrderError, Selection, associate, felt_part, felt_samples,
 };
 use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 
-use super::outputs;
+use super::{outputs, read, score};
 use crate::advice::OptionWords;
-use crate::failure::{Failure, Outcome, usage};
+use crate::cli::{Feeling, Reading};
+use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say_doubts, write_text};
 
@@ -38,6 +41,18 @@ pub(crate) struct Arguments {
     /// Leaves out trials in which the stimulus missed its target or the wrong sample was handed over.
     #[arg(long)]
     without_flagged: bool,
+    /// What was felt: a folder with one recording for each sample, named as the sample (S1.parquet, S1.wav …), such as the folder of
+    /// `piezotact prepare`; or such folders, each named by the pseudonym of its participant. Draws the spectra of confused pairs side
+    /// by side and states whether level or spectrum separates them.
+    #[arg(long, value_name = "FOLDER")]
+    felt: Option<PathBuf>,
+    /// The band in which --felt compares, in Hz.
+    #[arg(long, default_value = "20..1000", requires = "felt")]
+    band: Band,
+    #[command(flatten)]
+    feeling: Feeling,
+    #[command(flatten)]
+    reading: Reading,
     /// Writes a tidy table, one row for each cell.
     #[arg(long, value_name = "TABLE.csv")]
     csv: Option<PathBuf>,
@@ -71,13 +86,19 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     outputs(&[&args.answers], &written)?;
     let AnswersFile { table, doubts } = read_answers(&args.answers, &args.samples)?;
-    let mut found = associate(&table, &config(args)).map_err(|error| match error {
-        AssociationError::NothingSelected { .. } | AssociationError::OnlyFlagged { .. } => {
-            usage(error)
-        }
-        error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
-    })?;
+    let mut found =
+        associate(&table, &config(args)).map_err(|error| match error {
+            AssociationError::NothingSelected { .. }
+            | AssociationError::OnlyFlagged { .. }
+            | AssociationError::Order(
+                OrderError::OtherTask { .. } | OrderError::OnlyFlagged { .. },
+            ) => usage(error),
+            error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
+        })?;
     found.doubts.splice(0..0, doubts);
+    if let Some(folder) = &args.felt {
+        found = with_felt(args, folder, &table, found)?;
+    }
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.cells_table())?)?;
     }
@@ -121,12 +142,47 @@ fn config(args: &Arguments) -> AssociationConfig {
     }
 }
 
+/// `found` with what was felt in its confused pairs, by the recordings in `folder`.
+fn with_felt(
+    args: &Arguments,
+    folder: &Path,
+    table: &AnswerTable,
+    found: Association,
+) -> Outcome<Association> {
+    let files = felt_files(folder, &felt_samples(&found.pairs))?;
+    let recordings = files.into_iter().map(|file| {
+        let vibration = match vibration(args, &file.path) {
+            Ok(vibration) => Ok(vibration),
+            Err(Failure::Data(error)) => Err(sentence(&error)),
+            Err(other) => return Err(other),
+        };
+        Ok(FeltRecording {
+            participant: file.participant,
+            sample: file.sample,
+            vibration,
+        })
+    });
+    let recordings = recordings.collect::<Outcome<Vec<_>>>()?;
+    let model = score::model(&args.feeling, args.band)?;
+    Ok(found.with_felt(table, &recordings, &model))
+}
+
+/// What was felt, by the recording at `path`.
+fn vibration(args: &Arguments, path: &Path) -> Outcome<Series<Acceleration>> {
+    let recording = read(path, &args.reading)?.recording;
+    felt_part(&recording)
+        .map_err(|error| Failure::Data(Error::new(error).context(path.display().to_string())))
+}
+
 /// What was found, the matrix of all answers, and the orders.
 fn text(found: &Association) -> Outcome<String> {
     let mut parts = vec![found.sentence()];
     if let Some(table) = found.matrix_table() {
         parts.push(report::text(&table)?);
         parts.push("%: declared / presented; n/a: untested".to_owned());
+    }
+    if let Some(felt) = &found.felt {
+        parts.extend(felt.pairs.iter().map(|pair| pair.sentence()));
     }
     parts.extend(found.orderings.iter().map(|ordering| ordering.sentence()));
     Ok(parts.join("\n\n"))

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use piezotact::Doubt;
+use piezotact::discrimination::Model;
 use piezotact::document::Content;
 use piezotact::page::{Cell as TableCell, Column, Table};
 use serde::{Deserialize, Serialize};
@@ -10,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, AnswerTable};
 use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
 use super::doubt::AssociationDoubt;
+use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::interval::MIN_PARTICIPANTS;
 use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
@@ -21,6 +23,15 @@ pub(super) const UNTESTED: &str = "n/a";
 
 /// A terminal shows matrices of up to so many samples.
 const TERMINAL_SAMPLES: usize = 30;
+
+/// What was felt in a pair, in tables of cells: heading and name.
+const FELT_COLUMNS: [(&str, &str); 5] = [
+    ("compared by", "felt_compared"),
+    ("level, JND", "felt_level_jnd"),
+    ("level separates", "felt_level_separates"),
+    ("spectrum, JND", "felt_spectrum_jnd"),
+    ("spectrum separates", "felt_spectrum_separates"),
+];
 
 /// What answers are divided by: one matrix for each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -128,6 +139,9 @@ pub struct Association {
     /// The orders of each ordering task.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub orderings: Vec<Ordering>,
+    /// What was felt in confused pairs, where recordings of it were given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub felt: Option<Felt>,
     /// What it leaves open.
     pub doubts: Vec<Doubt>,
 }
@@ -177,7 +191,7 @@ pub fn associate(
     }
     let pairs = confused_pairs(table, &config.matrix);
     let orderings = config.ordering_tasks.iter();
-    let orderings = orderings.map(|task| ordering(table, task));
+    let orderings = orderings.map(|task| ordering(table, &config.matrix, task));
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
         answers: selected.len(),
@@ -188,6 +202,7 @@ pub fn associate(
         doubts: doubts(table, config, &selected, participants, &pairs),
         config: config.clone(),
         pairs,
+        felt: None,
     })
 }
 
@@ -284,6 +299,23 @@ impl Association {
         self.matrices.first().map(|group| &group.matrix)
     }
 
+    /// The same with what was felt in confused pairs, by `recordings` of the fingernail's acceleration and `model`, and the doubts about
+    /// it; `table` holds the answers that it was made of.
+    #[must_use]
+    pub fn with_felt(
+        mut self,
+        table: &AnswerTable,
+        recordings: &[FeltRecording],
+        model: &Model,
+    ) -> Self {
+        let answers = super::matrix::selected(table, &self.config.matrix);
+        let people = answers.map(|answer| answer.participant.clone()).collect();
+        let (felt, doubts) = felt_pairs(&self.pairs, recordings, &people, model);
+        self.felt = Some(felt);
+        self.doubts.extend(doubts);
+        self
+    }
+
     /// How many pairs have each outcome: confused, not decided, not confused, untested.
     #[must_use]
     pub fn outcomes(&self) -> [(PairOutcome, usize); 4] {
@@ -357,12 +389,14 @@ impl Association {
             ("participants", "participants"),
             ("flagged", "flagged"),
         ];
+        let felt = self.felt.as_ref().map(|_| FELT_COLUMNS);
+        let names = names.into_iter().chain(felt.into_iter().flatten());
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
         for GroupMatrix { group, matrix } in &self.matrices {
             for row in &matrix.rows {
                 table.rows.extend(row.cells.iter().map(|cell| {
                     let end = |i: usize| cell.interval_percent.map(|ends| ends[i]);
-                    vec![
+                    let known = vec![
                         TableCell::from(group.as_str()),
                         TableCell::from(row.stimulus.name.as_str()),
                         TableCell::from(row.stimulus.source.as_str()),
@@ -376,11 +410,36 @@ impl Association {
                         TableCell::from(end(1)),
                         count(cell.participants),
                         count(cell.flagged),
-                    ]
+                    ];
+                    let felt = self.felt_cells(&row.stimulus.name, &cell.answered);
+                    known.into_iter().chain(felt).collect()
                 }));
             }
         }
         table
+    }
+
+    /// What was felt in the pair of `presented` and `answered`, as [`FELT_COLUMNS`] has it; nothing where no recordings were given.
+    fn felt_cells(&self, presented: &str, answered: &str) -> Vec<TableCell> {
+        let Some(felt) = &self.felt else {
+            return Vec::new();
+        };
+        let is = |pair: &[String; 2]| {
+            let [a, b] = pair.each_ref().map(String::as_str);
+            (a, b) == (presented, answered) || (b, a) == (presented, answered)
+        };
+        let found = felt.pairs.iter().find(|one| is(&one.pair));
+        let Some(pair) = found.filter(|one| !one.comparisons.is_empty()) else {
+            return vec![TableCell::Missing(()); FELT_COLUMNS.len()];
+        };
+        let [level, spectrum] = pair.separated();
+        vec![
+            count(pair.comparisons.len()),
+            TableCell::from(pair.median_jnd(FeltCriterion::Level)),
+            count(level),
+            TableCell::from(pair.median_jnd(FeltCriterion::Spectrum)),
+            count(spectrum),
+        ]
     }
 
     /// The pairs that were tested as a table, the most confused first.

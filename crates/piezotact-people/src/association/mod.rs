@@ -7,6 +7,7 @@ mod answer;
 mod confused;
 mod document;
 mod doubt;
+mod felt;
 mod interval;
 mod matrix;
 mod of_session;
@@ -19,6 +20,10 @@ pub use document::{
     Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,
 };
 pub use doubt::AssociationDoubt;
+pub use felt::{
+    Felt, FeltComparison, FeltCriterion, FeltDoubt, FeltPair, FeltRecording, FeltSpectrum,
+    Separates, felt_pairs, felt_part, felt_samples,
+};
 pub use interval::{Clustered, MIN_PARTICIPANTS, clopper_pearson, clustered_interval, wilson};
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
 use super::interval::MIN_PARTICIPANTS;
+use super::matrix::{FlaggedTrials, MatrixConfig, selected};
 
 /// One order that a participant made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -49,6 +50,9 @@ pub struct Ordering {
     pub samples: Vec<String>,
     /// Every order that was made.
     pub repetitions: Vec<Repetition>,
+    /// How many orders were left out, as one of their trials is flagged.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub left_out: usize,
     /// For each sample how often it stood in each place of its set; row by row.
     pub places: Vec<Vec<usize>>,
     /// For each pair how often the sample of the row was put before that of the column; row by row.
@@ -61,6 +65,14 @@ pub struct Ordering {
     pub in_place: usize,
     /// How many samples were placed.
     pub placed: usize,
+}
+
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes the field by reference"
+)]
+fn is_zero(count: &usize) -> bool {
+    *count == 0
 }
 
 impl Ordering {
@@ -76,8 +88,12 @@ impl Ordering {
             |tau| format!("mean Kendall τ {tau:.3} ({interval})"),
         );
         let count = self.repetitions.len();
+        let left_out = match self.left_out {
+            0 => String::new(),
+            orders => format!("; {orders} with flagged trials left out"),
+        };
         format!(
-            "task {}: {count} order{}: {tau}; {} of {} samples in their declared place",
+            "task {}: {count} order{}: {tau}; {} of {} samples in their declared place{left_out}",
             self.task,
             if count == 1 { "" } else { "s" },
             self.in_place,
@@ -99,6 +115,26 @@ pub enum OrderError {
         task: String,
         /// The tasks that have answers.
         known: String,
+    },
+    /// Orders of one task, from the answers of another.
+    #[error(
+        "expected orders of task {selected}, whose answers alone count, found task {task}; order task {selected}, or take the answers of all tasks"
+    )]
+    OtherTask {
+        /// The task that was to be ordered.
+        task: String,
+        /// The task whose answers count.
+        selected: String,
+    },
+    /// All orders have flagged trials.
+    #[error(
+        "task {task}: expected orders without flagged trials, found {orders} with flagged trials only; keep the flagged trials"
+    )]
+    OnlyFlagged {
+        /// The task.
+        task: String,
+        /// How many orders.
+        orders: usize,
     },
     /// The answers of a repetition do not put its samples in an order.
     #[error(
@@ -154,22 +190,49 @@ pub fn kendall_tau_b(a: &[f64], b: &[f64]) -> Option<f64> {
     (pairs > 0.0).then(|| score / pairs.sqrt())
 }
 
-/// The orders of `task`. In one repetition (a participant, a session and a set) every sample is presented once and answered once:
-/// to answer S5 for S3 puts S3 in the place of S5.
+/// The orders of `task` among the answers that `config` selects. In one repetition (a participant, a session and a set) every sample
+/// is presented once and answered once: to answer S5 for S3 puts S3 in the place of S5. Where flagged trials are left out, a
+/// repetition with one of them is left out whole, as the others alone are no order.
 ///
 /// Source: thesis 2.6.1 and 2.6.2, task 1 and 2; decision 0064 of this project.
 ///
 /// # Errors
-/// [`OrderError`] where the task has no answers, or the answers of a repetition are no order of what was presented.
-pub fn ordering(table: &AnswerTable, task: &str) -> Result<Ordering, OrderError> {
+/// [`OrderError`] where the task has no answers or is not the selected one, where all its orders are left out, and where the answers
+/// of a repetition are no order of what was presented.
+pub fn ordering(
+    table: &AnswerTable,
+    config: &MatrixConfig,
+    task: &str,
+) -> Result<Ordering, OrderError> {
+    if let Some(selected) = config.selection.task.as_ref().filter(|only| *only != task) {
+        return Err(OrderError::OtherTask {
+            task: task.into(),
+            selected: selected.clone(),
+        });
+    }
     let samples = &table.declared().samples;
     let mut groups: BTreeMap<[&str; 3], Vec<&Answer>> = BTreeMap::new();
-    for answer in table.answers().iter().filter(|a| a.task == task) {
+    let all = MatrixConfig {
+        flagged: FlaggedTrials::Kept,
+        ..config.clone()
+    };
+    for answer in selected(table, &all).filter(|answer| answer.task == task) {
         let key = [&*answer.participant, &*answer.session, &*answer.set];
         groups.entry(key).or_default().push(answer);
     }
+    let found = groups.len();
+    if config.flagged == FlaggedTrials::LeftOut {
+        groups.retain(|_, answers| answers.iter().all(|answer| answer.flags.is_empty()));
+    }
+    let left_out = found - groups.len();
+    if left_out > 0 && groups.is_empty() {
+        return Err(OrderError::OnlyFlagged {
+            task: task.into(),
+            orders: left_out,
+        });
+    }
     if groups.is_empty() {
-        let known: BTreeSet<&str> = table.answers().iter().map(|a| a.task.as_str()).collect();
+        let known: BTreeSet<&str> = selected(table, &all).map(|a| a.task.as_str()).collect();
         let known: Vec<&str> = known.into_iter().collect();
         return Err(OrderError::NoAnswers {
             task: task.into(),
@@ -221,6 +284,7 @@ pub fn ordering(table: &AnswerTable, task: &str) -> Result<Ordering, OrderError>
         in_place: repetitions.iter().map(|r| r.in_place).sum(),
         placed: repetitions.iter().map(|r| r.order.len()).sum(),
         repetitions,
+        left_out,
         places,
         dominance,
         mean_tau,

@@ -1,0 +1,159 @@
+//! Doubts about what was felt in confused pairs.
+
+use std::fmt;
+
+use piezotact::Doubt;
+use piezotact::doubt::{Advice, DoubtKind, FieldValue};
+
+/// One thing to know before relying on the comparison of confused textures.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FeltDoubt {
+    /// Textures of confused pairs without a recording.
+    NotRecorded {
+        /// Their names, with the participant where there are several.
+        samples: Vec<String>,
+    },
+    /// A recording that cannot be used.
+    NotUsed {
+        /// The texture, with the participant where there are several.
+        sample: String,
+        /// Why.
+        reason: String,
+    },
+    /// A pair that cannot be compared.
+    NotCompared {
+        /// The pair, with the participant where there are several.
+        pair: String,
+        /// Why.
+        reason: String,
+    },
+    /// Answers of several participants beside one recording of each texture.
+    OneForAll {
+        /// How many participants.
+        participants: usize,
+    },
+    /// Recordings of people who gave none of the answers.
+    OfOthers {
+        /// Their pseudonyms.
+        people: Vec<String>,
+    },
+}
+
+const NOT_RECORDED: &str = "felt_not_recorded";
+const NOT_USED: &str = "felt_not_used";
+const NOT_COMPARED: &str = "felt_not_compared";
+const ONE_FOR_ALL: &str = "felt_one_for_all";
+const OF_OTHERS: &str = "felt_of_others";
+
+impl From<FeltDoubt> for Doubt {
+    fn from(kind: FeltDoubt) -> Self {
+        use FeltDoubt as Kind;
+        let (code, fields) = match kind {
+            Kind::NotRecorded { samples } => {
+                (NOT_RECORDED, vec![("samples", samples.into_value())])
+            }
+            Kind::NotUsed { sample, reason } => (
+                NOT_USED,
+                vec![
+                    ("sample", sample.into_value()),
+                    ("reason", reason.into_value()),
+                ],
+            ),
+            Kind::NotCompared { pair, reason } => (
+                NOT_COMPARED,
+                vec![("pair", pair.into_value()), ("reason", reason.into_value())],
+            ),
+            Kind::OneForAll { participants } => (
+                ONE_FOR_ALL,
+                vec![("participants", participants.into_value())],
+            ),
+            Kind::OfOthers { people } => (OF_OTHERS, vec![("people", people.into_value())]),
+        };
+        Self::of_fields(code, fields, None, Vec::new())
+    }
+}
+
+impl DoubtKind for FeltDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Some(match doubt.code.as_ref() {
+            NOT_RECORDED => Self::NotRecorded {
+                samples: doubt.field("samples", None)?,
+            },
+            NOT_USED => Self::NotUsed {
+                sample: doubt.field("sample", None)?,
+                reason: doubt.field("reason", None)?,
+            },
+            NOT_COMPARED => Self::NotCompared {
+                pair: doubt.field("pair", None)?,
+                reason: doubt.field("reason", None)?,
+            },
+            ONE_FOR_ALL => Self::OneForAll {
+                participants: doubt.field("participants", None)?,
+            },
+            OF_OTHERS => Self::OfOthers {
+                people: doubt.field("people", None)?,
+            },
+            _ => return None,
+        })
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        Vec::new()
+    }
+}
+
+impl fmt::Display for FeltDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotRecorded { samples } => write!(
+                f,
+                "no recording of {}: what was felt in their pairs is not known; add a recording named as the sample",
+                samples.join(", ")
+            ),
+            Self::NotUsed { sample, reason } => {
+                write!(f, "the recording of {sample} is not used: {reason}")
+            }
+            Self::NotCompared { pair, reason } => {
+                write!(f, "{pair}: level and spectrum are not compared: {reason}")
+            }
+            Self::OneForAll { participants } => write!(
+                f,
+                "the answers of {participants} participants stand beside one recording of each texture: what each finger felt is not \
+                    known; give the recordings of each participant in a folder named by the pseudonym"
+            ),
+            Self::OfOthers { people } => write!(
+                f,
+                "recordings of {} are not used: no answer that counts is theirs",
+                people.join(", ")
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_doubt_comes_back() {
+        for kind in [
+            FeltDoubt::NotRecorded {
+                samples: vec!["S1".into(), "S2".into()],
+            },
+            FeltDoubt::NotUsed {
+                sample: "S1".into(),
+                reason: "empty".into(),
+            },
+            FeltDoubt::NotCompared {
+                pair: "S1 – S2".into(),
+                reason: "too short".into(),
+            },
+            FeltDoubt::OneForAll { participants: 3 },
+            FeltDoubt::OfOthers {
+                people: vec!["P9".into()],
+            },
+        ] {
+            assert_eq!(Doubt::from(kind.clone()).kind(), Some(kind));
+        }
+    }
+}

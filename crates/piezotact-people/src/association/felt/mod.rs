@@ -1,0 +1,342 @@
+//! What was felt in confused pairs: the spectra of both side by side, and whether level or spectrum separates them.
+
+mod doubt;
+mod pair;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use piezotact::Doubt;
+use piezotact::discrimination::Model;
+use piezotact::page::{Cell as TableCell, Column, Table};
+use piezotact::quantity::{Acceleration, Drive, Hertz};
+use piezotact::recording::{Recording, RecordingError};
+use piezotact::series::Series;
+use piezotact::spectrum::welch;
+use serde::{Deserialize, Serialize};
+
+pub use doubt::FeltDoubt;
+pub use pair::{FeltComparison, FeltCriterion, FeltPair, Separates};
+
+use super::confused::{ConfusedPair, PairOutcome};
+use pair::{compared, welch_for};
+
+/// From this share of its largest value on a drive is taken to be playing.
+const PLAYING_SHARE: f64 = 0.01;
+/// Levels of nothing are this, dB.
+const NOTHING_DB: f64 = -300.0;
+
+/// A texture as a finger felt it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FeltRecording {
+    /// Whose finger, by pseudonym; `None` where it stands for everybody.
+    pub participant: Option<String>,
+    /// The texture, by the name that it has in the answers.
+    pub sample: String,
+    /// The acceleration of the fingernail, m/s²; or why the recording cannot be used, in words.
+    pub vibration: Result<Series<Acceleration>, String>,
+}
+
+/// The spectrum of a texture as it was felt.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FeltSpectrum {
+    /// Whose finger; absent where it stands for everybody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub participant: Option<String>,
+    /// The texture.
+    pub sample: String,
+    /// The frequency of the first line, Hz.
+    pub first_hz: f64,
+    /// The step between lines, Hz.
+    pub resolution_hz: f64,
+    /// The segments averaged.
+    pub segments: usize,
+    /// The PSD over the band, dB re 1 (m/s²)²/Hz, to 0.01 dB.
+    pub psd_db: Vec<f64>,
+}
+
+impl FeltSpectrum {
+    /// Frequencies in Hz with the PSD in dB re 1 (m/s²)²/Hz.
+    #[must_use]
+    pub fn points(&self) -> Vec<(f64, f64)> {
+        let lines = self.psd_db.iter().enumerate();
+        lines
+            .map(|(i, db)| (self.first_hz + i as f64 * self.resolution_hz, *db))
+            .collect()
+    }
+}
+
+/// What was felt in the pairs that somebody confused and that are not shown to be told apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Felt {
+    /// The perceptual model, and the band over which they are compared.
+    pub model: Model,
+    /// The spectrum of each texture of these pairs.
+    pub spectra: Vec<FeltSpectrum>,
+    /// The pairs, the most confused first.
+    pub pairs: Vec<FeltPair>,
+}
+
+/// The acceleration that was felt in `recording`, m/s²: while the drive plays, from its first to its last value of at least 1 % of the
+/// largest, where a drive was recorded beside it; or else all of it.
+///
+/// Source: decision 0068 of this project.
+///
+/// # Errors
+/// [`RecordingError`] where there is no acceleration, or several.
+pub fn felt_part(recording: &Recording) -> Result<Series<Acceleration>, RecordingError> {
+    let vibration = recording.series::<Acceleration>(None)?;
+    let Ok(drive) = recording.series::<Drive>(None) else {
+        return Ok(vibration);
+    };
+    let (drive, felt) = (drive.samples(), vibration.samples());
+    let largest = drive.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let plays = |v: &f64| v.abs() >= PLAYING_SHARE * largest;
+    let ends = drive
+        .iter()
+        .position(plays)
+        .zip(drive.iter().rposition(plays));
+    match ends {
+        Some((first, last)) if largest > 0.0 && drive.len() == felt.len() => {
+            let part = Series::new(felt[first..=last].to_vec(), vibration.rate());
+            Ok(part.unwrap_or(vibration))
+        }
+        _ => Ok(vibration),
+    }
+}
+
+/// The names of the textures in those of `pairs` that are looked at: somebody confused them, and they are not shown to be told apart.
+///
+/// Source: decision 0068 of this project.
+#[must_use]
+pub fn felt_samples(pairs: &[ConfusedPair]) -> BTreeSet<String> {
+    let names = pairs.iter().filter(|pair| is_looked_at(pair));
+    names.flat_map(|pair| pair.pair.iter().cloned()).collect()
+}
+
+fn is_looked_at(pair: &ConfusedPair) -> bool {
+    let open = matches!(
+        pair.outcome,
+        PairOutcome::Confused | PairOutcome::NotDecided
+    );
+    open && pair.declared.iter().sum::<usize>() > 0
+}
+
+/// What was felt in each of `pairs` that somebody confused and that is not shown to be told apart, by `model`, with the doubts.
+/// Recordings of each participant are compared with each other; those of people who are not among `people` are left out.
+///
+/// Formula: PSD by Welch, Hann segments with half overlap of about 1.2 Hz, or shorter where two of them do not fit; level and spectrum as
+/// [`piezotact::score::score`] has them, the spectrum at equal sensation level.
+///
+/// Source: decision 0068 of this project; thesis figures 53, 54, 60, 64 and 65.
+#[must_use]
+pub fn felt_pairs(
+    pairs: &[ConfusedPair],
+    recordings: &[FeltRecording],
+    people: &BTreeSet<String>,
+    model: &Model,
+) -> (Felt, Vec<Doubt>) {
+    let mut doubts = Vec::new();
+    let wanted = felt_samples(pairs);
+    let mut fingers: BTreeMap<Option<&str>, BTreeMap<&str, &FeltRecording>> = BTreeMap::new();
+    let mut others = BTreeSet::new();
+    for recording in recordings {
+        let person = recording.participant.as_deref();
+        if let Some(person) = person.filter(|person| !people.contains(*person)) {
+            others.insert(person.to_owned());
+            continue;
+        }
+        let of = fingers.entry(person).or_default();
+        if wanted.contains(&recording.sample) {
+            of.insert(&recording.sample, recording);
+        }
+    }
+    if !others.is_empty() {
+        let people = others.into_iter().collect();
+        doubts.push(FeltDoubt::OfOthers { people }.into());
+    }
+    if fingers.contains_key(&None) && people.len() > 1 {
+        let participants = people.len();
+        doubts.push(FeltDoubt::OneForAll { participants }.into());
+    }
+    let missing = missing(&wanted, &fingers);
+    if !missing.is_empty() {
+        doubts.push(FeltDoubt::NotRecorded { samples: missing }.into());
+    }
+    let used = fingers.values().flat_map(BTreeMap::values);
+    let shortest_s = used.filter_map(|of| usable_s(of)).fold(f64::MAX, f64::min);
+    let mut spectra = Vec::new();
+    for (person, samples) in &fingers {
+        for recording in samples.values() {
+            match spectrum(recording, model, shortest_s) {
+                Ok(found) => spectra.push(found),
+                Err(reason) => doubts.push(
+                    FeltDoubt::NotUsed {
+                        sample: of_person(&recording.sample, *person),
+                        reason,
+                    }
+                    .into(),
+                ),
+            }
+        }
+    }
+    let mut found = Vec::new();
+    for pair in pairs.iter().filter(|pair| is_looked_at(pair)) {
+        let mut comparisons = Vec::new();
+        for (person, samples) in &fingers {
+            let [Some(a), Some(b)] = [0, 1].map(|i| samples.get(pair.pair[i].as_str())) else {
+                continue;
+            };
+            // What has no spectrum is in doubt already.
+            let drawn = |of: &&&FeltRecording| {
+                let is =
+                    |s: &FeltSpectrum| s.sample == of.sample && s.participant == of.participant;
+                spectra.iter().any(is)
+            };
+            if ![a, b].iter().all(drawn) {
+                continue;
+            }
+            match compared(*person, [a, b], model) {
+                Ok((comparison, of_it)) => {
+                    comparisons.push(comparison);
+                    doubts.extend(of_it);
+                }
+                Err(reason) => doubts.push(
+                    FeltDoubt::NotCompared {
+                        pair: of_person(&pair.pair.join(" – "), *person),
+                        reason,
+                    }
+                    .into(),
+                ),
+            }
+        }
+        found.push(FeltPair {
+            pair: pair.pair.clone(),
+            outcome: pair.outcome,
+            comparisons,
+        });
+    }
+    let felt = Felt {
+        model: model.clone(),
+        spectra,
+        pairs: found,
+    };
+    (felt, doubts)
+}
+
+fn of_person(name: &str, person: Option<&str>) -> String {
+    person.map_or_else(|| name.to_owned(), |person| format!("{name} of {person}"))
+}
+
+/// The textures of `wanted` that have no recording, by finger.
+fn missing(
+    wanted: &BTreeSet<String>,
+    fingers: &BTreeMap<Option<&str>, BTreeMap<&str, &FeltRecording>>,
+) -> Vec<String> {
+    if fingers.is_empty() {
+        return wanted.iter().cloned().collect();
+    }
+    let of_one = fingers.iter().flat_map(|(person, samples)| {
+        let not_there = wanted.iter().filter(|name| !samples.contains_key(&***name));
+        not_there.map(|name| of_person(name, *person))
+    });
+    of_one.collect()
+}
+
+/// How long a recording is, s; `None` for one that cannot be used.
+fn usable_s(of: &FeltRecording) -> Option<f64> {
+    let vibration = of.vibration.as_ref().ok()?;
+    let count = vibration.samples().len();
+    let long_enough = welch_for(count, vibration.rate()).is_ok();
+    long_enough.then_some(vibration.duration().0)
+}
+
+/// The spectrum of a recording with lines as far apart as the shortest recording allows, or why it has none.
+fn spectrum(of: &FeltRecording, model: &Model, shortest_s: f64) -> Result<FeltSpectrum, String> {
+    let vibration = of.vibration.as_ref().map_err(Clone::clone)?;
+    let (count, rate) = (vibration.samples().len(), vibration.rate());
+    welch_for(count, rate)?;
+    let config = welch_for(count.min((shortest_s * rate.hz()).round() as usize), rate)?;
+    let band = model.band;
+    if vibration.samples().iter().all(|v| *v == 0.0) {
+        return Err("it holds no vibration".into());
+    }
+    let found = welch(vibration, &config).map_err(|error| error.to_string())?;
+    let inside = |hz: f64| Hertz(hz) >= band.low() && Hertz(hz) <= band.high();
+    let lines = found.frequencies_hz().into_iter().zip(&found.values);
+    let lines: Vec<(f64, f64)> = lines
+        .filter(|(hz, _)| inside(*hz))
+        .map(|(hz, psd)| {
+            let db = (10.0 * psd.log10()).max(NOTHING_DB);
+            (hz, (100.0 * db).round() / 100.0)
+        })
+        .collect();
+    let Some((first_hz, _)) = lines.first().copied() else {
+        return Err(format!("its rate does not reach the band {band}"));
+    };
+    Ok(FeltSpectrum {
+        participant: of.participant.clone(),
+        sample: of.sample.clone(),
+        first_hz,
+        resolution_hz: found.resolution_hz,
+        segments: found.averages,
+        psd_db: lines.into_iter().map(|(_, db)| db).collect(),
+    })
+}
+
+impl Felt {
+    /// The spectrum of `sample` for `participant`; `None` where there is none.
+    #[must_use]
+    pub fn spectrum(&self, participant: Option<&str>, sample: &str) -> Option<&FeltSpectrum> {
+        let mut spectra = self.spectra.iter();
+        spectra.find(|s| s.sample == sample && s.participant.as_deref() == participant)
+    }
+
+    /// The comparisons as a table, a row for each pair and participant; without participants where recordings stand for everybody.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let mut comparisons = self.pairs.iter().flat_map(|pair| &pair.comparisons);
+        let people = usize::from(comparisons.any(|one| one.participant.is_some()));
+        let names = [
+            ("pair", "pair"),
+            ("participant", "participant"),
+            ("answers", "answers"),
+            ("level, JND", "level_jnd"),
+            ("95 %", "level_interval_jnd"),
+            ("level separates", "level_separates"),
+            ("spectrum, JND", "spectrum_jnd"),
+            ("95 %", "spectrum_interval_jnd"),
+            ("spectrum separates", "spectrum_separates"),
+        ];
+        let names = names.iter().enumerate();
+        let names = names.filter(|(i, _)| *i != 1 || people == 1);
+        let mut table = Table::new(names.map(|(_, (heading, name))| Column::new(heading, name)));
+        for pair in &self.pairs {
+            table.rows.extend(pair.comparisons.iter().map(|one| {
+                let number = |what| match one.criterion(what).and_then(|c| c.found) {
+                    Some(jnd) => TableCell::from(format!("{jnd:.2}")),
+                    None => TableCell::Missing(()),
+                };
+                let interval = |what| match one.criterion(what).and_then(|c| c.interval) {
+                    Some([low, high]) => TableCell::from(format!("{low:.2} to {high:.2}")),
+                    None => TableCell::Missing(()),
+                };
+                let person = TableCell::from(one.participant.as_deref().unwrap_or("–"));
+                let rest = vec![
+                    TableCell::from(pair.outcome.word()),
+                    number(FeltCriterion::Level),
+                    interval(FeltCriterion::Level),
+                    TableCell::from(one.by_level.word()),
+                    number(FeltCriterion::Spectrum),
+                    interval(FeltCriterion::Spectrum),
+                    TableCell::from(one.by_spectrum.word()),
+                ];
+                let name = TableCell::from(pair.pair.join(" – "));
+                let person = std::iter::repeat_n(person, people);
+                std::iter::once(name).chain(person).chain(rest).collect()
+            }));
+        }
+        table
+    }
+}

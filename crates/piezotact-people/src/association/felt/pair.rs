@@ -1,0 +1,368 @@
+//! One pair: how far apart what was felt is in level, and in spectrum at equal level.
+
+use std::fmt;
+
+use piezotact::Doubt;
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::discrimination::{DiscriminationDoubt, Model};
+use piezotact::quantity::{Decibels, SampleRate};
+use piezotact::resample::to_common_rate;
+use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreDoubt, score};
+use piezotact::spectrum::{SpectrumDoubt, WelchConfig};
+use serde::{Deserialize, Serialize};
+
+use super::super::confused::PairOutcome;
+use super::FeltRecording;
+
+/// Lines are at most this far apart, so that the lowest third octaves, 5 Hz wide at 20 Hz, have one of their own.
+const COARSEST_HZ: f64 = 5.0;
+
+/// What a pair is judged by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum FeltCriterion {
+    /// The difference in sensation level against the just-noticeable difference.
+    Level,
+    /// The same against how far the halves of one recording lie apart.
+    LevelWithin,
+    /// The difference in spectrum at equal sensation level against the just-noticeable difference.
+    Spectrum,
+    /// The same against how far the halves of one recording lie apart.
+    SpectrumWithin,
+}
+
+impl fmt::Display for FeltCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Level => "difference in level below the just-noticeable difference",
+            Self::LevelWithin => {
+                "difference in level below the difference between the halves of one recording"
+            }
+            Self::Spectrum => {
+                "difference in spectrum, at equal level, below the just-noticeable difference"
+            }
+            Self::SpectrumWithin => {
+                "difference in spectrum, at equal level, below the difference between the halves of one recording"
+            }
+        })
+    }
+}
+
+/// Whether level, or spectrum, separates a pair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Separates {
+    /// The whole interval lies above the published range of the just-noticeable difference, and above what the halves of one recording
+    /// differ by.
+    Yes,
+    /// The whole interval lies below the just-noticeable difference.
+    No,
+    /// The recordings are compatible with both.
+    NotDecided,
+}
+
+impl Separates {
+    /// "yes", "no" or "not decided".
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Yes => "yes",
+            Self::No => "no",
+            Self::NotDecided => "not decided",
+        }
+    }
+
+    /// What follows from the outcome against the just-noticeable difference and that against the halves of one recording.
+    fn of(jnd: Outcome, within: Option<Outcome>) -> Self {
+        match (jnd, within) {
+            (Outcome::Met, _) => Self::No,
+            (Outcome::NotMet, None | Some(Outcome::NotMet)) => Self::Yes,
+            _ => Self::NotDecided,
+        }
+    }
+}
+
+/// How far two textures are apart, as one finger felt them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FeltComparison {
+    /// Whose finger; absent where it stands for everybody.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub participant: Option<String>,
+    /// The sensation level of the second less that of the first, dB.
+    pub level_db: f64,
+    /// Whether level separates them.
+    pub by_level: Separates,
+    /// Whether the spectrum, at equal sensation level, separates them.
+    pub by_spectrum: Separates,
+    /// The criteria that say so, in JND.
+    pub criteria: Vec<Criterion<FeltCriterion>>,
+    /// The segments averaged, of the one that has fewer.
+    pub segments: usize,
+}
+
+impl FeltComparison {
+    /// The criterion on `what`.
+    #[must_use]
+    pub fn criterion(&self, what: FeltCriterion) -> Option<&Criterion<FeltCriterion>> {
+        self.criteria.iter().find(|c| c.what == what)
+    }
+
+    /// Whether level or spectrum separates them.
+    #[must_use]
+    pub fn is_separated(&self) -> bool {
+        [self.by_level, self.by_spectrum].contains(&Separates::Yes)
+    }
+
+    /// "level separates them, spectrum does not".
+    #[must_use]
+    pub fn words(&self) -> &'static str {
+        use Separates::{No, NotDecided, Yes};
+        match (self.by_level, self.by_spectrum) {
+            (Yes, Yes) => "level and spectrum both separate them",
+            (Yes, No) => "level separates them, spectrum does not",
+            (No, Yes) => "spectrum separates them, level does not",
+            (No, No) => "neither level nor spectrum separates them",
+            (Yes, NotDecided) => "level separates them; whether spectrum does is not decided",
+            (NotDecided, Yes) => "spectrum separates them; whether level does is not decided",
+            (No, NotDecided) => {
+                "level does not separate them; whether spectrum does is not decided"
+            }
+            (NotDecided, No) => {
+                "spectrum does not separate them; whether level does is not decided"
+            }
+            (NotDecided, NotDecided) => "whether level or spectrum separates them is not decided",
+        }
+    }
+
+    fn numbers(&self) -> String {
+        let of = |name: &str, what| {
+            let criterion = self.criterion(what)?;
+            let interval = criterion.interval.map_or_else(
+                || "no interval".to_owned(),
+                |[low, high]| format!("95 %: {low:.2}–{high:.2}"),
+            );
+            Some(format!("{name} {:.2} JND ({interval})", criterion.found?))
+        };
+        let both = [
+            of("level", FeltCriterion::Level),
+            of("spectrum", FeltCriterion::Spectrum),
+        ];
+        both.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// What was felt in one pair.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FeltPair {
+    /// The two.
+    pub pair: [String; 2],
+    /// Whether they are confused, by the answers.
+    pub outcome: PairOutcome,
+    /// How far they are apart: one for each participant, or one for everybody; none where recordings are missing.
+    pub comparisons: Vec<FeltComparison>,
+}
+
+impl FeltPair {
+    /// For how many fingers level separates them, and for how many spectrum does.
+    #[must_use]
+    pub fn separated(&self) -> [usize; 2] {
+        self.count(Separates::Yes)
+    }
+
+    fn count(&self, wanted: Separates) -> [usize; 2] {
+        let of = |by: &dyn Fn(&FeltComparison) -> Separates| {
+            let all = self.comparisons.iter();
+            all.filter(|one| by(one) == wanted).count()
+        };
+        [of(&|one| one.by_level), of(&|one| one.by_spectrum)]
+    }
+
+    /// The median over fingers of what was found for `what`, JND; `None` where nothing was compared.
+    #[must_use]
+    pub fn median_jnd(&self, what: FeltCriterion) -> Option<f64> {
+        let all = self.comparisons.iter();
+        let found: Vec<f64> = all
+            .filter_map(|one| one.criterion(what).and_then(|c| c.found))
+            .collect();
+        middle(found)
+    }
+
+    /// What was found in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let names = self.pair.join(" – ");
+        let separated = self.comparisons.iter().filter(|one| one.is_separated());
+        let separated = separated.count();
+        let confused = match self.outcome {
+            PairOutcome::Confused if separated > 0 => "confused although",
+            PairOutcome::Confused => "confused;",
+            PairOutcome::NotDecided => "confusion not decided;",
+            outcome => &format!("by the answers {};", outcome.word()),
+        };
+        match self.comparisons.as_slice() {
+            [] => format!(
+                "{names}: {} what was felt is not known",
+                confused.replace(" although", ";")
+            ),
+            [one] => {
+                let of = one.participant.as_ref();
+                let of = of.map_or(String::new(), |person| format!(" for {person}"));
+                format!("{names}: {confused} {}{of}: {}", one.words(), one.numbers())
+            }
+            several => {
+                let [open_level, open_spectrum] = self.count(Separates::NotDecided);
+                let [level, spectrum] = self.separated();
+                let jnd = |what| {
+                    let found = self.median_jnd(what);
+                    found.map_or("–".into(), |jnd| format!("{jnd:.2} JND"))
+                };
+                format!(
+                    "{names}: {confused} of {} participants, level separates them for {level} (not decided for {open_level}, median {}) \
+                     and spectrum for {spectrum} (not decided for {open_spectrum}, median {})",
+                    several.len(),
+                    jnd(FeltCriterion::Level),
+                    jnd(FeltCriterion::Spectrum),
+                )
+            }
+        }
+    }
+}
+
+/// How the spectrum of `count` samples is estimated: as a score does, or with shorter segments where two of them do not fit.
+pub(super) fn welch_for(count: usize, rate: SampleRate) -> Result<WelchConfig, String> {
+    let hz = rate.hz();
+    let mut segment = 2f64.powf((hz / 1.2).log2().round()).max(16.0) as usize;
+    while 2 * segment > count && segment > 16 {
+        segment /= 2;
+    }
+    if 2 * segment > count || hz / segment as f64 > COARSEST_HZ {
+        return Err(format!(
+            "it is too short: expected at least {:.1} s, found {:.2} s",
+            2.0 / COARSEST_HZ,
+            count as f64 / hz
+        ));
+    }
+    Ok(WelchConfig::hann(segment))
+}
+
+/// The median; `None` of nothing.
+fn middle(mut values: Vec<f64>) -> Option<f64> {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    let upper = *values.get(half)?;
+    Some(if values.len() % 2 == 1 {
+        upper
+    } else {
+        f64::midpoint(values[half - 1], upper)
+    })
+}
+
+fn larger(a: Difference, b: Difference) -> Difference {
+    Difference {
+        jnd: a.jnd.max(b.jnd),
+        low_jnd: a.low_jnd.max(b.low_jnd),
+        high_jnd: a.high_jnd.max(b.high_jnd),
+        scatter_jnd: a.scatter_jnd.max(b.scatter_jnd),
+    }
+}
+
+/// The criteria on one difference, first against the just-noticeable difference, then against halves, with what follows.
+fn judged(
+    found: Difference,
+    score: &Score,
+    [jnd, within]: [FeltCriterion; 2],
+) -> (Separates, Vec<Criterion<FeltCriterion>>) {
+    let ends = [found.low_jnd, found.high_jnd];
+    let known = ends.iter().all(|end| end.is_finite());
+    let against = |what, limit| {
+        let judged = if known { ends } else { [f64::NAN; 2] };
+        Criterion {
+            interval: known.then_some(ends),
+            ..Criterion::new(what, "JND", found.jnd, Some(judged), limit)
+        }
+    };
+    let mut criteria = vec![against(jnd, score.config.model().limit())];
+    if let (Extent::WholeOfEach, Some([a, b])) = (score.extent, score.within_jnd) {
+        criteria.push(against(within, Limit::at_most(a.max(b))));
+    }
+    let halves = criteria.get(1).map(|c| c.outcome);
+    (Separates::of(criteria[0].outcome, halves), criteria)
+}
+
+/// How far the two are apart, with the doubts about it; or why they cannot be compared.
+pub(super) fn compared(
+    participant: Option<&str>,
+    [a, b]: [&FeltRecording; 2],
+    model: &Model,
+) -> Result<(FeltComparison, Vec<Doubt>), String> {
+    let common = to_common_rate(
+        (&a.sample, a.vibration.clone()?),
+        (&b.sample, b.vibration.clone()?),
+    );
+    let common = common.map_err(|error| error.to_string())?;
+    let (first, second) = (common.first, common.second);
+    let shorter = first.samples().len().min(second.samples().len());
+    let config = ScoreConfig {
+        welch: welch_for(shorter, first.rate())?,
+        level_jnd: model.level_jnd,
+        level_jnd_high: model.level_jnd_high,
+        frequency_jnd_share: model.frequency_jnd_share,
+        weighting: model.weighting,
+        contact: model.contact.clone(),
+        ..ScoreConfig::over(model.band, first.rate().hz())
+    };
+    let of = |x: &_, y: &_| score(x, y, &config).map_err(|error| error.to_string());
+    let as_felt = of(&first, &second)?;
+    // The louder at the sensation level of the softer: what is not felt of the softer separates nothing.
+    let louder_by = as_felt.test_sensation_db - as_felt.reference_sensation_db;
+    let levelled = if louder_by > 0.0 {
+        of(&first, &second.amplified(Decibels(-louder_by)))?
+    } else {
+        of(&first.amplified(Decibels(louder_by)), &second)?
+    };
+    let (by_level, mut criteria) = judged(
+        as_felt.level,
+        &as_felt,
+        [FeltCriterion::Level, FeltCriterion::LevelWithin],
+    );
+    let (by_spectrum, of_spectrum) = judged(
+        larger(levelled.spectrum, levelled.balance),
+        &levelled,
+        [FeltCriterion::Spectrum, FeltCriterion::SpectrumWithin],
+    );
+    criteria.extend(of_spectrum);
+    let doubts = as_felt.doubts.iter();
+    let doubts = doubts.filter_map(|doubt| doubt_about(doubt, [&a.sample, &b.sample]));
+    let doubts = doubts.chain(common.doubt).collect();
+    Ok((
+        FeltComparison {
+            participant: participant.map(Into::into),
+            level_db: louder_by,
+            by_level,
+            by_spectrum,
+            criteria,
+            segments: as_felt.segments,
+        },
+        doubts,
+    ))
+}
+
+/// A doubt about a score as one about the samples `names`; `None` for one that no verdict here depends on.
+fn doubt_about(doubt: &Doubt, names: [&String; 2]) -> Option<Doubt> {
+    if let Some(ScoreDoubt::NotFelt { what, level_db }) = doubt.kind() {
+        let [first, second] = names.map(Clone::clone);
+        let what = if what == "the reference" {
+            first
+        } else {
+            second
+        };
+        return Some(ScoreDoubt::NotFelt { what, level_db }.into());
+    }
+    let of_feeling = doubt.kind::<DiscriminationDoubt>().is_some();
+    let of_spectrum = doubt.kind::<SpectrumDoubt>().is_some();
+    (of_feeling || of_spectrum).then(|| doubt.clone())
+}
