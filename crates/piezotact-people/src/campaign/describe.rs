@@ -4,7 +4,7 @@ use super::design::{
     Aims, CampaignDescription, Factor, SequenceRule, TaskDescription, TaskKind as Designed,
 };
 use super::plan::balanced_orders;
-use super::protocol::{Block, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind};
+use super::protocol::{Block, Method, OrderRule, Over, Protocol, Sequence, Task, TaskKind};
 
 /// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
 ///
@@ -110,13 +110,13 @@ fn described(
             seconds_per_trial /= mean_length;
             Designed::Associate { sequence }
         }
-        TaskKind::Compare {
-            question: Question::SameDifferent | Question::Rougher,
-            pairs,
-            repeats,
-        } => Designed::Compare {
+        TaskKind::Compare { method, .. } => Designed::Compare {
             alternatives: 2,
-            trials: 2 * pairs.len() * *repeats as usize,
+            trials: match method {
+                Method::Constant { pairs, repeats } => 2 * pairs.len() * *repeats as usize,
+                // All that it can have: a staircase may end before.
+                Method::Adaptive(adaptive) => adaptive.rule.at_most() as usize,
+            },
         },
         TaskKind::Categorise { descriptors, .. } => Designed::Categorise {
             categories: descriptors.len(),

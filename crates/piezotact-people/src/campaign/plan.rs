@@ -5,13 +5,13 @@
 
 mod trials;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use super::chain::Sha;
 use super::design::williams_orders;
-use super::protocol::{Block, OrderRule, Over, Protocol};
+use super::protocol::{Adaptive, Block, OrderRule, Over, Protocol};
 use super::random::Stream;
 
 /// A session that was completed, with the cells of the design that it filled.
@@ -28,7 +28,7 @@ pub struct CompletedSession {
 }
 
 /// A plan.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -46,7 +46,10 @@ pub struct Plan {
     pub completed: Vec<CompletedSession>,
     /// The cells of the design that this session fills.
     pub cells: BTreeMap<String, usize>,
-    /// The trials in their order.
+    /// The adaptive runs by name, with their rules. What they choose stands in the session's events.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub runs: BTreeMap<String, Adaptive>,
+    /// The trials in their order; of an adaptive run as many as it has at most.
     pub trials: Vec<Trial>,
 }
 
@@ -64,10 +67,65 @@ pub struct Trial {
     /// The set; absent where all samples are presented.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
+    /// What it is for.
+    #[serde(default, skip_serializing_if = "TrialKind::is_counted")]
+    pub kind: TrialKind,
     /// What is presented.
     pub presented: Presented,
     /// What is answered.
     pub answer: AnswerForm,
+}
+
+/// What a trial is for. Only counted trials are analysed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum TrialKind {
+    /// Its answer counts.
+    #[default]
+    Counted,
+    /// To learn the task.
+    Training {
+        /// The right answer, shown after the confirmation; absent where nothing is shown.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        feedback: Option<Vec<String>>,
+    },
+    /// To see whether the participant does the task.
+    Catch {
+        /// The right answer.
+        right: Vec<String>,
+    },
+}
+
+impl TrialKind {
+    /// Whether the answer is analysed.
+    #[must_use]
+    pub fn is_counted(&self) -> bool {
+        *self == Self::Counted
+    }
+}
+
+/// The first or the second of two stimuli.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Interval {
+    /// The first.
+    First,
+    /// The second.
+    Second,
+}
+
+impl Interval {
+    /// `standard` in this place, and `comparison` in the other.
+    #[must_use]
+    pub fn pair(self, standard: &str, comparison: &str) -> Vec<String> {
+        let pair = match self {
+            Self::First => [standard, comparison],
+            Self::Second => [comparison, standard],
+        };
+        pair.map(str::to_owned).to_vec()
+    }
 }
 
 /// What a trial presents.
@@ -90,16 +148,24 @@ pub enum Presented {
         /// The stimuli.
         stimuli: Vec<String>,
     },
+    /// Two rendered stimuli: the standard of an adaptive run, and the comparison that the run chooses then.
+    Chosen {
+        /// The run, one of [`Plan::runs`].
+        run: String,
+        /// Where the standard stands.
+        standard: Interval,
+    },
 }
 
 impl Presented {
-    /// The names of what is presented, in their order.
+    /// The names of what is presented, in their order; none where the answers so far decide.
     #[must_use]
     pub fn names(&self) -> &[String] {
         match self {
             Self::Tray { samples } => samples,
             Self::Sample { sample } => std::slice::from_ref(sample),
             Self::Rendered { stimuli } => stimuli,
+            Self::Chosen { .. } => &[],
         }
     }
 }
@@ -245,12 +311,19 @@ pub fn plan(
         request,
         completed: of_session().collect(),
         cells: BTreeMap::new(),
+        runs: BTreeMap::new(),
+        trained: BTreeSet::new(),
         trials: Vec::new(),
     };
     for block in &session.blocks {
         planner.block(block)?;
     }
-    let Planner { cells, trials, .. } = planner;
+    let Planner {
+        cells,
+        runs,
+        trials,
+        ..
+    } = planner;
     Ok(Plan {
         protocol: protocol.name.clone(),
         protocol_sha,
@@ -259,6 +332,7 @@ pub fn plan(
         session: request.session.to_owned(),
         completed: request.completed.to_vec(),
         cells,
+        runs,
         trials,
     })
 }
@@ -267,7 +341,8 @@ impl Plan {
     /// The plan as it is written: JSON, the same bytes for the same plan.
     #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
-        // Maps are ordered and no number is a float, so there is one way to write it, and it cannot fail.
+        // Maps are ordered, and the numbers of rules are finite and written in their shortest form: there is one way to write it,
+        // and it cannot fail.
         let mut bytes = serde_json::to_vec_pretty(self).unwrap_or_default();
         bytes.push(b'\n');
         bytes
@@ -303,6 +378,9 @@ struct Planner<'a> {
     request: PlanRequest<'a>,
     completed: Vec<&'a CompletedSession>,
     cells: BTreeMap<String, usize>,
+    runs: BTreeMap<String, Adaptive>,
+    /// Tasks that had their training.
+    trained: BTreeSet<&'a str>,
     trials: Vec<Trial>,
 }
 

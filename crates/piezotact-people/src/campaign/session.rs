@@ -4,18 +4,22 @@
 //! that was cut off at any moment goes on from what is stored. [`State::decide`] says what a command of the experimenter makes
 //! happen: an event to be stored, first of all, and then taken up with [`State::apply`].
 
+mod adaptive;
 mod answer;
 mod decide;
+mod doubt;
 mod event;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, AnswerError, letters};
 pub use decide::{Command, Refusal};
+pub use doubt::CampaignDoubt;
 pub use event::{Event, Evidence};
 
 use super::chain::Sha;
-use super::plan::{AnswerForm, Plan, Trial};
+use super::plan::{AnswerForm, Plan, Presented, Trial};
 use super::protocol::{Protocol, ResumeAt};
 
 /// Where a trial stands.
@@ -25,6 +29,8 @@ pub struct TrialState {
     pub attempts: u32,
     /// What was presented, where it was not what was planned.
     pub presented_instead: Option<Vec<String>>,
+    /// What an adaptive run chose when it was presented.
+    pub chosen: Option<Vec<String>>,
     /// How often each element was felt in this attempt, the first time included.
     pub plays: Vec<u32>,
     /// What was measured while each element was played, in the order of the plays.
@@ -120,6 +126,8 @@ pub struct State<'a> {
     stage: Stage,
     /// By the place in the plan.
     trials: Vec<TrialState>,
+    /// Adaptive runs by name; none where a rule cannot be followed, which no session begins with.
+    runs: BTreeMap<&'a str, adaptive::Run<'a>>,
     /// Items of checklists that are confirmed, by task and set.
     checked: BTreeSet<(String, String)>,
     /// What was journalled without effect.
@@ -164,6 +172,7 @@ impl<'a> State<'a> {
             plan,
             stage: Stage::New,
             trials: vec![TrialState::default(); plan.trials.len()],
+            runs: adaptive::runs(plan).unwrap_or_default(),
             checked: BTreeSet::new(),
             ignored: 0,
             jumps_back_ms: Vec::new(),
@@ -229,10 +238,20 @@ impl<'a> State<'a> {
         self.trials.iter().filter(|trial| trial.confirmed).count()
     }
 
-    /// The first trial that is not confirmed.
+    /// The first trial that is not confirmed, and is needed: an adaptive run can end before its last one.
     #[must_use]
     pub fn current(&self) -> Option<(&'a Trial, &TrialState)> {
-        self.trials().find(|(_, state)| !state.confirmed)
+        let at = self.place()?;
+        Some((&self.plan.trials[at], &self.trials[at]))
+    }
+
+    /// The place of the current trial in the plan.
+    fn place(&self) -> Option<usize> {
+        let open = |at: &usize| {
+            let state = &self.trials[*at];
+            !state.confirmed && (state.attempts > 0 || self.needs(*at))
+        };
+        (0..self.trials.len()).find(open)
     }
 
     /// The next step.
@@ -324,6 +343,7 @@ impl<'a> State<'a> {
     /// [`ReplayError`] where it cannot follow the events before it; the state is unchanged then.
     pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), ReplayError> {
         self.take(event)?;
+        self.follow();
         if let Some(last) = self.last_ms
             && at_ms < last
         {
@@ -339,6 +359,10 @@ impl<'a> State<'a> {
             Event::Begun { plan, protocol, .. } => {
                 same("protocol", *protocol, self.plan.protocol_sha)?;
                 same("plan", *plan, self.plan.sha())?;
+                adaptive::runs(self.plan).map_err(|error| ReplayError::Order {
+                    number: self.events,
+                    why: error.to_string(),
+                })?;
                 self.stage = Stage::Consent;
             }
             Event::ConsentGiven { .. } => self.stage = Stage::Running,
@@ -346,10 +370,25 @@ impl<'a> State<'a> {
             Event::Checked { place, item } => {
                 self.checked.insert((place.clone(), item.clone()));
             }
-            Event::Presented { trial, instead } => {
-                let elements = self.trial(trial)?.presented.names().len();
+            Event::Presented {
+                trial,
+                instead,
+                chosen,
+            } => {
+                let planned = &self.trial(trial)?.presented;
+                if matches!(planned, Presented::Chosen { .. }) != chosen.is_some() {
+                    return Err(ReplayError::Order {
+                        number: self.events,
+                        why: format!(
+                            "{trial}: what was chosen stands only where the answers choose"
+                        ),
+                    });
+                }
+                let names = chosen.as_deref().unwrap_or(planned.names());
+                let elements = names.len();
                 let state = self.trial_state(trial)?;
                 state.attempts += 1;
+                state.chosen.clone_from(chosen);
                 state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
                 state.presented_instead.clone_from(instead);
             }
@@ -397,7 +436,7 @@ impl<'a> State<'a> {
 
     /// What the protocol says about the trial that was under way when the session was cut off.
     fn interrupted(&mut self) {
-        let Some(at) = self.trials.iter().position(|trial| !trial.confirmed) else {
+        let Some(at) = self.place() else {
             return;
         };
         let again = |state: &mut TrialState| {
@@ -450,15 +489,16 @@ impl<'a> State<'a> {
             })
     }
 
-    /// Trials by task with how many are confirmed: `(confirmed, planned)`.
+    /// Trials by task with how many are confirmed: `(confirmed, planned)`. Trials that an ended run does not need are not planned
+    /// any more.
     #[must_use]
     pub fn progress(&self) -> BTreeMap<&'a str, (usize, usize)> {
         let mut progress = BTreeMap::new();
-        for (trial, state) in self.trials() {
+        for (at, (trial, state)) in self.trials().enumerate() {
             let (confirmed, planned): &mut (usize, usize) =
                 progress.entry(trial.task.as_str()).or_default();
             *confirmed += usize::from(state.confirmed);
-            *planned += 1;
+            *planned += usize::from(state.attempts > 0 || self.needs(at));
         }
         progress
     }

@@ -1,10 +1,14 @@
 //! The trials of a task.
 
-use super::super::protocol::{Block, FixedTest, Labels, Question, Sequence, Task, TaskKind};
+use super::super::protocol::{
+    Adaptive, Block, Catch, FixedTest, Labels, Method, Protocol, Question, Sequence, Task, TaskKind,
+};
 use super::super::random::Stream;
-use super::{AnswerForm, Group, PlanError, Planner, Presented, Trial};
+use super::{AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind};
 
 impl<'a> Planner<'a> {
+    /// Adds the trials of `task` over `group`: training, then the counted ones with catch trials among them. Each has a stream of
+    /// its own.
     pub(super) fn task(
         &mut self,
         block: &'a Block,
@@ -12,16 +16,196 @@ impl<'a> Planner<'a> {
         group: Group<'a>,
         name: &str,
     ) -> Result<(), PlanError> {
-        let mut stream = self.stream(&["trial", name]);
-        let mut add = |name: String, presented: Presented, answer: AnswerForm| {
-            self.trials.push(Trial {
-                name,
-                block: block.name.clone(),
-                task: task.name.clone(),
-                set: group.set.map(str::to_owned),
-                presented,
-                answer,
+        let place = Place {
+            protocol: self.protocol,
+            block,
+            task,
+            group,
+            name,
+        };
+        if let Some(training) = &task.training
+            && self.trained.insert(&task.name)
+        {
+            let stream = self.stream(&["training", name]);
+            let trials = place.training(stream, training.trials as usize, training.feedback)?;
+            self.trials.extend(trials);
+        }
+        let mut trials = place.counted(&mut self.stream(&["trial", name]))?;
+        if let Some(catch) = &task.catch {
+            place.mix(catch, self.stream(&["catch", name]), &mut trials)?;
+        }
+        if let Some(adaptive) = place.adaptive() {
+            self.runs.insert(name.to_owned(), adaptive.clone());
+        }
+        self.trials.extend(trials);
+        Ok(())
+    }
+}
+
+/// A task over a group, with the name that its trials begin with.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    protocol: &'a Protocol,
+    block: &'a Block,
+    task: &'a Task,
+    group: Group<'a>,
+    name: &'a str,
+}
+
+impl Place<'_> {
+    fn adaptive(&self) -> Option<&Adaptive> {
+        match &self.task.kind {
+            TaskKind::Compare {
+                method: Method::Adaptive(adaptive),
+                ..
+            } => Some(adaptive),
+            _ => None,
+        }
+    }
+
+    fn trial(&self, name: String, presented: Presented, answer: AnswerForm) -> Trial {
+        Trial {
+            name,
+            block: self.block.name.clone(),
+            task: self.task.name.clone(),
+            set: self.group.set.map(str::to_owned),
+            kind: TrialKind::Counted,
+            presented,
+            answer,
+        }
+    }
+
+    /// `count` trials as the counted ones, with stimuli drawn anew; those of an adaptive run at levels drawn at random.
+    fn training(
+        &self,
+        mut stream: Stream,
+        count: usize,
+        feedback: bool,
+    ) -> Result<Vec<Trial>, PlanError> {
+        let mut trials: Vec<Trial> = Vec::new();
+        while trials.len() < count {
+            let mut more = self.counted(&mut stream)?;
+            more.retain(|trial| trial.answer != AnswerForm::Done);
+            if more.is_empty() {
+                break;
+            }
+            trials.extend(more);
+        }
+        trials.truncate(count);
+        for (i, trial) in trials.iter_mut().enumerate() {
+            trial.name = format!("{}.training {}", self.name, i + 1);
+            let mut right = None;
+            if let (Presented::Chosen { standard, .. }, Some(adaptive)) =
+                (&trial.presented, self.adaptive())
+            {
+                let level = &adaptive.levels[stream.below(adaptive.levels.len())];
+                right = Some(vec![comparison_is(*standard).to_owned()]);
+                let stimuli = standard.pair(&adaptive.standard, &level.stimulus);
+                trial.presented = Presented::Rendered { stimuli };
+            }
+            let right = right.or_else(|| self.right(trial.presented.names()));
+            trial.kind = TrialKind::Training {
+                feedback: right.filter(|_| feedback),
+            };
+        }
+        Ok(trials)
+    }
+
+    /// Puts catch trials among `trials`, each before one of them, so that none is left over when an adaptive run ends early.
+    fn mix(
+        &self,
+        catch: &Catch,
+        mut stream: Stream,
+        trials: &mut Vec<Trial>,
+    ) -> Result<(), PlanError> {
+        let fitting: Vec<&Vec<String>> = catch.known.iter().filter(|one| self.fits(one)).collect();
+        let Some(answer) = trials.first().map(|trial| trial.answer.clone()) else {
+            return Ok(());
+        };
+        if fitting.is_empty() {
+            return Err(PlanError::NoSequence {
+                task: self.task.name.clone(),
+                set: self.group.set.unwrap_or("of all samples").to_owned(),
             });
+        }
+        let mut places: Vec<usize> = (0..catch.trials)
+            .map(|_| stream.below(trials.len()))
+            .collect();
+        places.sort_unstable();
+        let mut mixed = Vec::with_capacity(trials.len() + places.len());
+        let mut caught = 0;
+        for (i, trial) in trials.drain(..).enumerate() {
+            while places.get(caught) == Some(&i) {
+                let mut stimuli = fitting[stream.below(fitting.len())].clone();
+                let right = match self.right(&stimuli) {
+                    Some(right) => right,
+                    // The first of the pair is the right answer, wherever it is presented.
+                    None => match stream.below(2) {
+                        0 => vec!["first".to_owned()],
+                        _ => {
+                            stimuli.reverse();
+                            vec!["second".to_owned()]
+                        }
+                    },
+                };
+                caught += 1;
+                mixed.push(Trial {
+                    kind: TrialKind::Catch { right },
+                    ..self.trial(
+                        format!("{}.catch {caught}", self.name),
+                        Presented::Rendered { stimuli },
+                        answer.clone(),
+                    )
+                });
+            }
+            mixed.push(trial);
+        }
+        *trials = mixed;
+        Ok(())
+    }
+
+    /// Whether all stimuli can be answered within the group.
+    fn fits(&self, stimuli: &[String]) -> bool {
+        let within = |stimulus: &String| {
+            let expected = self.protocol.expected(stimulus);
+            expected.is_some_and(|expected| self.group.samples.iter().any(|one| one == expected))
+        };
+        !matches!(self.task.kind, TaskKind::Associate { .. }) || stimuli.iter().all(within)
+    }
+
+    /// The right answer to stimuli, where it follows from their names.
+    fn right(&self, stimuli: &[String]) -> Option<Vec<String>> {
+        match &self.task.kind {
+            TaskKind::Associate { .. } => {
+                let expected = |stimulus| self.protocol.expected(stimulus).map(str::to_owned);
+                stimuli.iter().map(|stimulus| expected(stimulus)).collect()
+            }
+            TaskKind::Compare {
+                question: Question::SameDifferent,
+                ..
+            } => Some(vec![
+                match stimuli.iter().all(|one| *one == stimuli[0]) {
+                    true => "same",
+                    false => "different",
+                }
+                .to_owned(),
+            ]),
+            _ => None,
+        }
+    }
+
+    /// The counted trials.
+    fn counted(&self, stream: &mut Stream) -> Result<Vec<Trial>, PlanError> {
+        let Self {
+            block,
+            task,
+            group,
+            name,
+            ..
+        } = *self;
+        let mut trials = Vec::new();
+        let mut add = |name: String, presented: Presented, answer: AnswerForm| {
+            trials.push(self.trial(name, presented, answer));
         };
         let mut shuffled = |samples: &[String]| {
             let mut samples = samples.to_vec();
@@ -76,7 +260,7 @@ impl<'a> Planner<'a> {
                         AnswerForm::EachOfOrder { trial }
                     }
                 };
-                for (i, stimuli) in sequences(sequence, task, group, &mut stream)?
+                for (i, stimuli) in sequences(sequence, task, group, stream)?
                     .into_iter()
                     .enumerate()
                 {
@@ -87,31 +271,44 @@ impl<'a> Planner<'a> {
                     add(name, Presented::Rendered { stimuli }, answer.clone());
                 }
             }
-            TaskKind::Compare {
-                question,
-                pairs,
-                repeats,
-            } => {
-                let mut all: Vec<[String; 2]> = Vec::new();
-                for _ in 0..*repeats {
-                    for [first, second] in pairs {
-                        all.push([first.clone(), second.clone()]);
-                        all.push([second.clone(), first.clone()]);
-                    }
-                }
-                stream.shuffle(&mut all);
-                let choices = match question {
-                    Question::SameDifferent => ["same", "different"],
-                    Question::Rougher => ["first", "second"],
+            TaskKind::Compare { question, method } => {
+                let choices = question.choices().map(str::to_owned).to_vec();
+                let form = || AnswerForm::OneOf {
+                    choices: choices.clone(),
                 };
-                for (i, pair) in all.into_iter().enumerate() {
-                    let choices = choices.map(str::to_owned).to_vec();
-                    let stimuli = pair.to_vec();
-                    add(
-                        format!("{name}.{}", i + 1),
-                        Presented::Rendered { stimuli },
-                        AnswerForm::OneOf { choices },
-                    );
+                match method {
+                    Method::Constant { pairs, repeats } => {
+                        let mut all: Vec<[String; 2]> = Vec::new();
+                        for _ in 0..*repeats {
+                            for [first, second] in pairs {
+                                all.push([first.clone(), second.clone()]);
+                                all.push([second.clone(), first.clone()]);
+                            }
+                        }
+                        stream.shuffle(&mut all);
+                        for (i, pair) in all.into_iter().enumerate() {
+                            let stimuli = pair.to_vec();
+                            add(
+                                format!("{name}.{}", i + 1),
+                                Presented::Rendered { stimuli },
+                                form(),
+                            );
+                        }
+                    }
+                    Method::Adaptive(adaptive) => {
+                        for i in 1..=adaptive.rule.at_most() {
+                            let standard = match stream.below(2) {
+                                0 => Interval::First,
+                                _ => Interval::Second,
+                            };
+                            let run = name.to_owned();
+                            add(
+                                format!("{name}.{i}"),
+                                Presented::Chosen { run, standard },
+                                form(),
+                            );
+                        }
+                    }
                 }
             }
             TaskKind::Categorise {
@@ -144,7 +341,15 @@ impl<'a> Planner<'a> {
                 }
             }
         }
-        Ok(())
+        Ok(trials)
+    }
+}
+
+/// The answer that names the comparison, with the standard in `standard`.
+fn comparison_is(standard: Interval) -> &'static str {
+    match standard {
+        Interval::First => "second",
+        Interval::Second => "first",
     }
 }
 

@@ -70,6 +70,9 @@ pub enum Event {
         /// What was presented where it is not what was planned: the wrong sample was handed over.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         instead: Option<Vec<String>>,
+        /// What the answers so far chose, where the plan leaves it to them.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        chosen: Option<Vec<String>>,
     },
     /// An element was felt once more.
     Played {
