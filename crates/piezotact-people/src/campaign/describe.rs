@@ -92,6 +92,16 @@ fn described(
         true => sets.iter().map(Vec::len).sum(),
         false => group,
     };
+    // How often a participant does the task: for each set, or each set of a share.
+    let shares = match block.map(|block| &block.over) {
+        Some(Over::SharesOfSets(shares)) => shares.len().max(1),
+        _ => 1,
+    };
+    let times = match over_sets {
+        true => (sets.len() as f64 / shares as f64).max(1.0),
+        false => 1.0,
+    };
+    let mut elements = 1.0;
     let mut seconds_per_trial = task.seconds_per_trial;
     let kind = match &task.kind {
         TaskKind::Touch { .. } => Designed::Touch { trials: singles },
@@ -108,14 +118,19 @@ fn described(
         TaskKind::Associate { sequence, .. } => {
             let (sequence, mean_length) = sequence_rule(protocol, sequence, sets);
             seconds_per_trial /= mean_length;
+            elements = mean_length;
             Designed::Associate { sequence }
         }
         TaskKind::Compare { method, .. } => Designed::Compare {
             alternatives: 2,
             trials: match method {
-                Method::Constant { pairs, repeats } => 2 * pairs.len() * *repeats as usize,
+                Method::Constant { pairs, repeats } => {
+                    (times * (2 * pairs.len() * *repeats as usize) as f64).round() as usize
+                }
                 // All that it can have: a staircase may end before.
-                Method::Adaptive(adaptive) => adaptive.rule.at_most() as usize,
+                Method::Adaptive(adaptive) => {
+                    (times * f64::from(adaptive.rule.at_most())).round() as usize
+                }
             },
         },
         TaskKind::Categorise { descriptors, .. } => Designed::Categorise {
@@ -128,11 +143,20 @@ fn described(
         TaskKind::Identify { presentations } => *presentations as usize,
         _ => 1,
     };
+    let block_repeats = block.map_or(1, |block| block.repeats as usize);
+    let training = task
+        .training
+        .map_or(0.0, |training| f64::from(training.trials));
+    let catch = task
+        .catch
+        .as_ref()
+        .map_or(0.0, |catch| f64::from(catch.trials));
     TaskDescription {
         name: task.name.clone(),
         task: kind,
-        repeats: repeats * block.map_or(1, |block| block.repeats as usize),
+        repeats: repeats * block_repeats,
         seconds_per_trial,
+        uncounted_trials: elements * (training + catch * times * block_repeats as f64),
     }
 }
 

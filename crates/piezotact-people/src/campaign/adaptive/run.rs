@@ -26,7 +26,7 @@ pub enum AdaptiveRule {
     /// A transformed up-down staircase. Each level that it can ask for must be listed.
     Staircase {
         /// Its rule.
-        rule: StaircaseRule,
+        staircase: StaircaseRule,
         /// The number of trials after which it is stopped, ended or not.
         at_most: u32,
     },
@@ -147,9 +147,9 @@ impl AdaptiveRun {
     /// [`AdaptiveRuleError`].
     pub fn new(levels_db: &[f64], rule: &AdaptiveRule) -> Result<Self, AdaptiveRuleError> {
         let method = match rule {
-            AdaptiveRule::Staircase { rule, .. } => Method::Staircase {
-                reversals: rule.reversals,
-                run: Staircase::new(rule.clone())?,
+            AdaptiveRule::Staircase { staircase, .. } => Method::Staircase {
+                reversals: staircase.reversals,
+                run: Staircase::new(staircase.clone())?,
             },
             AdaptiveRule::QuestPlus {
                 thresholds_db,

@@ -1,9 +1,9 @@
-//! The protocols that come with the program: those of the thesis.
+//! The protocols that come with the program: those of the thesis, and one of thresholds.
 
 use super::{Protocol, ProtocolError, read};
 
 /// The protocols by name, as TOML.
-pub const LIBRARY: [(&str, &str); 5] = [
+pub const LIBRARY: [(&str, &str); 6] = [
     (
         "periodic_pilot",
         include_str!("../../../protocols/periodic_pilot.toml"),
@@ -23,6 +23,10 @@ pub const LIBRARY: [(&str, &str); 5] = [
     (
         "touch_control_imagery",
         include_str!("../../../protocols/touch_control_imagery.toml"),
+    ),
+    (
+        "roughness_jnd",
+        include_str!("../../../protocols/roughness_jnd.toml"),
     ),
 ];
 

@@ -94,7 +94,10 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         why: error.to_string(),
     })?;
     match rule {
-        AdaptiveRule::Staircase { rule, at_most } => staircase(place, adaptive, rule, *at_most),
+        AdaptiveRule::Staircase {
+            staircase: rule,
+            at_most,
+        } => staircase(place, adaptive, rule, *at_most),
         AdaptiveRule::QuestPlus { thresholds_db, .. } => {
             let out_of_reach = |threshold: &f64| {
                 !(adaptive.levels[0].level..=adaptive.levels[levels.len() - 1].level)
