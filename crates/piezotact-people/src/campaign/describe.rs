@@ -336,4 +336,39 @@ mod tests {
             Scoring::ByPositionAndDominance
         );
     }
+
+    #[test]
+    fn trials_of_adaptive_runs_training_and_catch_trials_take_their_time() {
+        let jnd = describe(&from_library("roughness_jnd").unwrap().unwrap());
+        let report = design_findings(&jnd, 1).unwrap();
+        let times: Vec<_> = report.time.iter().collect();
+        assert_eq!((times[0].trials, times[0].uncounted), (50.0, 11.0));
+        assert_eq!((times[1].trials, times[1].uncounted), (90.0, 11.0));
+        assert_eq!(report.participant_s, 12.0 * (50.0 + 90.0 + 22.0));
+        // Two alternatives: half of the answers are right by chance.
+        let by_chance: Vec<f64> = report.chance.iter().map(|task| task.mean).collect();
+        let near = |found: f64, wanted: f64| (found - wanted).abs() < 1e-9;
+        assert!(
+            near(by_chance[0], 25.0) && near(by_chance[1], 45.0),
+            "{by_chance:?}"
+        );
+        let (_, toml) = LIBRARY[1];
+        let plain = describe(&read(toml).unwrap());
+        let known: Vec<String> = plain
+            .sets
+            .iter()
+            .map(|set| format!("[\"{0}\", \"{0}\"]", set[0]))
+            .collect();
+        let with = format!(
+            "kind = \"associate\"\ntraining = {{ trials = 2 }}\ncatch = {{ trials = 1, known = [{}], failures_allowed = 0 }}",
+            known.join(", ")
+        );
+        let with = describe(&read(&toml.replace("kind = \"associate\"", &with)).unwrap());
+        let uncounted = |campaign: &CampaignDescription| {
+            let task = campaign.tasks.iter().find(|task| task.name == "task3");
+            task.unwrap().uncounted_trials
+        };
+        // Two sequences of training and one of each of twelve sets, 3.5 stimuli long as the others.
+        assert_eq!((uncounted(&plain), uncounted(&with)), (0.0, 14.0 * 3.5));
+    }
 }

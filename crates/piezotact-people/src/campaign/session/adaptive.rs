@@ -18,7 +18,7 @@ pub(super) struct Run<'a> {
     now: AdaptiveRun,
     taken: Vec<(usize, Response)>,
     /// The place of the next level.
-    next: Option<usize>,
+    pub(super) next: Option<usize>,
     /// The place of its last trial in the plan.
     last: usize,
 }

@@ -300,3 +300,170 @@ fn trials(place: &str, found: u32) -> Result<(), ProtocolError> {
         false => Err(number(&format!("{place}: trials"), "1 to 5000", found)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{LIBRARY, from_library};
+    use super::super::read;
+
+    fn says(from: &str, to: &str, part: &str) {
+        let (_, toml) = LIBRARY[5];
+        assert!(toml.contains(from), "{from}");
+        let text = read(&toml.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(text.contains(part), "{text}");
+        assert!(
+            !text.contains('\n') || text.contains("cannot be read"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn levels_that_cannot_be_compared_are_refused() {
+        let standard = "standard = \"S8\"";
+        says(
+            standard,
+            "standard = \"S9\"",
+            "stimulus `S9` is not declared",
+        );
+        says(
+            standard,
+            "standard = \"S8 increment -26\"",
+            "stands twice in task quest: standard and levels",
+        );
+        says(
+            "level = -24",
+            "level = -26",
+            "levels must increase, and -26 follows -26; list them",
+        );
+        says("level = -24", "level = nan", "expected a finite number");
+        says(
+            "gain_db = 1.946",
+            "gain_db = 9",
+            "gains of standard and levels, in dB, must increase",
+        );
+        says("gain_db = 1.946", "gain_db = 99", "-60 to 60");
+        says(
+            "largest_sd = 4",
+            "largest_sd = 0",
+            "largest_sd: expected more than 0",
+        );
+        says("largest_sd = 4", "largest_sd = 4\nseed = 3", "seed");
+        says("how = \"adaptive\"", "how = \"guessing\"", "guessing");
+    }
+
+    #[test]
+    fn rules_that_cannot_reach_a_threshold_are_refused() {
+        says(
+            "down = 3",
+            "down = 1",
+            "converges to what guessing reaches; raise `down`",
+        );
+        says(
+            "at_most = 90",
+            "at_most = 10",
+            "ends the staircase before it has its reversals",
+        );
+        says("at_most = 90", "at_most = 0", "expected 1 to 5000, found 0");
+        says("trials = 50", "trials = 0", "expected 1 to 5000, found 0");
+        says(
+            "steps = [4, 4, 2]",
+            "steps = [4, 3]",
+            "which no stimulus has; list one, or change `first`",
+        );
+        says("highest = 0", "highest = 4", "can ask for level");
+        says("reversals = 12", "reversals = 5", "left out");
+        says(
+            "slopes = [1, 2, 3]",
+            "slopes = [0]",
+            "task quest: QUEST+: a slope must be positive",
+        );
+        says(
+            "slopes = [1, 2, 3]",
+            "slopes = [1]\nguess_share = 0.5",
+            "guess_share",
+        );
+        let (_, toml) = LIBRARY[5];
+        let line = toml.lines().find(|line| line.starts_with("thresholds_db"));
+        says(
+            line.unwrap(),
+            "thresholds_db = [10, 20]",
+            "no possible threshold lies within the levels",
+        );
+        says(
+            "question = \"stronger\"",
+            "question = \"same_different\"",
+            "an adaptive method needs a right answer in each trial",
+        );
+    }
+
+    #[test]
+    fn training_and_catch_trials_need_known_answers() {
+        let known = "known = [[\"S8 increment 0\", \"S8\"]]";
+        says(known, "known = []", "no stimuli with a known answer");
+        says(
+            known,
+            "known = [[\"S8\", \"S8\"]]",
+            "a stimulus beside itself",
+        );
+        says(
+            known,
+            "known = [[\"S8\"]]",
+            "expected 2 stimuli in each, found 1",
+        );
+        says(
+            known,
+            "known = [[\"S8\", \"S1\"]]",
+            "stimulus `S1` is not declared",
+        );
+        says(known, "pairs = []", "pairs");
+        says(
+            "trials = 5, known",
+            "trials = 0, known",
+            "task quest: catch: trials: expected 1 to 5000",
+        );
+        says(
+            "failures_allowed = 1",
+            "failures_allowed = 5",
+            "less than `trials`",
+        );
+        says(
+            "training = { trials = 6",
+            "training = { trials = 0",
+            "task quest: training: trials",
+        );
+    }
+
+    #[test]
+    fn each_set_of_an_association_needs_a_catch_trial_and_an_order_has_none() {
+        let (_, toml) = LIBRARY[1];
+        let text = |from: &str, to: &str| {
+            assert!(toml.contains(from), "{from}");
+            read(&toml.replacen(from, to, 1)).unwrap_err().to_string()
+        };
+        let sets = from_library("isotropic_triplets").unwrap().unwrap().sets;
+        let one = format!(
+            "kind = \"associate\"\ncatch = {{ trials = 1, known = [[\"{}\"]], failures_allowed = 0 }}",
+            sets[0].samples[0]
+        );
+        let found = text("kind = \"associate\"", &one);
+        assert!(found.contains("catch trial for the set `"), "{found}");
+        let of_order =
+            "catch = { trials = 1, known = [[\"S1\"]], failures_allowed = 0 }\nkind = \"order\"";
+        let found = text("kind = \"order\"", of_order);
+        assert!(
+            found.contains("catch trials are for tasks `compare` and `associate`"),
+            "{found}"
+        );
+        let trained = "training = { trials = 2 }\nkind = \"touch\"";
+        let found = text("kind = \"touch\"", trained);
+        assert!(
+            found.contains("training is for tasks with answers"),
+            "{found}"
+        );
+        let found = text(
+            "kind = \"order\"",
+            "training = { trials = 2, feedback = true }\nkind = \"order\"",
+        );
+        assert!(found.contains("the right answers are not known"), "{found}");
+    }
+}

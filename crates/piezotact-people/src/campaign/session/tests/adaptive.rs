@@ -85,7 +85,7 @@ fn fast<'a>(
     mut says: impl FnMut(&Adaptive, &[String]) -> &'static str,
 ) -> State<'a> {
     let mut state = State::new(protocol, plan);
-    let mut does = |state: &mut State<'a>, command: Command| {
+    let does = |state: &mut State<'a>, command: Command| {
         let event = state.decide(&command).unwrap();
         state.apply(0, &event).unwrap();
     };
@@ -311,29 +311,43 @@ fn a_correction_changes_the_estimate_and_nothing_that_was_presented() {
 
 #[test]
 fn a_correction_does_not_open_a_run_again_behind_a_later_task() {
-    let (protocol, plan) = jnd();
+    // Of a staircase, as QUEST+ always has all its trials, and in a session where it comes first.
+    let (_, toml) = LIBRARY[5];
+    let listed = toml.replace("task_order = \"balanced\"", "task_order = \"as_listed\"");
+    let staircase_first =
+        listed.replace("[\"quest\", \"staircase\"]", "[\"staircase\", \"quest\"]");
+    let protocol = read(&staircase_first).unwrap();
+    let plan = planned(&protocol, "discrimination");
     let mut run = Run::begun(&protocol, &plan);
     let mut observer = Observer::new(8);
     whole(&mut run, |rule, presented| observer.says(rule, presented));
-    let first_task = plan.trials[0].task.clone();
-    let quiet = |run: &Run<'_>| run.state.current().map(|(trial, _)| trial.name.clone());
-    assert_eq!(quiet(&run), None);
+    assert_eq!(run.state.step(), Step::End);
     let counted: Vec<String> = run
         .state
         .trials()
         .filter(|(trial, state)| {
-            trial.task == first_task && trial.kind.is_counted() && state.confirmed
+            trial.task == "staircase" && trial.kind.is_counted() && state.confirmed
         })
         .map(|(trial, _)| trial.name.clone())
         .collect();
-    for name in counted.iter().rev().take(6) {
+    let mut opened = false;
+    for name in counted.iter().rev().take(12) {
         run.does(Command::Correct {
             trial: name.clone(),
             words: vec!["first".to_owned()],
             why: "typed wrongly".to_owned(),
         });
-        assert_eq!(quiet(&run), None);
+        opened |= run.state.runs["thresholds.staircase"].next.is_some();
+        assert_eq!(run.state.step(), Step::End);
     }
+    assert!(
+        opened,
+        "no correction left the staircase without its reversals"
+    );
+    assert_eq!(
+        threshold(&run.state, "staircase").decided(),
+        Outcome::NotDecided
+    );
 }
 
 #[test]
