@@ -249,7 +249,7 @@ impl<'a> State<'a> {
     fn place(&self) -> Option<usize> {
         let open = |at: &usize| {
             let state = &self.trials[*at];
-            !state.confirmed && (state.attempts > 0 || self.needs(*at))
+            !state.confirmed && (state.is_presented() || self.needs(*at))
         };
         (0..self.trials.len()).find(open)
     }
@@ -498,7 +498,7 @@ impl<'a> State<'a> {
             let (confirmed, planned): &mut (usize, usize) =
                 progress.entry(trial.task.as_str()).or_default();
             *confirmed += usize::from(state.confirmed);
-            *planned += usize::from(state.attempts > 0 || self.needs(at));
+            *planned += usize::from(state.is_presented() || self.needs(at));
         }
         progress
     }

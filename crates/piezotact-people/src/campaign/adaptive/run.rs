@@ -268,3 +268,129 @@ impl AdaptiveRun {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::Start;
+    use super::*;
+
+    const LEVELS: [f64; 5] = [-8.0, -6.0, -4.0, -2.0, 0.0];
+
+    fn staircase() -> StaircaseRule {
+        StaircaseRule {
+            first: -2.0,
+            steps: vec![4.0, 2.0],
+            down: 2,
+            up: 1,
+            start: Start::OneUpOneDown,
+            lowest: -8.0,
+            highest: 0.0,
+            reversals: 6,
+            trials: 0,
+            left_out: 2,
+        }
+    }
+
+    fn run(at_most: u32) -> AdaptiveRun {
+        let rule = AdaptiveRule::Staircase {
+            staircase: staircase(),
+            at_most,
+        };
+        AdaptiveRun::new(&LEVELS, &rule).unwrap()
+    }
+
+    /// Answers without an order of their own.
+    fn response(trial: usize) -> Response {
+        match [0, 1, 1, 0, 1, 1, 1, 0][trial % 8] {
+            0 => Response::Wrong,
+            _ => Response::Correct,
+        }
+    }
+
+    #[test]
+    fn a_staircase_over_listed_levels_is_the_staircase() {
+        let (mut run, mut alone) = (run(100), Staircase::new(staircase()).unwrap());
+        let mut trial = 0;
+        while let Some(level) = alone.next_level() {
+            let at = run.next_level().unwrap();
+            assert_eq!(LEVELS[at], level);
+            run.answer(at, response(trial));
+            alone.answer(response(trial));
+            trial += 1;
+        }
+        assert_eq!(run.next_level(), None);
+        let found = run.estimate(5.0);
+        assert_eq!(found.level, alone.estimate().map(|one| one.level));
+        assert_eq!(found.answers as usize, trial);
+    }
+
+    #[test]
+    fn a_staircase_that_is_stopped_has_too_few_reversals() {
+        let mut run = run(7);
+        for trial in 0..7 {
+            let at = run.next_level().unwrap();
+            run.answer(at, response(trial));
+        }
+        assert_eq!(run.next_level(), None);
+        let found = run.estimate(50.0);
+        assert_eq!(found.decided(), Outcome::NotDecided);
+        let reversals = &found.criteria[0];
+        assert_eq!(reversals.what, ThresholdCriterion::Reversals);
+        assert_eq!(reversals.outcome, Outcome::NotMet);
+        run.answer(99, Response::Correct);
+        assert_eq!(run.estimate(50.0), found, "no such level");
+    }
+
+    #[test]
+    fn every_criterion_can_leave_a_threshold_open() {
+        let rule = AdaptiveRule::QuestPlus {
+            thresholds_db: (-10..=2).map(f64::from).collect(),
+            slopes: vec![20.0],
+            lapse_shares: vec![0.0],
+            trials: 40,
+        };
+        let judged = |threshold_db: f64, largest_sd_db: f64, trials: usize| {
+            let mut run = AdaptiveRun::new(&LEVELS, &rule).unwrap();
+            for _ in 0..trials {
+                let at = run.next_level().unwrap();
+                let response = match LEVELS[at] > threshold_db {
+                    true => Response::Correct,
+                    false => Response::Wrong,
+                };
+                run.answer(at, response);
+            }
+            let found = run.estimate(largest_sd_db);
+            let open = found.criteria.iter();
+            let open = open.filter(|one| one.outcome != Outcome::Met);
+            let open: Vec<_> = open.map(|one| one.what).collect();
+            assert_eq!(found.decided() == Outcome::Met, open.is_empty());
+            open
+        };
+        use ThresholdCriterion as What;
+        assert_eq!(judged(-5.0, 2.0, 40), []);
+        assert_eq!(judged(-5.0, 2.0, 39), [What::Answers]);
+        assert_eq!(judged(-5.0, 0.01, 40), [What::Spread]);
+        assert!(judged(9.0, 2.0, 40).contains(&What::BelowHighest));
+        assert!(judged(9.0, 2.0, 40).contains(&What::AtEnds));
+        assert!(judged(-20.0, 2.0, 40).contains(&What::AboveLowest));
+        // A staircase against the highest level.
+        let mut run = run(60);
+        let mut trial = 0;
+        while let Some(at) = run.next_level() {
+            run.answer(
+                at,
+                if trial % 5 < 3 {
+                    Response::Wrong
+                } else {
+                    Response::Correct
+                },
+            );
+            trial += 1;
+        }
+        let clamped = &run.estimate(9.0).criteria[1];
+        assert_eq!(
+            (clamped.what, clamped.outcome),
+            (What::Clamped, Outcome::NotMet)
+        );
+    }
+}

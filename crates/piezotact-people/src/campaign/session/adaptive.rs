@@ -106,7 +106,7 @@ impl<'a> State<'a> {
         };
         self.runs.get(run).is_none_or(|run| {
             let after = &self.trials[run.last + 1..];
-            run.next.is_some() && after.iter().all(|state| state.attempts == 0)
+            run.next.is_some() && !after.iter().any(TrialState::is_presented)
         })
     }
 
@@ -210,6 +210,11 @@ impl<'a> State<'a> {
 }
 
 impl TrialState {
+    /// Whether it was presented, in the attempt that counts.
+    pub(super) fn is_presented(&self) -> bool {
+        !self.plays.is_empty()
+    }
+
     /// What was presented, where it is not what the plan names: what was handed over instead, or what was chosen.
     #[must_use]
     pub fn presented(&self) -> Option<&[String]> {
