@@ -1,7 +1,8 @@
 //! The trials of a task.
 
 use super::super::protocol::{
-    Adaptive, Block, Catch, FixedTest, Labels, Method, Protocol, Question, Sequence, Task, TaskKind,
+    Adaptive, Block, Catch, FixedTest, Labels, Method, Protocol, Question, Sequence, Task,
+    TaskKind, Training,
 };
 use super::super::random::Stream;
 use super::{AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind};
@@ -27,7 +28,7 @@ impl<'a> Planner<'a> {
             && self.trained.insert(&task.name)
         {
             let stream = self.stream(&["training", name]);
-            let trials = place.training(stream, training.trials as usize, training.feedback)?;
+            let trials = place.training(stream, *training)?;
             self.trials.extend(trials);
         }
         let mut trials = place.counted(&mut self.stream(&["trial", name]))?;
@@ -75,13 +76,9 @@ impl Place<'_> {
         }
     }
 
-    /// `count` trials as the counted ones, with stimuli drawn anew; those of an adaptive run at levels drawn at random.
-    fn training(
-        &self,
-        mut stream: Stream,
-        count: usize,
-        feedback: bool,
-    ) -> Result<Vec<Trial>, PlanError> {
+    /// Trials as the counted ones, with stimuli drawn anew; those of an adaptive run at levels drawn at random.
+    fn training(&self, mut stream: Stream, training: Training) -> Result<Vec<Trial>, PlanError> {
+        let count = training.trials as usize;
         let mut trials: Vec<Trial> = Vec::new();
         while trials.len() < count {
             let mut more = self.counted(&mut stream)?;
@@ -105,7 +102,7 @@ impl Place<'_> {
             }
             let right = right.or_else(|| self.right(trial.presented.names()));
             trial.kind = TrialKind::Training {
-                feedback: right.filter(|_| feedback),
+                feedback: right.filter(|_| training.feedback),
             };
         }
         Ok(trials)

@@ -188,15 +188,10 @@ fn thresholds_of_simulated_observers_are_recovered() {
         let bias = errors.iter().sum::<f64>() / count;
         let squares: f64 = errors.iter().map(|error| (error - bias).powi(2)).sum();
         let sd = (squares / (count - 1.0)).sqrt();
-        eprintln!(
-            "{task}: bias {bias:.2} dB, spread {sd:.2} dB, decided {}",
-            decided[task]
-        );
         assert!(bias.abs() < 0.5 * sd, "{task}: bias {bias} spread {sd}");
         assert!(sd < 3.5, "{task}: spread {sd}");
         assert!(decided[task] >= 160, "{task}: {} decided", decided[task]);
     }
-    eprintln!("quest: {within} of 200 within 1.96 standard deviations");
     assert!(within >= 180, "{within}");
 }
 
@@ -217,7 +212,6 @@ fn an_observer_who_answers_at_random_is_not_decided() {
         }
         doubts += u32::from(!state.doubts().is_empty());
     }
-    eprintln!("decided of 200 who guess: {decided:?}; with a doubt about catch trials: {doubts}");
     assert!(decided.values().all(|count| *count <= 4), "{decided:?}");
     // Five trials with one wrong answer allowed are passed by 6/32 of those who guess, two tasks by 3.5 %.
     assert!(doubts >= 180, "{doubts}");
