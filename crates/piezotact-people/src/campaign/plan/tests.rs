@@ -105,7 +105,14 @@ fn the_same_inputs_give_the_same_bytes_and_others_other_ones() {
     assert_eq!(again, plan);
     // Written down once: a change of the generator or the drawing would change every plan of a running campaign.
     assert_eq!(plan.sha().to_string(), PINNED);
+    // With rules, training and catch trials.
+    let jnd = made(&library("roughness_jnd"), "P01", "discrimination", &[]);
+    let again: Plan = serde_json::from_slice(&jnd.bytes()).unwrap();
+    assert_eq!(again.bytes(), jnd.bytes());
+    assert_eq!(jnd.sha().to_string(), PINNED_JND);
 }
+
+const PINNED_JND: &str = "c53483119e2ccebcbd0e35f519d31a383958bed9fb114dc8ea350146df36ac5a";
 
 const PINNED: &str = "977bae7becf33f50af4d5fb5333e4a2d6242e93f5eb4bfa6bdc92074d1e6a605";
 

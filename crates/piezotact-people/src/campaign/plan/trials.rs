@@ -5,7 +5,9 @@ use super::super::protocol::{
     TaskKind, Training,
 };
 use super::super::random::Stream;
-use super::{AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind};
+use super::{
+    AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind, undeclared,
+};
 
 impl<'a> Planner<'a> {
     /// Adds the trials of `task` over `group`: training, then the counted ones with catch trials among them. Each has a stream of
@@ -95,7 +97,8 @@ impl Place<'_> {
             if let (Presented::Chosen { standard, .. }, Some(adaptive)) =
                 (&trial.presented, self.adaptive())
             {
-                let level = &adaptive.levels[stream.below(adaptive.levels.len())];
+                let drawn = adaptive.levels.get(stream.below(adaptive.levels.len()));
+                let level = drawn.ok_or_else(|| undeclared(&self.task.name))?;
                 right = Some(vec![comparison_is(*standard).to_owned()]);
                 let stimuli = standard.pair(&adaptive.standard, &level.stimulus);
                 trial.presented = Presented::Rendered { stimuli };
