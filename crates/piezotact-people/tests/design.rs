@@ -45,6 +45,7 @@ fn task(name: &str, task: TaskKind, repeats: usize, seconds_per_trial: f64) -> T
         task,
         repeats,
         seconds_per_trial,
+        uncounted_trials: 0.0,
     }
 }
 

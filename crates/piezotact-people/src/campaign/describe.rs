@@ -4,7 +4,7 @@ use super::design::{
     Aims, CampaignDescription, Factor, SequenceRule, TaskDescription, TaskKind as Designed,
 };
 use super::plan::balanced_orders;
-use super::protocol::{Block, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind};
+use super::protocol::{Block, Method, OrderRule, Over, Protocol, Sequence, Task, TaskKind};
 
 /// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
 ///
@@ -92,6 +92,16 @@ fn described(
         true => sets.iter().map(Vec::len).sum(),
         false => group,
     };
+    // How often a participant does the task: for each set, or each set of a share.
+    let shares = match block.map(|block| &block.over) {
+        Some(Over::SharesOfSets(shares)) => shares.len().max(1),
+        _ => 1,
+    };
+    let times = match over_sets {
+        true => (sets.len() as f64 / shares as f64).max(1.0),
+        false => 1.0,
+    };
+    let mut elements = 1.0;
     let mut seconds_per_trial = task.seconds_per_trial;
     let kind = match &task.kind {
         TaskKind::Touch { .. } => Designed::Touch { trials: singles },
@@ -108,15 +118,20 @@ fn described(
         TaskKind::Associate { sequence, .. } => {
             let (sequence, mean_length) = sequence_rule(protocol, sequence, sets);
             seconds_per_trial /= mean_length;
+            elements = mean_length;
             Designed::Associate { sequence }
         }
-        TaskKind::Compare {
-            question: Question::SameDifferent | Question::Rougher,
-            pairs,
-            repeats,
-        } => Designed::Compare {
+        TaskKind::Compare { method, .. } => Designed::Compare {
             alternatives: 2,
-            trials: 2 * pairs.len() * *repeats as usize,
+            trials: match method {
+                Method::Constant { pairs, repeats } => {
+                    (times * (2 * pairs.len() * *repeats as usize) as f64).round() as usize
+                }
+                // All that it can have: a staircase may end before.
+                Method::Adaptive(adaptive) => {
+                    (times * f64::from(adaptive.rule.at_most())).round() as usize
+                }
+            },
         },
         TaskKind::Categorise { descriptors, .. } => Designed::Categorise {
             categories: descriptors.len(),
@@ -128,11 +143,20 @@ fn described(
         TaskKind::Identify { presentations } => *presentations as usize,
         _ => 1,
     };
+    let block_repeats = block.map_or(1, |block| block.repeats as usize);
+    let training = task
+        .training
+        .map_or(0.0, |training| f64::from(training.trials));
+    let catch = task
+        .catch
+        .as_ref()
+        .map_or(0.0, |catch| f64::from(catch.trials));
     TaskDescription {
         name: task.name.clone(),
         task: kind,
-        repeats: repeats * block.map_or(1, |block| block.repeats as usize),
+        repeats: repeats * block_repeats,
         seconds_per_trial,
+        uncounted_trials: elements * (training + catch * times * block_repeats as f64),
     }
 }
 
@@ -311,5 +335,40 @@ mod tests {
             read(&better).unwrap().aims.scoring,
             Scoring::ByPositionAndDominance
         );
+    }
+
+    #[test]
+    fn trials_of_adaptive_runs_training_and_catch_trials_take_their_time() {
+        let jnd = describe(&from_library("roughness_jnd").unwrap().unwrap());
+        let report = design_findings(&jnd, 1).unwrap();
+        let times: Vec<_> = report.time.iter().collect();
+        assert_eq!((times[0].trials, times[0].uncounted), (50.0, 11.0));
+        assert_eq!((times[1].trials, times[1].uncounted), (90.0, 11.0));
+        assert_eq!(report.participant_s, 12.0 * (50.0 + 90.0 + 22.0));
+        // Two alternatives: half of the answers are right by chance.
+        let by_chance: Vec<f64> = report.chance.iter().map(|task| task.mean).collect();
+        let near = |found: f64, wanted: f64| (found - wanted).abs() < 1e-9;
+        assert!(
+            near(by_chance[0], 25.0) && near(by_chance[1], 45.0),
+            "{by_chance:?}"
+        );
+        let (_, toml) = LIBRARY[1];
+        let plain = describe(&read(toml).unwrap());
+        let known: Vec<String> = plain
+            .sets
+            .iter()
+            .map(|set| format!("[\"{0}\", \"{0}\"]", set[0]))
+            .collect();
+        let with = format!(
+            "kind = \"associate\"\ntraining = {{ trials = 2 }}\ncatch = {{ trials = 1, known = [{}], failures_allowed = 0 }}",
+            known.join(", ")
+        );
+        let with = describe(&read(&toml.replace("kind = \"associate\"", &with)).unwrap());
+        let uncounted = |campaign: &CampaignDescription| {
+            let task = campaign.tasks.iter().find(|task| task.name == "task3");
+            task.unwrap().uncounted_trials
+        };
+        // Two sequences of training and one of each of twelve sets, 3.5 stimuli long as the others.
+        assert_eq!((uncounted(&plain), uncounted(&with)), (0.0, 14.0 * 3.5));
     }
 }

@@ -7,7 +7,7 @@ use piezotact::page::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::protocol::{
-    Block, Labels, OrderKey, Over, Protocol, Question, Sequence, Task, TaskKind, When,
+    Block, Labels, Method, OrderKey, Over, Protocol, Question, Sequence, Task, TaskKind, When,
 };
 
 /// The columns of a table of answers, in their order.
@@ -262,8 +262,16 @@ impl<'a> Described<'a> {
                     .collect();
                 used.into_iter().collect()
             }
-            TaskKind::Compare { pairs, .. } => {
-                let used: BTreeSet<&str> = pairs.iter().flatten().map(String::as_str).collect();
+            TaskKind::Compare { method, .. } => {
+                let used: BTreeSet<&str> = match method {
+                    Method::Constant { pairs, .. } => {
+                        pairs.iter().flatten().map(String::as_str).collect()
+                    }
+                    Method::Adaptive(adaptive) => {
+                        let levels = adaptive.levels.iter().map(|level| level.stimulus.as_str());
+                        levels.chain([adaptive.standard.as_str()]).collect()
+                    }
+                };
                 used.into_iter().collect()
             }
             _ => self.samples().into_iter().map(String::as_str).collect(),
@@ -392,6 +400,10 @@ impl<'a> Described<'a> {
                 ),
                 Question::Rougher => of(
                     "Which stimulus felt rougher.",
+                    &[("first", "the first one"), ("second", "the second one")],
+                ),
+                Question::Stronger => of(
+                    "Which stimulus felt stronger.",
                     &[("first", "the first one"), ("second", "the second one")],
                 ),
             },

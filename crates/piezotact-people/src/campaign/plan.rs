@@ -3,15 +3,15 @@
 //! A plan is a function of the protocol, the seed and the sessions that were completed so far, so that people who leave do not
 //! unbalance it; each person is planned on arrival. Each draw has a random stream of its own.
 
-use std::collections::BTreeMap;
+mod trials;
+
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use super::chain::Sha;
 use super::design::williams_orders;
-use super::protocol::{
-    Block, FixedTest, Labels, OrderRule, Over, Protocol, Question, Sequence, Task, TaskKind,
-};
+use super::protocol::{Adaptive, Block, OrderRule, Over, Protocol};
 use super::random::Stream;
 
 /// A session that was completed, with the cells of the design that it filled.
@@ -28,7 +28,7 @@ pub struct CompletedSession {
 }
 
 /// A plan.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Plan {
@@ -46,7 +46,10 @@ pub struct Plan {
     pub completed: Vec<CompletedSession>,
     /// The cells of the design that this session fills.
     pub cells: BTreeMap<String, usize>,
-    /// The trials in their order.
+    /// The adaptive runs by name, with their rules. What they choose stands in the session's events.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub runs: BTreeMap<String, Adaptive>,
+    /// The trials in their order; of an adaptive run as many as it has at most.
     pub trials: Vec<Trial>,
 }
 
@@ -64,10 +67,65 @@ pub struct Trial {
     /// The set; absent where all samples are presented.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
+    /// What it is for.
+    #[serde(default, skip_serializing_if = "TrialKind::is_counted")]
+    pub kind: TrialKind,
     /// What is presented.
     pub presented: Presented,
     /// What is answered.
     pub answer: AnswerForm,
+}
+
+/// What a trial is for. Only counted trials are analysed.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum TrialKind {
+    /// Its answer counts.
+    #[default]
+    Counted,
+    /// To learn the task.
+    Training {
+        /// The right answer, shown after the confirmation; absent where nothing is shown.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        feedback: Option<Vec<String>>,
+    },
+    /// To see whether the participant does the task.
+    Catch {
+        /// The right answer.
+        right: Vec<String>,
+    },
+}
+
+impl TrialKind {
+    /// Whether the answer is analysed.
+    #[must_use]
+    pub fn is_counted(&self) -> bool {
+        *self == Self::Counted
+    }
+}
+
+/// The first or the second of two stimuli.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Interval {
+    /// The first.
+    First,
+    /// The second.
+    Second,
+}
+
+impl Interval {
+    /// `standard` in this place, and `comparison` in the other.
+    #[must_use]
+    pub fn pair(self, standard: &str, comparison: &str) -> Vec<String> {
+        let pair = match self {
+            Self::First => [standard, comparison],
+            Self::Second => [comparison, standard],
+        };
+        pair.map(str::to_owned).to_vec()
+    }
 }
 
 /// What a trial presents.
@@ -90,16 +148,24 @@ pub enum Presented {
         /// The stimuli.
         stimuli: Vec<String>,
     },
+    /// Two rendered stimuli: the standard of an adaptive run, and the comparison that the run chooses then.
+    Chosen {
+        /// The run, one of [`Plan::runs`].
+        run: String,
+        /// Where the standard stands.
+        standard: Interval,
+    },
 }
 
 impl Presented {
-    /// The names of what is presented, in their order.
+    /// The names of what is presented, in their order; none where the answers so far decide.
     #[must_use]
     pub fn names(&self) -> &[String] {
         match self {
             Self::Tray { samples } => samples,
             Self::Sample { sample } => std::slice::from_ref(sample),
             Self::Rendered { stimuli } => stimuli,
+            Self::Chosen { .. } => &[],
         }
     }
 }
@@ -245,12 +311,19 @@ pub fn plan(
         request,
         completed: of_session().collect(),
         cells: BTreeMap::new(),
+        runs: BTreeMap::new(),
+        trained: BTreeSet::new(),
         trials: Vec::new(),
     };
     for block in &session.blocks {
         planner.block(block)?;
     }
-    let Planner { cells, trials, .. } = planner;
+    let Planner {
+        cells,
+        runs,
+        trials,
+        ..
+    } = planner;
     Ok(Plan {
         protocol: protocol.name.clone(),
         protocol_sha,
@@ -259,6 +332,7 @@ pub fn plan(
         session: request.session.to_owned(),
         completed: request.completed.to_vec(),
         cells,
+        runs,
         trials,
     })
 }
@@ -267,7 +341,8 @@ impl Plan {
     /// The plan as it is written: JSON, the same bytes for the same plan.
     #[must_use]
     pub fn bytes(&self) -> Vec<u8> {
-        // Maps are ordered and no number is a float, so there is one way to write it, and it cannot fail.
+        // Maps are ordered, and the numbers of rules are finite and written in their shortest form: there is one way to write it,
+        // and it cannot fail.
         let mut bytes = serde_json::to_vec_pretty(self).unwrap_or_default();
         bytes.push(b'\n');
         bytes
@@ -303,6 +378,9 @@ struct Planner<'a> {
     request: PlanRequest<'a>,
     completed: Vec<&'a CompletedSession>,
     cells: BTreeMap<String, usize>,
+    runs: BTreeMap<String, Adaptive>,
+    /// Tasks that had their training.
+    trained: BTreeSet<&'a str>,
     trials: Vec<Trial>,
 }
 
@@ -406,185 +484,6 @@ impl<'a> Planner<'a> {
         let chosen = rare[self.stream(&["cell", cell]).below(rare.len())];
         self.cells.insert(cell.to_owned(), chosen);
         chosen
-    }
-
-    fn task(
-        &mut self,
-        block: &'a Block,
-        task: &'a Task,
-        group: Group<'a>,
-        name: &str,
-    ) -> Result<(), PlanError> {
-        let mut stream = self.stream(&["trial", name]);
-        let mut add = |name: String, presented: Presented, answer: AnswerForm| {
-            self.trials.push(Trial {
-                name,
-                block: block.name.clone(),
-                task: task.name.clone(),
-                set: group.set.map(str::to_owned),
-                presented,
-                answer,
-            });
-        };
-        let mut shuffled = |samples: &[String]| {
-            let mut samples = samples.to_vec();
-            stream.shuffle(&mut samples);
-            samples
-        };
-        let samples = group.samples;
-        match &task.kind {
-            TaskKind::Touch { .. } => {
-                for sample in shuffled(samples) {
-                    add(
-                        format!("{name}.{sample}"),
-                        Presented::Sample { sample },
-                        AnswerForm::Done,
-                    );
-                }
-            }
-            TaskKind::Identify { presentations } => {
-                let tray = shuffled(samples);
-                add(
-                    format!("{name}.learn"),
-                    Presented::Tray { samples: tray },
-                    AnswerForm::Done,
-                );
-                let all: Vec<String> = (0..*presentations).flat_map(|_| samples.to_vec()).collect();
-                for (i, sample) in shuffled(&all).into_iter().enumerate() {
-                    let choices = samples.to_vec();
-                    add(
-                        format!("{name}.{}", i + 1),
-                        Presented::Sample { sample },
-                        AnswerForm::OneOf { choices },
-                    );
-                }
-            }
-            TaskKind::Order { from, to, .. } => {
-                let tray = shuffled(samples);
-                let answer = AnswerForm::Order {
-                    samples: samples.to_vec(),
-                    from: from.clone(),
-                    to: to.clone(),
-                };
-                add(name.to_owned(), Presented::Tray { samples: tray }, answer);
-            }
-            TaskKind::Associate { sequence, labels } => {
-                let answer = match labels {
-                    Labels::Names => AnswerForm::Each {
-                        choices: samples.to_vec(),
-                    },
-                    Labels::OwnOrder { task: order } => {
-                        let own = format!("{}.{}", block.name, task.name);
-                        let trial = name.replacen(&own, &format!("{}.{order}", block.name), 1);
-                        AnswerForm::EachOfOrder { trial }
-                    }
-                };
-                for (i, stimuli) in sequences(sequence, task, group, &mut stream)?
-                    .into_iter()
-                    .enumerate()
-                {
-                    let name = match sequence {
-                        Sequence::Fixed { .. } => format!("{name}.test {}", i + 1),
-                        _ => name.to_owned(),
-                    };
-                    add(name, Presented::Rendered { stimuli }, answer.clone());
-                }
-            }
-            TaskKind::Compare {
-                question,
-                pairs,
-                repeats,
-            } => {
-                let mut all: Vec<[String; 2]> = Vec::new();
-                for _ in 0..*repeats {
-                    for [first, second] in pairs {
-                        all.push([first.clone(), second.clone()]);
-                        all.push([second.clone(), first.clone()]);
-                    }
-                }
-                stream.shuffle(&mut all);
-                let choices = match question {
-                    Question::SameDifferent => ["same", "different"],
-                    Question::Rougher => ["first", "second"],
-                };
-                for (i, pair) in all.into_iter().enumerate() {
-                    let choices = choices.map(str::to_owned).to_vec();
-                    let stimuli = pair.to_vec();
-                    add(
-                        format!("{name}.{}", i + 1),
-                        Presented::Rendered { stimuli },
-                        AnswerForm::OneOf { choices },
-                    );
-                }
-            }
-            TaskKind::Categorise {
-                descriptors,
-                at_most,
-            } => {
-                for sample in shuffled(samples) {
-                    let answer = AnswerForm::Some {
-                        choices: descriptors.clone(),
-                        at_most: *at_most as usize,
-                    };
-                    add(
-                        format!("{name}.{sample}"),
-                        Presented::Sample { sample },
-                        answer,
-                    );
-                }
-            }
-            TaskKind::Rate { from, to } => {
-                for sample in shuffled(samples) {
-                    let answer = AnswerForm::Scale {
-                        from: *from,
-                        to: *to,
-                    };
-                    add(
-                        format!("{name}.{sample}"),
-                        Presented::Sample { sample },
-                        answer,
-                    );
-                }
-            }
-        }
-        Ok(())
-    }
-}
-
-/// The sequences of an association for one set.
-fn sequences(
-    sequence: &Sequence,
-    task: &Task,
-    group: Group<'_>,
-    stream: &mut Stream,
-) -> Result<Vec<Vec<String>>, PlanError> {
-    let samples = group.samples;
-    match sequence {
-        Sequence::Permutation => {
-            let mut stimuli = samples.to_vec();
-            stream.shuffle(&mut stimuli);
-            Ok(vec![stimuli])
-        }
-        Sequence::Drawn { lengths } => {
-            let length = lengths[stream.below(lengths.len())];
-            let stimuli = (0..length).map(|_| samples[stream.below(samples.len())].clone());
-            Ok(vec![stimuli.collect()])
-        }
-        Sequence::Fixed { tests } => {
-            let of_set = |test: &&FixedTest| Some(test.set.as_str()) == group.set;
-            let found: Vec<Vec<String>> = tests
-                .iter()
-                .filter(of_set)
-                .map(|test| test.stimuli.clone())
-                .collect();
-            match found.is_empty() {
-                false => Ok(found),
-                true => Err(PlanError::NoSequence {
-                    task: task.name.clone(),
-                    set: group.set.unwrap_or("of all samples").to_owned(),
-                }),
-            }
-        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod check;
 mod library;
+mod method;
 
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::design::{Comparison, Factor, PairsWanted, Scoring};
 pub use check::{ProtocolError, read};
 pub use library::{LIBRARY, from_library};
+pub use method::{Adaptive, Catch, Level, Method, Question, Training};
 
 /// The version of the form of protocols that this program reads.
 pub const FORM: u32 = 1;
@@ -57,7 +59,7 @@ pub struct Protocol {
 }
 
 /// A rendered stimulus with another name than its sample: a manipulated one.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Stimulus {
@@ -68,6 +70,9 @@ pub struct Stimulus {
     /// The sample whose rms level it has; absent where the level is its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level_of: Option<String>,
+    /// How much higher its rms level is than that, in dB; absent where it is not changed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain_db: Option<f64>,
     /// The sample that the hypothesis expects as answer.
     pub expected: String,
 }
@@ -242,6 +247,12 @@ pub struct Task {
     pub checklist: Vec<String>,
     /// How long one trial takes, in seconds, with the touching; for the plan of the time.
     pub seconds_per_trial: f64,
+    /// Trials before the counted ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub training: Option<Training>,
+    /// Trials whose answer is known, among the counted ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub catch: Option<Catch>,
     /// What it asks.
     #[serde(flatten)]
     pub kind: TaskKind,
@@ -282,10 +293,8 @@ pub enum TaskKind {
     Compare {
         /// What is asked.
         question: Question,
-        /// The pairs, each presented in both orders.
-        pairs: Vec<[String; 2]>,
-        /// How often each order of each pair is presented.
-        repeats: u32,
+        /// How the stimuli are chosen.
+        method: Method,
     },
     /// Descriptors are chosen for each sample.
     Categorise {
@@ -358,17 +367,6 @@ pub enum Labels {
         /// The ordering task.
         task: String,
     },
-}
-
-/// What a comparison asks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(rename_all = "snake_case")]
-pub enum Question {
-    /// The same or different.
-    SameDifferent,
-    /// Which is rougher, the first or the second.
-    Rougher,
 }
 
 /// A session of each participant.

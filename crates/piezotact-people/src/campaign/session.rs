@@ -4,18 +4,22 @@
 //! that was cut off at any moment goes on from what is stored. [`State::decide`] says what a command of the experimenter makes
 //! happen: an event to be stored, first of all, and then taken up with [`State::apply`].
 
+mod adaptive;
 mod answer;
 mod decide;
+mod doubt;
 mod event;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, AnswerError, letters};
 pub use decide::{Command, Refusal};
+pub use doubt::CampaignDoubt;
 pub use event::{Event, Evidence, Participant};
 
 use super::chain::Sha;
-use super::plan::{AnswerForm, Plan, Trial};
+use super::plan::{AnswerForm, Plan, Presented, Trial};
 use super::protocol::{Protocol, ResumeAt};
 
 /// Where a trial stands.
@@ -25,6 +29,8 @@ pub struct TrialState {
     pub attempts: u32,
     /// What was presented, where it was not what was planned.
     pub presented_instead: Option<Vec<String>>,
+    /// What an adaptive run chose when it was presented.
+    pub chosen: Option<Vec<String>>,
     /// How often each element was felt in this attempt, the first time included.
     pub plays: Vec<u32>,
     /// What was measured while an element was played, with the element, in the order of the plays.
@@ -149,6 +155,8 @@ pub struct State<'a> {
     participant: Participant,
     /// By the place in the plan.
     trials: Vec<TrialState>,
+    /// Adaptive runs by name; none where a rule cannot be followed, which no session begins with.
+    runs: BTreeMap<&'a str, adaptive::Run<'a>>,
     /// Items of checklists that are confirmed, by task and set.
     checked: BTreeSet<(String, String)>,
     /// What was journalled without effect.
@@ -194,6 +202,7 @@ impl<'a> State<'a> {
             stage: Stage::New,
             participant: Participant::default(),
             trials: vec![TrialState::default(); plan.trials.len()],
+            runs: adaptive::runs(plan).unwrap_or_default(),
             checked: BTreeSet::new(),
             ignored: 0,
             jumps_back_ms: Vec::new(),
@@ -277,10 +286,20 @@ impl<'a> State<'a> {
         self.trials.iter().filter(|trial| trial.confirmed).count()
     }
 
-    /// The first trial that is not confirmed.
+    /// The first trial that is not confirmed, and is needed: an adaptive run can end before its last one.
     #[must_use]
     pub fn current(&self) -> Option<(&'a Trial, &TrialState)> {
-        self.trials().find(|(_, state)| !state.confirmed)
+        let at = self.place()?;
+        Some((&self.plan.trials[at], &self.trials[at]))
+    }
+
+    /// The place of the current trial in the plan.
+    fn place(&self) -> Option<usize> {
+        let open = |at: &usize| {
+            let state = &self.trials[*at];
+            !state.confirmed && (state.is_presented() || self.needs(*at))
+        };
+        (0..self.trials.len()).find(open)
     }
 
     /// The next step.
@@ -378,6 +397,7 @@ impl<'a> State<'a> {
         if let Event::Confirmed { trial } = event {
             self.trial_state(trial)?.at_ms[1] = Some(at_ms);
         }
+        self.follow();
         if let Some(last) = self.last_ms
             && at_ms < last
         {
@@ -398,6 +418,10 @@ impl<'a> State<'a> {
             } => {
                 same("protocol", *protocol, self.plan.protocol_sha)?;
                 same("plan", *plan, self.plan.sha())?;
+                adaptive::runs(self.plan).map_err(|error| ReplayError::Order {
+                    number: self.events,
+                    why: error.to_string(),
+                })?;
                 self.stage = Stage::Consent;
                 self.participant = participant.clone();
             }
@@ -410,10 +434,22 @@ impl<'a> State<'a> {
                 trial,
                 instead,
                 evidence,
+                chosen,
             } => {
-                let elements = self.trial(trial)?.presented.names().len();
+                let planned = &self.trial(trial)?.presented;
+                if matches!(planned, Presented::Chosen { .. }) != chosen.is_some() {
+                    return Err(ReplayError::Order {
+                        number: self.events,
+                        why: format!(
+                            "{trial}: what was chosen stands only where the answers choose"
+                        ),
+                    });
+                }
+                let names = chosen.as_deref().unwrap_or(planned.names());
+                let elements = names.len();
                 let state = self.trial_state(trial)?;
                 state.attempts += 1;
+                state.chosen.clone_from(chosen);
                 state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
                 state.presented_instead.clone_from(instead);
                 state.evidence = evidence.iter().cloned().enumerate().collect();
@@ -471,7 +507,7 @@ impl<'a> State<'a> {
 
     /// What the protocol says about the trial that was under way when the session was cut off.
     fn interrupted(&mut self) {
-        let Some(at) = self.trials.iter().position(|trial| !trial.confirmed) else {
+        let Some(at) = self.place() else {
             return;
         };
         let again = |state: &mut TrialState| {
@@ -519,15 +555,16 @@ impl<'a> State<'a> {
             })
     }
 
-    /// Trials by task with how many are confirmed: `(confirmed, planned)`.
+    /// Trials by task with how many are confirmed: `(confirmed, planned)`. Trials that an ended run does not need are not planned
+    /// any more.
     #[must_use]
     pub fn progress(&self) -> BTreeMap<&'a str, (usize, usize)> {
         let mut progress = BTreeMap::new();
-        for (trial, state) in self.trials() {
+        for (at, (trial, state)) in self.trials().enumerate() {
             let (confirmed, planned): &mut (usize, usize) =
                 progress.entry(trial.task.as_str()).or_default();
             *confirmed += usize::from(state.confirmed);
-            *planned += 1;
+            *planned += usize::from(state.is_presented() || self.needs(at));
         }
         progress
     }

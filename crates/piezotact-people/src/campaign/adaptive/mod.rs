@@ -3,11 +3,16 @@
 //! Both are functions of rule and answers alone; nothing is drawn. Levels are in the unit of the rule, as a rule dB.
 
 mod quest;
+mod run;
 mod staircase;
 
 use serde::{Deserialize, Serialize};
 
 pub use quest::{QuestEstimate, QuestPlus, QuestRule, QuestRuleError, weibull};
+pub use run::{
+    AdaptiveRule, AdaptiveRuleError, AdaptiveRun, GUESS_SHARE, ThresholdCriterion,
+    ThresholdEstimate,
+};
 pub use staircase::{Staircase, StaircaseEstimate, StaircaseRule, StaircaseRuleError, Start};
 
 /// Whether an answer was correct; for a task without a right answer: whether it was "yes".

@@ -205,6 +205,19 @@ impl Staircase {
         self.step(turn);
     }
 
+    /// Takes up the answer to a trial at `level_db`, in the unit of the rule, whatever level would be next: for answers that were
+    /// corrected after the levels that followed them had been presented.
+    pub fn answer_at(&mut self, level_db: f64, response: Response) {
+        self.level = level_db;
+        self.answer(response);
+    }
+
+    /// How many trials were at the lowest or the highest level because the rule asked for more.
+    #[must_use]
+    pub fn clamped(&self) -> u32 {
+        self.clamped
+    }
+
     fn step(&mut self, turn: Rising) {
         let steps = &self.rule.steps;
         let step = steps[self.reversals.len().min(steps.len() - 1)];

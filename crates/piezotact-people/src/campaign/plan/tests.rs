@@ -105,7 +105,14 @@ fn the_same_inputs_give_the_same_bytes_and_others_other_ones() {
     assert_eq!(again, plan);
     // Written down once: a change of the generator or the drawing would change every plan of a running campaign.
     assert_eq!(plan.sha().to_string(), PINNED);
+    // With rules, training and catch trials.
+    let jnd = made(&library("roughness_jnd"), "P01", "discrimination", &[]);
+    let again: Plan = serde_json::from_slice(&jnd.bytes()).unwrap();
+    assert_eq!(again.bytes(), jnd.bytes());
+    assert_eq!(jnd.sha().to_string(), PINNED_JND);
 }
+
+const PINNED_JND: &str = "c53483119e2ccebcbd0e35f519d31a383958bed9fb114dc8ea350146df36ac5a";
 
 const PINNED: &str = "977bae7becf33f50af4d5fb5333e4a2d6242e93f5eb4bfa6bdc92074d1e6a605";
 
@@ -252,4 +259,103 @@ fn what_cannot_be_planned_is_said() {
         &more,
         "no fixed sequence for set 3",
     );
+}
+
+#[test]
+fn training_and_catch_trials_change_no_draw_of_the_counted_ones() {
+    let counted = |toml: &str| -> Vec<(String, Presented)> {
+        let plan = made(&read(toml).unwrap(), "P01", "discrimination", &[]);
+        let counted = plan.trials.into_iter();
+        let counted = counted.filter(|trial| trial.kind.is_counted());
+        counted.map(|trial| (trial.name, trial.presented)).collect()
+    };
+    let (_, with) = LIBRARY[5];
+    let without: String = with
+        .lines()
+        .filter(|line| !line.starts_with("training") && !line.starts_with("catch"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let only_catch: String = with
+        .lines()
+        .filter(|line| !line.starts_with("training"))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    assert_eq!(counted(with), counted(&without));
+    assert_eq!(counted(with).len(), 50 + 90);
+    let others = |toml: &str, kind: fn(&TrialKind) -> bool| -> Vec<Trial> {
+        let plan = made(&read(toml).unwrap(), "P01", "discrimination", &[]);
+        let trials = plan.trials.into_iter();
+        trials.filter(|trial| kind(&trial.kind)).collect()
+    };
+    let caught: fn(&TrialKind) -> bool = |kind| matches!(kind, TrialKind::Catch { .. });
+    let trained: fn(&TrialKind) -> bool = |kind| matches!(kind, TrialKind::Training { .. });
+    assert_eq!(others(with, caught), others(&only_catch, caught));
+    let trained = others(with, trained);
+    assert_eq!(trained.len(), 12);
+    let drawn: BTreeSet<_> = trained
+        .iter()
+        .map(|trial| trial.presented.names())
+        .collect();
+    assert!(drawn.len() > 4, "levels are drawn: {drawn:?}");
+}
+
+#[test]
+fn the_standard_and_the_catch_trials_stand_at_random_places() {
+    let protocol = library("roughness_jnd");
+    let (mut first, mut all, mut places) = (0, 0, BTreeSet::new());
+    for person in 0..40 {
+        let plan = made(&protocol, &format!("P{person}"), "discrimination", &[]);
+        for (place, trial) in plan.trials.iter().enumerate() {
+            match (&trial.kind, &trial.presented) {
+                (_, Presented::Chosen { standard, run }) => {
+                    assert!(plan.runs.contains_key(run));
+                    all += 1;
+                    first += i32::from(*standard == Interval::First);
+                }
+                (TrialKind::Catch { right }, presented) => {
+                    let names = presented.names();
+                    let stronger = names.iter().position(|name| name != "S8").unwrap();
+                    assert_eq!(right[0], ["first", "second"][stronger]);
+                    places.insert(place);
+                    // Never behind the last counted trial of its task.
+                    let next = plan.trials[place..]
+                        .iter()
+                        .find(|one| one.kind.is_counted());
+                    assert_eq!(next.unwrap().task, trial.task);
+                }
+                _ => {}
+            }
+        }
+    }
+    // 5600 draws: a share of 0.5 ± 0.02 at three standard errors.
+    let share = f64::from(first) / f64::from(all);
+    assert!((share - 0.5).abs() < 0.02, "{share}");
+    assert!(places.len() > 80, "{} places", places.len());
+}
+
+#[test]
+fn constant_stimuli_are_presented_in_both_orders_equally_often() {
+    let (_, toml) = LIBRARY[5];
+    let (before, after) = toml.split_once("question = \"stronger\"").unwrap();
+    let (_, after) = after.split_once("[[tasks]]").unwrap();
+    let constant = format!(
+        "{before}question = \"same_different\"\nmethod = {{ how = \"constant\", pairs = [[\"S8\", \"S8 increment -6\"], [\"S8\", \"S8\"]], repeats = 5 }}\n[[tasks]]{after}"
+    );
+    let plan = made(&read(&constant).unwrap(), "P01", "discrimination", &[]);
+    let mut counts = BTreeMap::<Vec<String>, u32>::new();
+    for trial in &plan.trials {
+        if trial.task == "quest" && trial.kind.is_counted() {
+            *counts.entry(trial.presented.names().to_vec()).or_default() += 1;
+        }
+        if let (TrialKind::Training { feedback }, "quest") = (&trial.kind, trial.task.as_str()) {
+            let names = trial.presented.names();
+            let right = if names[0] == names[1] {
+                "same"
+            } else {
+                "different"
+            };
+            assert_eq!(feedback.as_deref(), Some(&[right.to_owned()][..]));
+        }
+    }
+    assert_eq!(counts.into_values().collect::<Vec<_>>(), [10, 5, 5]);
 }

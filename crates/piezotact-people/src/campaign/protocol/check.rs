@@ -1,5 +1,7 @@
 //! Reading a protocol: its form, and whether what it names is there.
 
+mod compare;
+
 use std::collections::BTreeSet;
 
 use super::{Block, FORM, Labels, Over, Playing, Protocol, Sequence, Task, TaskKind};
@@ -78,6 +80,54 @@ pub enum ProtocolError {
     NoRendering {
         /// The task.
         task: String,
+    },
+    /// Levels that do not increase.
+    #[error(
+        "{place}: {what} must increase, and {found} follows {before}; list them in increasing order, the standard below all"
+    )]
+    Levels {
+        /// Where.
+        place: String,
+        /// What must increase.
+        what: &'static str,
+        /// What follows.
+        found: String,
+        /// What is before it.
+        before: String,
+    },
+    /// A level that a staircase can ask for, without a stimulus.
+    #[error(
+        "{place}: the staircase can ask for level {level}, which no stimulus has; list one, or change `first`, `steps`, `lowest` or `highest`"
+    )]
+    NoStimulus {
+        /// Where.
+        place: String,
+        /// The level.
+        level: String,
+    },
+    /// An adaptive rule that cannot be followed.
+    #[error("{place}: {why}; correct the rule")]
+    Rule {
+        /// Where.
+        place: String,
+        /// Why.
+        why: String,
+    },
+    /// An adaptive rule that cannot reach a threshold.
+    #[error("{place}: {why}")]
+    Target {
+        /// Where.
+        place: String,
+        /// Why, and what to do.
+        why: &'static str,
+    },
+    /// A trial that needs a right answer, and has none.
+    #[error("{place}: {what}")]
+    NoKnownAnswer {
+        /// Where.
+        place: String,
+        /// What, and what to do.
+        what: &'static str,
     },
     /// An answer in A, B, C of an order that is not made before.
     #[error(
@@ -196,6 +246,11 @@ fn stimuli(protocol: &Protocol) -> Result<(), ProtocolError> {
             Some(&stimulus.expected),
         ];
         known_samples(protocol, &place, samples.into_iter().flatten())?;
+        if let Some(gain_db) = stimulus.gain_db
+            && !(-60.0..=60.0).contains(&gain_db)
+        {
+            return Err(number(&format!("{place}: gain_db"), "-60 to 60", gain_db));
+        }
     }
     Ok(())
 }
@@ -231,6 +286,7 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             task: task.name.clone(),
         });
     }
+    compare::beside(protocol, &place, task)?;
     match &task.kind {
         TaskKind::Touch { strokes } => {
             at_least_one(&format!("{place}: strokes"), *strokes as usize)
@@ -248,10 +304,8 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             }
             check_sequence(protocol, &place, sequence)
         }
-        TaskKind::Compare { pairs, repeats, .. } => {
-            at_least_one(&format!("{place}: pairs"), pairs.len())?;
-            at_least_one(&format!("{place}: repeats"), *repeats as usize)?;
-            known_stimuli(protocol, &place, pairs.iter().flatten())
+        TaskKind::Compare { question, method } => {
+            compare::method(protocol, &place, *question, method)
         }
         TaskKind::Categorise {
             descriptors,
@@ -321,6 +375,7 @@ fn block(protocol: &Protocol, place: &str, block: &Block) -> Result<(), Protocol
         let Some(task) = protocol.task(name) else {
             return Err(unknown(place, "task", name));
         };
+        compare::catch_in_block(protocol, place, block, task)?;
         if let TaskKind::Associate {
             labels: Labels::OwnOrder { task: order },
             ..

@@ -1,9 +1,9 @@
-//! The protocols that come with the program: those of the thesis.
+//! The protocols that come with the program: those of the thesis, and one of thresholds.
 
 use super::{Protocol, ProtocolError, read};
 
 /// The protocols by name, as TOML.
-pub const LIBRARY: [(&str, &str); 5] = [
+pub const LIBRARY: [(&str, &str); 6] = [
     (
         "periodic_pilot",
         include_str!("../../../protocols/periodic_pilot.toml"),
@@ -24,6 +24,10 @@ pub const LIBRARY: [(&str, &str); 5] = [
         "touch_control_imagery",
         include_str!("../../../protocols/touch_control_imagery.toml"),
     ),
+    (
+        "roughness_jnd",
+        include_str!("../../../protocols/roughness_jnd.toml"),
+    ),
 ];
 
 /// The protocol called `name`, or `None`.
@@ -31,7 +35,7 @@ pub const LIBRARY: [(&str, &str); 5] = [
 /// # Errors
 /// [`ProtocolError`]; not for those of [`LIBRARY`], which a test reads.
 ///
-/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2.
+/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2; `roughness_jnd`: decision 0067 of this project.
 pub fn from_library(name: &str) -> Result<Option<Protocol>, ProtocolError> {
     LIBRARY
         .iter()

@@ -1,7 +1,7 @@
 //! What a command of the experimenter makes happen.
 
 use super::super::chain::Sha;
-use super::super::plan::{AnswerForm, Presented};
+use super::super::plan::{AnswerForm, Presented, Trial};
 use super::answer::{letters, understand};
 use super::{
     Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, checklist_place,
@@ -189,13 +189,15 @@ impl State<'_> {
                 trial: trial.name.clone(),
                 instead: None,
                 evidence: evidence.clone(),
+                chosen: self.chosen(trial),
             }),
             (Step::Present { trial, .. }, Command::PresentInstead { names, evidence }) => {
-                let instead = self.presentable(&trial.presented, names)?;
+                let instead = self.presentable(trial, names)?;
                 Ok(Event::Presented {
                     trial: trial.name.clone(),
                     instead: Some(instead),
                     evidence: evidence.clone(),
+                    chosen: self.chosen(trial),
                 })
             }
             (
@@ -319,15 +321,20 @@ impl State<'_> {
         }
     }
 
-    /// `names` as what was presented instead of `planned`.
-    fn presentable(&self, planned: &Presented, names: &[String]) -> Result<Vec<String>, Refusal> {
+    /// What the answers so far choose for `trial`; `None` where the plan says what is presented.
+    fn chosen(&self, trial: &Trial) -> Option<Vec<String>> {
+        matches!(trial.presented, Presented::Chosen { .. }).then(|| self.presented(trial))
+    }
+
+    /// `names` as what was presented in `trial` instead of what was planned or chosen.
+    fn presentable(&self, trial: &Trial, names: &[String]) -> Result<Vec<String>, Refusal> {
         if let Some(name) = names
             .iter()
             .find(|name| self.protocol.sample_of(name).is_none())
         {
             return Err(Refusal::NotPresentable { name: name.clone() });
         }
-        let wanted = planned.names().len();
+        let wanted = self.presented(trial).len();
         match names.len() == wanted {
             true => Ok(names.to_vec()),
             false => Err(Refusal::Answer(AnswerError::Count {
@@ -352,6 +359,9 @@ fn expected(step: &Step<'_>) -> String {
         Step::Begin => "begin the session".to_owned(),
         Step::AskConsent => "ask for consent".to_owned(),
         Step::Check { item, .. } => format!("confirm: {item}"),
+        Step::Present { trial, .. } if trial.presented.names().is_empty() => {
+            "present the two stimuli that the answers so far choose".to_owned()
+        }
         Step::Present { trial, .. } => format!("present {}", trial.presented.names().join(", ")),
         Step::Answer { trial, .. } => match trial.answer {
             AnswerForm::Done => "say when it is done".to_owned(),

@@ -122,6 +122,9 @@ pub enum Event {
         /// What was measured while each element was played; empty for what is not rendered.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         evidence: Vec<Evidence>,
+        /// What the answers so far chose, where the plan leaves it to them.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        chosen: Option<Vec<String>>,
     },
     /// The trial is void, as a device failed while it ran; it is repeated.
     Voided {

@@ -177,7 +177,8 @@ impl Work<'_> {
         self.report.time.push(TaskTime {
             task: task.name.clone(),
             trials,
-            time_s: trials * task.seconds_per_trial,
+            uncounted: task.uncounted_trials,
+            time_s: (trials + task.uncounted_trials) * task.seconds_per_trial,
         });
         Ok(())
     }

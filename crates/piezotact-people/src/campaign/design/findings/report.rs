@@ -44,7 +44,9 @@ pub struct TaskTime {
     pub task: String,
     /// The mean number of trials.
     pub trials: f64,
-    /// Seconds.
+    /// Training and catch trials beside them.
+    pub uncounted: f64,
+    /// Seconds, with them.
     pub time_s: f64,
 }
 

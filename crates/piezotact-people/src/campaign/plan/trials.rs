@@ -1,0 +1,391 @@
+//! The trials of a task.
+
+use super::super::protocol::{
+    Adaptive, Block, Catch, FixedTest, Labels, Method, Protocol, Question, Sequence, Task,
+    TaskKind, Training,
+};
+use super::super::random::Stream;
+use super::{
+    AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind, undeclared,
+};
+
+impl<'a> Planner<'a> {
+    /// Adds the trials of `task` over `group`: training, then the counted ones with catch trials among them. Each has a stream of
+    /// its own.
+    pub(super) fn task(
+        &mut self,
+        block: &'a Block,
+        task: &'a Task,
+        group: Group<'a>,
+        name: &str,
+    ) -> Result<(), PlanError> {
+        let place = Place {
+            protocol: self.protocol,
+            block,
+            task,
+            group,
+            name,
+        };
+        if let Some(training) = &task.training
+            && self.trained.insert(&task.name)
+        {
+            let stream = self.stream(&["training", name]);
+            let trials = place.training(stream, *training)?;
+            self.trials.extend(trials);
+        }
+        let mut trials = place.counted(&mut self.stream(&["trial", name]))?;
+        if let Some(catch) = &task.catch {
+            place.mix(catch, self.stream(&["catch", name]), &mut trials)?;
+        }
+        if let Some(adaptive) = place.adaptive() {
+            self.runs.insert(name.to_owned(), adaptive.clone());
+        }
+        self.trials.extend(trials);
+        Ok(())
+    }
+}
+
+/// A task over a group, with the name that its trials begin with.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    protocol: &'a Protocol,
+    block: &'a Block,
+    task: &'a Task,
+    group: Group<'a>,
+    name: &'a str,
+}
+
+impl Place<'_> {
+    fn adaptive(&self) -> Option<&Adaptive> {
+        match &self.task.kind {
+            TaskKind::Compare {
+                method: Method::Adaptive(adaptive),
+                ..
+            } => Some(adaptive),
+            _ => None,
+        }
+    }
+
+    fn trial(&self, name: String, presented: Presented, answer: AnswerForm) -> Trial {
+        Trial {
+            name,
+            block: self.block.name.clone(),
+            task: self.task.name.clone(),
+            set: self.group.set.map(str::to_owned),
+            kind: TrialKind::Counted,
+            presented,
+            answer,
+        }
+    }
+
+    /// Trials as the counted ones, with stimuli drawn anew; those of an adaptive run at levels drawn at random.
+    fn training(&self, mut stream: Stream, training: Training) -> Result<Vec<Trial>, PlanError> {
+        let count = training.trials as usize;
+        let mut trials: Vec<Trial> = Vec::new();
+        while trials.len() < count {
+            let mut more = self.counted(&mut stream)?;
+            more.retain(|trial| trial.answer != AnswerForm::Done);
+            if more.is_empty() {
+                break;
+            }
+            trials.extend(more);
+        }
+        trials.truncate(count);
+        for (i, trial) in trials.iter_mut().enumerate() {
+            trial.name = format!("{}.training {}", self.name, i + 1);
+            let mut right = None;
+            if let (Presented::Chosen { standard, .. }, Some(adaptive)) =
+                (&trial.presented, self.adaptive())
+            {
+                let drawn = adaptive.levels.get(stream.below(adaptive.levels.len()));
+                let level = drawn.ok_or_else(|| undeclared(&self.task.name))?;
+                right = Some(vec![comparison_is(*standard).to_owned()]);
+                let stimuli = standard.pair(&adaptive.standard, &level.stimulus);
+                trial.presented = Presented::Rendered { stimuli };
+            }
+            let right = right.or_else(|| self.right(trial.presented.names()));
+            trial.kind = TrialKind::Training {
+                feedback: right.filter(|_| training.feedback),
+            };
+        }
+        Ok(trials)
+    }
+
+    /// Puts catch trials among `trials`, each before one of them, so that none is left over when an adaptive run ends early.
+    fn mix(
+        &self,
+        catch: &Catch,
+        mut stream: Stream,
+        trials: &mut Vec<Trial>,
+    ) -> Result<(), PlanError> {
+        let fitting: Vec<&Vec<String>> = catch.known.iter().filter(|one| self.fits(one)).collect();
+        let Some(answer) = trials.first().map(|trial| trial.answer.clone()) else {
+            return Ok(());
+        };
+        if fitting.is_empty() {
+            return Err(PlanError::NoSequence {
+                task: self.task.name.clone(),
+                set: self.group.set.unwrap_or("of all samples").to_owned(),
+            });
+        }
+        let mut places: Vec<usize> = (0..catch.trials)
+            .map(|_| stream.below(trials.len()))
+            .collect();
+        places.sort_unstable();
+        let mut mixed = Vec::with_capacity(trials.len() + places.len());
+        let mut caught = 0;
+        for (i, trial) in trials.drain(..).enumerate() {
+            while places.get(caught) == Some(&i) {
+                let mut stimuli = fitting[stream.below(fitting.len())].clone();
+                let right = match self.right(&stimuli) {
+                    Some(right) => right,
+                    // The first of the pair is the right answer, wherever it is presented.
+                    None => match stream.below(2) {
+                        0 => vec!["first".to_owned()],
+                        _ => {
+                            stimuli.reverse();
+                            vec!["second".to_owned()]
+                        }
+                    },
+                };
+                caught += 1;
+                mixed.push(Trial {
+                    kind: TrialKind::Catch { right },
+                    ..self.trial(
+                        format!("{}.catch {caught}", self.name),
+                        Presented::Rendered { stimuli },
+                        answer.clone(),
+                    )
+                });
+            }
+            mixed.push(trial);
+        }
+        *trials = mixed;
+        Ok(())
+    }
+
+    /// Whether all stimuli can be answered within the group.
+    fn fits(&self, stimuli: &[String]) -> bool {
+        let within = |stimulus: &String| {
+            let expected = self.protocol.expected(stimulus);
+            expected.is_some_and(|expected| self.group.samples.iter().any(|one| one == expected))
+        };
+        !matches!(self.task.kind, TaskKind::Associate { .. }) || stimuli.iter().all(within)
+    }
+
+    /// The right answer to stimuli, where it follows from their names.
+    fn right(&self, stimuli: &[String]) -> Option<Vec<String>> {
+        match &self.task.kind {
+            TaskKind::Associate { .. } => {
+                let expected = |stimulus| self.protocol.expected(stimulus).map(str::to_owned);
+                stimuli.iter().map(|stimulus| expected(stimulus)).collect()
+            }
+            TaskKind::Compare {
+                question: Question::SameDifferent,
+                ..
+            } => Some(vec![
+                match stimuli.iter().all(|one| *one == stimuli[0]) {
+                    true => "same",
+                    false => "different",
+                }
+                .to_owned(),
+            ]),
+            _ => None,
+        }
+    }
+
+    /// The counted trials.
+    fn counted(&self, stream: &mut Stream) -> Result<Vec<Trial>, PlanError> {
+        let Self {
+            block,
+            task,
+            group,
+            name,
+            ..
+        } = *self;
+        let mut trials = Vec::new();
+        let mut add = |name: String, presented: Presented, answer: AnswerForm| {
+            trials.push(self.trial(name, presented, answer));
+        };
+        let mut shuffled = |samples: &[String]| {
+            let mut samples = samples.to_vec();
+            stream.shuffle(&mut samples);
+            samples
+        };
+        let samples = group.samples;
+        match &task.kind {
+            TaskKind::Touch { .. } => {
+                for sample in shuffled(samples) {
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        AnswerForm::Done,
+                    );
+                }
+            }
+            TaskKind::Identify { presentations } => {
+                let tray = shuffled(samples);
+                add(
+                    format!("{name}.learn"),
+                    Presented::Tray { samples: tray },
+                    AnswerForm::Done,
+                );
+                let all: Vec<String> = (0..*presentations).flat_map(|_| samples.to_vec()).collect();
+                for (i, sample) in shuffled(&all).into_iter().enumerate() {
+                    let choices = samples.to_vec();
+                    add(
+                        format!("{name}.{}", i + 1),
+                        Presented::Sample { sample },
+                        AnswerForm::OneOf { choices },
+                    );
+                }
+            }
+            TaskKind::Order { from, to, .. } => {
+                let tray = shuffled(samples);
+                let answer = AnswerForm::Order {
+                    samples: samples.to_vec(),
+                    from: from.clone(),
+                    to: to.clone(),
+                };
+                add(name.to_owned(), Presented::Tray { samples: tray }, answer);
+            }
+            TaskKind::Associate { sequence, labels } => {
+                let answer = match labels {
+                    Labels::Names => AnswerForm::Each {
+                        choices: samples.to_vec(),
+                    },
+                    Labels::OwnOrder { task: order } => {
+                        let own = format!("{}.{}", block.name, task.name);
+                        let trial = name.replacen(&own, &format!("{}.{order}", block.name), 1);
+                        AnswerForm::EachOfOrder { trial }
+                    }
+                };
+                for (i, stimuli) in sequences(sequence, task, group, stream)?
+                    .into_iter()
+                    .enumerate()
+                {
+                    let name = match sequence {
+                        Sequence::Fixed { .. } => format!("{name}.test {}", i + 1),
+                        _ => name.to_owned(),
+                    };
+                    add(name, Presented::Rendered { stimuli }, answer.clone());
+                }
+            }
+            TaskKind::Compare { question, method } => {
+                let choices = question.choices().map(str::to_owned).to_vec();
+                let form = || AnswerForm::OneOf {
+                    choices: choices.clone(),
+                };
+                match method {
+                    Method::Constant { pairs, repeats } => {
+                        let mut all: Vec<[String; 2]> = Vec::new();
+                        for _ in 0..*repeats {
+                            for [first, second] in pairs {
+                                all.push([first.clone(), second.clone()]);
+                                all.push([second.clone(), first.clone()]);
+                            }
+                        }
+                        stream.shuffle(&mut all);
+                        for (i, pair) in all.into_iter().enumerate() {
+                            let stimuli = pair.to_vec();
+                            add(
+                                format!("{name}.{}", i + 1),
+                                Presented::Rendered { stimuli },
+                                form(),
+                            );
+                        }
+                    }
+                    Method::Adaptive(adaptive) => {
+                        for i in 1..=adaptive.rule.at_most() {
+                            let standard = match stream.below(2) {
+                                0 => Interval::First,
+                                _ => Interval::Second,
+                            };
+                            let run = name.to_owned();
+                            add(
+                                format!("{name}.{i}"),
+                                Presented::Chosen { run, standard },
+                                form(),
+                            );
+                        }
+                    }
+                }
+            }
+            TaskKind::Categorise {
+                descriptors,
+                at_most,
+            } => {
+                for sample in shuffled(samples) {
+                    let answer = AnswerForm::Some {
+                        choices: descriptors.clone(),
+                        at_most: *at_most as usize,
+                    };
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        answer,
+                    );
+                }
+            }
+            TaskKind::Rate { from, to } => {
+                for sample in shuffled(samples) {
+                    let answer = AnswerForm::Scale {
+                        from: *from,
+                        to: *to,
+                    };
+                    add(
+                        format!("{name}.{sample}"),
+                        Presented::Sample { sample },
+                        answer,
+                    );
+                }
+            }
+        }
+        Ok(trials)
+    }
+}
+
+/// The answer that names the comparison, with the standard in `standard`.
+fn comparison_is(standard: Interval) -> &'static str {
+    match standard {
+        Interval::First => "second",
+        Interval::Second => "first",
+    }
+}
+
+/// The sequences of an association for one set.
+fn sequences(
+    sequence: &Sequence,
+    task: &Task,
+    group: Group<'_>,
+    stream: &mut Stream,
+) -> Result<Vec<Vec<String>>, PlanError> {
+    let samples = group.samples;
+    match sequence {
+        Sequence::Permutation => {
+            let mut stimuli = samples.to_vec();
+            stream.shuffle(&mut stimuli);
+            Ok(vec![stimuli])
+        }
+        Sequence::Drawn { lengths } => {
+            let length = lengths[stream.below(lengths.len())];
+            let stimuli = (0..length).map(|_| samples[stream.below(samples.len())].clone());
+            Ok(vec![stimuli.collect()])
+        }
+        Sequence::Fixed { tests } => {
+            let of_set = |test: &&FixedTest| Some(test.set.as_str()) == group.set;
+            let found: Vec<Vec<String>> = tests
+                .iter()
+                .filter(of_set)
+                .map(|test| test.stimuli.clone())
+                .collect();
+            match found.is_empty() {
+                false => Ok(found),
+                true => Err(PlanError::NoSequence {
+                    task: task.name.clone(),
+                    set: group.set.unwrap_or("of all samples").to_owned(),
+                }),
+            }
+        }
+    }
+}

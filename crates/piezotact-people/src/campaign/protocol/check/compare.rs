@@ -1,0 +1,469 @@
+//! Whether comparisons, training and catch trials can be planned.
+
+use super::super::super::adaptive::{AdaptiveRule, AdaptiveRun, StaircaseRule};
+use super::super::{Adaptive, Block, Catch, Method, Over, Protocol, Question, Task, TaskKind};
+use super::{ProtocolError, at_least_one, distinct, known_stimuli, number, unknown};
+
+/// The largest number of trials of one task.
+const MAX_TRIALS: u32 = 5000;
+
+pub(super) fn method(
+    protocol: &Protocol,
+    place: &str,
+    question: Question,
+    method: &Method,
+) -> Result<(), ProtocolError> {
+    match method {
+        Method::Constant { pairs, repeats } => {
+            at_least_one(&format!("{place}: pairs"), pairs.len())?;
+            at_least_one(&format!("{place}: repeats"), *repeats as usize)?;
+            known_stimuli(protocol, place, pairs.iter().flatten())
+        }
+        Method::Adaptive(_) if question == Question::SameDifferent => {
+            Err(ProtocolError::NoKnownAnswer {
+                place: place.to_owned(),
+                what: "an adaptive method needs a right answer in each trial; ask `stronger` or `rougher`, or use constant stimuli",
+            })
+        }
+        Method::Adaptive(adaptive) => run(protocol, place, adaptive),
+    }
+}
+
+fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), ProtocolError> {
+    let Adaptive {
+        standard,
+        levels,
+        rule,
+        largest_sd,
+    } = adaptive;
+    known_stimuli(protocol, place, [standard])?;
+    known_stimuli(protocol, place, levels.iter().map(|level| &level.stimulus))?;
+    let names = levels.iter().map(|level| &level.stimulus);
+    distinct(
+        &format!("{place}: standard and levels"),
+        "stimulus",
+        [standard].into_iter().chain(names),
+    )?;
+    if levels.len() < 2 {
+        let place = format!("{place}: levels");
+        return Err(number(&place, "at least 2", levels.len()));
+    }
+    if let Some(wrong) = levels.iter().find(|level| !level.level.is_finite()) {
+        let place = format!("{place}: level of {}", wrong.stimulus);
+        return Err(number(&place, "a finite number", wrong.level));
+    }
+    let falls = |found: f64, before: f64, what| match found > before {
+        true => Ok(()),
+        false => Err(ProtocolError::Levels {
+            place: place.to_owned(),
+            what,
+            found: found.to_string(),
+            before: before.to_string(),
+        }),
+    };
+    for pair in levels.windows(2) {
+        falls(pair[1].level, pair[0].level, "levels")?;
+    }
+    // Where all are the same texture, what is listed as more of it must be rendered so.
+    let rendered: Vec<(&str, &str, f64)> = std::iter::once(standard)
+        .chain(levels.iter().map(|level| &level.stimulus))
+        .filter_map(|name| {
+            let manipulated = protocol.stimuli.iter().find(|one| one.name == *name);
+            let of = protocol.sample_of(name)?;
+            let level_of = manipulated.and_then(|one| one.level_of.as_deref());
+            let gain_db = manipulated.and_then(|one| one.gain_db).unwrap_or(0.0);
+            Some((of, level_of.unwrap_or(of), gain_db))
+        })
+        .collect();
+    let same = |a: &(&str, &str, f64), b: &(&str, &str, f64)| (a.0, a.1) == (b.0, b.1);
+    if rendered.iter().all(|one| same(one, &rendered[0])) {
+        for pair in rendered.windows(2) {
+            falls(pair[1].2, pair[0].2, "gains of standard and levels, in dB,")?;
+        }
+    }
+    if !(*largest_sd > 0.0 && largest_sd.is_finite()) {
+        let place = format!("{place}: largest_sd");
+        return Err(number(&place, "more than 0", largest_sd));
+    }
+    if !(1..=MAX_TRIALS).contains(&rule.at_most()) {
+        let place = format!("{place}: trials at most");
+        return Err(number(&place, "1 to 5000", rule.at_most()));
+    }
+    AdaptiveRun::new(&adaptive.levels(), rule).map_err(|error| ProtocolError::Rule {
+        place: place.to_owned(),
+        why: error.to_string(),
+    })?;
+    match rule {
+        AdaptiveRule::Staircase {
+            staircase: rule,
+            at_most,
+        } => staircase(place, adaptive, rule, *at_most),
+        AdaptiveRule::QuestPlus { thresholds_db, .. } => {
+            let out_of_reach = |threshold: &f64| {
+                !(adaptive.levels[0].level..=adaptive.levels[levels.len() - 1].level)
+                    .contains(threshold)
+            };
+            match thresholds_db.iter().all(out_of_reach) {
+                false => Ok(()),
+                true => Err(ProtocolError::Target {
+                    place: place.to_owned(),
+                    why: "no possible threshold lies within the levels; widen the thresholds or the levels",
+                }),
+            }
+        }
+    }
+}
+
+fn staircase(
+    place: &str,
+    adaptive: &Adaptive,
+    rule: &StaircaseRule,
+    at_most: u32,
+) -> Result<(), ProtocolError> {
+    let target = |why| {
+        Err(ProtocolError::Target {
+            place: place.to_owned(),
+            why,
+        })
+    };
+    if rule.down <= rule.up {
+        return target(
+            "a staircase with `down` not above `up` converges to what guessing reaches; raise `down`",
+        );
+    }
+    if at_most < rule.trials.max(rule.reversals) {
+        return target(
+            "`at_most` ends the staircase before it has its reversals and trials; raise it",
+        );
+    }
+    // Every level that any of the steps can lead to.
+    let levels = adaptive.levels();
+    let listed = |level: f64| levels.iter().position(|one| (one - level).abs() < 1e-6);
+    let mut seen = vec![false; levels.len()];
+    let mut open = vec![rule.first];
+    while let Some(level) = open.pop() {
+        let Some(at) = listed(level) else {
+            return Err(ProtocolError::NoStimulus {
+                place: place.to_owned(),
+                level: level.to_string(),
+            });
+        };
+        if std::mem::replace(&mut seen[at], true) {
+            continue;
+        }
+        for step in &rule.steps {
+            for next in [level - step, level + step] {
+                open.push(next.clamp(rule.lowest, rule.highest));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Whether training and catch trials of a task are possible.
+pub(super) fn beside(protocol: &Protocol, place: &str, task: &Task) -> Result<(), ProtocolError> {
+    let no_answer = |what| {
+        Err(ProtocolError::NoKnownAnswer {
+            place: place.to_owned(),
+            what,
+        })
+    };
+    if let Some(training) = task.training {
+        if matches!(
+            task.kind,
+            TaskKind::Touch { .. } | TaskKind::Identify { .. }
+        ) {
+            return no_answer(
+                "training is for tasks with answers that need no learning before; leave it out",
+            );
+        }
+        let known = match &task.kind {
+            TaskKind::Associate { .. } => true,
+            TaskKind::Compare { question, method } => {
+                *question == Question::SameDifferent || matches!(method, Method::Adaptive(_))
+            }
+            _ => false,
+        };
+        if training.feedback && !known {
+            return no_answer(
+                "the right answers are not known, so there is no feedback; leave it out",
+            );
+        }
+        trials(&format!("{place}: training"), training.trials)?;
+    }
+    match &task.catch {
+        None => Ok(()),
+        Some(catch) => check_catch(protocol, place, task, catch),
+    }
+}
+
+fn check_catch(
+    protocol: &Protocol,
+    place: &str,
+    task: &Task,
+    catch: &Catch,
+) -> Result<(), ProtocolError> {
+    let no_answer = |what| {
+        Err(ProtocolError::NoKnownAnswer {
+            place: place.to_owned(),
+            what,
+        })
+    };
+    let place_of = format!("{place}: catch");
+    trials(&place_of, catch.trials)?;
+    if catch.failures_allowed >= catch.trials {
+        let place = format!("{place_of}: failures_allowed");
+        return Err(number(&place, "less than `trials`", catch.failures_allowed));
+    }
+    if catch.known.is_empty() {
+        return no_answer("catch trials have no stimuli with a known answer; list them in `known`");
+    }
+    known_stimuli(protocol, &place_of, catch.known.iter().flatten())?;
+    match &task.kind {
+        TaskKind::Compare { question, .. } => {
+            for one in &catch.known {
+                if one.len() != 2 {
+                    let place = format!("{place_of}: known");
+                    return Err(number(&place, "2 stimuli in each", one.len()));
+                }
+                if *question != Question::SameDifferent && one[0] == one[1] {
+                    return no_answer(
+                        "a stimulus beside itself has no right answer to `rougher` or `stronger`; name another one",
+                    );
+                }
+            }
+            Ok(())
+        }
+        TaskKind::Associate { .. } => {
+            match catch
+                .known
+                .iter()
+                .find(|one| !(1..=100).contains(&one.len()))
+            {
+                None => Ok(()),
+                Some(one) => Err(number(
+                    &format!("{place_of}: known"),
+                    "1 to 100 stimuli in each",
+                    one.len(),
+                )),
+            }
+        }
+        _ => no_answer("catch trials are for tasks `compare` and `associate`; leave them out"),
+    }
+}
+
+/// Whether each group of samples that the block goes over has a catch trial of the association `task`.
+pub(super) fn catch_in_block(
+    protocol: &Protocol,
+    place: &str,
+    block: &Block,
+    task: &Task,
+) -> Result<(), ProtocolError> {
+    let (TaskKind::Associate { .. }, Some(catch)) = (&task.kind, &task.catch) else {
+        return Ok(());
+    };
+    let fits = |samples: &[String]| {
+        catch.known.iter().any(|known| {
+            known.iter().all(|stimulus| {
+                let expected = protocol.expected(stimulus);
+                samples.iter().any(|sample| expected == Some(sample))
+            })
+        })
+    };
+    let missing = match &block.over {
+        Over::AllSamples => (!fits(&protocol.samples)).then_some("of all samples"),
+        Over::Samples(samples) => (!fits(samples)).then_some("of the block"),
+        Over::EverySet => {
+            let mut sets = protocol.sets.iter();
+            sets.find(|set| !fits(&set.samples))
+                .map(|set| set.name.as_str())
+        }
+        Over::SharesOfSets(shares) => shares
+            .iter()
+            .flatten()
+            .find(|name| protocol.set(name).is_none_or(|set| !fits(&set.samples)))
+            .map(String::as_str),
+    };
+    match missing {
+        None => Ok(()),
+        Some(set) => Err(unknown(
+            &format!("{place}, task {}", task.name),
+            "catch trial for the set",
+            set,
+        )),
+    }
+}
+
+fn trials(place: &str, found: u32) -> Result<(), ProtocolError> {
+    match (1..=MAX_TRIALS).contains(&found) {
+        true => Ok(()),
+        false => Err(number(&format!("{place}: trials"), "1 to 5000", found)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{LIBRARY, from_library};
+    use super::super::read;
+
+    fn says(from: &str, to: &str, part: &str) {
+        let (_, toml) = LIBRARY[5];
+        assert!(toml.contains(from), "{from}");
+        let text = read(&toml.replacen(from, to, 1)).unwrap_err().to_string();
+        assert!(text.contains(part), "{text}");
+        assert!(
+            !text.contains('\n') || text.contains("cannot be read"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn levels_that_cannot_be_compared_are_refused() {
+        let standard = "standard = \"S8\"";
+        says(
+            standard,
+            "standard = \"S9\"",
+            "stimulus `S9` is not declared",
+        );
+        says(
+            standard,
+            "standard = \"S8 increment -26\"",
+            "stands twice in task quest: standard and levels",
+        );
+        says(
+            "level = -24",
+            "level = -26",
+            "levels must increase, and -26 follows -26; list them",
+        );
+        says("level = -24", "level = nan", "expected a finite number");
+        says(
+            "gain_db = 1.946",
+            "gain_db = 9",
+            "gains of standard and levels, in dB, must increase",
+        );
+        says("gain_db = 1.946", "gain_db = 99", "-60 to 60");
+        says(
+            "largest_sd = 4",
+            "largest_sd = 0",
+            "largest_sd: expected more than 0",
+        );
+        says("largest_sd = 4", "largest_sd = 4\nseed = 3", "seed");
+        says("how = \"adaptive\"", "how = \"guessing\"", "guessing");
+    }
+
+    #[test]
+    fn rules_that_cannot_reach_a_threshold_are_refused() {
+        says(
+            "down = 3",
+            "down = 1",
+            "converges to what guessing reaches; raise `down`",
+        );
+        says(
+            "at_most = 90",
+            "at_most = 10",
+            "ends the staircase before it has its reversals",
+        );
+        says("at_most = 90", "at_most = 0", "expected 1 to 5000, found 0");
+        says("trials = 50", "trials = 0", "expected 1 to 5000, found 0");
+        says(
+            "steps = [4, 4, 2]",
+            "steps = [4, 3]",
+            "which no stimulus has; list one, or change `first`",
+        );
+        says("highest = 0", "highest = 4", "can ask for level");
+        says("reversals = 12", "reversals = 5", "left out");
+        says(
+            "slopes = [1, 2, 3]",
+            "slopes = [0]",
+            "task quest: QUEST+: a slope must be positive",
+        );
+        says(
+            "slopes = [1, 2, 3]",
+            "slopes = [1]\nguess_share = 0.5",
+            "guess_share",
+        );
+        let (_, toml) = LIBRARY[5];
+        let line = toml.lines().find(|line| line.starts_with("thresholds_db"));
+        says(
+            line.unwrap(),
+            "thresholds_db = [10, 20]",
+            "no possible threshold lies within the levels",
+        );
+        says(
+            "question = \"stronger\"",
+            "question = \"same_different\"",
+            "an adaptive method needs a right answer in each trial",
+        );
+    }
+
+    #[test]
+    fn training_and_catch_trials_need_known_answers() {
+        let known = "known = [[\"S8 increment 0\", \"S8\"]]";
+        says(known, "known = []", "no stimuli with a known answer");
+        says(
+            known,
+            "known = [[\"S8\", \"S8\"]]",
+            "a stimulus beside itself",
+        );
+        says(
+            known,
+            "known = [[\"S8\"]]",
+            "expected 2 stimuli in each, found 1",
+        );
+        says(
+            known,
+            "known = [[\"S8\", \"S1\"]]",
+            "stimulus `S1` is not declared",
+        );
+        says(known, "pairs = []", "pairs");
+        says(
+            "trials = 5, known",
+            "trials = 0, known",
+            "task quest: catch: trials: expected 1 to 5000",
+        );
+        says(
+            "failures_allowed = 1",
+            "failures_allowed = 5",
+            "less than `trials`",
+        );
+        says(
+            "training = { trials = 6",
+            "training = { trials = 0",
+            "task quest: training: trials",
+        );
+    }
+
+    #[test]
+    fn each_set_of_an_association_needs_a_catch_trial_and_an_order_has_none() {
+        let (_, toml) = LIBRARY[1];
+        let text = |from: &str, to: &str| {
+            assert!(toml.contains(from), "{from}");
+            read(&toml.replacen(from, to, 1)).unwrap_err().to_string()
+        };
+        let sets = from_library("isotropic_triplets").unwrap().unwrap().sets;
+        let one = format!(
+            "kind = \"associate\"\ncatch = {{ trials = 1, known = [[\"{}\"]], failures_allowed = 0 }}",
+            sets[0].samples[0]
+        );
+        let found = text("kind = \"associate\"", &one);
+        assert!(found.contains("catch trial for the set `"), "{found}");
+        let of_order =
+            "catch = { trials = 1, known = [[\"S1\"]], failures_allowed = 0 }\nkind = \"order\"";
+        let found = text("kind = \"order\"", of_order);
+        assert!(
+            found.contains("catch trials are for tasks `compare` and `associate`"),
+            "{found}"
+        );
+        let trained = "training = { trials = 2 }\nkind = \"touch\"";
+        let found = text("kind = \"touch\"", trained);
+        assert!(
+            found.contains("training is for tasks with answers"),
+            "{found}"
+        );
+        let found = text(
+            "kind = \"order\"",
+            "training = { trials = 2, feedback = true }\nkind = \"order\"",
+        );
+        assert!(found.contains("the right answers are not known"), "{found}");
+    }
+}
