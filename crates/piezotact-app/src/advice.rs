@@ -7,6 +7,7 @@ use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
 use piezotact_people::association::{AssociationDoubt, FeltDoubt};
+use piezotact_people::campaign::session::CampaignDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -60,6 +61,9 @@ pub(crate) fn text(doubt: &Doubt) -> String {
     }
     if let Some(of_felt) = doubt.kind::<FeltDoubt>() {
         return of_felt.to_string();
+    }
+    if let Some(of_session) = doubt.kind::<CampaignDoubt>() {
+        return of_session.to_string();
     }
     wording::text_with(doubt, &words)
 }

@@ -273,7 +273,12 @@ impl<'a> Runner<'a> {
             return false;
         }
         let current = self.state.current();
-        current.is_some_and(|(trial, _)| matches!(trial.presented, Presented::Rendered { .. }))
+        current.is_some_and(|(trial, _)| {
+            matches!(
+                trial.presented,
+                Presented::Rendered { .. } | Presented::Chosen { .. }
+            )
+        })
     }
 
     /// Refuses, before anything is played, what the state refuses.
@@ -283,10 +288,10 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// What the current trial presents.
+    /// What the current trial presents: what is planned, or what the answers so far choose.
     fn planned(&self) -> Vec<String> {
         let current = self.state.current();
-        current.map_or_else(Vec::new, |(trial, _)| trial.presented.names().to_vec())
+        current.map_or_else(Vec::new, |(trial, _)| self.state.presented(trial))
     }
 
     /// What was measured while each of `names` was played, one after the other.
@@ -321,8 +326,7 @@ impl<'a> Runner<'a> {
             }))
         };
         let (trial, state) = self.state.current().ok_or_else(unknown)?;
-        let instead = state.presented_instead.as_deref();
-        let names = instead.unwrap_or(trial.presented.names());
+        let names = self.state.presented(trial);
         let stimulus = names.get(element).ok_or_else(unknown)?;
         let played = Played {
             trial: &trial.name,

@@ -45,7 +45,8 @@ pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
         ];
         let repetition = repetitions.entry(place).or_default();
         *repetition += 1;
-        if let Some(answer) = trial_state.answer() {
+        let counts = trial.kind.is_counted();
+        if let Some(answer) = trial_state.answer().filter(|_| counts) {
             let names = state.names(trial, answer);
             rows.extend(of_trial(state, (trial, trial_state), &names, *repetition));
         }
@@ -100,8 +101,7 @@ fn of_trial(
         (Some(TaskKind::Identify { .. } | TaskKind::Associate { .. }), form)
             if *form != AnswerForm::Done =>
         {
-            let planned = trial.presented.names();
-            let presented = trial_state.presented_instead.as_deref().unwrap_or(planned);
+            let presented = state.presented(trial);
             let elements = presented.iter().zip(names).enumerate();
             elements
                 .map(|(i, (presented, answered))| row(presented, answered, i + 1))

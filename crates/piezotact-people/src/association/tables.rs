@@ -4,6 +4,7 @@ use piezotact::criterion::Outcome;
 use piezotact::page::{Cell, Column, Table};
 
 use super::answer::{Answer, Declared, Flag, Purpose};
+use crate::campaign::plan::TrialKind;
 use crate::campaign::session::{Answer as Noted, State};
 use crate::campaign::store;
 
@@ -69,13 +70,14 @@ fn table(names: &[&str]) -> Table {
 }
 
 /// The columns of the table of trials.
-const OF_TRIALS: [&str; 19] = [
+const OF_TRIALS: [&str; 20] = [
     "participant",
     "session",
     "number",
     "trial",
     "task",
     "set",
+    "kind",
     "planned",
     "presented",
     "answer",
@@ -111,10 +113,9 @@ pub fn trials_table<'a>(
                 Some(Noted::Done) => "done".to_owned(),
             };
             let planned = trial.presented.names().join("|");
-            let presented = match (&of.presented_instead, of.plays.is_empty()) {
-                (_, true) => String::new(),
-                (Some(instead), false) => instead.join("|"),
-                (None, false) => planned.clone(),
+            let presented = match of.plays.is_empty() {
+                true => String::new(),
+                false => state.presented(trial).join("|"),
             };
             let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
             let why = of.corrections.last().map_or("", |(_, why)| why.as_str());
@@ -126,6 +127,11 @@ pub fn trials_table<'a>(
                 Cell::from(trial.name.as_str()),
                 Cell::from(trial.task.as_str()),
                 Cell::from(trial.set.as_deref().unwrap_or("")),
+                Cell::from(match trial.kind {
+                    TrialKind::Counted => "counted",
+                    TrialKind::Training { .. } => "training",
+                    TrialKind::Catch { .. } => "catch",
+                }),
                 Cell::from(planned),
                 Cell::from(presented),
                 Cell::from(noted(of.answer())),

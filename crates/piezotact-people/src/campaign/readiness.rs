@@ -170,14 +170,22 @@ pub enum NotReady {
 /// The stimuli that `plan` plays, each once.
 #[must_use]
 pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
-    let rendered = plan
+    let planned = plan
         .trials
         .iter()
         .filter_map(|trial| match &trial.presented {
             Presented::Rendered { stimuli } => Some(stimuli),
             _ => None,
         });
-    rendered.flatten().map(String::as_str).collect()
+    let chosen = plan.runs.values().flat_map(|run| {
+        let levels = run.levels.iter().map(|level| &level.stimulus);
+        levels.chain([&run.standard])
+    });
+    planned
+        .flatten()
+        .chain(chosen)
+        .map(String::as_str)
+        .collect()
 }
 
 /// Everything for which the session of `plan` may not begin; nothing, when it may.

@@ -54,6 +54,7 @@ fn presented(presented: &Presented, answer: &AnswerForm) -> String {
     match (presented, answer) {
         (Presented::Tray { samples }, _) => format!("tray {}", samples.join(" ")),
         (Presented::Sample { sample }, _) => format!("sample {sample}"),
+        (Presented::Chosen { run, .. }, _) => format!("played, chosen by {run}"),
         _ => format!("played {}", presented.names().join(", ")),
     }
 }

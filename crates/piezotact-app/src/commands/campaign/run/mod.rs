@@ -367,6 +367,7 @@ fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outco
         Ok(Given::Done(Event::ResumeRefused { after_hours })) => terminal.say(&format!(
             "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
         )),
+        Ok(Given::Done(Event::Confirmed { trial })) => feedback(runner, &trial, terminal),
         Ok(Given::Done(_)) => Ok(()),
         Ok(Given::Void { why }) => terminal.say(&format!(
             "  THE TRIAL IS VOID and will be presented again: {why}"
@@ -377,6 +378,17 @@ fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outco
         Err(RunError::Refused(refusal)) => terminal.say(&format!("  {refusal}")),
         Err(error) => Err(error.into()),
     }
+}
+
+/// The right answer of a training trial, where the protocol has it said.
+fn feedback(runner: &Runner<'_>, name: &str, terminal: &Terminal) -> Outcome {
+    let mut trials = runner.state().plan().trials.iter();
+    let right = trials
+        .find(|trial| trial.name == name)
+        .and_then(|trial| runner.state().feedback(trial));
+    right.map_or(Ok(()), |right| {
+        terminal.say(&format!("  the right answer was: {}", right.join(" ")))
+    })
 }
 
 /// Withdrawal asks twice.

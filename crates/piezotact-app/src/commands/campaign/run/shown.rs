@@ -1,6 +1,6 @@
 //! What the experimenter sees at each step of a session.
 
-use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial};
+use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
 use piezotact_people::campaign::session::{Answer, Evidence, State, Step, TrialState, letters};
 
 /// Lines on a screen with this many columns.
@@ -67,6 +67,11 @@ fn heading(state: &State<'_>, trial: &Trial, attempt: u32) -> String {
     if let Some(set) = &trial.set {
         title.push_str(&format!(" · set {set}"));
     }
+    match trial.kind {
+        TrialKind::Training { .. } => title.push_str(" · training"),
+        // A catch trial is not to be known as one.
+        TrialKind::Counted | TrialKind::Catch { .. } => {}
+    }
     if attempt > 1 {
         title.push_str(&format!(" · attempt {attempt}"));
     }
@@ -96,7 +101,7 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
             lines.push(format!("  hand over: {sample}, then Enter"));
         }
         _ => {
-            let count = trial.presented.names().len();
+            let count = state.presented(trial).len();
             lines.push(own_order(state, trial));
             lines.push(format!(
                 "  {count} textures on the device: Enter plays them one after the other"

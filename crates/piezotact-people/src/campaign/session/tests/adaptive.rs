@@ -104,7 +104,7 @@ fn fast<'a>(
         while let Step::Check { .. } = state.step() {
             does(&mut state, Command::Check);
         }
-        does(&mut state, super::present());
+        does(&mut state, present());
         let words = vec![word.to_owned()];
         does(&mut state, Command::Answer { words });
         does(&mut state, Command::Confirm);
