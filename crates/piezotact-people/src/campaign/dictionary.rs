@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::document::Content;
-use piezotact::page::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::protocol::{
@@ -52,7 +51,7 @@ pub struct TaskDictionary {
     pub title: String,
     /// What the participant is asked, word for word.
     pub instruction: String,
-    /// What a row of the table is; "nothing is answered" for a task without rows.
+    /// What a row of the table is; "none, nothing is answered" for a task without rows.
     pub row: String,
     /// The columns in their order; none for a task without answers.
     pub columns: Vec<String>,
@@ -78,7 +77,7 @@ impl Content for DataDictionary {
 
 /// The columns of the answers to each task of `protocol`: description, unit and levels.
 ///
-/// Source: decision 0064 of this project; BIDS 1.10, tabular files, for the fields of a column.
+/// Source: decision 0064 of this project; BIDS, tabular files, for the fields of a column.
 #[must_use]
 pub fn dictionary(protocol: &Protocol) -> DataDictionary {
     let tasks = protocol.tasks.iter();
@@ -128,7 +127,7 @@ impl<'a> Described<'a> {
 
     fn row(&self) -> &'static str {
         match self.task.kind {
-            TaskKind::Touch { .. } => "nothing is answered",
+            TaskKind::Touch { .. } => "none, nothing is answered",
             TaskKind::Identify { .. } => "one sample that was handed over and named",
             TaskKind::Order { .. } => "one sample and the place in which it was put",
             TaskKind::Associate { .. } => {
@@ -449,34 +448,28 @@ fn rehearsal() -> ColumnMeaning {
     }
 }
 
-impl TaskDictionary {
-    /// The columns as a table: column, meaning, unit, levels.
+/// A name in parts of letters and numbers, so that S2 stands before S13.
+fn parts(name: &str) -> Vec<(String, u64)> {
+    let mut parts = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() {
+        let letters = rest.find(|sign: char| sign.is_ascii_digit());
+        let (before, from) = rest.split_at(letters.unwrap_or(rest.len()));
+        let digits = from.find(|sign: char| !sign.is_ascii_digit());
+        let (number, after) = from.split_at(digits.unwrap_or(from.len()));
+        parts.push((before.to_owned(), number.parse().unwrap_or(0)));
+        rest = after;
+    }
+    parts
+}
+
+impl ColumnMeaning {
+    /// The names of the levels, numbers in them by their size.
     #[must_use]
-    pub fn table(&self) -> Table {
-        let names = [
-            ("column", "column"),
-            ("unit", "units"),
-            ("meaning", "description"),
-            ("levels", "levels"),
-        ];
-        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
-        let columns = self.columns.iter();
-        let columns = columns.filter_map(|name| Some((name, self.meanings.get(name)?)));
-        table.rows = columns
-            .map(|(name, meaning)| {
-                let levels: Vec<&str> = meaning.levels.keys().map(String::as_str).collect();
-                vec![
-                    Cell::from(name.as_str()),
-                    meaning
-                        .units
-                        .as_deref()
-                        .map_or(Cell::Missing(()), Cell::from),
-                    Cell::from(meaning.description.as_str()),
-                    Cell::from(levels.join(", ")),
-                ]
-            })
-            .collect();
-        table
+    pub fn level_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.levels.keys().map(String::as_str).collect();
+        names.sort_by_key(|name| parts(name));
+        names
     }
 }
 
@@ -495,7 +488,7 @@ mod tests {
     fn every_task_of_the_library_is_described() {
         for (name, _) in LIBRARY {
             for task in dictionary(&from_library(name).unwrap().unwrap()).tasks {
-                let silent = task.row == "nothing is answered";
+                let silent = task.row == "none, nothing is answered";
                 assert_eq!(silent, task.columns.is_empty(), "{name} {}", task.task);
                 assert_eq!(task.columns.len(), task.meanings.len());
                 for (column, meaning) in &task.meanings {
@@ -515,6 +508,10 @@ mod tests {
             "rendered vibration of S2 at the rms level of S13"
         );
         assert!(task3.meanings["expected"].levels.contains_key("S13"));
+        assert_eq!(
+            task3.meanings["presented"].level_names()[..3],
+            ["S2", "S2 INVERTED", "S5"]
+        );
         // Only what stands in a set can be answered.
         let answered = &of("isotropic_triplets", "task3").meanings["answered"].levels;
         assert!(answered.contains_key("S13") && !answered.contains_key("NO"));
