@@ -141,7 +141,7 @@ fn chapter_6_confounds_natural_touch_with_order_and_has_too_few_people() {
         "natural is always number 1 of natural, control, imagery",
         "10 participants cannot fill 12 cells equally",
         "10 participants have a power of 0.62",
-        "15 participants instead of 10, 8.0 h of all together instead of 5.3 h",
+        "Better: 15 participants. Cost: 5 participants more, 8.0 h of all together instead of 5.3 h",
         "with natural before it: 32 min",
     ] {
         assert!(out.contains(part), "no `{part}` in: {out}");
@@ -248,7 +248,7 @@ fn a_dictionary_names_columns_by_task() {
         .run(&["campaign", "dictionary", "amplitude_inversion"])
         .out();
     for part in [
-        "measure: Strokes on each sample. A row: none, nothing is answered.",
+        "measure: Strokes on each sample. Nothing is answered.",
         "S2, S2 INVERTED, S5, S5 INVERTED",
         "missed_target, wrong_sample",
     ] {

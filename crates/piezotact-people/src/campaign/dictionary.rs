@@ -51,8 +51,8 @@ pub struct TaskDictionary {
     pub title: String,
     /// What the participant is asked, word for word.
     pub instruction: String,
-    /// What a row of the table is; "none, nothing is answered" for a task without rows.
-    pub row: String,
+    /// What a row of the table is; absent where nothing is answered.
+    pub row: Option<String>,
     /// The columns in their order; none for a task without answers.
     pub columns: Vec<String>,
     /// What they mean.
@@ -119,23 +119,24 @@ impl<'a> Described<'a> {
             task: task.name.clone(),
             title: task.title.clone(),
             instruction: task.instruction.clone(),
-            row: described.row().to_owned(),
+            row: described.row().map(str::to_owned),
             columns: columns.filter(|name| meanings.contains_key(name)).collect(),
             meanings,
         }
     }
 
-    fn row(&self) -> &'static str {
+    /// What a row is; `None` where nothing is answered.
+    fn row(&self) -> Option<&'static str> {
         match self.task.kind {
-            TaskKind::Touch { .. } => "none, nothing is answered",
-            TaskKind::Identify { .. } => "one sample that was handed over and named",
-            TaskKind::Order { .. } => "one sample and the place in which it was put",
+            TaskKind::Touch { .. } => None,
+            TaskKind::Identify { .. } => Some("one sample that was handed over and named"),
+            TaskKind::Order { .. } => Some("one sample and the place in which it was put"),
             TaskKind::Associate { .. } => {
-                "one stimulus of a sequence and the sample associated to it"
+                Some("one stimulus of a sequence and the sample associated to it")
             }
-            TaskKind::Compare { .. } => "one pair of stimuli that was compared",
-            TaskKind::Categorise { .. } => "one sample and the descriptors chosen for it",
-            TaskKind::Rate { .. } => "one sample and its rating",
+            TaskKind::Compare { .. } => Some("one pair of stimuli that was compared"),
+            TaskKind::Categorise { .. } => Some("one sample and the descriptors chosen for it"),
+            TaskKind::Rate { .. } => Some("one sample and its rating"),
         }
     }
 
@@ -488,8 +489,12 @@ mod tests {
     fn every_task_of_the_library_is_described() {
         for (name, _) in LIBRARY {
             for task in dictionary(&from_library(name).unwrap().unwrap()).tasks {
-                let silent = task.row == "none, nothing is answered";
-                assert_eq!(silent, task.columns.is_empty(), "{name} {}", task.task);
+                assert_eq!(
+                    task.row.is_none(),
+                    task.columns.is_empty(),
+                    "{name} {}",
+                    task.task
+                );
                 assert_eq!(task.columns.len(), task.meanings.len());
                 for (column, meaning) in &task.meanings {
                     assert!(meaning.description.ends_with('.'), "{name} {column}");

@@ -298,8 +298,8 @@ impl CampaignDesign {
                     Cell::from(of.task.as_str()),
                     Cell::from(number(of.answers)),
                     share(level),
-                    Cell::from(format!("{:.1} ± {:.2}", of.mean, of.sd)),
-                    Cell::from(format!("± {:.2}", of.sd_independent)),
+                    Cell::from(format!("{:.1}\u{a0}±\u{a0}{:.2}", of.mean, of.sd)),
+                    Cell::from(format!("±\u{a0}{:.2}", of.sd_independent)),
                     Cell::from(from.map_or("none".to_owned(), |from| from.to_string())),
                     share(of.whole_order_share),
                     Cell::from(of.tau_sd),
@@ -424,9 +424,10 @@ impl CampaignDesign {
 /// A share that can be small: of 14 samples one order of 87 billions.
 fn share_cell(share: f64) -> Cell {
     Cell::from(match share {
-        0.0 => "0 %".to_owned(),
-        share if share >= 0.001 => format!("{:.1} %", 100.0 * share),
-        share => format!("1 in {:.1e}", 1.0 / share),
+        0.0 => "0\u{a0}%".to_owned(),
+        1.0 => "100\u{a0}%".to_owned(),
+        share if share >= 0.001 => format!("{:.1}\u{a0}%", 100.0 * share),
+        share => format!("1\u{a0}in\u{a0}{:.1e}", 1.0 / share),
     })
 }
 

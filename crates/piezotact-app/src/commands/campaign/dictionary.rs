@@ -29,7 +29,9 @@ pub(super) fn run(args: &Arguments) -> Outcome {
 
 /// A task with its columns, one below the other: levels stand below the meaning.
 fn text(task: &TaskDictionary) -> String {
-    let mut text = format!("{}: {}. A row: {}.", task.task, task.title, task.row);
+    let row = task.row.as_ref();
+    let row = row.map_or("Nothing is answered".into(), |row| format!("A row: {row}"));
+    let mut text = format!("{}: {}. {row}.", task.task, task.title);
     for name in &task.columns {
         let Some(meaning) = task.meanings.get(name) else {
             continue;

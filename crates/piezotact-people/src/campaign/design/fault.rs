@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::criterion::Criterion;
+use piezotact::number::counted;
 use serde::{Deserialize, Serialize};
 
 use super::construct::Method;
@@ -364,8 +365,12 @@ impl BetterPlan {
         let [now, then] = self.participants;
         if now != then {
             let hours = |i: usize| self.participants[i] as f64 * self.participant_s[i] / 3600.0;
+            let other = match then > now {
+                true => format!("{} more", counted(then - now, "participant")),
+                false => format!("{} fewer", counted(now - then, "participant")),
+            };
             parts.push(format!(
-                "{then} participants instead of {now}, {:.1} h of all together instead of {:.1} h",
+                "{other}, {:.1} h of all together instead of {:.1} h",
                 hours(1),
                 hours(0)
             ));
