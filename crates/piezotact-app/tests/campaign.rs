@@ -70,7 +70,7 @@ fn table_5_leaves_47_of_78_pairs_untested() {
     // The narrow format has no legend.
     assert_eq!(hatched, 2 * 2 * 47 + 1);
     assert!(
-        page.contains("47 of 78 pairs") && page.contains("S1 S2 S5"),
+        page.contains("47 of 78 pairs") && page.contains("S1, S2, S5"),
         "{page}"
     );
 }

@@ -91,7 +91,7 @@ fn details(design: &CampaignDesign, better: &BetterPlan) -> Markup {
                     table.sets {
                         tr { th { "set" } th { "samples" } th { "of participant, where two share the sets" } }
                         @for (i, set) in sets.iter().enumerate() {
-                            tr { td { (i + 1) } td { (set.join(" ")) } td { (half_of(i, halves)) } }
+                            tr { td { (i + 1) } td { (set.join(", ")) } td { (half_of(i, halves)) } }
                         }
                     }
                 }

@@ -206,7 +206,7 @@ impl<'a> Described<'a> {
             .collect();
         let sets = names.iter().filter_map(|name| self.protocol.set(name));
         let levels: BTreeMap<String, String> = sets
-            .map(|set| (set.name.clone(), set.samples.join(" ")))
+            .map(|set| (set.name.clone(), set.samples.join(", ")))
             .collect();
         (!levels.is_empty()).then(|| ColumnMeaning {
             levels,
@@ -524,6 +524,6 @@ mod tests {
         assert!(all.meanings["answered"].levels.contains_key("NO"));
         assert!(!all.meanings.contains_key("set") && !all.meanings.contains_key("source"));
         let sets = &of("isotropic_triplets", "task2").meanings["set"].levels;
-        assert_eq!((sets.len(), sets["A"].as_str()), (12, "S2 S4 S8"));
+        assert_eq!((sets.len(), sets["A"].as_str()), (12, "S2, S4, S8"));
     }
 }

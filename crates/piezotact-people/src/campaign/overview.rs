@@ -414,7 +414,7 @@ impl CampaignDesign {
             table.rows.push(vec![
                 Cell::from(sample.as_str()),
                 Cell::from(coverage.presentations[i].to_string()),
-                Cell::from(others.join(" ")),
+                Cell::from(others.join(", ")),
             ]);
         }
         Some(table)
