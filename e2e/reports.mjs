@@ -73,7 +73,13 @@ const rows = (twin) => [
     ["compare", "--by", "direction", ...files("directions"), "--report", "compare-direction.html"],
     ["compare", "--by", "touch", ...files("passive"), ...files("active"), "--report", "compare-touch.html"],
   ],
-  [["replay", "--chapter", "6", "--out", "replay"], ["matrix", "answers.csv", "--report", "matrix.html"], ["matrix", "answers.csv", "--felt", "passive", "--report", "matrix-felt.html"]],
+  [
+    ["replay", "--chapter", "6", "--out", "replay"],
+    ["matrix", "answers.csv", "--report", "matrix.html"],
+    ["matrix", "answers.csv", "--felt", "passive", "--report", "matrix-felt.html"],
+    ["campaign", "design", "isotropic_triplets", "--report", "design.html"],
+    ["campaign", "design", "touch_control_imagery", "--report", "design-comparison.html"],
+  ],
 ];
 
 /// Makes all reports in `folder` with `program`; what a command printed is in the error where it fails.

@@ -1,6 +1,7 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
 mod belonging;
+mod campaign;
 mod characterise;
 mod closed_loop;
 mod command_line;

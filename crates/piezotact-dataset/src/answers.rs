@@ -508,4 +508,14 @@ mod tests {
             &["such as `S2 INVERTED`"],
         );
     }
+
+    /// A column that is read has a meaning in the data dictionary of a campaign, and one with a meaning is read.
+    #[test]
+    fn the_columns_are_those_of_the_data_dictionary() {
+        let mut read = COLUMNS.map(|(name, _)| name);
+        let mut described = piezotact_people::campaign::dictionary::ANSWER_COLUMNS;
+        read.sort_unstable();
+        described.sort_unstable();
+        assert_eq!(read, described);
+    }
 }

@@ -91,7 +91,7 @@ fn details(design: &CampaignDesign, better: &BetterPlan) -> Markup {
                     table.sets {
                         tr { th { "set" } th { "samples" } th { "of participant, where two share the sets" } }
                         @for (i, set) in sets.iter().enumerate() {
-                            tr { td { (i + 1) } td { (set.join(" ")) } td { (half_of(i, halves)) } }
+                            tr { td { (i + 1) } td { (set.join(", ")) } td { (half_of(i, halves)) } }
                         }
                     }
                 }
@@ -119,7 +119,7 @@ fn time(design: &CampaignDesign) -> Result<Markup, DrawError> {
         section {
             h2 { "Time of each participant" }
             p { strong { (design.time_sentence()) } }
-            p.soft { "Without arrival, consent and pauses. Trials are a mean where sequences have several lengths." }
+            p.soft { "Trials are a mean where sequences have several lengths." }
             (drawn_table(&design.sessions_table())?)
         }
     })
@@ -139,13 +139,16 @@ fn pairs(design: &CampaignDesign) -> Result<Markup, DrawError> {
         });
     };
     let samples = &design.report.samples;
+    let hatched = match coverage.never.is_empty() {
+        true => "",
+        false => " Hatched: never, so that this cell of an association matrix stays untested.",
+    };
     Ok(html! {
         section {
             h2 { "Pairs of samples" }
             p { strong { (sentence) } }
             @if samples.len() <= MATRIX_SAMPLES {
-                (figure(&coverage_grid(samples, coverage).svg(), "In how many sets both samples are together. Hatched: never, so \
-                    that this cell of an association matrix stays untested."))
+                (figure(&coverage_grid(samples, coverage).svg(), &format!("In how many sets both samples are together.{hatched}")))
             }
             details {
                 summary { "Sets of each sample, and the samples that it is never together with" }
@@ -190,12 +193,7 @@ fn chance(design: &CampaignDesign) -> Result<Markup, DrawError> {
                 p { "No task has answers that are right or wrong." }
             } @else {
                 (drawn_table(&design.chance_table())?)
-                p.soft {
-                    "Right answers by chance over all sets of one participant, or of those who share them, enumerated: chance level, \
-                     mean and standard deviation (SD), and the smallest number that chance reaches with a probability of 5 % at most. \
-                     SD if independent: that of answers that do not follow from each other. Whole order: the probability of a whole \
-                     order by chance. Last answer follows: the share of sequences whose last answer follows from the others."
-                }
+                p.soft { (design.chance_note()) }
             }
             @if !precision.is_empty() {
                 h3 { "With the planned number of participants" }

@@ -92,7 +92,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<PanelRunDocument<'_>>()?,
         schema::<PlayDocument<'_>>()?,
         schema::<PrepareDocument>()?,
-        schema::<Protocol>()?,
+        also_of_files(schema::<Protocol>()?)?,
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,
         schema::<ReplayDocument<'_>>()?,
@@ -133,6 +133,15 @@ fn schema<T: Content + JsonSchema>() -> Result<(&'static str, String)> {
         required.extend([json!("schema"), json!("version")]);
     }
     Ok((T::SCHEMA, serde_json::to_string_pretty(&schema)? + "\n"))
+}
+
+/// A schema that also holds for files without the fields `schema` and `version`: protocols in TOML name their own `form`.
+fn also_of_files((name, text): (&'static str, String)) -> Result<(&'static str, String)> {
+    let mut schema: Value = serde_json::from_str(&text)?;
+    let required = schema["required"].as_array_mut();
+    let required = required.context("a schema is expected to require fields")?;
+    required.retain(|field| field != "schema" && field != "version");
+    Ok((name, serde_json::to_string_pretty(&schema)? + "\n"))
 }
 
 #[cfg(test)]

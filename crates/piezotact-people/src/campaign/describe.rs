@@ -71,7 +71,21 @@ fn sets(protocol: &Protocol, blocks: &[Block]) -> (Vec<Vec<String>>, usize) {
             Over::AllSamples | Over::Samples(_) => {}
         }
     }
-    (Vec::new(), 1)
+    // Who names or associates has all samples of the block before them: one set.
+    let from_a_set = |block: &&Block| {
+        let tasks = block.tasks.iter().filter_map(|name| protocol.task(name));
+        tasks
+            .map(|task| &task.kind)
+            .any(|kind| matches!(kind, TaskKind::Identify { .. } | TaskKind::Associate { .. }))
+    };
+    let set = blocks
+        .iter()
+        .find(from_a_set)
+        .map(|block| match &block.over {
+            Over::Samples(samples) => samples.clone(),
+            _ => protocol.samples.clone(),
+        });
+    (set.into_iter().collect(), 1)
 }
 
 fn described(
@@ -313,6 +327,23 @@ mod tests {
                 }
             )
         });
+    }
+
+    /// Four samples on the tray at once are one set, in which every pair is together and the chance level is 1 of 4.
+    #[test]
+    fn all_samples_at_once_are_one_set() {
+        let (_, toml) = LIBRARY[1];
+        let some = "over = { samples = [\"S1\", \"S2\", \"S3\", \"S4\"] }";
+        let at_once = toml.replacen("over = \"every_set\"", some, 1);
+        let described = describe(&read(&at_once).unwrap());
+        assert_eq!(described.sets, [["S1", "S2", "S3", "S4"]]);
+        let report = design_findings(&described, 1).unwrap();
+        assert!(report.never.is_empty());
+        let chance = report.chance.iter().find(|of| of.task == "task3").unwrap();
+        assert!((chance.mean / chance.answers - 0.25).abs() < 1e-12);
+        // An order alone needs no set.
+        let orders = at_once.replacen("tasks = [\"task2\", \"task3\"]", "tasks = [\"task2\"]", 1);
+        assert!(describe(&read(&orders).unwrap()).sets.is_empty());
     }
 
     #[test]

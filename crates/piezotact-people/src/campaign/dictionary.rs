@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::document::Content;
-use piezotact::page::{Cell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::protocol::{
@@ -52,8 +51,8 @@ pub struct TaskDictionary {
     pub title: String,
     /// What the participant is asked, word for word.
     pub instruction: String,
-    /// What a row of the table is; "nothing is answered" for a task without rows.
-    pub row: String,
+    /// What a row of the table is; absent where nothing is answered.
+    pub row: Option<String>,
     /// The columns in their order; none for a task without answers.
     pub columns: Vec<String>,
     /// What they mean.
@@ -78,7 +77,7 @@ impl Content for DataDictionary {
 
 /// The columns of the answers to each task of `protocol`: description, unit and levels.
 ///
-/// Source: decision 0064 of this project; BIDS 1.10, tabular files, for the fields of a column.
+/// Source: decision 0064 of this project; BIDS, tabular files, for the fields of a column.
 #[must_use]
 pub fn dictionary(protocol: &Protocol) -> DataDictionary {
     let tasks = protocol.tasks.iter();
@@ -120,23 +119,24 @@ impl<'a> Described<'a> {
             task: task.name.clone(),
             title: task.title.clone(),
             instruction: task.instruction.clone(),
-            row: described.row().to_owned(),
+            row: described.row().map(str::to_owned),
             columns: columns.filter(|name| meanings.contains_key(name)).collect(),
             meanings,
         }
     }
 
-    fn row(&self) -> &'static str {
+    /// What a row is; `None` where nothing is answered.
+    fn row(&self) -> Option<&'static str> {
         match self.task.kind {
-            TaskKind::Touch { .. } => "nothing is answered",
-            TaskKind::Identify { .. } => "one sample that was handed over and named",
-            TaskKind::Order { .. } => "one sample and the place in which it was put",
+            TaskKind::Touch { .. } => None,
+            TaskKind::Identify { .. } => Some("one sample that was handed over and named"),
+            TaskKind::Order { .. } => Some("one sample and the place in which it was put"),
             TaskKind::Associate { .. } => {
-                "one stimulus of a sequence and the sample associated to it"
+                Some("one stimulus of a sequence and the sample associated to it")
             }
-            TaskKind::Compare { .. } => "one pair of stimuli that was compared",
-            TaskKind::Categorise { .. } => "one sample and the descriptors chosen for it",
-            TaskKind::Rate { .. } => "one sample and its rating",
+            TaskKind::Compare { .. } => Some("one pair of stimuli that was compared"),
+            TaskKind::Categorise { .. } => Some("one sample and the descriptors chosen for it"),
+            TaskKind::Rate { .. } => Some("one sample and its rating"),
         }
     }
 
@@ -206,7 +206,7 @@ impl<'a> Described<'a> {
             .collect();
         let sets = names.iter().filter_map(|name| self.protocol.set(name));
         let levels: BTreeMap<String, String> = sets
-            .map(|set| (set.name.clone(), set.samples.join(" ")))
+            .map(|set| (set.name.clone(), set.samples.join(", ")))
             .collect();
         (!levels.is_empty()).then(|| ColumnMeaning {
             levels,
@@ -461,34 +461,28 @@ fn rehearsal() -> ColumnMeaning {
     }
 }
 
-impl TaskDictionary {
-    /// The columns as a table: column, meaning, unit, levels.
+/// A name in parts of letters and numbers, so that S2 stands before S13.
+fn parts(name: &str) -> Vec<(String, u64)> {
+    let mut parts = Vec::new();
+    let mut rest = name;
+    while !rest.is_empty() {
+        let letters = rest.find(|sign: char| sign.is_ascii_digit());
+        let (before, from) = rest.split_at(letters.unwrap_or(rest.len()));
+        let digits = from.find(|sign: char| !sign.is_ascii_digit());
+        let (number, after) = from.split_at(digits.unwrap_or(from.len()));
+        parts.push((before.to_owned(), number.parse().unwrap_or(0)));
+        rest = after;
+    }
+    parts
+}
+
+impl ColumnMeaning {
+    /// The names of the levels, numbers in them by their size.
     #[must_use]
-    pub fn table(&self) -> Table {
-        let names = [
-            ("column", "column"),
-            ("unit", "units"),
-            ("meaning", "description"),
-            ("levels", "levels"),
-        ];
-        let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
-        let columns = self.columns.iter();
-        let columns = columns.filter_map(|name| Some((name, self.meanings.get(name)?)));
-        table.rows = columns
-            .map(|(name, meaning)| {
-                let levels: Vec<&str> = meaning.levels.keys().map(String::as_str).collect();
-                vec![
-                    Cell::from(name.as_str()),
-                    meaning
-                        .units
-                        .as_deref()
-                        .map_or(Cell::Missing(()), Cell::from),
-                    Cell::from(meaning.description.as_str()),
-                    Cell::from(levels.join(", ")),
-                ]
-            })
-            .collect();
-        table
+    pub fn level_names(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self.levels.keys().map(String::as_str).collect();
+        names.sort_by_key(|name| parts(name));
+        names
     }
 }
 
@@ -507,8 +501,12 @@ mod tests {
     fn every_task_of_the_library_is_described() {
         for (name, _) in LIBRARY {
             for task in dictionary(&from_library(name).unwrap().unwrap()).tasks {
-                let silent = task.row == "nothing is answered";
-                assert_eq!(silent, task.columns.is_empty(), "{name} {}", task.task);
+                assert_eq!(
+                    task.row.is_none(),
+                    task.columns.is_empty(),
+                    "{name} {}",
+                    task.task
+                );
                 assert_eq!(task.columns.len(), task.meanings.len());
                 for (column, meaning) in &task.meanings {
                     assert!(meaning.description.ends_with('.'), "{name} {column}");
@@ -527,6 +525,10 @@ mod tests {
             "rendered vibration of S2 at the rms level of S13"
         );
         assert!(task3.meanings["expected"].levels.contains_key("S13"));
+        assert_eq!(
+            task3.meanings["presented"].level_names()[..3],
+            ["S2", "S2 INVERTED", "S5"]
+        );
         // Only what stands in a set can be answered.
         let answered = &of("isotropic_triplets", "task3").meanings["answered"].levels;
         assert!(answered.contains_key("S13") && !answered.contains_key("NO"));
@@ -534,6 +536,6 @@ mod tests {
         assert!(all.meanings["answered"].levels.contains_key("NO"));
         assert!(!all.meanings.contains_key("set") && !all.meanings.contains_key("source"));
         let sets = &of("isotropic_triplets", "task2").meanings["set"].levels;
-        assert_eq!((sets.len(), sets["A"].as_str()), (12, "S2 S4 S8"));
+        assert_eq!((sets.len(), sets["A"].as_str()), (12, "S2, S4, S8"));
     }
 }

@@ -50,6 +50,8 @@ pub struct CampaignDesign {
     pub title: String,
     /// Where it comes from.
     pub source: String,
+    /// All real samples of the protocol, also those that stand in no set.
+    pub samples: Vec<String>,
     /// All sessions of one participant.
     pub sessions: Vec<SessionTime>,
     /// The session whose design is judged.
@@ -82,6 +84,7 @@ pub fn campaign_design(protocol: &Protocol, seed: u64) -> Result<CampaignDesign,
         protocol: protocol.name.clone(),
         title: protocol.title.clone(),
         source: protocol.source.clone(),
+        samples: protocol.samples.clone(),
         sessions: sessions
             .map(|session| session_time(protocol, session))
             .collect::<Result<_, _>>()?,
@@ -124,9 +127,10 @@ fn session_time(
     })
 }
 
-fn percent(share: f64) -> Cell {
-    Cell::from(format!("{:.0} %", 100.0 * share))
-}
+/// What the columns of a table of chance say.
+const CHANCE_COLUMNS: &str = "enumerated: mean ± standard deviation (SD), and the SD if answers did not follow from each other. Above \
+    chance from: chance reaches as many with a probability of 5 % at most. Whole order: its probability by chance. Last follows: the \
+    share of sequences whose last answer follows from the others.";
 
 fn minutes(time_s: f64) -> String {
     format!("{:.0}", time_s / 60.0)
@@ -190,14 +194,18 @@ impl CampaignDesign {
             }
             _ => "no sets".to_owned(),
         };
+        let some = match campaign.samples.len() {
+            in_sets if campaign.sets.is_empty() || in_sets == self.samples.len() => String::new(),
+            in_sets => format!("{in_sets} of them in "),
+        };
         let shared = match campaign.sets_shared_over {
             1 => String::new(),
             over => format!(", shared by {over} participants"),
         };
         format!(
-            "{}; {}, {sets}{shared}; a tray of {}.",
+            "{}; {}, {some}{sets}{shared}; a tray of {}.",
             counted(campaign.participants, "participant"),
-            counted(campaign.samples.len(), "sample"),
+            counted(self.samples.len(), "sample"),
             campaign.tray
         )
     }
@@ -210,7 +218,7 @@ impl CampaignDesign {
             false => format!(", with {} before it", self.earlier_tasks.join(", ")),
         };
         format!(
-            "Judged is the session {}{earlier}: {} min of each participant.",
+            "Judged is the session {}{earlier}: {} min of each participant. The costs of better plans are counted in this time.",
             self.judged_session,
             minutes(self.report.participant_s)
         )
@@ -240,7 +248,7 @@ impl CampaignDesign {
                     once(when),
                     Cell::from(task.time.task.as_str()),
                     Cell::from(task.title.as_str()),
-                    Cell::Number(task.time.trials),
+                    Cell::from(number(task.time.trials)),
                     Cell::Number(task.time.time_s / 60.0),
                 ]);
             }
@@ -257,7 +265,7 @@ impl CampaignDesign {
             .collect();
         let all: f64 = self.sessions.iter().map(|session| session.time_s).sum();
         format!(
-            "One participant: {}; {} min in all. {} together: {:.1} h.",
+            "One participant: {}; {} min in all. {} together: {:.1} h. Arrival, consent and pauses are not counted.",
             parts.join(", "),
             minutes(all),
             counted(self.campaign.participants, "participant"),
@@ -265,45 +273,60 @@ impl CampaignDesign {
         )
     }
 
-    /// What chance reaches in each task whose answers are right or wrong.
+    /// What chance reaches in each task whose answers are right or wrong; without columns that say nothing of any task.
     #[must_use]
     pub fn chance_table(&self) -> Table {
         let names = [
             ("task", "task"),
             ("answers", "answers"),
             ("chance level", "chance_share"),
-            ("right by chance", "mean"),
-            ("SD", "sd"),
-            ("SD if independent", "sd_independent"),
+            ("right by chance", "right_by_chance"),
+            ("if independent", "right_if_independent"),
             ("above chance from", "beyond_chance_from"),
             ("whole order", "whole_order_share"),
             ("SD of τ", "tau_sd"),
-            ("last answer follows", "forced_share"),
+            ("last follows", "forced_share"),
         ];
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
         let chance = self.report.chance.iter();
         table.rows = chance
             .map(|of| {
-                let share = |value: Option<f64>| value.map_or(Cell::Missing(()), percent);
                 let level = (of.answers > 0.0).then(|| of.mean / of.answers);
+                let share = |value: Option<f64>| value.map_or(Cell::Missing(()), share_cell);
+                let from = of.beyond_chance_from;
                 vec![
                     Cell::from(of.task.as_str()),
                     Cell::from(number(of.answers)),
-                    level.map_or(Cell::Missing(()), |share| {
-                        Cell::from(format!("{:.1} %", 100.0 * share))
-                    }),
-                    Cell::from(of.mean),
-                    Cell::from(of.sd),
-                    Cell::from(of.sd_independent),
-                    of.beyond_chance_from
-                        .map_or(Cell::Missing(()), |from| Cell::from(from.to_string())),
-                    of.whole_order_share.map_or(Cell::Missing(()), order_share),
+                    share(level),
+                    Cell::from(format!("{:.1}\u{a0}±\u{a0}{:.2}", of.mean, of.sd)),
+                    Cell::from(format!("±\u{a0}{:.2}", of.sd_independent)),
+                    Cell::from(from.map_or("none".to_owned(), |from| from.to_string())),
+                    share(of.whole_order_share),
                     Cell::from(of.tau_sd),
                     share(of.forced_share),
                 ]
             })
             .collect();
+        let said: Vec<bool> = (0..table.columns.len())
+            .map(|i| (table.rows.iter()).any(|row| row[i] != Cell::Missing(())))
+            .collect();
+        let mut kept = said.iter();
+        table.columns.retain(|_| kept.next() == Some(&true));
+        for row in &mut table.rows {
+            let mut kept = said.iter();
+            row.retain(|_| kept.next() == Some(&true));
+        }
         table
+    }
+
+    /// What the columns of [`Self::chance_table`] say.
+    #[must_use]
+    pub fn chance_note(&self) -> String {
+        let whose = match self.campaign.sets_shared_over {
+            1 => "one participant",
+            _ => "the participants who share the sets",
+        };
+        format!("Right answers of {whose} by chance, {CHANCE_COLUMNS}")
     }
 
     /// The precision of cells and the power of comparisons for the planned number of participants, a sentence each.
@@ -312,8 +335,8 @@ impl CampaignDesign {
         let participants = counted(self.campaign.participants, "participant");
         let cells = self.report.precision.iter().map(|of| {
             format!(
-                "{}: a cell of {}, presented {} times to each of {participants}, has an expected 95 % interval of ±{:.0} \
-                 percentage points ({} simulated studies).",
+                "{}: a cell of {} (presentations to each participant: {}) has an expected 95 % interval of ±{:.0} percentage points \
+                 with {participants} ({} simulated studies).",
                 of.task,
                 of.sample,
                 number(of.presentations),
@@ -331,9 +354,10 @@ impl CampaignDesign {
         });
         let crossing = self.report.crossing.iter().map(|of| {
             format!(
-                "{} of {participants} fill {} of crossed orders equally.",
-                of.participants - of.left_over,
-                counted(of.cells, "cell")
+                "Crossed orders: {}, {} in each and {} left over.",
+                counted(of.cells, "cell"),
+                counted(of.in_every_cell, "participant"),
+                of.left_over
             )
         });
         cells.chain(power).chain(crossing).collect()
@@ -347,16 +371,23 @@ impl CampaignDesign {
         let times: Vec<String> = together
             .map(|of| format!("{} in {}", of.pairs, counted(of.sets, "set")))
             .collect();
-        let wanted = match self.campaign.pairs_wanted {
-            PairsWanted::All => "",
-            PairsWanted::WithinSets => " The others are not meant to be compared.",
+        let never = match (coverage.never.len(), self.campaign.pairs_wanted) {
+            (0, _) => String::new(),
+            (pairs, PairsWanted::All) => {
+                format!(" The other {pairs} are never: untested, which is not 0 %.")
+            }
+            (pairs, PairsWanted::WithinSets) => {
+                format!(" The other {pairs} are never, and are not meant to be compared.")
+            }
         };
-        let never = match coverage.never.len() {
-            0 => "none never".to_owned(),
-            pairs => format!("{pairs} never: untested, which is not 0 %"),
+        let counts = coverage.presentations.iter();
+        let sets = match (counts.clone().min(), counts.max()) {
+            (Some(least), Some(most)) if least == most => counted(*most, "set"),
+            (Some(least), Some(most)) => format!("{least} to {}", counted(*most, "set")),
+            _ => counted(0, "set"),
         };
         Some(format!(
-            "{} of {} pairs are together in a set ({}), {never}.{wanted}",
+            "{} of {} pairs are together in a set ({}).{never} Each sample stands in {sets}.",
             coverage.together,
             coverage.pairs,
             times.join(", ")
@@ -382,8 +413,8 @@ impl CampaignDesign {
             let others: Vec<&str> = others.map(|j| self.report.samples[j].as_str()).collect();
             table.rows.push(vec![
                 Cell::from(sample.as_str()),
-                Cell::Number(coverage.presentations[i] as f64),
-                Cell::from(others.join(" ")),
+                Cell::from(coverage.presentations[i].to_string()),
+                Cell::from(others.join(", ")),
             ]);
         }
         Some(table)
@@ -391,10 +422,12 @@ impl CampaignDesign {
 }
 
 /// A share that can be small: of 14 samples one order of 87 billions.
-fn order_share(share: f64) -> Cell {
+fn share_cell(share: f64) -> Cell {
     Cell::from(match share {
-        share if share >= 0.001 => format!("{:.1} %", 100.0 * share),
-        share => format!("1 in {:.1e}", 1.0 / share),
+        0.0 => "0\u{a0}%".to_owned(),
+        1.0 => "100\u{a0}%".to_owned(),
+        share if share >= 0.001 => format!("{:.1}\u{a0}%", 100.0 * share),
+        share => format!("1\u{a0}in\u{a0}{:.1e}", 1.0 / share),
     })
 }
 

@@ -82,8 +82,11 @@ fn text(design: &CampaignDesign) -> Outcome<String> {
         design.time_sentence(),
     ];
     if !design.report.chance.is_empty() {
-        parts.push("Right answers of one participant by chance, enumerated:".into());
-        parts.push(report::text(&design.chance_table())?);
+        parts.push(format!(
+            "{}\n{}",
+            report::text(&design.chance_table())?,
+            design.chance_note()
+        ));
     }
     parts.extend(design.pairs_sentence());
     if let (false, Some(table)) = (design.report.never.is_empty(), design.pairs_table()) {

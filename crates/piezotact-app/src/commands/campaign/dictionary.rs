@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use piezotact_people::campaign::dictionary::{TaskDictionary, dictionary};
-use piezotact_report::report;
 
 use super::protocol_of;
 use crate::failure::Outcome;
@@ -24,18 +23,26 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     if args.json {
         return print_document(&found);
     }
-    let tasks = found.tasks.iter().map(text);
-    print(&tasks.collect::<Outcome<Vec<_>>>()?.join("\n\n"))
+    let tasks: Vec<String> = found.tasks.iter().map(text).collect();
+    print(&tasks.join("\n\n"))
 }
 
-/// A task with its columns.
-fn text(task: &TaskDictionary) -> Outcome<String> {
-    let head = format!("{}: {}. A row: {}.", task.task, task.title, task.row);
-    match task.columns.is_empty() {
-        true => Ok(format!(
-            "{}: {}. {}.",
-            task.task, task.title, "Nothing is answered"
-        )),
-        false => Ok(format!("{head}\n{}", report::text(&task.table())?)),
+/// A task with its columns, one below the other: levels stand below the meaning.
+fn text(task: &TaskDictionary) -> String {
+    let row = task.row.as_ref();
+    let row = row.map_or("Nothing is answered".into(), |row| format!("A row: {row}"));
+    let mut text = format!("{}: {}. {row}.", task.task, task.title);
+    for name in &task.columns {
+        let Some(meaning) = task.meanings.get(name) else {
+            continue;
+        };
+        text += &format!("\n  {name:<12} {}", meaning.description);
+        if let Some(unit) = &meaning.units {
+            text += &format!(" Unit: {unit}.");
+        }
+        if !meaning.levels.is_empty() {
+            text += &format!("\n  {:<12} {}", "", meaning.level_names().join(", "));
+        }
     }
+    text
 }

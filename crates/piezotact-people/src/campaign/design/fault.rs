@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::criterion::Criterion;
+use piezotact::number::counted;
 use serde::{Deserialize, Serialize};
 
 use super::construct::Method;
@@ -356,7 +357,7 @@ impl fmt::Display for Change {
 }
 
 impl BetterPlan {
-    /// What it costs beside now: sets and time of each participant, and the time of all where their number changes.
+    /// What it costs, in words: participants, their time together, and sets and time of each, beside those of now.
     #[must_use]
     pub fn cost(&self) -> String {
         let minutes = |s: f64| format!("{:.0} min", s / 60.0);
@@ -364,20 +365,24 @@ impl BetterPlan {
         let [now, then] = self.participants;
         if now != then {
             let hours = |i: usize| self.participants[i] as f64 * self.participant_s[i] / 3600.0;
+            let other = match then > now {
+                true => format!("{} more", counted(then - now, "participant")),
+                false => format!("{} fewer", counted(now - then, "participant")),
+            };
             parts.push(format!(
-                "{now} participants now; {:.0} h of all participants together, {:.0} h now",
+                "{other}, {:.1} h of all together instead of {:.1} h",
                 hours(1),
                 hours(0)
             ));
         }
         let [now, then] = self.sets;
         if now != then {
-            parts.push(format!("{now} sets now"));
+            parts.push(format!("{then} sets for each participant instead of {now}"));
         }
         let [now, then] = self.participant_s.map(minutes);
         parts.push(match now == then {
             true => format!("{then} for each participant, as now"),
-            false => format!("{then} for each participant, {now} now"),
+            false => format!("{then} for each participant instead of {now}"),
         });
         if let (Some(sets), Some(s)) = (self.sets_shared_by_two, self.participant_shared_by_two_s) {
             parts.push(format!(
@@ -391,7 +396,7 @@ impl BetterPlan {
 
 impl fmt::Display for BetterPlan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}; {}.", self.change, self.cost())
+        write!(f, "{}. Cost: {}.", self.change, self.cost())
     }
 }
 

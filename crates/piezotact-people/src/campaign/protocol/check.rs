@@ -10,7 +10,7 @@ use super::{Block, FORM, Labels, Over, Playing, Protocol, Sequence, Task, TaskKi
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ProtocolError {
     /// It is no TOML, or a field is missing, unknown or of another type.
-    #[error("the protocol cannot be read: {why}")]
+    #[error("the protocol cannot be read: {why}; correct the file")]
     Form {
         /// What the reader says, with the line.
         why: String,
@@ -149,10 +149,20 @@ pub enum ProtocolError {
 /// Source: decision 0065 of this project.
 pub fn read(toml: &str) -> Result<Protocol, ProtocolError> {
     let protocol: Protocol = toml::from_str(toml).map_err(|error| ProtocolError::Form {
-        why: error.to_string(),
+        why: in_one_sentence(toml, &error),
     })?;
     check(&protocol)?;
     Ok(protocol)
+}
+
+/// What the reader of TOML says, with the line, without the picture that it draws of it.
+fn in_one_sentence(toml: &str, error: &toml::de::Error) -> String {
+    let why = error.message().trim().replace('\n', ", ");
+    let before = error.span().and_then(|span| toml.get(..span.start));
+    match before {
+        None => why,
+        Some(before) => format!("line {}: {why}", before.matches('\n').count() + 1),
+    }
 }
 
 fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
@@ -610,6 +620,11 @@ mod tests {
             "seconds_per_trial = 60",
             "seconds_per_trial = -1",
             "seconds_per_trial",
+        );
+        says(
+            "form = 1",
+            "form = 1\nfrom = 2",
+            "line 3: unknown field `from`",
         );
         says("kind = \"touch\"", "kind = \"taste\"", "taste");
         says("strokes = 10", "strokes = 10\nstroke = 3", "stroke");

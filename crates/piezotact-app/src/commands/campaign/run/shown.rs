@@ -82,6 +82,12 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
     let mut lines = vec![heading(state, trial, attempt)];
     if let Some(task) = state.protocol().task(&trial.task) {
         lines.push(format!("  {}", task.title));
+    }
+    // What the participant is asked is read out once for each task.
+    let first = state.trials().find(|(other, _)| other.task == trial.task);
+    if let Some(task) = state.protocol().task(&trial.task)
+        && first.is_some_and(|(first, _)| first.name == trial.name)
+    {
         let instruction = format!("“{}”", task.instruction);
         lines.extend(
             wrapped(&instruction)

@@ -1,6 +1,6 @@
 //! Lines typed by the experimenter, or by a script.
 
-use std::io::{self, BufRead as _, Write as _};
+use std::io::{self, BufRead as _, IsTerminal as _, Write as _};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
@@ -22,6 +22,7 @@ pub(super) enum Typed {
 /// The keyboard and the screen.
 pub(super) struct Terminal {
     lines: Receiver<io::Result<String>>,
+    is_keyboard: bool,
 }
 
 impl Terminal {
@@ -36,7 +37,10 @@ impl Terminal {
                 }
             }
         });
-        Self { lines }
+        Self {
+            lines,
+            is_keyboard: io::stdin().is_terminal(),
+        }
     }
 
     /// Prints `text`.
@@ -57,7 +61,13 @@ impl Terminal {
                 return Ok(Typed::End);
             }
             match self.lines.recv_timeout(LOOK) {
-                Ok(Ok(line)) => return Ok(Typed::Line(line.trim().to_owned())),
+                Ok(Ok(line)) => {
+                    // What a script types is not on the screen.
+                    if !self.is_keyboard {
+                        print(&line)?;
+                    }
+                    return Ok(Typed::Line(line.trim().to_owned()));
+                }
                 Ok(Err(error)) => return Err(error.into()),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(Typed::End),
