@@ -61,7 +61,7 @@ pub struct AnswersFile {
 
 /// The answers in a table with a row for each trial, separated by commas, semicolons or tabs. Columns: participant, task, trial,
 /// presented, answered; set, session, position, offered (samples separated by spaces or |), source, expected, flags
-/// (`missed_target`, `wrong_sample`) and rehearsal (yes, no) are optional. The samples are `samples`; where there are none, all
+/// (`missed_target`, `not_measured`, `wrong_sample`) and rehearsal (yes, no) are optional. The samples are `samples`; where there are none, all
 /// that the table names, with a doubt.
 ///
 /// # Errors
@@ -352,10 +352,11 @@ impl Row<'_> {
     fn answer(&self) -> Result<Answer, ReadError> {
         let flags = self.words("flags").into_iter().map(|flag| match flag {
             "missed_target" => Ok(Flag::MissedTarget),
+            "not_measured" => Ok(Flag::NotMeasured),
             "wrong_sample" => Ok(Flag::WrongSample),
             _ => Err(self.wrong(
                 "flags",
-                "missed_target or wrong_sample",
+                "missed_target, not_measured or wrong_sample",
                 "write one of them, or leave the cell empty",
             )),
         });
@@ -500,7 +501,10 @@ mod tests {
         check(
             &format!("{header},flags\nP1,3,1,S1,S1,odd\n"),
             &["S1", "S2"],
-            &["missed_target or wrong_sample", "`odd` in row 2"],
+            &[
+                "missed_target, not_measured or wrong_sample",
+                "`odd` in row 2",
+            ],
         );
         check(
             &format!("{header},expected\nP1,3,1,S1,S1,S2\n"),

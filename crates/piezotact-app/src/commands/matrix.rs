@@ -23,7 +23,7 @@ use crate::output::{print, print_document, say_doubts, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A table of answers (CSV), one row for each trial.
+    /// A table of answers (CSV), one row for each trial, or the folder of a study.
     answers: PathBuf,
     /// All samples that could be answered, in their order, separated by commas, such as S1,S2,S3; a sample that was never presented or
     /// answered keeps its row and column. Default: those that the table names.
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     outputs(&[&args.answers], &written)?;
-    let AnswersFile { table, doubts } = read_answers(&args.answers, &args.samples)?;
+    let AnswersFile { table, doubts } = answers(args)?;
     let mut found =
         associate(&table, &config(args)).map_err(|error| match error {
             AssociationError::NothingSelected { .. }
@@ -118,6 +118,33 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
     say_doubts(&found.doubts);
     Ok(())
+}
+
+/// The answers of a table or of a study.
+fn answers(args: &Arguments) -> Outcome<AnswersFile> {
+    if !args.answers.is_dir() {
+        return Ok(read_answers(&args.answers, &args.samples)?);
+    }
+    #[cfg(not(feature = "campaign"))]
+    return Err(usage(anyhow::anyhow!(
+        "{}: expected a table of answers, found a folder; this build reads no studies: build piezotact with ./x build",
+        args.answers.display()
+    )));
+    #[cfg(feature = "campaign")]
+    {
+        if !args.samples.is_empty() {
+            return Err(usage(anyhow::anyhow!(
+                "the samples of a study are those of its protocol; leave --samples out"
+            )));
+        }
+        let study = super::campaign::study::Study::open(&args.answers)?;
+        let (declared, answers) = study.answers()?;
+        let table = AnswerTable::new(declared, answers).map_err(|error| {
+            Failure::Data(Error::new(error).context(args.answers.display().to_string()))
+        })?;
+        let doubts = study.doubts()?;
+        Ok(AnswersFile { table, doubts })
+    }
 }
 
 fn config(args: &Arguments) -> AssociationConfig {

@@ -23,6 +23,8 @@ pub enum Purpose {
 pub enum Flag {
     /// The vibration that was played did not reach its target.
     MissedTarget,
+    /// It was played by hand on another system: nothing was measured.
+    NotMeasured,
     /// Another sample than the planned one was handed over; the answer says what was presented.
     WrongSample,
 }

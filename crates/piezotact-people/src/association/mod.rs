@@ -30,4 +30,7 @@ pub use matrix::{
 };
 pub use of_session::{answers_of, declared};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
-pub use tables::{answers_table, evidence_table, participants_table, trials_table};
+pub use tables::{
+    THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
+    trials_table,
+};

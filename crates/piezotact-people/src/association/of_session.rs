@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::answer::{Answer, Declared, Flag, Purpose, Stimulus};
-use crate::campaign::plan::{AnswerForm, Trial};
+use crate::campaign::plan::{AnswerForm, Presented, Trial};
 use crate::campaign::protocol::{OrderKey, Protocol, TaskKind};
-use crate::campaign::session::{State, TrialState};
+use crate::campaign::session::{Evidence, State, TrialState};
 use crate::campaign::store;
 
 /// What `protocol` declares: its samples, and its stimuli with the answer that is expected for each.
@@ -79,7 +79,7 @@ fn of_trial(
         answered: answered.to_owned(),
         position: Some(position),
         offered: offered(state, trial),
-        flags: flags(trial_state, position - 1),
+        flags: flags((trial, trial_state), position - 1),
         purpose: Purpose::Trial,
     };
     match (kind, &trial.answer) {
@@ -135,15 +135,20 @@ fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
 }
 
 /// What was wrong with an element of a trial.
-fn flags(state: &TrialState, element: usize) -> Vec<Flag> {
+fn flags((trial, state): (&Trial, &TrialState), element: usize) -> Vec<Flag> {
     let mut flags = Vec::new();
-    let presented = state.presented_instead.as_ref();
     // Each playing of a rendered stimulus leaves its evidence; those of this element count.
-    let missed = state.evidence_of(element).any(|evidence| evidence.missed());
-    if missed {
+    if state.evidence_of(element).any(Evidence::missed) {
         flags.push(Flag::MissedTarget);
     }
-    if presented.is_some() {
+    let rendered = matches!(
+        trial.presented,
+        Presented::Rendered { .. } | Presented::Chosen { .. }
+    );
+    if rendered && state.evidence_of(element).next().is_none() {
+        flags.push(Flag::NotMeasured);
+    }
+    if state.presented_instead.is_some() {
         flags.push(Flag::WrongSample);
     }
     flags

@@ -61,6 +61,7 @@ pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
 fn word(flag: Flag) -> &'static str {
     match flag {
         Flag::MissedTarget => "missed_target",
+        Flag::NotMeasured => "not_measured",
         Flag::WrongSample => "wrong_sample",
     }
 }
@@ -248,6 +249,48 @@ pub fn participants_table<'a>(
             Cell::from(state.plan().trials.len().to_string()),
             Cell::from(yes(purpose == store::Purpose::Rehearsal)),
         ]);
+    }
+    table
+}
+
+/// The columns of [`thresholds_table`].
+pub const THRESHOLD_COLUMNS: [&str; 9] = [
+    "participant",
+    "session",
+    "task",
+    "run",
+    "threshold",
+    "standard_deviation",
+    "answers",
+    "decided",
+    "not_decided_because",
+];
+
+/// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
+///
+/// Source: decision 0067 of this project.
+#[must_use]
+pub fn thresholds_table(state: &State<'_>) -> Table {
+    let mut table = table(&THRESHOLD_COLUMNS);
+    for task in &state.protocol().tasks {
+        for threshold in state.thresholds(&task.name) {
+            let estimate = &threshold.estimate;
+            let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.3}"));
+            let open = estimate.criteria.iter();
+            let open = open.filter(|one| one.outcome != Outcome::Met);
+            let open: Vec<String> = open.map(|one| one.what.to_string()).collect();
+            table.rows.push(vec![
+                Cell::from(state.plan().participant.as_str()),
+                Cell::from(state.plan().session.as_str()),
+                Cell::from(task.name.as_str()),
+                Cell::from(threshold.run),
+                Cell::from(number(estimate.level)),
+                Cell::from(number(estimate.sd)),
+                Cell::from(estimate.answers.to_string()),
+                Cell::from(estimate.decided().word()),
+                Cell::from(open.join("; ")),
+            ]);
+        }
     }
     table
 }

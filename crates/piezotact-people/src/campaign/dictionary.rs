@@ -443,6 +443,10 @@ fn flags() -> ColumnMeaning {
         "the vibration that was played did not reach its target",
     );
     levels.extend(level(
+        "not_measured",
+        "it was played by hand on another system, and nothing was measured",
+    ));
+    levels.extend(level(
         "wrong_sample",
         "another sample than the planned one was handed over",
     ));

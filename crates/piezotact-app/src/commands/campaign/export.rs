@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
-    /// The folder to write: answers.csv, trials.csv, evidence.csv, participants.csv, events/ and dictionary.json.
+    /// The folder to write: answers.csv, trials.csv, evidence.csv, thresholds.csv, participants.csv, events/ and dictionary.json.
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -40,13 +40,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let events = args.out.join("events");
     folders([Some(args.out.as_path()), Some(events.as_path())].as_slice())?;
     let each = || states.iter().map(|(state, purpose)| (state, *purpose));
-    let tables: [(&str, Table); 4] = [
+    let tables: [(&str, Table); 5] = [
         ("answers.csv", answers_table(&declared, &answers)),
         ("trials.csv", trials_table(each())),
         (
             "evidence.csv",
             evidence_table(states.iter().map(|(state, _)| state)),
         ),
+        ("thresholds.csv", study.thresholds()?),
         ("participants.csv", participants_table(each())),
     ];
     for (name, table) in &tables {

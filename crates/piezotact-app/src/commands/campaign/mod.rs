@@ -5,6 +5,8 @@ mod dictionary;
 #[cfg(feature = "campaign")]
 mod export;
 #[cfg(feature = "campaign")]
+mod identity;
+#[cfg(feature = "campaign")]
 mod new;
 #[cfg(feature = "campaign")]
 mod plan;
@@ -83,6 +85,12 @@ enum CampaignCommand {
     #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign verify-journal study")]
     VerifyJournal(verify_journal::Arguments),
+    /// Stores or prints who the participants are, in an encrypted file of its own.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "Example:\n  piezotact campaign identity study P01 --name \"A Name\" --contact a.name@example.org --signed 1 --passphrase secret.txt\n  piezotact campaign identity study --passphrase secret.txt"
+    )]
+    Identity(identity::Arguments),
     /// Erases everything of a participant who withdraws; a tombstone stays, with which the journals still verify.
     #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign withdraw study P01")]
@@ -106,6 +114,8 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Export(args) => export::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::VerifyJournal(args) => verify_journal::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Identity(args) => identity::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::Withdraw(args) => withdraw::run(args),
     }

@@ -10,16 +10,13 @@ use piezotact_report::report;
 
 use super::study::{Begun, Study, said};
 use crate::failure::Outcome;
-use crate::output::print;
+use crate::output::{print, say_doubts};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
-    /// Prints the table as CSV.
-    #[arg(long)]
-    csv_text: bool,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
@@ -62,9 +59,6 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             Cell::from(ignored.to_string()),
         ]);
     }
-    if args.csv_text {
-        return print(report::csv(&table)?.trim_end());
-    }
     print(&format!(
         "{}: {} of {} participants completed {}",
         study.campaign.protocol.title,
@@ -73,9 +67,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         study.campaign.protocol.aims.session
     ))?;
     match table.rows.is_empty() {
-        true => print("no session was begun yet"),
-        false => print(&report::text(&table)?),
+        true => print("no session was begun yet")?,
+        false => print(&report::text(&table)?)?,
     }
+    let thresholds = study.thresholds()?;
+    if !thresholds.rows.is_empty() {
+        print(&report::text(&thresholds)?)?;
+    }
+    say_doubts(&study.doubts()?);
+    Ok(())
 }
 
 /// How many participants completed the session that the campaign is judged by.

@@ -4,8 +4,12 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Error, anyhow};
+use piezotact::Doubt;
+use piezotact::page::{Column, Table};
 use piezotact_dataset::study::{Pseudonym, SqliteStore, StudyCampaign};
-use piezotact_people::association::{Answer, Declared, answers_of, declared};
+use piezotact_people::association::{
+    Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
+};
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::session::{Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
@@ -14,7 +18,7 @@ use piezotact_session::state_of;
 use crate::failure::{Failure, Outcome, usage};
 
 /// A study with its campaign.
-pub(super) struct Study {
+pub(crate) struct Study {
     pub(super) store: SqliteStore,
     pub(super) campaign: StudyCampaign,
 }
@@ -27,7 +31,7 @@ pub(super) struct Begun {
 
 impl Study {
     /// The study in `folder`.
-    pub(super) fn open(folder: &Path) -> Outcome<Self> {
+    pub(crate) fn open(folder: &Path) -> Outcome<Self> {
         let store = SqliteStore::open(folder)?;
         let campaign = StudyCampaign::read(folder)?;
         Ok(Self { store, campaign })
@@ -81,7 +85,7 @@ impl Study {
     }
 
     /// What the protocol declares, and every confirmed answer of every session that was not erased.
-    pub(super) fn answers(&self) -> Outcome<(Declared, Vec<Answer>)> {
+    pub(crate) fn answers(&self) -> Outcome<(Declared, Vec<Answer>)> {
         let mut answers = Vec::new();
         for Begun { entry, plan } in self.sessions()? {
             if let Some(plan) = plan {
@@ -89,6 +93,30 @@ impl Study {
             }
         }
         Ok((declared(&self.campaign.protocol), answers))
+    }
+
+    /// What a person should know of the sessions with volunteers: failed catch trials.
+    pub(crate) fn doubts(&self) -> Outcome<Vec<Doubt>> {
+        let mut doubts = Vec::new();
+        for Begun { entry, plan } in self.sessions()? {
+            if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan) {
+                doubts.extend(self.state(&plan)?.doubts());
+            }
+        }
+        Ok(doubts)
+    }
+
+    /// The thresholds of adaptive comparisons, one row for each run.
+    pub(super) fn thresholds(&self) -> Outcome<Table> {
+        let mut rows = Vec::new();
+        for Begun { plan, .. } in self.sessions()? {
+            if let Some(plan) = plan {
+                rows.extend(thresholds_table(&self.state(&plan)?).rows);
+            }
+        }
+        let mut table = Table::new(THRESHOLD_COLUMNS.map(|name| Column::new(name, name)));
+        table.rows = rows;
+        Ok(table)
     }
 
     /// The pseudonym `text`, which differs from those that are there by more than case.

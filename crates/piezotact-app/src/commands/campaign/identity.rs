@@ -1,0 +1,84 @@
+//! `piezotact campaign identity`: who the participants are, in an encrypted file of its own.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::Args;
+use piezotact_dataset::study::{PersonalData, SignedConsent, SqliteStore, StudyCampaign};
+
+use super::study::{Study, now_ms, said};
+use super::withdraw::passphrase;
+use crate::failure::{Outcome, usage};
+use crate::output::print;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The folder of the study.
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The participant's pseudonym; without it, all identities are printed.
+    #[arg(requires_all = ["name", "contact"])]
+    participant: Option<String>,
+    /// The file with the passphrase, in its first line. The first identity decides it; who loses it loses the names.
+    #[arg(long, value_name = "FILE")]
+    passphrase: PathBuf,
+    /// The person's name.
+    #[arg(long, requires = "participant")]
+    name: Option<String>,
+    /// How the person is reached.
+    #[arg(long, requires = "participant")]
+    contact: Option<String>,
+    /// The version of the study's text of consent that the person signed on paper, now.
+    #[arg(long, value_name = "VERSION", requires = "participant")]
+    signed: Option<String>,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let passphrase = passphrase(&args.passphrase)?;
+    let (Some(participant), Some(name), Some(contact)) =
+        (&args.participant, &args.name, &args.contact)
+    else {
+        let store = SqliteStore::open(&args.study)?;
+        for (pseudonym, person) in store.identities(&passphrase)? {
+            let consent = person.consent.map_or_else(
+                || "no consent signed".to_owned(),
+                |signed| {
+                    format!(
+                        "consent {} of {} (UTC)",
+                        signed.version,
+                        said(signed.signed_at_ms)
+                    )
+                },
+            );
+            print(&format!(
+                "{pseudonym}: {}, {}, {consent}",
+                person.name, person.contact
+            ))?;
+        }
+        return Ok(());
+    };
+    let mut study = Study::open(&args.study)?;
+    let participant = study.participant(participant)?;
+    let consent = match (&args.signed, consent_of(&study.campaign)) {
+        (None, _) => None,
+        (Some(version), Some(text)) => Some(SignedConsent::new(version, text, now_ms())),
+        (Some(_), None) => {
+            return Err(usage(anyhow!(
+                "the study has no text of consent that could be signed; make it with --consent"
+            )));
+        }
+    };
+    let person = PersonalData {
+        name: name.clone(),
+        contact: contact.clone(),
+        consent,
+    };
+    study
+        .store
+        .set_identity(&participant, person, &passphrase)?;
+    print(&format!("{participant}: the identity is stored, encrypted"))
+}
+
+fn consent_of(campaign: &StudyCampaign) -> Option<&str> {
+    campaign.consent.as_deref()
+}
