@@ -167,6 +167,25 @@ pub enum NotReady {
     },
 }
 
+impl NotReady {
+    /// The stimulus that it is about; `None` where it is about the participant.
+    #[must_use]
+    pub fn stimulus(&self) -> Option<&str> {
+        match self {
+            Self::Missing { stimulus }
+            | Self::Strokes { stimulus, .. }
+            | Self::TransferFunction { stimulus, .. }
+            | Self::NotPassed { stimulus, .. }
+            | Self::TooOld { stimulus, .. }
+            | Self::Undated { stimulus } => Some(stimulus),
+            Self::Earlier { .. }
+            | Self::SameDay { .. }
+            | Self::Panel { .. }
+            | Self::UnknownPanel { .. } => None,
+        }
+    }
+}
+
 /// The stimuli that `plan` plays, each once.
 #[must_use]
 pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {

@@ -179,8 +179,8 @@ fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outco
     if missing.is_empty() {
         return Ok(());
     }
-    for one in &missing {
-        say(&format!("not ready: {one}"));
+    for line in merged(&missing) {
+        say(&format!("not ready: {line}"));
     }
     match args.rehearsal {
         true => Ok(()),
@@ -191,6 +191,25 @@ fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outco
             missing.len()
         ))),
     }
+}
+
+/// What is missing, stimuli that lack the same in one line.
+fn merged(missing: &[NotReady]) -> Vec<String> {
+    let mut lines: Vec<(String, Vec<&str>)> = Vec::new();
+    for one in missing {
+        let text = one.to_string();
+        let stimulus = one.stimulus();
+        let about = stimulus.and_then(|name| text.strip_prefix(name));
+        let about = about.unwrap_or(&text).to_owned();
+        match lines.iter_mut().find(|(known, _)| *known == about) {
+            Some((_, stimuli)) => stimuli.extend(stimulus),
+            None => lines.push((about, stimulus.into_iter().collect())),
+        }
+    }
+    let lines = lines.into_iter();
+    lines
+        .map(|(about, stimuli)| format!("{}{about}", stimuli.join(", ")))
+        .collect()
 }
 
 /// The sessions of `participant` with a volunteer, and when each was ended.
