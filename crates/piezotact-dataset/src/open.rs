@@ -3,6 +3,7 @@
 mod beside;
 mod npy;
 
+use piezotact::checksum::Checksum;
 use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
@@ -251,6 +252,8 @@ pub struct Contents {
     pub setup: Option<DriveSetup>,
     /// How the drive was made: of a drive's own WAV file, or of the drive that was played while recording.
     pub rendering: Option<Rendering>,
+    /// The checksum of the drive that was played while recording; absent where the file does not say it.
+    pub played: Option<Checksum>,
 }
 
 /// Reads the recording in `path`, whatever kind of file it is. An interrupted recording is read from its
@@ -335,6 +338,7 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
         },
         setup,
         rendering: stored.rendering,
+        played: stored.played,
     }
 }
 
@@ -444,6 +448,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
         recording,
         setup: None,
         rendering: None,
+        played: None,
         samples: Some(wav.format),
     };
     beside.describe(&mut stored);

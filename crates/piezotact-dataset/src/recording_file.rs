@@ -1,6 +1,7 @@
 //! Reading of recordings: our Parquet files, journals of interrupted recordings, and Parquet files of
 //! other programs.
 
+use piezotact::checksum::Checksum;
 use piezotact::recording::RecordingDoubt;
 use piezotact::run::RunDoubt;
 use std::io::BufReader;
@@ -26,6 +27,8 @@ pub(crate) struct Stored {
     pub(crate) recording: Recording,
     pub(crate) setup: Option<DriveSetup>,
     pub(crate) rendering: Option<Rendering>,
+    /// The checksum of the drive that was played.
+    pub(crate) played: Option<Checksum>,
     /// How a file of samples alone stores them.
     pub(crate) samples: Option<SampleFormat>,
 }
@@ -36,6 +39,7 @@ impl From<Recording> for Stored {
             recording,
             setup: None,
             rendering: None,
+            played: None,
             samples: None,
         }
     }
@@ -96,6 +100,7 @@ pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
         recording,
         setup: start.setup,
         rendering: start.rendering,
+        played: start.drive,
         samples: None,
     })
 }
@@ -229,6 +234,7 @@ fn read_with_documents(
         recording,
         setup: start.setup.clone(),
         rendering: start.rendering.clone(),
+        played: start.drive,
         samples: None,
     };
     Ok((stored, start, end))

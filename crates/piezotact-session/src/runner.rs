@@ -84,6 +84,10 @@ fn word(purpose: Purpose) -> &'static str {
 
 /// What a command made happen.
 #[derive(Clone, Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one for each command that a person gives"
+)]
 pub enum Given {
     /// This event, which is stored.
     Done(Event),

@@ -159,6 +159,7 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         recording,
         setup: start.setup,
         rendering: start.rendering,
+        played: start.drive,
         samples: None,
     })
 }

@@ -67,7 +67,7 @@ fn word(flag: Flag) -> &'static str {
 }
 
 fn table(names: &[&str]) -> Table {
-    Table::new(names.iter().map(|name| Column::new(*name, *name)))
+    Table::new(names.iter().map(|&name| Column::new(name, name)))
 }
 
 /// The columns of the table of trials.
@@ -143,19 +143,22 @@ pub fn trials_table<'a>(
                 Cell::from(of.attempts.to_string()),
                 Cell::from(of.interrupted.to_string()),
                 Cell::from(of.voided.to_string()),
-                Cell::from(yes(of.evidence.iter().any(|(_, one)| one.missed()))),
+                Cell::from(match of.evidence.iter().any(|(_, one)| one.missed()) {
+                    true => "yes",
+                    false => "no",
+                }),
                 Cell::from(seconds),
-                Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+                Cell::from(word_of(purpose)),
             ]);
         }
     }
     table
 }
 
-fn yes(is_so: bool) -> &'static str {
-    match is_so {
-        true => "yes",
-        false => "no",
+fn word_of(purpose: store::Purpose) -> &'static str {
+    match purpose {
+        store::Purpose::Rehearsal => "yes",
+        store::Purpose::Volunteer => "no",
     }
 }
 
@@ -247,7 +250,7 @@ pub fn participants_table<'a>(
             text(&who.language),
             Cell::from(state.confirmed().to_string()),
             Cell::from(state.plan().trials.len().to_string()),
-            Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+            Cell::from(word_of(purpose)),
         ]);
     }
     table

@@ -35,6 +35,17 @@ impl Whose {
     }
 }
 
+/// Of which drive a measurement is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasuredDrive {
+    /// Of this one, by its checksum.
+    This,
+    /// Of another one.
+    Another,
+    /// The recording does not say it: another system made it.
+    Unstated,
+}
+
 /// What is known of the drive of one stimulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderingFacts {
@@ -46,6 +57,8 @@ pub struct RenderingFacts {
     pub rendered_with: Whose,
     /// Whether it passed its verification.
     pub verified: Outcome,
+    /// Of which drive the measurement is that it was verified with.
+    pub measured: MeasuredDrive,
     /// When it was prepared, in ms since 1970-01-01 00:00 UTC; `None` where nothing says it.
     pub prepared_ms: Option<i64>,
 }
@@ -113,6 +126,14 @@ pub enum NotReady {
         /// The outcome.
         outcome: Outcome,
     },
+    /// A measurement of another drive.
+    #[error(
+        "{stimulus}: the measurement beside it was made with another drive; play this drive, record it, and compare it with its target"
+    )]
+    Measured {
+        /// The stimulus.
+        stimulus: String,
+    },
     /// A drive that is too old.
     #[error(
         "{stimulus}: expected a drive of the last {most_hours} h, found one of {hours:.1} h ago; measure the participant again"
@@ -176,6 +197,7 @@ impl NotReady {
             | Self::Strokes { stimulus, .. }
             | Self::TransferFunction { stimulus, .. }
             | Self::NotPassed { stimulus, .. }
+            | Self::Measured { stimulus }
             | Self::TooOld { stimulus, .. }
             | Self::Undated { stimulus } => Some(stimulus),
             Self::Earlier { .. }
@@ -312,6 +334,11 @@ fn of_drive(
             outcome: facts.verified,
         });
     }
+    if facts.measured == MeasuredDrive::Another {
+        found.push(NotReady::Measured {
+            stimulus: stimulus(),
+        });
+    }
     let hours = facts
         .prepared_ms
         .map(|prepared| (now_ms - prepared) as f64 / MS_PER_HOUR);
@@ -356,6 +383,7 @@ mod tests {
             strokes_of: Some("P01".to_owned()),
             rendered_with: Whose::Of("P01".to_owned()),
             verified: Outcome::Met,
+            measured: MeasuredDrive::This,
             prepared_ms: Some(NOW - 20 * HOUR),
         };
         stimuli_of(plan).into_iter().map(facts).collect()
@@ -408,6 +436,10 @@ mod tests {
         ));
         let open = |one: &mut RenderingFacts| one.verified = Outcome::NotDecided;
         assert!(matches!(with(&open)[..], [NotReady::NotPassed { .. }]));
+        let swapped = |one: &mut RenderingFacts| one.measured = MeasuredDrive::Another;
+        assert!(matches!(with(&swapped)[..], [NotReady::Measured { .. }]));
+        let elsewhere = |one: &mut RenderingFacts| one.measured = MeasuredDrive::Unstated;
+        assert_eq!(with(&elsewhere), []);
         let old = |one: &mut RenderingFacts| one.prepared_ms = Some(NOW - 800 * HOUR);
         assert!(matches!(with(&old)[..], [NotReady::TooOld { .. }]));
         let future = |one: &mut RenderingFacts| one.prepared_ms = Some(NOW + HOUR);

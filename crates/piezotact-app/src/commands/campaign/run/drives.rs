@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 use anyhow::anyhow;
+use piezotact::checksum::Checksum;
 use piezotact::panel::PanelDoubt;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
@@ -13,7 +14,7 @@ use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
-use piezotact_people::campaign::readiness::{RenderingFacts, Whose, stimuli_of};
+use piezotact_people::campaign::readiness::{MeasuredDrive, RenderingFacts, Whose, stimuli_of};
 use piezotact_session::PreparedDrive;
 
 use crate::commands::prepare::file_name;
@@ -80,6 +81,8 @@ impl Drives {
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
+        let played = read_recording(measured, &ReadOptions::default())?.played;
+        let of_series = Checksum::of(series.samples().iter().copied());
         let band = rendering.config.inverse.band;
         let verification = verified(target, measured, band, Some(drive))?;
         let verified = State::of(&verification).outcome();
@@ -89,6 +92,11 @@ impl Drives {
             strokes_of: wanted.recording.about.condition.participant.clone(),
             rendered_with: whose(&rendering),
             verified,
+            measured: match played {
+                Some(played) if played == of_series => MeasuredDrive::This,
+                Some(_) => MeasuredDrive::Another,
+                None => MeasuredDrive::Unstated,
+            },
             prepared_ms: changed_ms(measured),
         });
         self.ready.insert(
