@@ -73,12 +73,12 @@ impl fmt::Debug for BenchStimulator<'_> {
 }
 
 impl Stimulator for BenchStimulator<'_> {
+    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+        prepared(&self.drives, stimulus).map(|_there| ())
+    }
+
     fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
-        let Some(prepared) = self.drives.get(played.stimulus) else {
-            return Err(PlayError::NoDrive {
-                stimulus: played.stimulus.to_owned(),
-            });
-        };
+        let prepared = prepared(&self.drives, played.stimulus)?;
         let (drive, strokes) = in_a_row(&prepared.drive, self.playing)?;
         let run = RunPlan {
             label: label(&played),
@@ -103,6 +103,15 @@ impl Stimulator for BenchStimulator<'_> {
     }
 }
 
+fn prepared<'a>(
+    drives: &'a BTreeMap<String, PreparedDrive>,
+    stimulus: &str,
+) -> Result<&'a PreparedDrive, PlayError> {
+    drives.get(stimulus).ok_or_else(|| PlayError::NoDrive {
+        stimulus: stimulus.to_owned(),
+    })
+}
+
 /// The name of the run of a playing: `triplets.task3.A, attempt 1, element 2, play 1`.
 fn label(played: &Played<'_>) -> String {
     format!(
@@ -123,17 +132,20 @@ fn in_a_row(stroke: &Series<Drive>, playing: Playing) -> Result<(Series<Drive>, 
     else {
         return Ok((stroke.clone(), 1));
     };
-    let period_s = stroke.duration().0 + pause_s;
-    let strokes = ((duration_s + pause_s) / period_s).floor().max(1.0);
-    let pause = (pause_s * stroke.rate().hz()).round() as usize;
+    // In whole samples: seconds that fit exactly could be rounded to one stroke less.
+    let in_samples = |seconds: f64| (seconds * stroke.rate().hz()).round() as usize;
+    let pause = in_samples(pause_s);
+    let period = stroke.samples().len() + pause;
+    let strokes = ((in_samples(duration_s) + pause) / period.max(1)).max(1);
     let mut samples = stroke.samples().to_vec();
-    for _ in 1..strokes as u32 {
+    samples.reserve_exact((strokes - 1) * period);
+    for _ in 1..strokes {
         samples.resize(samples.len() + pause, 0.0);
         samples.extend_from_slice(stroke.samples());
     }
     let drive = Series::new(samples, stroke.rate());
     let drive = drive.map_err(|error| PlayError::Device(error.to_string()))?;
-    Ok((drive, strokes as u32))
+    Ok((drive, u32::try_from(strokes).unwrap_or(u32::MAX)))
 }
 
 /// The first stroke of `recording` compared with its target; `None` where it cannot be compared.
