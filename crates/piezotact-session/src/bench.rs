@@ -5,12 +5,12 @@ use std::fmt;
 
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Seconds};
+use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity, Seconds};
 use piezotact::recording::Recording;
 use piezotact::render::Rendering;
 use piezotact::score::{Measurement, Target, judged_measurement};
 use piezotact::series::Series;
-use piezotact::statistics::mean;
+use piezotact::statistics::{mean, peak};
 use piezotact::verify::{Verdict, Verification, VerifyCriterion};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record,
@@ -158,9 +158,14 @@ fn judged(
     let response = recording
         .series::<Acceleration>(Some(ACCELERATION_CHANNEL))
         .ok()?;
-    let response = first_stroke(response, prepared.drive.duration(), playing)?;
     let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
-    let drive = drive.and_then(|drive| first_stroke(drive, prepared.drive.duration(), playing));
+    let lead_s = match &drive {
+        Some(drive) => begins_s(drive)? - begins_s(&prepared.drive)?,
+        None => begins_s(&response)? - begins_s(&prepared.texture)?,
+    };
+    let end_s = end_of_first_s(lead_s.max(0.0), prepared.drive.duration(), playing);
+    let response = until(response, end_s)?;
+    let drive = drive.and_then(|drive| until(drive, end_s));
     let limit = prepared.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let target = Target {
         name: "the target",
@@ -180,19 +185,32 @@ fn judged(
 /// The part of a pause after a stroke that is compared with it: the response dies away there.
 const PART_OF_PAUSE: f64 = 0.8;
 
-/// What belongs to the first of the strokes: several in a row would fit their target at several delays.
-fn first_stroke<Q: piezotact::quantity::Quantity>(
-    series: Series<Q>,
-    stroke: Seconds,
-    playing: Playing,
-) -> Option<Series<Q>> {
-    let Playing::Repeated { pause_s, .. } = playing else {
+/// The share of the peak at which a signal has begun: above the noise of a recorded drive.
+const BEGUN_SHARE: f64 = 0.1;
+
+/// When `series` begins, in s; `None` for silence.
+fn begins_s<Q: Quantity>(series: &Series<Q>) -> Option<f64> {
+    let begun = BEGUN_SHARE * peak(series.samples());
+    let first = series.samples().iter().position(|x| x.abs() > begun)?;
+    Some(first as f64 / series.rate().hz())
+}
+
+/// When the first of the strokes is over in a run in which playing began at `lead_s`; `None` where there is one stroke. Several in a row
+/// would fit their target at several delays.
+fn end_of_first_s(lead_s: f64, stroke: Seconds, playing: Playing) -> Option<f64> {
+    match playing {
+        Playing::Once => None,
+        Playing::Repeated { pause_s, .. } => Some(lead_s + stroke.0 + PART_OF_PAUSE * pause_s),
+    }
+}
+
+fn until<Q: Quantity>(series: Series<Q>, end_s: Option<f64>) -> Option<Series<Q>> {
+    let Some(end_s) = end_s else {
         return Some(series);
     };
     let rate = series.rate();
-    let end = ((stroke.0 + PART_OF_PAUSE * pause_s) * rate.hz()).round() as usize;
     let mut samples = series.into_samples();
-    samples.truncate(end);
+    samples.truncate((end_s * rate.hz()).round() as usize);
     Series::new(samples, rate).ok()
 }
 
