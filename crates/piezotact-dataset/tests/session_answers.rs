@@ -5,6 +5,7 @@ use piezotact::criterion::Outcome;
 use piezotact::page::Table;
 use piezotact_dataset::read_answers;
 use piezotact_people::association::{AnswerTable, Flag, answers_of, answers_table, declared};
+use piezotact_people::campaign::plan::AnswerForm;
 use piezotact_people::campaign::store::Purpose;
 
 use crate::sitting::{Sitting, library, planned};
@@ -42,20 +43,17 @@ fn what_was_answered_is_read_as_it_was_written() {
         let mut sitting = Sitting::begun(&protocol, &plan);
         let mut wrong = false;
         while sitting.state.current().is_some() {
-            let (_, _, presented) = sitting.current();
+            let (_, _, mut presented) = sitting.current();
+            let (trial, _) = sitting.state.current().unwrap();
+            let is_answered = trial.answer != AnswerForm::Done;
+            let mut samples = protocol.samples.iter();
+            let other = samples.find(|one| !presented.contains(one));
             // Once another sample than the planned one.
-            if !wrong && presented.len() == 3 {
+            if let (false, true, Some(other)) = (wrong, is_answered, other) {
                 wrong = true;
-                let other = protocol.samples.iter().find(|one| !presented.contains(one));
-                sitting.presents_instead(&[
-                    presented[0].clone(),
-                    other.unwrap().clone(),
-                    presented[1].clone(),
-                ]);
-                let (trial, _) = sitting.state.current().unwrap();
-                let choices = sitting.state.choices(trial);
-                let words: Vec<String> =
-                    choices.into_iter().map(|(said, _)| said).take(3).collect();
+                presented[0].clone_from(other);
+                sitting.presents_instead(&presented);
+                let words = sitting.first_choices();
                 sitting.answers(&words);
                 continue;
             }

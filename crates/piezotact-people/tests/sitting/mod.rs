@@ -109,7 +109,7 @@ impl<'a> Sitting<'a> {
     }
 
     /// The first choices to the current trial.
-    fn first_choices(&self) -> Vec<String> {
+    pub(crate) fn first_choices(&self) -> Vec<String> {
         let (trial, of) = self.state.current().unwrap();
         let choices = self.state.choices(trial);
         match &trial.answer {
