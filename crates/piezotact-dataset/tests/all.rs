@@ -6,9 +6,12 @@ mod haptic_limits;
 mod lvm;
 mod matlab;
 mod npy;
+mod session_answers;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;
 mod sidecar;
+#[path = "../../piezotact-people/tests/sitting/mod.rs"]
+mod sitting;
 mod stored_functions;
 mod support;
 mod topography;

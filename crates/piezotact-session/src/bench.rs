@@ -5,12 +5,12 @@ use std::fmt;
 
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Seconds};
+use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity, Seconds};
 use piezotact::recording::Recording;
 use piezotact::render::Rendering;
 use piezotact::score::{Measurement, Target, judged_measurement};
 use piezotact::series::Series;
-use piezotact::statistics::mean;
+use piezotact::statistics::{mean, peak};
 use piezotact::verify::{Verdict, Verification, VerifyCriterion};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record,
@@ -73,12 +73,12 @@ impl fmt::Debug for BenchStimulator<'_> {
 }
 
 impl Stimulator for BenchStimulator<'_> {
+    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+        prepared(&self.drives, stimulus).map(|_there| ())
+    }
+
     fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
-        let Some(prepared) = self.drives.get(played.stimulus) else {
-            return Err(PlayError::NoDrive {
-                stimulus: played.stimulus.to_owned(),
-            });
-        };
+        let prepared = prepared(&self.drives, played.stimulus)?;
         let (drive, strokes) = in_a_row(&prepared.drive, self.playing)?;
         let run = RunPlan {
             label: label(&played),
@@ -103,6 +103,15 @@ impl Stimulator for BenchStimulator<'_> {
     }
 }
 
+fn prepared<'a>(
+    drives: &'a BTreeMap<String, PreparedDrive>,
+    stimulus: &str,
+) -> Result<&'a PreparedDrive, PlayError> {
+    drives.get(stimulus).ok_or_else(|| PlayError::NoDrive {
+        stimulus: stimulus.to_owned(),
+    })
+}
+
 /// The name of the run of a playing: `triplets.task3.A, attempt 1, element 2, play 1`.
 fn label(played: &Played<'_>) -> String {
     format!(
@@ -123,17 +132,20 @@ fn in_a_row(stroke: &Series<Drive>, playing: Playing) -> Result<(Series<Drive>, 
     else {
         return Ok((stroke.clone(), 1));
     };
-    let period_s = stroke.duration().0 + pause_s;
-    let strokes = ((duration_s + pause_s) / period_s).floor().max(1.0);
-    let pause = (pause_s * stroke.rate().hz()).round() as usize;
+    // In whole samples: seconds that fit exactly could be rounded to one stroke less.
+    let in_samples = |seconds: f64| (seconds * stroke.rate().hz()).round() as usize;
+    let pause = in_samples(pause_s);
+    let period = stroke.samples().len() + pause;
+    let strokes = ((in_samples(duration_s) + pause) / period.max(1)).max(1);
     let mut samples = stroke.samples().to_vec();
-    for _ in 1..strokes as u32 {
+    samples.reserve_exact((strokes - 1) * period);
+    for _ in 1..strokes {
         samples.resize(samples.len() + pause, 0.0);
         samples.extend_from_slice(stroke.samples());
     }
     let drive = Series::new(samples, stroke.rate());
     let drive = drive.map_err(|error| PlayError::Device(error.to_string()))?;
-    Ok((drive, strokes as u32))
+    Ok((drive, u32::try_from(strokes).unwrap_or(u32::MAX)))
 }
 
 /// The first stroke of `recording` compared with its target; `None` where it cannot be compared.
@@ -146,9 +158,14 @@ fn judged(
     let response = recording
         .series::<Acceleration>(Some(ACCELERATION_CHANNEL))
         .ok()?;
-    let response = first_stroke(response, prepared.drive.duration(), playing)?;
     let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
-    let drive = drive.and_then(|drive| first_stroke(drive, prepared.drive.duration(), playing));
+    let lead_s = match &drive {
+        Some(drive) => begins_s(drive)? - begins_s(&prepared.drive)?,
+        None => begins_s(&response)? - begins_s(&prepared.texture)?,
+    };
+    let end_s = end_of_first_s(lead_s.max(0.0), prepared.drive.duration(), playing);
+    let response = until(response, end_s)?;
+    let drive = drive.and_then(|drive| until(drive, end_s));
     let limit = prepared.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let target = Target {
         name: "the target",
@@ -168,19 +185,32 @@ fn judged(
 /// The part of a pause after a stroke that is compared with it: the response dies away there.
 const PART_OF_PAUSE: f64 = 0.8;
 
-/// What belongs to the first of the strokes: several in a row would fit their target at several delays.
-fn first_stroke<Q: piezotact::quantity::Quantity>(
-    series: Series<Q>,
-    stroke: Seconds,
-    playing: Playing,
-) -> Option<Series<Q>> {
-    let Playing::Repeated { pause_s, .. } = playing else {
+/// The share of the peak at which a signal has begun: above the noise of a recorded drive.
+const BEGUN_SHARE: f64 = 0.1;
+
+/// When `series` begins, in s; `None` for silence.
+fn begins_s<Q: Quantity>(series: &Series<Q>) -> Option<f64> {
+    let begun = BEGUN_SHARE * peak(series.samples());
+    let first = series.samples().iter().position(|x| x.abs() > begun)?;
+    Some(first as f64 / series.rate().hz())
+}
+
+/// When the first of the strokes is over in a run in which playing began at `lead_s`; `None` where there is one stroke. Several in a row
+/// would fit their target at several delays.
+fn end_of_first_s(lead_s: f64, stroke: Seconds, playing: Playing) -> Option<f64> {
+    match playing {
+        Playing::Once => None,
+        Playing::Repeated { pause_s, .. } => Some(lead_s + stroke.0 + PART_OF_PAUSE * pause_s),
+    }
+}
+
+fn until<Q: Quantity>(series: Series<Q>, end_s: Option<f64>) -> Option<Series<Q>> {
+    let Some(end_s) = end_s else {
         return Some(series);
     };
     let rate = series.rate();
-    let end = ((stroke.0 + PART_OF_PAUSE * pause_s) * rate.hz()).round() as usize;
     let mut samples = series.into_samples();
-    samples.truncate(end);
+    samples.truncate((end_s * rate.hz()).round() as usize);
     Series::new(samples, rate).ok()
 }
 

@@ -42,6 +42,12 @@ pub enum PlayError {
 
 /// Something that plays rendered stimuli on a finger and says what was measured while it did.
 pub trait Stimulator {
+    /// Checks that `stimulus` can be played, before the first stimulus of a trial is.
+    ///
+    /// # Errors
+    /// [`PlayError::NoDrive`].
+    fn check(&self, stimulus: &str) -> Result<(), PlayError>;
+
     /// Plays `played` as the protocol says.
     ///
     /// # Errors

@@ -125,6 +125,20 @@ pub struct Runner<'a> {
     state: State<'a>,
     stimuli: Stimuli<'a>,
     outside: Outside<'a>,
+    /// Whether it was found under way, and was not resumed yet.
+    is_cut_off: bool,
+    unstored: Option<Unstored>,
+}
+
+/// What a command has played, or tried to play, and what could not be stored. It is stored before anything else happens, so that
+/// nothing is played twice under the same number.
+struct Unstored {
+    /// The command, without evidence.
+    asked: Command,
+    event: Event,
+    /// What failed, where the trial is void.
+    failed: Option<String>,
+    at_ms: i64,
 }
 
 impl fmt::Debug for Runner<'_> {
@@ -172,9 +186,11 @@ impl<'a> Runner<'a> {
         Ok(Self {
             store,
             key,
+            is_cut_off: is_under_way(state.stage()),
             state,
             stimuli,
             outside,
+            unstored: None,
         })
     }
 
@@ -184,13 +200,11 @@ impl<'a> Runner<'a> {
         &self.state
     }
 
-    /// Whether it was begun and cut off: it goes on with [`Command::Resume`].
+    /// Whether it was begun by an earlier program and cut off: it goes on with [`Command::Resume`], and until then only takes notes,
+    /// corrections, a stop and a withdrawal.
     #[must_use]
     pub fn is_cut_off(&self) -> bool {
-        matches!(
-            self.state.stage(),
-            Stage::Consent | Stage::Running | Stage::Paused
-        )
+        self.is_cut_off && is_under_way(self.state.stage())
     }
 
     /// The time now, in ms since 1970-01-01 00:00 UTC.
@@ -199,33 +213,62 @@ impl<'a> Runner<'a> {
     }
 
     /// Does what `command` asks for: plays what is to be played, stores the event, and takes it up. A playing that fails makes
-    /// the trial void.
+    /// the trial void. What is known of a playing is measured here alone: evidence in `command` is left out.
     ///
     /// # Errors
-    /// [`RunError`]: nothing was stored, and the state is as before. After [`StoreError::Place`] the same command can be
-    /// given again.
+    /// [`RunError`]: nothing was stored, and the state is as before. After [`StoreError::Place`] and [`RunError::Salt`] the same
+    /// command can be given again; what it played is not played again. Another command stores first what was played.
     pub fn give(&mut self, command: Command) -> Result<Given, RunError> {
-        let mut failed = None;
-        let command = match self.with_evidence(command) {
-            Ok(command) => command,
-            Err(Unplayed::Refused(error)) => return Err(error),
-            Err(Unplayed::Void(why)) => {
-                failed = Some(why.clone());
-                Command::Void { why }
+        let command = without_evidence(command);
+        if let Some(unstored) = self.unstored.take() {
+            let is_same = unstored.asked == command;
+            let given = self.keep_played(unstored)?;
+            if is_same {
+                return Ok(given);
             }
+        }
+        if self.is_cut_off() && !can_come_before_resuming(&command) {
+            return Err(RunError::Refused(Refusal::NotNow {
+                expected: "the session was cut off; resume it first".to_owned(),
+            }));
+        }
+        let (played, failed) = match self.with_evidence(command.clone()) {
+            Ok(played) => (played, None),
+            Err(Unplayed::Refused(error)) => return Err(error),
+            Err(Unplayed::Void(why)) => (Command::Void { why: why.clone() }, Some(why)),
         };
-        let event = self.state.decide(&command)?;
-        self.keep(&event)?;
-        Ok(match failed {
+        let event = self.state.decide(&played)?;
+        let at_ms = (self.outside.now_ms)();
+        if failed.is_some() || played != command {
+            return self.keep_played(Unstored {
+                asked: command,
+                event,
+                failed,
+                at_ms,
+            });
+        }
+        self.keep(at_ms, &event)?;
+        if matches!(event, Event::Resumed { .. }) {
+            self.is_cut_off = false;
+        }
+        Ok(Given::Done(event))
+    }
+
+    /// Stores what was played, or keeps it for the next command.
+    fn keep_played(&mut self, played: Unstored) -> Result<Given, RunError> {
+        if let Err(error) = self.keep(played.at_ms, &played.event) {
+            self.unstored = Some(played);
+            return Err(error);
+        }
+        Ok(match played.failed {
             Some(why) => Given::Void { why },
-            None => Given::Done(event),
+            None => Given::Done(played.event),
         })
     }
 
     /// Stores `event` and takes it up.
-    fn keep(&mut self, event: &Event) -> Result<(), RunError> {
+    fn keep(&mut self, at_ms: i64, event: &Event) -> Result<(), RunError> {
         // Applied to a copy first: what the state refuses is never stored.
-        let at_ms = (self.outside.now_ms)();
         let mut after = self.state.clone();
         after.apply(at_ms, event)?;
         let json = serde_json::to_string(event).map_err(|error| RunError::Event {
@@ -304,6 +347,10 @@ impl<'a> Runner<'a> {
             return Ok(Vec::new());
         };
         let trial = trial.name.clone();
+        // Before the first is played: what is refused was not felt in part.
+        for stimulus in names {
+            check(&self.stimuli, stimulus)?;
+        }
         let numbered = names.iter().enumerate();
         numbered
             .map(|(element, stimulus)| {
@@ -347,6 +394,48 @@ impl<'a> Runner<'a> {
 enum Unplayed {
     Refused(RunError),
     Void(String),
+}
+
+fn is_under_way(stage: Stage) -> bool {
+    matches!(stage, Stage::Consent | Stage::Running | Stage::Paused)
+}
+
+fn can_come_before_resuming(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Resume { .. }
+            | Command::Note { .. }
+            | Command::Correct { .. }
+            | Command::Stop { .. }
+            | Command::Withdraw
+    )
+}
+
+fn without_evidence(command: Command) -> Command {
+    match command {
+        Command::Present { .. } => Command::Present {
+            evidence: Vec::new(),
+        },
+        Command::PresentInstead { names, .. } => Command::PresentInstead {
+            names,
+            evidence: Vec::new(),
+        },
+        Command::Play { element, .. } => Command::Play {
+            element,
+            evidence: None,
+        },
+        other => other,
+    }
+}
+
+fn check(stimuli: &Stimuli<'_>, stimulus: &str) -> Result<(), Unplayed> {
+    let Stimuli::On(stimulator) = stimuli else {
+        return Err(Unplayed::Refused(RunError::NoBench {
+            stimulus: stimulus.to_owned(),
+        }));
+    };
+    let checked = stimulator.check(stimulus);
+    checked.map_err(|error| Unplayed::Refused(RunError::NoDrive(error)))
 }
 
 fn play(stimuli: &mut Stimuli<'_>, played: Played<'_>) -> Result<Evidence, Unplayed> {

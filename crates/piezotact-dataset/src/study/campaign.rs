@@ -8,11 +8,14 @@ use std::path::{Path, PathBuf};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::{Protocol, ProtocolError, read};
+use piezotact_people::campaign::store::{SessionEntry, Store as _, StoreError};
 use serde::{Deserialize, Serialize};
 
+use super::DATABASE;
+use super::error::StudyError;
 use super::pseudonym::{Pseudonym, PseudonymError};
 use super::store::SqliteStore;
-use crate::atomic::write_atomically;
+use crate::atomic::{sync_folder, write_atomically};
 use crate::error::{ReadError, WriteError};
 use crate::input::read_input_text;
 
@@ -37,6 +40,14 @@ struct CampaignFile {
     /// The program that made it.
     program: String,
 }
+
+/// The version of a campaign.json, whatever else stands in it.
+#[derive(Deserialize)]
+struct Form {
+    form: u32,
+}
+
+const CAMPAIGN_OF_STUDY: &str = "the campaign of a study";
 
 /// What a study is made of.
 #[derive(Clone, Debug)]
@@ -97,6 +108,66 @@ pub enum CampaignError {
         /// Its checksum now.
         found: Sha,
     },
+    /// A study stands there already.
+    #[error(
+        "{}: expected a folder without a study, found one; open it, or give another folder", folder.display()
+    )]
+    Exists {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A study was begun, and what it is of is missing.
+    #[error(
+        "{}: expected the campaign of the {sessions} sessions that the study has, found none; restore it from a copy of the study", path.display()
+    )]
+    Incomplete {
+        /// The file that is missing.
+        path: PathBuf,
+        /// How many sessions the study has.
+        sessions: usize,
+    },
+    /// Another file stands in the place of one of the study.
+    #[error(
+        "{}: expected none, or the {what} of the new study, found another file; move it away, or give another folder", path.display()
+    )]
+    InTheWay {
+        /// The file.
+        path: PathBuf,
+        /// "protocol" or "consent text".
+        what: &'static str,
+    },
+    /// A later program wrote it.
+    #[error(
+        "{}: expected form {FORM} or earlier, found form {found}; open it with a newer Piezotact", path.display()
+    )]
+    Newer {
+        /// The file.
+        path: PathBuf,
+        /// Its form.
+        found: u32,
+    },
+    /// A session that was begun has another plan.
+    #[error(
+        "{}: expected the plan that session {session} of {participant} was begun with ({begun}), found another one ({given}); go on with the one that is written", path.display()
+    )]
+    Planned {
+        /// The file.
+        path: PathBuf,
+        /// The participant.
+        participant: String,
+        /// The session.
+        session: String,
+        /// The checksum of the plan that is written.
+        begun: Sha,
+        /// The checksum of the one that was given.
+        given: Sha,
+    },
+    /// The database cannot be made or opened.
+    #[error(transparent)]
+    Study(#[from] StudyError),
+    /// The database cannot be read, or the participant has withdrawn.
+    #[error(transparent)]
+    Store(#[from] StoreError),
     /// A file is not what it must be.
     #[error("{}: expected {expected}, found {why}; restore it from a copy of the study", path.display())]
     Form {
@@ -110,14 +181,43 @@ pub enum CampaignError {
 }
 
 impl StudyCampaign {
-    /// Fixes `new` in the study in `folder`.
+    /// Makes the study of `new` in `folder`, which is made where it is not there, and opens it. A creation that was interrupted is
+    /// completed: a study without a campaign and without sessions is no study yet.
     ///
     /// # Errors
-    /// [`CampaignError`]; a protocol that cannot be used is refused before anything is written.
-    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<(), CampaignError> {
+    /// [`CampaignError`]; a protocol that cannot be used, and a file that stands in the way, are refused before anything is written.
+    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<SqliteStore, CampaignError> {
         let protocol = read(new.protocol)?;
         for session in &protocol.sessions {
             Pseudonym::new(&session.name)?;
+        }
+        let path = folder.join(CAMPAIGN);
+        if path.symlink_metadata().is_ok() {
+            let folder = folder.to_owned();
+            return Err(CampaignError::Exists { folder });
+        }
+        let texts = [
+            (PROTOCOL, "protocol", Some(new.protocol)),
+            (CONSENT, "consent text", new.consent),
+        ];
+        for (name, what, text) in texts {
+            free(&folder.join(name), what, text)?;
+        }
+        let store = match folder.join(DATABASE).symlink_metadata() {
+            Ok(_) => match SqliteStore::create(folder) {
+                Err(StudyError::Exists { .. }) => SqliteStore::open(folder)?,
+                other => other?,
+            },
+            Err(_none) => SqliteStore::create(folder)?,
+        };
+        let sessions = store.sessions()?.len();
+        if sessions > 0 {
+            return Err(CampaignError::Incomplete { path, sessions });
+        }
+        for (name, _, text) in texts {
+            if let Some(text) = text {
+                write(&folder.join(name), text.as_bytes())?;
+            }
         }
         let file = CampaignFile {
             form: FORM,
@@ -127,19 +227,17 @@ impl StudyCampaign {
             panels: new.panels.clone(),
             program: new.program.to_owned(),
         };
-        write(&folder.join(PROTOCOL), new.protocol.as_bytes())?;
-        if let Some(consent) = new.consent {
-            write(&folder.join(CONSENT), consent.as_bytes())?;
-        }
-        // Last, as it vouches for the others.
-        let path = folder.join(CAMPAIGN);
         let mut bytes = serde_json::to_vec_pretty(&file).map_err(|error| CampaignError::Form {
             path: path.clone(),
             expected: "a campaign",
             why: error.to_string(),
         })?;
         bytes.push(b'\n');
-        Ok(write(&path, &bytes)?)
+        // Last, as it vouches for the others: they are on the disk before it.
+        sync_folder(&path);
+        write(&path, &bytes)?;
+        sync_folder(&path);
+        Ok(store)
     }
 
     /// The campaign of the study in `folder`.
@@ -148,12 +246,17 @@ impl StudyCampaign {
     /// [`CampaignError::Changed`] where protocol or consent text are not those it was made with, and other [`CampaignError`]s.
     pub fn read(folder: &Path) -> Result<Self, CampaignError> {
         let path = folder.join(CAMPAIGN);
-        let file: CampaignFile = parsed(&path, "the campaign of a study")?;
+        // A later form may have other fields.
+        let Form { form } = parsed(&path, CAMPAIGN_OF_STUDY)?;
+        if form > FORM {
+            return Err(CampaignError::Newer { path, found: form });
+        }
+        let file: CampaignFile = parsed(&path, CAMPAIGN_OF_STUDY)?;
         if file.form != FORM {
             return Err(CampaignError::Form {
                 path,
                 expected: "form 1",
-                why: format!("form {}", file.form),
+                why: format!("form {form}"),
             });
         }
         let path = folder.join(PROTOCOL);
@@ -202,21 +305,78 @@ impl SqliteStore {
         session: &str,
     ) -> Result<Option<Plan>, CampaignError> {
         let path = self.session_folder(participant, session)?.join(PLAN);
-        match crate::reads::is_there(&path) {
-            true => Ok(Some(parsed(&path, "the plan of a session")?)),
-            false => Ok(None),
+        if !crate::reads::is_there(&path) {
+            return Ok(None);
         }
+        let plan: Plan = parsed(&path, "the plan of a session")?;
+        // A folder that was copied or renamed: its session would go on under another name.
+        if (plan.participant.as_str(), plan.session.as_str()) != (participant.as_str(), session) {
+            return Err(CampaignError::Form {
+                path,
+                expected: "the plan of this participant and session",
+                why: format!("that of session {} of {}", plan.session, plan.participant),
+            });
+        }
+        Ok(Some(plan))
     }
 
-    /// Writes the plan of a session, before it begins.
+    /// Writes the plan of a session, before it begins: it is on the disk when this returns. The plan of a session that was entered
+    /// in the store stays; the same one is accepted again.
     ///
     /// # Errors
-    /// [`CampaignError`].
+    /// [`CampaignError::Planned`] for another plan of a session that was begun, [`CampaignError::Store`] for a participant who
+    /// has withdrawn, of whom nothing is written any more, and other [`CampaignError`]s.
     pub fn write_plan(&self, plan: &Plan) -> Result<(), CampaignError> {
         let participant = Pseudonym::new(&plan.participant)?;
         let folder = self.session_folder(&participant, &plan.session)?;
+        let path = folder.join(PLAN);
+        let sessions = self.sessions()?;
+        let known = sessions.iter().map(|entry| entry.key.participant.as_str());
+        participant.check_among(known)?;
+        if self.is_withdrawn(&participant)? {
+            return Err(CampaignError::Store(StoreError::Withdrawn {
+                participant: plan.participant.clone(),
+            }));
+        }
+        let is_it = |entry: &SessionEntry| {
+            entry.key.names() == (plan.participant.as_str(), plan.session.as_str())
+        };
+        if sessions.iter().any(is_it)
+            && let Some(written) = self.plan(&participant, &plan.session)?
+        {
+            return match written == *plan {
+                true => Ok(()),
+                false => Err(CampaignError::Planned {
+                    path,
+                    participant: plan.participant.clone(),
+                    session: plan.session.clone(),
+                    begun: written.sha(),
+                    given: plan.sha(),
+                }),
+            };
+        }
         std::fs::create_dir_all(&folder).map_err(WriteError::io(&folder))?;
-        Ok(write(&folder.join(PLAN), &plan.bytes())?)
+        write(&path, &plan.bytes())?;
+        // The file, its folder, and that of the participant: the journal that names the plan is never there without it.
+        for made in [&path, &folder, &self.participant_folder(&participant)] {
+            sync_folder(made);
+        }
+        Ok(())
+    }
+}
+
+/// Refuses another file in the place of one of a study that is to be made.
+fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), CampaignError> {
+    let same = match path.symlink_metadata() {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
+        _ => text.is_some() && std::fs::read(path).ok().as_deref() == text.map(str::as_bytes),
+    };
+    match same {
+        true => Ok(()),
+        false => Err(CampaignError::InTheWay {
+            path: path.to_owned(),
+            what,
+        }),
     }
 }
 

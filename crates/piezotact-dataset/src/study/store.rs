@@ -132,6 +132,11 @@ impl SqliteStore {
         self.folder.join(PARTICIPANTS).join(participant.as_str())
     }
 
+    /// Whether a participant has withdrawn, with sessions or before the first.
+    pub(super) fn is_withdrawn(&self, participant: &Pseudonym) -> Result<bool, StoreError> {
+        self.read(async |connection| has_withdrawn(connection, participant.as_str()).await)
+    }
+
     /// Reads from the database.
     pub(super) fn read<T>(
         &self,

@@ -1,6 +1,7 @@
 //! The store of a campaign as programs meet it: killed, cut, full, locked, read-only; and what a withdrawal leaves.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+mod campaigns;
 mod damage;
 mod identities;
 mod kills;

@@ -36,17 +36,16 @@ pub fn declared(protocol: &Protocol) -> Declared {
 #[must_use]
 pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
     let mut rows = Vec::new();
-    let mut repetitions: BTreeMap<[&str; 3], u32> = BTreeMap::new();
+    let mut repetitions: BTreeMap<[&str; 2], u32> = BTreeMap::new();
     for (trial, trial_state) in state.trials() {
-        let place = [
-            &*trial.block,
-            &*trial.task,
-            trial.set.as_deref().unwrap_or(""),
-        ];
+        if !trial.kind.is_counted() {
+            continue;
+        }
+        // Orders of the same samples are told apart by this number alone, also where they stand in different blocks.
+        let place = [&*trial.task, trial.set.as_deref().unwrap_or("")];
         let repetition = repetitions.entry(place).or_default();
         *repetition += 1;
-        let counts = trial.kind.is_counted();
-        if let Some(answer) = trial_state.answer().filter(|_| counts) {
+        if let Some(answer) = trial_state.answer() {
             let names = state.names(trial, answer);
             rows.extend(of_trial(state, (trial, trial_state), &names, *repetition));
         }
@@ -79,12 +78,13 @@ fn of_trial(
         answered: answered.to_owned(),
         position: Some(position),
         offered: offered(state, trial),
-        flags: flags((trial, trial_state), position - 1),
+        flags: flags(trial, trial_state, position - 1),
         purpose: Purpose::Trial,
     };
     match (kind, &trial.answer) {
-        (Some(TaskKind::Order { key, .. }), AnswerForm::Order { samples, .. }) => {
-            let Some(physical) = in_order(protocol, samples, *key) else {
+        (Some(TaskKind::Order { key, .. }), AnswerForm::Order { .. }) => {
+            // Those that were put in order: what was on the tray.
+            let Some(physical) = in_order(protocol, names, *key) else {
                 return Vec::new();
             };
             let places = names.iter().zip(&physical).enumerate();
@@ -134,8 +134,8 @@ fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
     choices.map(|(_, sample)| sample).collect()
 }
 
-/// What was wrong with an element of a trial.
-fn flags((trial, state): (&Trial, &TrialState), element: usize) -> Vec<Flag> {
+/// What was wrong with an element of a trial. The samples of an order are felt together: a wrong one on the tray is wrong for all.
+fn flags(trial: &Trial, state: &TrialState, element: usize) -> Vec<Flag> {
     let mut flags = Vec::new();
     // Each playing of a rendered stimulus leaves its evidence; those of this element count.
     if state.evidence_of(element).any(Evidence::missed) {
@@ -148,7 +148,17 @@ fn flags((trial, state): (&Trial, &TrialState), element: usize) -> Vec<Flag> {
     if rendered && state.evidence_of(element).next().is_none() {
         flags.push(Flag::NotMeasured);
     }
-    if state.presented_instead.is_some() {
+    let planned = state.chosen.as_deref();
+    let planned = planned.unwrap_or(trial.presented.names());
+    let is_wrong =
+        state
+            .presented_instead
+            .as_deref()
+            .is_some_and(|instead| match trial.presented {
+                Presented::Tray { .. } => instead != planned,
+                _ => instead.get(element) != planned.get(element),
+            });
+    if is_wrong {
         flags.push(Flag::WrongSample);
     }
     flags

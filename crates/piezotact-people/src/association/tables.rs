@@ -4,6 +4,7 @@ use piezotact::criterion::Outcome;
 use piezotact::page::{Cell, Column, Table};
 
 use super::answer::{Answer, Declared, Flag, Purpose};
+use crate::campaign::dictionary::ANSWER_COLUMNS;
 use crate::campaign::plan::TrialKind;
 use crate::campaign::session::{Answer as Noted, State};
 use crate::campaign::store;
@@ -13,21 +14,7 @@ use crate::campaign::store;
 /// Source: decision 0064 of this project.
 #[must_use]
 pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
-    let mut table = table(&[
-        "participant",
-        "session",
-        "task",
-        "set",
-        "trial",
-        "position",
-        "presented",
-        "answered",
-        "offered",
-        "source",
-        "expected",
-        "flags",
-        "rehearsal",
-    ]);
+    let mut table = table(&ANSWER_COLUMNS);
     for answer in answers {
         let stimulus = declared
             .stimuli
@@ -44,10 +31,10 @@ pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
             Cell::from(answer.trial.as_str()),
             Cell::from(position),
             Cell::from(answer.presented.as_str()),
-            Cell::from(answer.answered.as_str()),
-            Cell::from(answer.offered.join("|")),
             Cell::from(of_stimulus(|stimulus| &stimulus.source)),
             Cell::from(of_stimulus(|stimulus| &stimulus.expected)),
+            Cell::from(answer.offered.join("|")),
+            Cell::from(answer.answered.as_str()),
             Cell::from(flags.join(" ")),
             Cell::from(match answer.purpose {
                 Purpose::Trial => "no",
@@ -239,6 +226,8 @@ pub fn participants_table<'a>(
     ]);
     for (state, purpose) in states {
         let who = state.participant();
+        // An adaptive run that has ended needs no more of its trials.
+        let planned: usize = state.progress().values().map(|(_, planned)| planned).sum();
         let text = |text: &Option<String>| Cell::from(text.as_deref().unwrap_or(""));
         table.rows.push(vec![
             Cell::from(state.plan().participant.as_str()),
@@ -249,7 +238,7 @@ pub fn participants_table<'a>(
             text(&who.finger),
             text(&who.language),
             Cell::from(state.confirmed().to_string()),
-            Cell::from(state.plan().trials.len().to_string()),
+            Cell::from(planned.to_string()),
             Cell::from(word_of(purpose)),
         ]);
     }

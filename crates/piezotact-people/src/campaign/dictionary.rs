@@ -175,10 +175,16 @@ impl<'a> Described<'a> {
     }
 
     fn session(&self) -> ColumnMeaning {
-        let repeated = self.blocks.iter().any(|(.., block)| block.repeats > 1);
+        // The trials of other tasks have names of their own.
+        let is_order = matches!(self.task.kind, TaskKind::Order { .. });
+        let repeats = |session: &str| -> usize {
+            let of_session = self.blocks.iter().filter(|(name, ..)| *name == session);
+            of_session.map(|(.., block)| block.repeats as usize).sum()
+        };
+        let repeated = is_order && self.blocks.iter().any(|(name, ..)| repeats(name) > 1);
         let description = match repeated {
             true => {
-                "Session, with the number of the repetition: the task is repeated within a session."
+                "Session; from the second order of the same samples on with its number: `NAME, repetition 2`."
             }
             false => "Session.",
         };
@@ -244,9 +250,19 @@ impl<'a> Described<'a> {
     }
 
     fn position(&self) -> Option<ColumnMeaning> {
-        matches!(self.task.kind, TaskKind::Associate { .. }).then(|| ColumnMeaning {
+        let description = match &self.task.kind {
+            TaskKind::Identify { .. } => "Always 1: samples are handed over one by one.".to_owned(),
+            TaskKind::Order { from, to, .. } => {
+                format!("Place in which the sample was put, from 1 ({from}) on ({to}).")
+            }
+            TaskKind::Associate { .. } => {
+                "Place of the stimulus in the sequence that was presented, from 1.".to_owned()
+            }
+            _ => return None,
+        };
+        Some(ColumnMeaning {
             units: Some("1".into()),
-            ..text("Place of the stimulus in the sequence that was presented, from 1.")
+            ..text(&description)
         })
     }
 

@@ -285,7 +285,7 @@ fn earlier(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> 
             });
             continue;
         };
-        let hours = (known.now_ms - ended_ms) as f64 / MS_PER_HOUR;
+        let hours = hours_between(ended_ms, known.now_ms);
         let last = i + 1 == place;
         if last && protocol.sessions[place].when == When::AnotherDay && hours < ANOTHER_DAY_HOURS {
             found.push(NotReady::SameDay {
@@ -295,6 +295,11 @@ fn earlier(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> 
         }
     }
     found
+}
+
+/// Times that were read from files can be any numbers.
+fn hours_between(earlier_ms: i64, later_ms: i64) -> f64 {
+    later_ms.saturating_sub(earlier_ms) as f64 / MS_PER_HOUR
 }
 
 fn of_drive(
@@ -341,7 +346,7 @@ fn of_drive(
     }
     let hours = facts
         .prepared_ms
-        .map(|prepared| (now_ms - prepared) as f64 / MS_PER_HOUR);
+        .map(|prepared_ms| hours_between(prepared_ms, now_ms));
     match hours {
         Some(hours) if hours > rendering.max_age_hours => found.push(NotReady::TooOld {
             stimulus: stimulus(),
@@ -444,6 +449,8 @@ mod tests {
         assert!(matches!(with(&old)[..], [NotReady::TooOld { .. }]));
         let future = |one: &mut RenderingFacts| one.prepared_ms = Some(NOW + HOUR);
         assert!(matches!(with(&future)[..], [NotReady::Undated { .. }]));
+        let no_time = |one: &mut RenderingFacts| one.prepared_ms = Some(i64::MIN);
+        assert!(matches!(with(&no_time)[..], [NotReady::TooOld { .. }]));
         let undated = |one: &mut RenderingFacts| one.prepared_ms = None;
         assert!(matches!(with(&undated)[..], [NotReady::Undated { .. }]));
     }

@@ -347,7 +347,12 @@ impl<'a> State<'a> {
             AnswerForm::OneOf { choices }
             | AnswerForm::Each { choices }
             | AnswerForm::Some { choices, .. } => as_named(choices),
-            AnswerForm::Order { samples, .. } => as_named(samples),
+            // Where another sample was on the tray, it is put in order.
+            AnswerForm::Order { samples, .. } => {
+                let own = self.trials().find(|(other, _)| other.name == trial.name);
+                let instead = own.and_then(|(_, state)| state.presented_instead.as_deref());
+                as_named(instead.unwrap_or(samples))
+            }
             AnswerForm::EachOfOrder { trial } => {
                 let own = self.trials().find(|(other, _)| other.name == *trial);
                 match own.and_then(|(_, state)| state.answer()) {

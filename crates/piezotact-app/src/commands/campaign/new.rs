@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{NewCampaign, Pseudonym, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{NewCampaign, Pseudonym, StudyCampaign};
 
 use super::protocol_text;
 use crate::failure::{Failure, Outcome, usage};
@@ -91,8 +91,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         panels,
         program: crate::invocation::PROGRAM,
     };
-    let study = SqliteStore::create(&args.study)?;
-    StudyCampaign::create(study.folder(), &new)?;
+    StudyCampaign::create(&args.study, &new)?;
     if consent.is_none() {
         say("no text of consent was given: each session asks for it in words only");
     }

@@ -139,6 +139,11 @@ impl State<'_> {
     /// # Errors
     /// [`Refusal`]: nothing happens and nothing is to be stored.
     pub fn decide(&self, command: &Command) -> Result<Event, Refusal> {
+        if self.stage == Stage::Withdrawn {
+            return Err(Refusal::NotNow {
+                expected: "the participant has withdrawn".to_owned(),
+            });
+        }
         match command {
             Command::Note { text } => return Ok(Event::Note { text: text.clone() }),
             Command::Withdraw if self.stage != Stage::New => return Ok(Event::ConsentWithdrawn),
@@ -283,11 +288,6 @@ impl State<'_> {
                 expected: format!("trial {name} is not confirmed; revise its answer instead"),
             });
         }
-        if matches!(self.stage, Stage::Withdrawn) {
-            return Err(Refusal::NotNow {
-                expected: "the participant has withdrawn".to_owned(),
-            });
-        }
         if why.trim().is_empty() {
             return Err(Refusal::NoReason);
         }
@@ -333,6 +333,24 @@ impl State<'_> {
             .find(|name| self.protocol.sample_of(name).is_none())
         {
             return Err(Refusal::NotPresentable { name: name.clone() });
+        }
+        let is_played = matches!(
+            trial.presented,
+            Presented::Rendered { .. } | Presented::Chosen { .. }
+        );
+        if !is_played {
+            // Real samples: a manipulated texture is none, and a tray has each once.
+            let mut others = (names.iter()).filter(|name| !self.protocol.samples.contains(name));
+            if let Some(name) = others.next() {
+                return Err(Refusal::NotPresentable { name: name.clone() });
+            }
+            let twice = (1..names.len()).find(|i| names[..*i].contains(&names[*i]));
+            if let Some(i) = twice {
+                return Err(Refusal::Answer(AnswerError::Twice {
+                    name: names[i].clone(),
+                    choices: self.protocol.samples.join(" "),
+                }));
+            }
         }
         let wanted = self.presented(trial).len();
         match names.len() == wanted {
