@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stdout, reason = "what was found stands in the log")]
 
+mod campaign_kills;
 mod support;
 
 use std::collections::BTreeMap;

@@ -6,6 +6,7 @@
     reason = "a test says what it skipped, and fails where it cannot go on"
 )]
 
+pub(crate) mod session;
 #[path = "../../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;
 
@@ -38,6 +39,13 @@ pub(crate) const COMMANDS: &[&str] = &[
     "campaign design",
     "campaign protocol",
     "campaign dictionary",
+    "campaign new",
+    "campaign plan",
+    "campaign run",
+    "campaign status",
+    "campaign export",
+    "campaign verify-journal",
+    "campaign withdraw",
     "panel",
     "panel run",
     "panel add",

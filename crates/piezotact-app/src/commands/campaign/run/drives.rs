@@ -1,4 +1,4 @@
-//! The drives of a session: taken into the study, compared with their targets once more, and ready to be played.
+//! The drives of a session: compared with their targets once more, taken into the study, and ready to be played.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -35,6 +35,8 @@ pub(super) struct Drives {
     pub(super) ready: BTreeMap<String, PreparedDrive>,
     pub(super) facts: Vec<RenderingFacts>,
     pub(super) band: Option<Band>,
+    /// The files to take into the study, stimulus by stimulus.
+    given: Vec<(String, [PathBuf; 3])>,
 }
 
 /// The files of one stimulus in a folder of drives.
@@ -43,25 +45,41 @@ fn files(folder: &Path, stimulus: &str) -> [PathBuf; 3] {
     PARTS.map(|(part, ending)| folder.join(part).join(format!("{name}.{ending}")))
 }
 
+fn are_there(files: &[PathBuf; 3]) -> bool {
+    files.iter().all(|file| file.is_file())
+}
+
 impl Drives {
-    /// Those that `plan` plays, of the session in `folder`; taken over from the folder `given` first.
+    /// Those that `plan` plays: of the folder `given` where they are there, else of the session in `folder`. Nothing is written.
     pub(super) fn of(plan: &Plan, folder: &Path, given: Option<&Path>) -> Outcome<Self> {
         let mut drives = Self {
             ready: BTreeMap::new(),
             facts: Vec::new(),
             band: None,
+            given: Vec::new(),
         };
         require_names(plan)?;
         for stimulus in stimuli_of(plan) {
-            if let Some(given) = given {
-                take_over(&files(given, stimulus), &files(folder, stimulus))?;
+            let given = given.map(|given| files(given, stimulus));
+            if let Some(given) = given.filter(are_there) {
+                drives.add(stimulus, &given)?;
+                drives.given.push((stimulus.to_owned(), given));
+                continue;
             }
             let files = files(folder, stimulus);
-            if files.iter().all(|file| file.is_file()) {
+            if are_there(&files) {
                 drives.add(stimulus, &files)?;
             }
         }
         Ok(drives)
+    }
+
+    /// Copies those that were given into the session in `folder`.
+    pub(super) fn keep(&self, folder: &Path) -> Outcome {
+        for (stimulus, given) in &self.given {
+            take_over(given, &files(folder, stimulus))?;
+        }
+        Ok(())
     }
 
     fn add(&mut self, stimulus: &str, [target, drive, measured]: &[PathBuf; 3]) -> Outcome {
@@ -84,6 +102,14 @@ impl Drives {
         let played = read_recording(measured, &ReadOptions::default())?.played;
         let of_series = Checksum::of(series.samples().iter().copied());
         let band = rendering.config.inverse.band;
+        let played = read_recording(measured, &ReadOptions::default())?.rendering;
+        if !played.is_some_and(|played| played.is_alike(&rendering)) {
+            return Err(Failure::Data(anyhow!(
+                "{}: expected the measurement of the drive {}, found that of another one; prepare {stimulus} again",
+                measured.display(),
+                drive.display()
+            )));
+        }
         let verification = verified(target, measured, band, Some(drive))?;
         let verified = State::of(&verification).outcome();
         self.band = Some(band);
@@ -131,9 +157,6 @@ fn require_names(plan: &Plan) -> Outcome {
 
 /// Copies what is in `from` and differs from what is in `to`, with its sidecars and times.
 fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Outcome {
-    if !from.iter().all(|file| file.is_file()) {
-        return Ok(());
-    }
     for (from, to) in from.iter().zip(to) {
         if let Some(folder) = to.parent() {
             std::fs::create_dir_all(folder)?;

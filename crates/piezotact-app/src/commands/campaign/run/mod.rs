@@ -20,10 +20,11 @@ use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
     EarlierSession, Known, NotReady, not_ready, stimuli_of,
 };
-use piezotact_people::campaign::session::{Command, Event, Participant, Stage};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage};
 use piezotact_people::campaign::store::{Purpose, StoreError};
 use piezotact_session::{
-    BenchStimulator, Given, Outside, Played, RunError, Runner, SaltError, Stimuli,
+    BenchStimulator, Given, Outside, PlayError, Played, RunError, Runner, SaltError, Stimulator,
+    Stimuli,
 };
 
 use super::plan::planned;
@@ -33,9 +34,9 @@ use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
-use crate::output::say;
+use crate::output::{print, say};
 use drives::Drives;
-use shown::shown;
+use shown::{PlayedBy, shown};
 use terminal::{Terminal, Typed};
 use words::{Asked, HELP, understood};
 
@@ -97,13 +98,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let drives = Drives::of(&plan, &folder, args.drives.as_deref())?;
-    let begun = is_begun(&study, &plan)?;
-    if !begun {
-        ready(&study, &plan, &drives, args)?;
+    let begun = begun(&study, &plan)?;
+    ready(&study, &plan, &drives, args, begun)?;
+    if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
+    drives.keep(&folder)?;
     let mut bench = match &args.bench {
-        Some(bench) => Some(stimulator(&study, bench, drives, &folder)?),
+        Some(bench) => Some(Announced(stimulator(&study, bench, drives, &folder)?)),
         None => None,
     };
     let stimuli = match (&mut bench, args.by_hand) {
@@ -142,13 +144,30 @@ fn salt() -> Result<Salt, SaltError> {
     Ok(salt)
 }
 
-fn is_begun(study: &Study, plan: &Plan) -> Outcome<bool> {
+/// Where the session of `plan` stands; none where it was not begun.
+fn begun(study: &Study, plan: &Plan) -> Outcome<Option<Stage>> {
     let is_it = |begun: &Begun| begun.plan.as_ref() == Some(plan);
-    Ok(study.sessions()?.iter().any(is_it))
+    match study.sessions()?.iter().any(is_it) {
+        true => Ok(Some(study.state(plan)?.stage())),
+        false => Ok(None),
+    }
 }
 
-/// Refuses a session with a volunteer for which something is missing; a rehearsal says it only.
-fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outcome {
+/// Refuses a session with a volunteer for which something is missing; a rehearsal says it only. One that was begun is refused for
+/// its drives alone.
+fn ready(
+    study: &Study,
+    plan: &Plan,
+    drives: &Drives,
+    args: &Arguments,
+    begun: Option<Stage>,
+) -> Outcome {
+    if matches!(
+        begun,
+        Some(Stage::Ended | Stage::Stopped | Stage::Withdrawn)
+    ) {
+        return Ok(());
+    }
     let renderings = match args.by_hand {
         // Nothing is played here.
         true => Vec::new(),
@@ -176,6 +195,17 @@ fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outco
             "this session plays rendered textures: name the bench with --bench, or play them on another system with --by-hand"
         )));
     }
+    if begun.is_some() {
+        missing.retain(|one| {
+            matches!(
+                one,
+                NotReady::Missing { .. }
+                    | NotReady::Strokes { .. }
+                    | NotReady::TransferFunction { .. }
+                    | NotReady::NotPassed { .. }
+            )
+        });
+    }
     if missing.is_empty() {
         return Ok(());
     }
@@ -185,10 +215,15 @@ fn ready(study: &Study, plan: &Plan, drives: &Drives, args: &Arguments) -> Outco
     match args.rehearsal {
         true => Ok(()),
         false => Err(Failure::Data(anyhow!(
-            "session {} of {} cannot begin, for the {} reason(s) above; nothing was stored (--rehearsal tries it out nevertheless)",
+            "session {} of {} cannot {}, for the {} above; nothing was stored{}",
             plan.session,
             plan.participant,
-            missing.len()
+            begun.map_or("begin", |_| "go on"),
+            match missing.len() {
+                1 => "reason".to_owned(),
+                count => format!("{count} reasons"),
+            },
+            begun.map_or(" (--rehearsal tries it out nevertheless)", |_| "")
         ))),
     }
 }
@@ -261,6 +296,17 @@ fn stimulator(
     })
 }
 
+/// A bench that says on the screen which element of a trial it plays, and never which stimulus that is.
+struct Announced<'a>(BenchStimulator<'a>);
+
+impl Stimulator for Announced<'_> {
+    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+        // Whoever reads has gone: the next prompt finds it out.
+        let _said = print(&format!("  texture {} is played …", played.element + 1));
+        self.0.play(played)
+    }
+}
+
 /// Where the run of a playing is kept: `runs/TRIAL-ATTEMPT-ELEMENT-PLAY.parquet`.
 fn journal(
     folder: &Path,
@@ -302,6 +348,10 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
     let terminal = Terminal::new();
     begin(&mut runner, args, &terminal)?;
     let consent_sha = Sha::of(consent.unwrap_or_default().as_bytes());
+    let played_by = match args.by_hand {
+        true => PlayedBy::Hand,
+        false => PlayedBy::Bench,
+    };
     let mut last = String::new();
     loop {
         if matches!(
@@ -310,7 +360,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
         ) {
             return ended_with(&runner, args, &terminal);
         }
-        let now = shown(runner.state(), consent);
+        let now = shown(runner.state(), consent, played_by);
         let lines = now.lines.join("\n");
         if lines != last {
             terminal.say(&lines)?;

@@ -6,6 +6,15 @@ use piezotact_people::campaign::session::{Answer, Evidence, State, Step, TrialSt
 /// Lines on a screen with this many columns.
 const WIDTH: usize = 78;
 
+/// Who plays rendered textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum PlayedBy {
+    /// The bench.
+    Bench,
+    /// The experimenter, on another system.
+    Hand,
+}
+
 /// The lines of a step, and the prompt below them.
 pub(super) struct Shown {
     pub(super) lines: Vec<String>,
@@ -13,13 +22,13 @@ pub(super) struct Shown {
 }
 
 /// What is shown at the step where `state` stands; of a task's text the participant hears it once for each `said` task.
-pub(super) fn shown(state: &State<'_>, consent: Option<&str>) -> Shown {
+pub(super) fn shown(state: &State<'_>, consent: Option<&str>, played_by: PlayedBy) -> Shown {
     match state.step() {
         Step::Begin => plain(&["The session begins."], "Enter>"),
         Step::AskConsent => {
             let text = consent.unwrap_or("Ask the participant for consent, in your own words.");
             let mut lines = vec![rule("consent")];
-            lines.extend(text.lines().map(str::to_owned));
+            lines.extend(text.lines().flat_map(wrapped));
             lines.push("Does the participant consent? yes or no".to_owned());
             Shown {
                 lines,
@@ -30,7 +39,7 @@ pub(super) fn shown(state: &State<'_>, consent: Option<&str>) -> Shown {
             lines: vec![format!("  check: {item}")],
             prompt: "Enter when it is so>",
         },
-        Step::Present { trial, attempt } => present(state, trial, attempt),
+        Step::Present { trial, attempt } => present(state, trial, attempt, played_by),
         Step::Answer { trial, state: of } => answer(state, trial, of),
         Step::Confirm { trial, answer } => Shown {
             lines: vec![format!("  noted: {}", said(state, trial, answer))],
@@ -78,7 +87,7 @@ fn heading(state: &State<'_>, trial: &Trial, attempt: u32) -> String {
     rule(&title)
 }
 
-fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
+fn present(state: &State<'_>, trial: &Trial, attempt: u32, played_by: PlayedBy) -> Shown {
     let mut lines = vec![heading(state, trial, attempt)];
     if let Some(task) = state.protocol().task(&trial.task) {
         lines.push(format!("  {}", task.title));
@@ -97,21 +106,30 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
     }
     match &trial.presented {
         Presented::Tray { samples } => {
+            lines.push("  lay the samples out, from the left:".to_owned());
             let slots = samples.iter().enumerate();
-            let slots: Vec<String> = slots.map(|(i, s)| format!("{}: {s}", i + 1)).collect();
-            let tray = format!("tray, from the left: {}", slots.join("   "));
-            lines.extend(wrapped(&tray).into_iter().map(|line| format!("  {line}")));
-            lines.push("  lay the samples out, then Enter".to_owned());
+            lines.extend(side_by_side(slots.map(|(i, s)| format!("{} {s}", i + 1))));
+            lines.push("  then Enter".to_owned());
         }
         Presented::Sample { sample } => {
             lines.push(format!("  hand over: {sample}, then Enter"));
         }
         _ => {
             let count = state.presented(trial).len();
-            lines.push(own_order(state, trial));
-            lines.push(format!(
-                "  {count} textures on the device: Enter plays them one after the other"
-            ));
+            lines.extend(own_order(state, trial));
+            match played_by {
+                PlayedBy::Bench if count == 1 => {
+                    lines.push("  1 texture on the device: Enter plays it".to_owned());
+                }
+                PlayedBy::Bench => lines.push(format!(
+                    "  {count} textures on the device: Enter plays them one after the other"
+                )),
+                PlayedBy::Hand => {
+                    lines.push("  play by hand, one after the other, then Enter:".to_owned());
+                    let names = state.presented(trial).into_iter().enumerate();
+                    lines.extend(side_by_side(names.map(|(i, s)| format!("{} {s}", i + 1))));
+                }
+            }
         }
     }
     lines.retain(|line| !line.is_empty());
@@ -121,21 +139,32 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32) -> Shown {
     }
 }
 
-/// Where the participant's own A, B, C lie; empty where samples have their names.
-fn own_order(state: &State<'_>, trial: &Trial) -> String {
-    match trial.answer {
-        AnswerForm::EachOfOrder { .. } => {
-            let places = state.choices(trial).into_iter();
-            let places: Vec<String> = places
-                .map(|(letter, sample)| format!("{letter} = {sample}"))
-                .collect();
-            format!(
-                "  on the tray, in the participant's order: {}",
-                places.join("   ")
-            )
-        }
-        _ => String::new(),
+/// Where the participant's own A, B, C lie; nothing where samples have their names.
+fn own_order(state: &State<'_>, trial: &Trial) -> Vec<String> {
+    if !matches!(trial.answer, AnswerForm::EachOfOrder { .. }) {
+        return Vec::new();
     }
+    let mut lines = vec!["  on the tray, in the participant's order:".to_owned()];
+    let places = state.choices(trial).into_iter();
+    lines.extend(side_by_side(
+        places.map(|(letter, sample)| format!("{letter} {sample}")),
+    ));
+    lines
+}
+
+/// `items` in as few lines of the screen's width as hold them, none broken.
+fn side_by_side(items: impl Iterator<Item = String>) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for item in items {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + 3 + item.chars().count() <= WIDTH => {
+                line.push_str("   ");
+                line.push_str(&item);
+            }
+            _ => lines.push(format!("    {item}")),
+        }
+    }
+    lines
 }
 
 fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {

@@ -25,7 +25,7 @@ Enter            does what the line above asks for: an item is confirmed, a tria
 an answer        in words as listed, in capital or small letters; letters can stand together: cab
 /play N          plays or hands over element N once more; /play alone: all of them
 /wrong NAMES     other samples than planned were handed over, in their order
-/fix TRIAL ANSWER because WHY   corrects what was noted for a trial that is confirmed
+/fix N ANSWER because WHY   corrects what was noted for trial N, which is confirmed
 /note TEXT       keeps a note
 /pause, /go      begins and ends a pause
 /stop WHY        stops the session before its end
@@ -60,6 +60,9 @@ pub(super) fn understood(
             AnswerForm::Done => one(Command::Confirm),
             _ => Err("expected an answer; /help explains the keys".to_owned()),
         },
+        Step::Answer { trial, .. } if trial.answer == AnswerForm::Done => {
+            Err("expected Enter when it is done; /note keeps a note".to_owned())
+        }
         Step::Confirm { .. } if line.is_empty() => one(Command::Confirm),
         Step::Answer { trial, .. } | Step::Confirm { trial, .. } => one(Command::Answer {
             words: words(line, &state.choices(trial)),
@@ -132,7 +135,7 @@ fn slash(state: &State<'_>, text: &str) -> Result<Vec<Asked>, String> {
         }
         "fix" => fixed(
             state,
-            &given("the trial, the answer, `because` and the reason")?,
+            &given("the number of a trial, the answer, `because` and the reason")?,
         ),
         _ => Err(format!("there is no key /{key}; /help lists the keys")),
     }
@@ -159,26 +162,35 @@ fn played(state: &State<'_>, rest: &str) -> Result<Vec<Asked>, String> {
     }
 }
 
-/// `TRIAL ANSWER because WHY`.
+/// `N ANSWER because WHY`: the number of a trial as in its heading, or its name as in an exported table.
 fn fixed(state: &State<'_>, rest: &str) -> Result<Vec<Asked>, String> {
     let Some((what, why)) = rest.split_once(" because ") else {
-        return Err("expected /fix TRIAL ANSWER because WHY".to_owned());
+        return Err(
+            "expected /fix N ANSWER because WHY, such as /fix 3 S4 because misheard".to_owned(),
+        );
     };
+    let (first, after) = what.split_once(char::is_whitespace).unwrap_or((what, ""));
+    let numbered = first.parse::<usize>().ok();
+    let numbered = numbered.and_then(|number| state.trials().nth(number.checked_sub(1)?));
     // Names of trials can hold spaces: the longest that fits is the one.
-    let named = state.trials().map(|(trial, _)| trial);
-    let named = named.filter(|trial| {
-        what.strip_prefix(trial.name.as_str())
-            .is_some_and(|rest| rest.starts_with(char::is_whitespace))
-    });
-    let Some(trial) = named.max_by_key(|trial| trial.name.len()) else {
+    let named = || {
+        let fits = state.trials().filter_map(|(trial, _)| {
+            let rest = what.strip_prefix(trial.name.as_str())?;
+            rest.starts_with(char::is_whitespace)
+                .then_some((trial, rest))
+        });
+        fits.max_by_key(|(trial, _)| trial.name.len())
+    };
+    let found = numbered.map(|(trial, _)| (trial, after)).or_else(named);
+    let Some((trial, line)) = found else {
         return Err(format!(
-            "there is no trial at the beginning of `{what}`; /status lists the confirmed ones"
+            "expected the number of a trial from 1 to {}, found `{first}`; it stands in the heading of the trial",
+            state.plan().trials.len()
         ));
     };
-    let line = what[trial.name.len()..].trim();
     Ok(vec![Asked::Command(Command::Correct {
         trial: trial.name.clone(),
-        words: words(line, &state.choices(trial)),
+        words: words(line.trim(), &state.choices(trial)),
         why: why.trim().to_owned(),
     })])
 }

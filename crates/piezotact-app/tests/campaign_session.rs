@@ -1,0 +1,919 @@
+//! Sessions with participants, typed by a script: what is stored, what is refused, and in which words.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+#![allow(clippy::print_stderr, reason = "a test says what it left out")]
+
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::{Duration, SystemTime};
+
+use piezotact_people::campaign::protocol::LIBRARY;
+
+use crate::support::session::{Session, naming, table};
+use crate::support::{BENCH, Done, Folder};
+
+fn run(folder: &Folder, line: &str) -> Done {
+    folder.run_as_given(&line.split_whitespace().collect::<Vec<_>>())
+}
+
+fn session(folder: &Folder, line: &str) -> Session {
+    Session::begin(folder.command(&line.split_whitespace().collect::<Vec<_>>()))
+}
+
+/// A study in a folder: five samples, each named once, behind the learning.
+fn study() -> Folder {
+    let folder = Folder::new();
+    folder.write("protocol.toml", naming(1, "trial_anew"));
+    run(
+        &folder,
+        "campaign new study --protocol protocol.toml --seed 7",
+    )
+    .expect_success();
+    folder
+}
+
+/// What a script types at a prompt: it consents, confirms, and answers with the choices in the order in which they stand there.
+fn line_for(text: &str) -> String {
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let text = words.join(" ");
+    let between = |from: &str, to: &str| {
+        let (_, after) = text.rsplit_once(from)?;
+        Some(after.split_once(to)?.0.to_owned())
+    };
+    if text.ends_with("consent>") {
+        return "yes".into();
+    }
+    if !text.ends_with(" answer>")
+        || text.ends_with("or another answer>")
+        || text.ends_with("Enter when it is done answer>")
+    {
+        return String::new();
+    }
+    if let Some(samples) = between("all of ", " in order") {
+        return samples;
+    }
+    let count = between("for each of the ", ", one of").map_or(1, |count| count.parse().unwrap());
+    let choices = between("one of ", " answer>").unwrap_or_else(|| panic!("{text}"));
+    let choices: Vec<&str> = choices.split(' ').collect();
+    let answer: Vec<&str> = choices.into_iter().cycle().take(count).collect();
+    answer.join(" ")
+}
+
+/// Types a session to its end; gives everything that stood on the screen.
+#[track_caller]
+fn whole(folder: &Folder, line: &str) -> String {
+    let mut session = session(folder, line);
+    while let Some(text) = session.prompt() {
+        session.type_line(&line_for(&text));
+    }
+    let seen = session.seen.clone();
+    let (status, said) = session.end();
+    assert!(status.success(), "{seen}\n{said}");
+    seen
+}
+
+/// Types a session until `wanted` stands on the screen.
+#[track_caller]
+fn until(session: &mut Session, wanted: &str) -> String {
+    while let Some(text) = session.prompt() {
+        if text.contains(wanted) {
+            return text;
+        }
+        session.type_line(&line_for(&text));
+    }
+    panic!("`{wanted}` did not come: {}", session.seen);
+}
+
+#[track_caller]
+fn holds(text: &str, parts: &[&str]) {
+    let joined = text.split_whitespace().collect::<Vec<_>>().join(" ");
+    for part in parts {
+        assert!(joined.contains(part), "expected `{part}` in: {text}");
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
+    let folder = study();
+    let mut session = session(
+        &folder,
+        "campaign run study P01 naming --experimenter AB --age 30 --handedness left",
+    );
+    let text = session.prompt().unwrap();
+    holds(&text, &["Does the participant consent? yes or no"]);
+    holds(
+        &session.type_and_read("perhaps"),
+        &["expected yes or no", "consent>"],
+    );
+    holds(
+        &session.type_and_read("/fix 1 K1 because so"),
+        &["not now:", "consent>"],
+    );
+    let text = session.type_and_read("yes");
+    holds(&text, &["check: blindfold on", "Enter when it is so>"]);
+    let text = session.type_and_read("");
+    holds(&text, &["trial 1 of 6", "from the left: 1 K", "present>"]);
+    holds(
+        &session.type_and_read("K1"),
+        &["expected Enter or a key", "present>"],
+    );
+    holds(
+        &session.type_and_read(""),
+        &["Enter when it is done", "answer>"],
+    );
+    holds(
+        &session.type_and_read("K1"),
+        &["expected Enter when it is done"],
+    );
+    holds(
+        &session.type_and_read(""),
+        &["trial 2 of 6", "hand over: K"],
+    );
+    holds(
+        &session.type_and_read("/wrong K9"),
+        &["`K9` is not one of the samples or stimuli", "present>"],
+    );
+    holds(
+        &session.type_and_read("/wrong K1 K2"),
+        &["expected 1 of K1 K2 K3 K4 K5, found 2"],
+    );
+    holds(
+        &session.type_and_read("/play 1"),
+        &["nothing was presented yet"],
+    );
+    holds(&session.type_and_read("/wrong K3"), &["one of K1 K2"]);
+    for (typed, said) in [
+        ("K9", "`K9` is not one of the choices K1 K2 K3 K4 K5"),
+        ("K1 K2", "expected 1 of K1 K2 K3 K4 K5, found 2"),
+        ("", "expected an answer; /help explains the keys"),
+        ("/play 2", "expected an element from 1 to 1, found `2`"),
+        ("/nothing", "there is no key /nothing; /help lists the keys"),
+        ("/note", "expected the text of the note behind /note"),
+        ("/stop", "expected why the session is stopped behind /stop"),
+        (
+            "/fix 2 K1",
+            "expected /fix N ANSWER because WHY, such as /fix 3 S4 because misheard",
+        ),
+        (
+            "/fix 2 K1 because misheard",
+            "is not confirmed; revise its answer instead",
+        ),
+        (
+            "/fix 7 K1 because misheard",
+            "expected the number of a trial from 1 to 6, found `7`",
+        ),
+        (
+            "/fix memory.task1.9 K1 because misheard",
+            "expected the number of a trial from 1 to 6, found `memory.task1.9`",
+        ),
+        ("/go", "not now: an answer is awaited"),
+    ] {
+        holds(&session.type_and_read(typed), &[said, "answer>"]);
+    }
+    holds(
+        &session.type_and_read("k2"),
+        &["noted: K2", "another answer>"],
+    );
+    holds(
+        &session.type_and_read("K4"),
+        &["noted: K4", "another answer>"],
+    );
+    holds(
+        &session.type_and_read("K9"),
+        &["`K9` is not one", "noted: K4"],
+    );
+    holds(&session.type_and_read(""), &["trial 3 of 6"]);
+    // A confirmed trial is corrected with a reason, by the number of its heading.
+    holds(
+        &session.type_and_read("/fix 2 K5 because I misheard"),
+        &["present>"],
+    );
+    holds(&session.type_and_read("/pause"), &["Enter to go on>"]);
+    holds(&session.type_and_read("K1"), &["expected Enter or a key"]);
+    holds(&session.type_and_read(""), &["trial 3 of 6"]);
+    holds(&session.type_and_read("/status"), &["task1: 2 of 6 trials"]);
+    holds(&session.type_and_read("/help"), &["/wrong NAMES", "/leave"]);
+    session.type_line("/leave");
+    let (status, said) = session.end();
+    assert_eq!(status.code(), Some(1), "{said}");
+    holds(
+        &said,
+        &["task1: 2 of 6 trials", "campaign run study P01 naming"],
+    );
+    let seen = whole(&folder, "campaign run study P01 naming --experimenter CD");
+    holds(
+        &seen,
+        &[
+            "goes on where it was left",
+            "trial 3 of 6",
+            "is complete: task1: 6 of 6",
+        ],
+    );
+    run(&folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    let second = &trials[1];
+    assert_eq!(second["presented"], "K3");
+    assert_eq!(
+        [
+            &second["answer"],
+            &second["first_answer"],
+            &second["revisions"]
+        ],
+        ["K5", "K2", "1"]
+    );
+    assert_eq!(second["corrected_because"], "I misheard");
+    assert!(
+        trials[2]["interrupted"] == "0" && trials.iter().all(|row| row["attempts"] == "1"),
+        "{trials:?}"
+    );
+    let people = table(&folder.path("exported/participants.csv"));
+    assert_eq!(
+        [&people[0]["age_years"], &people[0]["handedness"]],
+        ["30", "left"]
+    );
+    // Of a complete session the same command says that it is complete; it cannot be begun as a rehearsal.
+    let again = run(&folder, "campaign run study P01 naming");
+    again.expect_success();
+    holds(&again.out(), &["is complete: task1: 6 of 6 trials"]);
+    run(&folder, "campaign run study P01 naming --rehearsal")
+        .expect_failure(1, &["begun as a session with a volunteer"]);
+    run(&folder, "campaign verify-journal study").expect_success();
+}
+
+#[test]
+fn names_that_cannot_be_are_refused_with_those_that_can() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    for (line, code, parts) in [
+        ("campaign run study p01 naming", 2, &["p01", "P01"][..]),
+        ("campaign plan study p01 naming", 2, &["p01", "P01"]),
+        (
+            "campaign run study P02 nameing",
+            2,
+            &["no session `nameing`", "its sessions are naming"],
+        ),
+        ("campaign run study ../P02 naming", 2, &["P02"]),
+        (
+            "campaign run nowhere P01 naming",
+            1,
+            &["nowhere", "study.sqlite"],
+        ),
+        (
+            "campaign status nowhere",
+            1,
+            &["expected a folder with a study"],
+        ),
+        (
+            "campaign export nowhere --out x",
+            1,
+            &["expected a folder with a study"],
+        ),
+        (
+            "campaign verify-journal nowhere",
+            1,
+            &["expected a folder with a study"],
+        ),
+        (
+            "campaign withdraw nowhere P01",
+            1,
+            &["expected a folder with a study"],
+        ),
+        ("campaign withdraw study P09", 1, &["P09"]),
+        ("campaign run study P02 naming --age 0", 2, &["--age"]),
+        (
+            "campaign run study P02 naming --by-hand --bench twin",
+            2,
+            &["--bench"],
+        ),
+        (
+            "campaign new study --protocol protocol.toml --seed 7",
+            1,
+            &["expected a folder without a study"],
+        ),
+        (
+            "campaign new other --protocol nothing.toml --seed 7",
+            2,
+            &["isotropic_triplets", "nothing.toml"],
+        ),
+    ] {
+        run(&folder, line).expect_failure(code, parts);
+    }
+    assert!(!folder.path("nowhere").exists() && !folder.path("other").exists());
+    // Nobody was entered.
+    let status = run(&folder, "campaign status study --csv-text").out();
+    assert_eq!(status.lines().count(), 2, "{status}");
+    assert!(!folder.path("study/participants/P02").exists());
+}
+
+#[test]
+fn a_changed_protocol_under_a_running_study_is_refused_with_the_choices() {
+    let folder = study();
+    let path = folder.path("study/protocol.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(
+        &path,
+        text.replace("presentations = 1", "presentations = 2"),
+    )
+    .unwrap();
+    let choices = ["restore it from a copy", "make a new study"];
+    for line in [
+        "campaign run study P01 naming",
+        "campaign plan study P01 naming",
+        "campaign status study",
+        "campaign export study --out x",
+    ] {
+        run(&folder, line).expect_failure(1, &choices);
+    }
+    std::fs::write(&path, text).unwrap();
+    whole(&folder, "campaign run study P01 naming");
+}
+
+#[test]
+fn nobody_of_a_disjoint_panel_takes_part() {
+    let folder = Folder::new();
+    let new = "campaign new study --protocol averaged_transfer_function --seed 7";
+    run(&folder, new).expect_failure(2, &["`panel of 5`", "`panel of 20`", "--panel"]);
+    assert!(!folder.path("study").exists());
+    folder.write("members.txt", "P05 # the first\n\nP06\n");
+    folder.write("empty.txt", "# nobody\n");
+    let with = |file: &str| {
+        let mut words: Vec<String> = new.split(' ').map(str::to_owned).collect();
+        for panel in ["panel of 5", "panel of 20", "isotropic panel of 10"] {
+            words.extend(["--panel".to_owned(), format!("{panel}={file}")]);
+        }
+        let words: Vec<&str> = words.iter().map(String::as_str).collect();
+        folder.run_as_given(&words)
+    };
+    with("empty.txt").expect_failure(1, &["expected one pseudonym a line"]);
+    with("members.txt").expect_success();
+    let refused = run(&folder, "campaign run study P05 measurement");
+    refused.expect_failure(
+        1,
+        &[
+            "P05 belongs to the panel `panel of 5`",
+            "choose another participant",
+            "nothing was stored",
+        ],
+    );
+    let mut other = session(&folder, "campaign run study P07 measurement");
+    holds(&other.prompt().unwrap(), &["consent>"]);
+}
+
+#[test]
+fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
+    let folder = study();
+    whole(&folder, "campaign run study P02 naming");
+    let mut one = session(&folder, "campaign run study P01 naming --language kurmanji");
+    until(&mut one, "trial 4 of 6");
+    one.type_and_read("/note the left hand hurts, quincebitternote");
+    holds(
+        &one.type_and_read("/withdraw"),
+        &["type WITHDRAW to confirm>"],
+    );
+    holds(
+        &one.type_and_read("no"),
+        &["nothing was withdrawn", "present>"],
+    );
+    one.type_and_read("/withdraw");
+    one.type_line("WITHDRAW");
+    let (status, said) = one.end();
+    assert!(status.success(), "{said}");
+    assert!(holding(&folder.path("study"), "quincebitternote") > 0);
+    let again = run(&folder, "campaign run study P01 naming");
+    again.expect_success();
+    holds(&again.out(), &["campaign withdraw study P01"]);
+    let status = run(&folder, "campaign status study");
+    holds(&status.out(), &["withdrawn, not erased yet"]);
+    run(&folder, "campaign withdraw study P01").expect_success();
+    for word in ["quincebitternote", "kurmanji"] {
+        assert_eq!(holding(&folder.path("study"), word), 0, "{word}");
+    }
+    // The answers of the other are there, and none of this one: five.
+    let answers = holding(&folder.path("study"), "\"event\":\"answered\"");
+    assert_eq!(answers, 5);
+    assert!(!folder.path("study/participants/P01").exists());
+    let status = run(&folder, "campaign status study");
+    status.expect_success();
+    holds(
+        &status.out(),
+        &["withdrawn and erased", "P02 naming complete"],
+    );
+    let exported = run(&folder, "campaign export study --out exported");
+    exported.expect_success();
+    holds(&exported.out(), &["5 answers of 1 sessions", "1 withdrawn"]);
+    let verified = run(&folder, "campaign verify-journal study");
+    verified.expect_success();
+    holds(
+        &verified.out(),
+        &["erased after a withdrawal, the chain is whole"],
+    );
+    run(&folder, "campaign run study P01 naming")
+        .expect_failure(2, &["P01 has withdrawn", "use another pseudonym"]);
+    run(&folder, "campaign withdraw study P01");
+}
+
+/// How often `word` stands in the files below `folder`.
+fn holding(folder: &Path, word: &str) -> usize {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let each = entries.map(|entry| {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            return holding(&path, word);
+        }
+        let bytes = std::fs::read(&path).unwrap();
+        let windows = bytes.windows(word.len());
+        windows.filter(|bytes| *bytes == word.as_bytes()).count()
+    });
+    each.sum()
+}
+
+#[test]
+fn a_rehearsal_is_marked_and_changes_no_plan() {
+    let folder = study();
+    let plan = || run(&folder, "campaign plan study P03 naming --json").out();
+    let before = plan();
+    let seen = whole(&folder, "campaign run study P02 naming --rehearsal");
+    holds(&seen, &["The rehearsal naming of P02 is complete"]);
+    assert_eq!(plan(), before);
+    let status = run(&folder, "campaign status study").out();
+    holds(
+        &status,
+        &[
+            "0 of 3 participants completed naming",
+            "rehearsal: complete",
+        ],
+    );
+    run(&folder, "campaign run study P02 naming")
+        .expect_failure(1, &["was begun as a rehearsal", "another pseudonym"]);
+    whole(&folder, "campaign run study P01 naming");
+    run(&folder, "campaign export study --out exported").expect_success();
+    let answers = table(&folder.path("exported/answers.csv"));
+    assert_eq!(answers.len(), 10);
+    for row in answers {
+        let marked = if row["participant"] == "P02" {
+            "yes"
+        } else {
+            "no"
+        };
+        assert_eq!(row["rehearsal"], marked);
+    }
+    let status = run(&folder, "campaign status study").out();
+    holds(&status, &["1 of 3 participants completed naming"]);
+}
+
+/// A file of the study grows no more in the middle of a session: the answer is refused aloud, and once there is room the same line works.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_answer_that_does_not_fit_on_the_disk_is_refused_aloud() {
+    let folder = Folder::new();
+    folder.write("protocol.toml", naming(8, "trial_anew"));
+    run(
+        &folder,
+        "campaign new study --protocol protocol.toml --seed 7",
+    )
+    .expect_success();
+    let mut command = std::process::Command::new("prlimit");
+    // The signal is ignored so that writing fails instead.
+    let shell = "trap '' XFSZ; exec \"$0\" campaign run study P01 naming";
+    command
+        .args(["--fsize=300000:unlimited", "sh", "-c", shell])
+        .arg(env!("CARGO_BIN_EXE_piezotact"))
+        .current_dir(folder.path(""));
+    let session = Session::begin(command);
+    let id = session.id().to_string();
+    let room = || {
+        let done = std::process::Command::new("prlimit")
+            .args(["--fsize=unlimited", "--pid", &id])
+            .status();
+        assert!(done.unwrap().success());
+    };
+    refused_until_there_is_room(&folder, session, room);
+}
+
+/// Types `session` until an answer is refused, makes `room`, and types it to its end.
+#[cfg(target_os = "linux")]
+fn refused_until_there_is_room(folder: &Folder, mut session: Session, room: impl Fn()) {
+    let mut text = session.prompt().unwrap();
+    let (line, refused) = loop {
+        let line = line_for(&text);
+        session.type_line(&line);
+        let next = session
+            .prompt()
+            .unwrap_or_else(|| panic!("{}", session.seen));
+        if next.contains("NOT STORED") {
+            break (line, next);
+        }
+        text = next;
+    };
+    holds(
+        &refused,
+        &["the answer is not stored", "Then give it again."],
+    );
+    let prompt = |text: &str| text.lines().last().unwrap().to_owned();
+    // It waits at the same step, as long as it takes.
+    assert_eq!(prompt(&refused), prompt(&text));
+    let again = session.type_and_read(&line);
+    holds(&again, &["NOT STORED"]);
+    room();
+    let stored = session.type_and_read(&line);
+    assert!(!stored.contains("NOT STORED"), "{stored}");
+    let mut text = stored;
+    loop {
+        session.type_line(&line_for(&text));
+        match session.prompt() {
+            Some(next) => text = next,
+            None => break,
+        }
+    }
+    let (status, said) = session.end();
+    assert!(status.success(), "{said}");
+    run(folder, "campaign verify-journal study").expect_success();
+    run(folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    assert_eq!(trials.len(), 41);
+    for row in &trials[1..] {
+        assert!(
+            row["attempts"] == "1" && !row["answer"].is_empty(),
+            "{row:?}"
+        );
+    }
+    assert_eq!(table(&folder.path("exported/answers.csv")).len(), 40);
+}
+
+/// A file system that is full in the middle of a session.
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "mounts a file system, which takes root: ./x soak session_full_disk"]
+fn soak_session_full_disk() {
+    use std::os::unix::fs::MetadataExt as _;
+    use std::process::Command;
+    let folder = Folder::new();
+    if std::fs::metadata(folder.path("")).unwrap().uid() != 0 {
+        eprintln!("left out: only root mounts a file system");
+        return;
+    }
+    folder.write("protocol.toml", naming(8, "trial_anew"));
+    let place = folder.path("study");
+    std::fs::create_dir(&place).unwrap();
+    let mount = |words: &[&str]| {
+        let done = Command::new(words[0])
+            .args(&words[1..])
+            .arg(&place)
+            .status();
+        assert!(done.unwrap().success(), "{words:?}");
+    };
+    mount(&["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs"]);
+    let done = std::panic::catch_unwind(|| {
+        run(
+            &folder,
+            "campaign new study --protocol protocol.toml --seed 7",
+        )
+        .expect_success();
+        let room = || {
+            let done = Command::new("mount")
+                .args(["-o", "remount,size=8m"])
+                .arg(&place)
+                .status();
+            assert!(done.unwrap().success());
+        };
+        let begun = session(&folder, "campaign run study P01 naming");
+        refused_until_there_is_room(&folder, begun, room);
+    });
+    mount(&["umount"]);
+    assert!(done.is_ok());
+}
+
+/// The folder may not be written any more when a session goes on: another user where the tests run as root, whom no permission binds.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_session_in_a_folder_that_became_read_only_is_refused_aloud() {
+    use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
+    use std::os::unix::process::CommandExt as _;
+    let folder = study();
+    let program = folder.path("program");
+    std::fs::copy(env!("CARGO_BIN_EXE_piezotact"), &program).unwrap();
+    let root = std::fs::metadata(folder.path("")).unwrap().uid() == 0;
+    let each = |act: &dyn Fn(&Path)| {
+        let mut open = vec![folder.path("study")];
+        while let Some(path) = open.pop() {
+            if path.is_dir() {
+                let entries = std::fs::read_dir(&path).unwrap();
+                open.extend(entries.map(|entry| entry.unwrap().path()));
+            }
+            act(&path);
+        }
+    };
+    let mode = |path: &Path, mode: u32| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    mode(&folder.path(""), 0o755);
+    if root {
+        each(&|path| chown(path, Some(65534), Some(65534)).unwrap());
+    }
+    let begin = || {
+        let mut command = std::process::Command::new(&program);
+        command
+            .args(["campaign", "run", "study", "P01", "naming"])
+            .current_dir(folder.path(""));
+        if root {
+            command.uid(65534).gid(65534);
+        }
+        Session::begin(command)
+    };
+    let mut one = begin();
+    until(&mut one, "trial 3 of 6");
+    one.kill();
+    drop(one);
+    each(&|path| mode(path, if path.is_dir() { 0o555 } else { 0o444 }));
+    let (status, said) = begin().end();
+    each(&|path| mode(path, if path.is_dir() { 0o755 } else { 0o644 }));
+    assert_eq!(status.code(), Some(1), "{said}");
+    holds(
+        &said,
+        &["make the folder and its files writable for this user"],
+    );
+    let mut one = begin();
+    holds(
+        &one.prompt().unwrap(),
+        &[
+            "goes on where it was left: task1: 2 of 6",
+            "check: blindfold on",
+        ],
+    );
+    holds(&one.type_and_read(""), &["trial 3 of 6"]);
+}
+
+/// Four textures, their strokes, the transfer function and the drives of P01.
+fn prepared() -> &'static Folder {
+    static PREPARED: OnceLock<Folder> = OnceLock::new();
+    PREPARED.get_or_init(|| {
+        let folder = Folder::new();
+        for sample in ["S2", "S4", "S8", "S9"] {
+            let line = format!(
+                "twin record --bench acttouch --sample {sample} --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out {sample}.parquet"
+            );
+            run(&folder, &line).expect_success();
+        }
+        let line = format!("characterise --bench {BENCH} --out tf.json");
+        run(&folder, &line).expect_success();
+        let line = format!(
+            "prepare S2.parquet S4.parquet S8.parquet S9.parquet --transfer tf.json --bench {BENCH} --mode texture --out drives"
+        );
+        run(&folder, &line).expect_success();
+        folder
+    })
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let there = to.join(path.file_name().unwrap());
+        match path.is_dir() {
+            true => copy(&path, &there),
+            false => {
+                std::fs::copy(&path, there).unwrap();
+            }
+        }
+    }
+}
+
+/// The isotropic protocol of the library with two sets, four samples, strokes played once, and both sessions on one day.
+fn two_sets() -> String {
+    let (_, library) = LIBRARY
+        .iter()
+        .find(|(name, _)| *name == "isotropic_triplets")
+        .unwrap();
+    let (head, _) = library.split_once("[[sets]]").unwrap();
+    let (_, tasks) = library.split_once("[[tasks]]").unwrap();
+    let (head_start, samples) = head.split_once("samples = [").unwrap();
+    let (_, head_end) = samples.split_once(']').unwrap();
+    let sets = "[[sets]]\nname = \"A\"\nsamples = [\"S2\", \"S4\", \"S8\"]\n\n[[sets]]\nname = \"M\"\nsamples = [\"S4\", \"S8\", \"S9\"]\n\n[[tasks]]";
+    let playing = "playing = { how = \"repeated\", pause_s = 0.5, duration_s = 30 }";
+    let text =
+        format!("{head_start}samples = [\"S2\", \"S4\", \"S8\", \"S9\"]{head_end}{sets}{tasks}");
+    assert!(text.contains(playing) && text.contains("another_day"));
+    text.replace(playing, "playing = { how = \"once\" }")
+        .replace("another_day", "any_time")
+}
+
+/// A study with that protocol in which P01 was measured.
+fn measured() -> Folder {
+    let folder = Folder::new();
+    folder.write("protocol.toml", two_sets());
+    copy(&prepared().path("drives"), &folder.path("drives"));
+    run(
+        &folder,
+        "campaign new study --protocol protocol.toml --seed 7",
+    )
+    .expect_success();
+    whole(&folder, "campaign run study P01 measurement");
+    folder
+}
+
+const DISCRIMINATE: &str = "campaign run study P01 discrimination --drives drives --bench";
+
+#[test]
+fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {
+    let folder = measured();
+    let seen = whole(&folder, &format!("{DISCRIMINATE} {BENCH}"));
+    holds(
+        &seen,
+        &[
+            "trial 1 of 7 · task1",
+            "in order, from the roughest to the smoothest",
+            "textures on the device: Enter plays them one after the other",
+            "on the tray, in the participant's order: A S",
+            "texture 1 is played …",
+            "texture 1, target",
+            "is complete: task1: 3 of 3 trials, task2: 2 of 2 trials, task3: 2 of 2 trials",
+        ],
+    );
+    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    let of = |task: &str| {
+        let rows = trials.iter().filter(|row| row["task"] == task);
+        rows.cloned().collect::<Vec<_>>()
+    };
+    let evidence = table(&folder.path("exported/evidence.csv"));
+    let played: usize = of("task3")
+        .iter()
+        .map(|row| row["presented"].split('|').count())
+        .sum();
+    assert_eq!(evidence.len(), played);
+    for row in &evidence {
+        assert_eq!(row["verified"], "met", "{row:?}");
+        assert!(row["drive_sha256"].len() == 64 && !row["onset_s"].is_empty());
+        let journal = folder
+            .path("study/participants/P01/discrimination")
+            .join(&row["journal"]);
+        assert!(journal.is_file(), "{}", journal.display());
+        // The screen never says which stimulus it was.
+        let line = format!("texture {}", row["element"]);
+        assert!(seen.contains(&line), "{line}");
+    }
+    // In task 3 A, B and C are the participant's own order of task 2.
+    let answers = table(&folder.path("exported/answers.csv"));
+    for (order, trial) in of("task2").iter().zip(of("task3")) {
+        let own: Vec<&str> = order["answer"].split('|').collect();
+        let count = trial["presented"].split('|').count();
+        let said: Vec<&str> = own.iter().copied().cycle().take(count).collect();
+        assert_eq!(trial["answer"], said.join("|"));
+        // In the table of answers a trial has a row for each position.
+        let of_it = format!("{}.", trial["trial"]);
+        let rows = answers
+            .iter()
+            .filter(|row| row["trial"].starts_with(&of_it));
+        let rows: Vec<&str> = rows.map(|row| row["answered"].as_str()).collect();
+        assert_eq!(rows, said);
+    }
+}
+
+#[test]
+fn drives_that_are_missing_or_of_somebody_else_are_refused() {
+    let folder = measured();
+    let refused = |line: &str, code: i32, parts: &[&str]| {
+        run(&folder, line).expect_failure(code, parts);
+        let status = run(&folder, "campaign status study --csv-text").out();
+        assert!(!status.contains("discrimination"), "{status}");
+        assert!(
+            !folder
+                .path("study/participants/P01/discrimination")
+                .exists()
+        );
+    };
+    let on_bench = format!("{DISCRIMINATE} {BENCH}");
+    refused(
+        "campaign run study P01 discrimination --drives drives",
+        2,
+        &["name the bench with --bench, or play them on another system with --by-hand"],
+    );
+    refused(
+        &format!("campaign run study P01 discrimination --bench {BENCH}"),
+        1,
+        &[
+            "S4: there is no drive; prepare it",
+            "cannot begin, for the",
+            "nothing was stored",
+        ],
+    );
+    let measured = |sample: &str| folder.path(&format!("drives/measured/{sample}.parquet"));
+    let right = std::fs::read(measured("S8")).unwrap();
+    std::fs::copy(measured("S2"), measured("S8")).unwrap();
+    refused(
+        &on_bench,
+        1,
+        &["expected the measurement of the drive", "prepare S8 again"],
+    );
+    // On another finger the drive does not come to its target.
+    let elsewhere = "--force play drives/drives/S8.wav --bench twin:participant=4,seed=7 --record drives/measured/S8.parquet";
+    run(&folder, elsewhere);
+    let wrong = std::fs::read(measured("S8")).unwrap();
+    refused(
+        &on_bench,
+        1,
+        &[
+            "S8: its verification is not met; prepare it again",
+            "for the reason above",
+        ],
+    );
+    std::fs::write(measured("S8"), right).unwrap();
+    let date = |hours: u64| {
+        let file = std::fs::File::options()
+            .write(true)
+            .open(measured("S4"))
+            .unwrap();
+        let long = SystemTime::now() - Duration::from_secs(3600 * hours);
+        file.set_modified(long).unwrap();
+    };
+    date(721);
+    refused(
+        &on_bench,
+        1,
+        &["S4: expected a drive of the last 720 h, found one of 721.0 h ago"],
+    );
+    date(1);
+    // Somebody else's.
+    whole(&folder, "campaign run study P02 measurement");
+    let other = on_bench.replace("P01", "P02");
+    run(&folder, &other).expect_failure(
+        1,
+        &[
+            "expected strokes of P02, found those of P01; prepare the drives of P02",
+            "expected the transfer function of P02, found the transfer function of P01",
+        ],
+    );
+    assert!(
+        !folder
+            .path("study/participants/P02/discrimination")
+            .exists()
+    );
+    // A rehearsal says it only; so nobody is called in vain.
+    let mut rehearsal = session(
+        &folder,
+        &format!("{} --rehearsal", other.replace("P02", "P03")),
+    );
+    holds(&rehearsal.prompt().unwrap(), &["consent>"]);
+    drop(rehearsal);
+    // A session that was begun takes no other drives than those that it may be begun with.
+    let mut begun = session(&folder, &on_bench);
+    until(&mut begun, "trial 2 of 7");
+    begun.kill();
+    std::fs::write(measured("S8"), wrong).unwrap();
+    run(&folder, &on_bench).expect_failure(
+        1,
+        &[
+            "S8: its verification is not met",
+            "cannot go on, for the reason above",
+        ],
+    );
+    let without = on_bench.replace("--drives drives ", "");
+    let mut goes_on = session(&folder, &without);
+    holds(
+        &goes_on.prompt().unwrap(),
+        &["goes on where it was left", "trial 2 of 7"],
+    );
+}
+
+#[test]
+fn a_session_waits_for_those_before_it_and_for_another_day() {
+    let folder = Folder::new();
+    run(
+        &folder,
+        "campaign new study --protocol isotropic_triplets --seed 7",
+    )
+    .expect_success();
+    let line = "campaign run study P01 discrimination --by-hand";
+    run(&folder, line).expect_failure(
+        1,
+        &["session measurement comes before this one and was not ended"],
+    );
+    whole(&folder, "campaign run study P01 measurement");
+    run(&folder, line).expect_failure(
+        1,
+        &[
+            "expected another day than that of session measurement, found 0.0 h between them",
+            "come back after 10 h",
+            "nothing was stored",
+        ],
+    );
+    let plan = || run(&folder, "campaign plan study P01 discrimination --json").out();
+    assert_eq!(plan(), plan());
+}
+
+#[test]
+fn played_by_hand_the_experimenter_sees_what_to_play() {
+    let folder = measured();
+    let line = "campaign run study P01 discrimination --by-hand";
+    let mut by_hand = session(&folder, line);
+    let text = until(&mut by_hand, "play by hand");
+    drop(by_hand);
+    run(&folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    let first = trials.iter().find(|row| row["task"] == "task3").unwrap();
+    let listed = first["planned"].split('|').enumerate();
+    let listed: Vec<String> = listed
+        .map(|(i, name)| format!("{} {name}", i + 1))
+        .collect();
+    holds(&text, &[&listed.join(" ")]);
+}
