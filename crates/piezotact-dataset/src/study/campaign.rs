@@ -148,7 +148,7 @@ pub enum CampaignError {
     },
     /// A session that was begun has another plan.
     #[error(
-        "{}: expected the plan that session {session} of {participant} was begun with ({begun}), found another one ({given}); go on with the one that is written", path.display()
+        "{}: expected the plan that session {session} of {participant} was begun with ({}), found another one ({}); go on with the one that is written", path.display(), .shas[0], .shas[1]
     )]
     Planned {
         /// The file.
@@ -157,10 +157,8 @@ pub enum CampaignError {
         participant: String,
         /// The session.
         session: String,
-        /// The checksum of the plan that is written.
-        begun: Sha,
-        /// The checksum of the one that was given.
-        given: Sha,
+        /// The checksums of the plan that is written and of the one that was given.
+        shas: Box<[Sha; 2]>,
     },
     /// The database cannot be made or opened.
     #[error(transparent)]
@@ -350,8 +348,7 @@ impl SqliteStore {
                     path,
                     participant: plan.participant.clone(),
                     session: plan.session.clone(),
-                    begun: written.sha(),
-                    given: plan.sha(),
+                    shas: Box::new([written.sha(), plan.sha()]),
                 }),
             };
         }

@@ -137,7 +137,7 @@ impl<'a> Sitting<'a> {
         }
     }
 
-    pub(crate) fn to_the_end(&mut self) {
+    pub(crate) fn all_trials(&mut self) {
         while self.state.current().is_some() {
             self.anyhow(&[]);
         }
