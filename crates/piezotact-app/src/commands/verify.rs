@@ -61,19 +61,14 @@ pub(crate) fn run(args: &Verify) -> Outcome {
 }
 
 /// How close the measurement in `measured` came to the target in `target` over `band`, as this command says it.
-pub(super) fn verified(
-    target: &Path,
-    measured: &Path,
-    band: Band,
-    drive: Option<&Path>,
-) -> Outcome<Verification> {
+pub(super) fn verified(target: &Path, measured: &Path, band: Band) -> Outcome<Verification> {
     let args = Verify {
         target: target.to_owned(),
         measured: measured.to_owned(),
         channel: None,
         measured_channel: None,
         measured_scale: None,
-        drive: drive.map(Path::to_owned),
+        drive: None,
         band,
         transfer: None,
         also: Vec::new(),

@@ -178,7 +178,7 @@ fn measured(
             Err(other) => return Err(other),
         }
     }
-    let verification = verified(&texture.target, &record, args.band, None)?;
+    let verification = verified(&texture.target, &record, args.band)?;
     let mut prepared = prepared.measured(name(&record), verification);
     if let Some(why) = done.unfinished() {
         prepared.sentence += &format!("; the closed loop did not come to its end: {why}");

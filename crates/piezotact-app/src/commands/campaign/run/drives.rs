@@ -99,18 +99,17 @@ impl Drives {
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
-        let played = read_recording(measured, &ReadOptions::default())?.played;
-        let of_series = Checksum::of(series.samples().iter().copied());
         let band = rendering.config.inverse.band;
-        let played = read_recording(measured, &ReadOptions::default())?.rendering;
-        if !played.is_some_and(|played| played.is_alike(&rendering)) {
-            return Err(Failure::Data(anyhow!(
-                "{}: expected the measurement of the drive {}, found that of another one; prepare {stimulus} again",
-                measured.display(),
-                drive.display()
-            )));
-        }
-        let verification = verified(target, measured, band, Some(drive))?;
+        let of_series = Checksum::of(series.samples().iter().copied());
+        let playing = read_recording(measured, &ReadOptions::default())?;
+        let alike = |played: &Rendering| played.is_alike(&rendering);
+        let of_drive = match (playing.played, &playing.rendering) {
+            (Some(played), _) if played == of_series => MeasuredDrive::This,
+            (None, None) => MeasuredDrive::Unstated,
+            (None, Some(played)) if alike(played) => MeasuredDrive::Unstated,
+            _ => MeasuredDrive::Another,
+        };
+        let verification = verified(target, measured, band)?;
         let verified = State::of(&verification).outcome();
         self.band = Some(band);
         self.facts.push(RenderingFacts {
@@ -118,11 +117,7 @@ impl Drives {
             strokes_of: wanted.recording.about.condition.participant.clone(),
             rendered_with: whose(&rendering),
             verified,
-            measured: match played {
-                Some(played) if played == of_series => MeasuredDrive::This,
-                Some(_) => MeasuredDrive::Another,
-                None => MeasuredDrive::Unstated,
-            },
+            measured: of_drive,
             prepared_ms: changed_ms(measured),
         });
         self.ready.insert(

@@ -300,6 +300,10 @@ fn stimulator(
 struct Announced<'a>(BenchStimulator<'a>);
 
 impl Stimulator for Announced<'_> {
+    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+        self.0.check(stimulus)
+    }
+
     fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
         // Whoever reads has gone: the next prompt finds it out.
         let _said = print(&format!("  texture {} is played …", played.element + 1));
