@@ -5,6 +5,7 @@
 
 use std::io::IsTerminal as _;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -93,6 +94,15 @@ fn lines() -> MutexGuard<'static, Lines> {
     LINES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// Whether somebody is asked for lines on the terminal.
+static PROMPTED: AtomicBool = AtomicBool::new(false);
+
+/// From now on lines are asked for on the terminal: no work is shown any more, which would stand in what is typed.
+pub(crate) fn keep_off() {
+    PROMPTED.store(true, Ordering::SeqCst);
+    clear();
+}
+
 /// Work that is shown until this is dropped.
 #[derive(Debug)]
 pub(crate) struct Work(());
@@ -165,6 +175,9 @@ pub(crate) fn done() -> Option<String> {
 
 /// Shows the work that takes long.
 pub(crate) fn show() {
+    if PROMPTED.load(Ordering::SeqCst) {
+        return;
+    }
     let terminal = std::io::stderr().is_terminal();
     let text = {
         let mut work = work();

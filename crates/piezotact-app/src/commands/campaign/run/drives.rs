@@ -6,6 +6,7 @@ use std::time::UNIX_EPOCH;
 
 use anyhow::anyhow;
 use piezotact::checksum::Checksum;
+use piezotact::criterion::Outcome;
 use piezotact::panel::PanelDoubt;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
@@ -20,7 +21,7 @@ use piezotact_session::PreparedDrive;
 use crate::commands::prepare::file_name;
 use crate::commands::texture;
 use crate::commands::verify::verified;
-use crate::failure::{Failure, Outcome};
+use crate::failure::Failure;
 use crate::output::write_bytes;
 
 /// The parts of a folder of drives, with the endings of their files.
@@ -51,7 +52,7 @@ fn are_there(files: &[PathBuf; 3]) -> bool {
 
 impl Drives {
     /// Those that `plan` plays: of the folder `given` where they are there, else of the session in `folder`. Nothing is written.
-    pub(super) fn of(plan: &Plan, folder: &Path, given: Option<&Path>) -> Outcome<Self> {
+    pub(super) fn of(plan: &Plan, folder: &Path, given: Option<&Path>) -> Result<Self, Failure> {
         let mut drives = Self {
             ready: BTreeMap::new(),
             facts: Vec::new(),
@@ -62,27 +63,33 @@ impl Drives {
         for stimulus in stimuli_of(plan) {
             let given = given.map(|given| files(given, stimulus));
             if let Some(given) = given.filter(are_there) {
-                drives.add(stimulus, &given)?;
+                drives.add(&plan.participant, stimulus, &given)?;
                 drives.given.push((stimulus.to_owned(), given));
                 continue;
             }
             let files = files(folder, stimulus);
             if are_there(&files) {
-                drives.add(stimulus, &files)?;
+                drives.add(&plan.participant, stimulus, &files)?;
             }
         }
         Ok(drives)
     }
 
     /// Copies those that were given into the session in `folder`.
-    pub(super) fn keep(&self, folder: &Path) -> Outcome {
+    pub(super) fn keep(&self, folder: &Path) -> Result<(), Failure> {
         for (stimulus, given) in &self.given {
             take_over(given, &files(folder, stimulus))?;
         }
         Ok(())
     }
 
-    fn add(&mut self, stimulus: &str, [target, drive, measured]: &[PathBuf; 3]) -> Outcome {
+    fn add(
+        &mut self,
+        participant: &str,
+        stimulus: &str,
+        files: &[PathBuf; 3],
+    ) -> Result<(), Failure> {
+        let [target, drive, measured] = files;
         let Contents {
             recording,
             setup,
@@ -110,7 +117,12 @@ impl Drives {
             _ => MeasuredDrive::Another,
         };
         let verification = verified(target, measured, band)?;
-        let verified = State::of(&verification).outcome();
+        // What another finger felt decides nothing.
+        let felt_by = playing.recording.about.condition.participant;
+        let verified = match felt_by.is_some_and(|person| person != participant) {
+            true => Outcome::NotDecided,
+            false => State::of(&verification).outcome(),
+        };
         self.band = Some(band);
         self.facts.push(RenderingFacts {
             stimulus: stimulus.to_owned(),
@@ -137,7 +149,7 @@ impl Drives {
 }
 
 /// Refuses stimuli whose files would have one name.
-fn require_names(plan: &Plan) -> Outcome {
+fn require_names(plan: &Plan) -> Result<(), Failure> {
     let mut named: BTreeMap<String, &str> = BTreeMap::new();
     for stimulus in stimuli_of(plan) {
         let name = file_name(stimulus);
@@ -151,7 +163,7 @@ fn require_names(plan: &Plan) -> Outcome {
 }
 
 /// Copies what is in `from` and differs from what is in `to`, with its sidecars and times.
-fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Outcome {
+fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
     for (from, to) in from.iter().zip(to) {
         if let Some(folder) = to.parent() {
             std::fs::create_dir_all(folder)?;

@@ -35,6 +35,7 @@ use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::output::{print, say};
+use crate::progress;
 use drives::Drives;
 use shown::{PlayedBy, shown};
 use terminal::{Terminal, Typed};
@@ -350,6 +351,7 @@ impl RunKeeper for Kept {
 fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> Outcome {
     let _ends_between = Between::items("step");
     let terminal = Terminal::new();
+    progress::keep_off();
     begin(&mut runner, args, &terminal)?;
     let consent_sha = Sha::of(consent.unwrap_or_default().as_bytes());
     let played_by = match args.by_hand {
