@@ -37,6 +37,7 @@ pub(crate) const COMMANDS: &[&str] = &[
     "matrix",
     "campaign",
     "campaign design",
+    "campaign identity",
     "campaign protocol",
     "campaign dictionary",
     "campaign new",
