@@ -84,6 +84,10 @@ fn word(purpose: Purpose) -> &'static str {
 
 /// What a command made happen.
 #[derive(Clone, Debug, PartialEq)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is one for each command, and front ends match on the event"
+)]
 pub enum Given {
     /// This event, which is stored.
     Done(Event),

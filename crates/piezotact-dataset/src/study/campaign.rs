@@ -148,15 +148,11 @@ pub enum CampaignError {
     },
     /// A session that was begun has another plan.
     #[error(
-        "{}: expected the plan that session {session} of {participant} was begun with ({begun}), found another one ({given}); go on with the one that is written", path.display()
+        "{}: expected the plan that the session was begun with ({begun}), found another one ({given}); go on with the one that is written", path.display()
     )]
     Planned {
         /// The file.
         path: PathBuf,
-        /// The participant.
-        participant: String,
-        /// The session.
-        session: String,
         /// The checksum of the plan that is written.
         begun: Sha,
         /// The checksum of the one that was given.
@@ -348,8 +344,6 @@ impl SqliteStore {
                 true => Ok(()),
                 false => Err(CampaignError::Planned {
                     path,
-                    participant: plan.participant.clone(),
-                    session: plan.session.clone(),
                     begun: written.sha(),
                     given: plan.sha(),
                 }),

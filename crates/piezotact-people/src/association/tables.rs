@@ -53,7 +53,7 @@ fn word(flag: Flag) -> &'static str {
 }
 
 fn table(names: &[&str]) -> Table {
-    Table::new(names.iter().map(|name| Column::new(*name, *name)))
+    Table::new(names.iter().map(|&name| Column::new(name, name)))
 }
 
 /// The columns of the table of trials.
@@ -129,21 +129,17 @@ pub fn trials_table<'a>(
                 Cell::from(of.attempts.to_string()),
                 Cell::from(of.interrupted.to_string()),
                 Cell::from(of.voided.to_string()),
-                Cell::from(yes(of.evidence.iter().any(|(_, one)| one.missed()))),
+                Cell::from(NO_YES[usize::from(of.evidence.iter().any(|(_, one)| one.missed()))]),
                 Cell::from(seconds),
-                Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+                Cell::from(NO_YES[usize::from(purpose == store::Purpose::Rehearsal)]),
             ]);
         }
     }
     table
 }
 
-fn yes(is_so: bool) -> &'static str {
-    match is_so {
-        true => "yes",
-        false => "no",
-    }
-}
+/// What is not so, and what is so.
+const NO_YES: [&str; 2] = ["no", "yes"];
 
 /// What was measured at every playing of the sessions `states`, with a row for each.
 ///
@@ -235,7 +231,7 @@ pub fn participants_table<'a>(
             text(&who.language),
             Cell::from(state.confirmed().to_string()),
             Cell::from(planned.to_string()),
-            Cell::from(yes(purpose == store::Purpose::Rehearsal)),
+            Cell::from(NO_YES[usize::from(purpose == store::Purpose::Rehearsal)]),
         ]);
     }
     table

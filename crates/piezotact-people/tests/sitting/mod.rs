@@ -137,7 +137,7 @@ impl<'a> Sitting<'a> {
         }
     }
 
-    pub(crate) fn to_the_end(&mut self) {
+    pub(crate) fn finishes(&mut self) {
         while self.state.current().is_some() {
             self.anyhow(&[]);
         }
