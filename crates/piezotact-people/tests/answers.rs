@@ -387,7 +387,7 @@ fn inverted_textures_are_declared_with_the_sample_they_are_expected_as() {
     let session = &protocol.sessions.last().unwrap().name;
     let plan = planned(&protocol, session);
     let mut sitting = Sitting::begun(&protocol, &plan);
-    sitting.all_trials();
+    sitting.finishes();
     let table = AnswerTable::new(found.clone(), rows(&sitting)).unwrap();
     assert!(
         table
@@ -472,7 +472,7 @@ fn an_adaptive_run_that_ended_planned_no_more_trials_than_it_had() {
     let protocol = library("roughness_jnd");
     let plan = planned(&protocol, "discrimination");
     let mut sitting = Sitting::begun(&protocol, &plan);
-    sitting.all_trials();
+    sitting.finishes();
     let states = [(&sitting.state, store::Purpose::Volunteer)];
     let table = participants_table(states);
     let of = |name: &str| {

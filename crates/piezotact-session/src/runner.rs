@@ -84,9 +84,9 @@ fn word(purpose: Purpose) -> &'static str {
 
 /// What a command made happen.
 #[derive(Clone, Debug, PartialEq)]
-#[allow(
+#[expect(
     clippy::large_enum_variant,
-    reason = "there is one for each command that a person gives"
+    reason = "there is one for each command, and front ends match on the event"
 )]
 pub enum Given {
     /// This event, which is stored.

@@ -11,7 +11,7 @@ use super::protocol::{Protocol, TransferFunctionUse, When};
 
 /// Sessions on different days have at least this time between them, in hours: an evening and the next morning have it, the morning
 /// and the evening of one day do not, whatever the time zone.
-const ANOTHER_DAY_HOURS: f64 = 10.0;
+const ANOTHER_DAY_HOURS: f64 = 12.0;
 const MS_PER_HOUR: f64 = 3.6e6;
 
 /// Whose transfer function a drive was rendered with.

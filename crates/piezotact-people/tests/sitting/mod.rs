@@ -137,7 +137,7 @@ impl<'a> Sitting<'a> {
         }
     }
 
-    pub(crate) fn all_trials(&mut self) {
+    pub(crate) fn finishes(&mut self) {
         while self.state.current().is_some() {
             self.anyhow(&[]);
         }

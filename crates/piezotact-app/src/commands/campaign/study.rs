@@ -75,8 +75,7 @@ impl Study {
         let mut completed = Vec::new();
         for Begun { entry, plan } in self.sessions()? {
             if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan)
-                && self.state(&plan)?.stage() == Stage::Ended
-                && self.state(&plan)?.confirmed() == plan.trials.len()
+                && is_complete(&self.state(&plan)?)
             {
                 completed.push(plan.as_completed());
             }
@@ -127,6 +126,15 @@ impl Study {
         participant.check_among(known).map_err(usage)?;
         Ok(participant)
     }
+}
+
+/// Whether a session was ended with every trial that is needed confirmed: adaptive runs can end before their last one.
+pub(super) fn is_complete(state: &State<'_>) -> bool {
+    let progress = state.progress();
+    state.stage() == Stage::Ended
+        && progress
+            .values()
+            .all(|(confirmed, needed)| confirmed == needed)
 }
 
 /// The time now, in ms since 1970-01-01 00:00 UTC.
