@@ -560,6 +560,14 @@ impl<'a> State<'a> {
             })
     }
 
+    /// Whether it was ended with every trial that is needed confirmed: an adaptive run can end before its last one.
+    #[must_use]
+    pub fn is_complete(&self) -> bool {
+        let progress = self.progress();
+        let mut tasks = progress.values();
+        self.stage == Stage::Ended && tasks.all(|(confirmed, needed)| confirmed == needed)
+    }
+
     /// Trials by task with how many are confirmed: `(confirmed, planned)`. Trials that an ended run does not need are not planned
     /// any more.
     #[must_use]

@@ -41,7 +41,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             ),
             Some(state) => (
                 stage(state),
-                format!("{} of {}", state.confirmed(), state.plan().trials.len()),
+                {
+                    let progress = state.progress();
+                    let needed: usize = progress.values().map(|(_, needed)| needed).sum();
+                    format!("{} of {needed}", state.confirmed())
+                },
                 state.last_ms(),
                 state.ignored(),
             ),
@@ -95,7 +99,7 @@ fn stage(state: &State<'_>) -> &'static str {
         Stage::Running => "under way",
         Stage::Paused => "in a pause",
         Stage::Stopped => "stopped",
-        Stage::Ended if state.confirmed() < state.plan().trials.len() => "no consent",
+        Stage::Ended if !state.is_complete() => "no consent",
         Stage::Ended => "complete",
         Stage::Withdrawn => "withdrawn, not erased yet",
     }

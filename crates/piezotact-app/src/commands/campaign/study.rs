@@ -11,7 +11,7 @@ use piezotact_people::association::{
     Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
-use piezotact_people::campaign::session::{Stage, State};
+use piezotact_people::campaign::session::State;
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_session::state_of;
 
@@ -75,7 +75,7 @@ impl Study {
         let mut completed = Vec::new();
         for Begun { entry, plan } in self.sessions()? {
             if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan)
-                && is_complete(&self.state(&plan)?)
+                && self.state(&plan)?.is_complete()
             {
                 completed.push(plan.as_completed());
             }
@@ -126,15 +126,6 @@ impl Study {
         participant.check_among(known).map_err(usage)?;
         Ok(participant)
     }
-}
-
-/// Whether a session was ended with every trial that is needed confirmed: adaptive runs can end before their last one.
-pub(super) fn is_complete(state: &State<'_>) -> bool {
-    let progress = state.progress();
-    state.stage() == Stage::Ended
-        && progress
-            .values()
-            .all(|(confirmed, needed)| confirmed == needed)
 }
 
 /// The time now, in ms since 1970-01-01 00:00 UTC.

@@ -432,16 +432,20 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
         }
         Stage::Stopped | Stage::Ended | Stage::Withdrawn => return Ok(()),
     };
-    give(runner, command, terminal)
+    match runner.give(command)? {
+        Given::Done(Event::ResumeRefused { after_hours }) => terminal.say(&format!(
+            "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Gives `command`; what is refused or cannot be stored is said, and the session waits at the same step.
 fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outcome {
     match runner.give(command) {
-        Ok(Given::Done(Event::Ignored { why, .. })) => terminal.say(&format!("  without effect: {why}")),
-        Ok(Given::Done(Event::ResumeRefused { after_hours })) => terminal.say(&format!(
-            "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
-        )),
+        Ok(Given::Done(Event::Ignored { why, .. })) => {
+            terminal.say(&format!("  without effect: {why}"))
+        }
         Ok(Given::Done(Event::Confirmed { trial })) => feedback(runner, &trial, terminal),
         Ok(Given::Done(_)) => Ok(()),
         Ok(Given::Void { why }) => terminal.say(&format!(
@@ -504,9 +508,7 @@ fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Out
             ));
         }
         Stage::Stopped => "was stopped before its end",
-        _ if runner.state().confirmed() < runner.state().plan().trials.len() => {
-            "was ended without consent"
-        }
+        _ if !runner.state().is_complete() => "was ended without consent",
         _ => "is complete",
     };
     let purpose = match args.rehearsal {

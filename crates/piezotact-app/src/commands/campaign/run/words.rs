@@ -6,6 +6,10 @@ use piezotact_people::campaign::session::{Command, State, Step};
 
 /// What a line asks for.
 #[derive(Debug, PartialEq)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "there is one for each line that a person types"
+)]
 pub(super) enum Asked {
     /// A command for the session.
     Command(Command),
