@@ -38,7 +38,7 @@ pub(crate) struct Arguments {
     /// The tasks in which samples were put in order, separated by commas: places, dominance and Kendall's τ.
     #[arg(long, value_name = "TASKS", value_delimiter = ',')]
     ordering: Vec<String>,
-    /// Leaves out trials in which the stimulus missed its target or the wrong sample was handed over.
+    /// Leaves out trials in which the stimulus missed its target or was not measured, or the wrong sample was handed over.
     #[arg(long)]
     without_flagged: bool,
     /// What was felt: a folder with one recording for each sample, named as the sample (S1.parquet, S1.wav …), such as the folder of
@@ -138,7 +138,18 @@ fn answers(args: &Arguments) -> Outcome<AnswersFile> {
             )));
         }
         let study = super::campaign::study::Study::open(&args.answers)?;
-        let (declared, answers) = study.answers()?;
+        let (declared, mut answers) = study.answers()?;
+        let orders = study.orders();
+        let is_order = |answer: &piezotact_people::association::Answer| orders.contains(&answer.task);
+        let is_asked_for = args.task.is_some() || !args.ordering.is_empty();
+        // Places in an order are no associations: each follows from the others.
+        if !is_asked_for && !answers.iter().all(is_order) && answers.iter().any(is_order) {
+            answers.retain(|answer| !is_order(answer));
+            crate::output::say(&format!(
+                "orders are left out of these matrices: --ordering {} makes theirs",
+                orders.join(",")
+            ));
+        }
         let table = AnswerTable::new(declared, answers).map_err(|error| {
             Failure::Data(Error::new(error).context(args.answers.display().to_string()))
         })?;

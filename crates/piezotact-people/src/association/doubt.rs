@@ -144,14 +144,14 @@ impl fmt::Display for AssociationDoubt {
             ),
             Self::Flagged { trials } => write!(
                 f,
-                "{} in which the stimulus missed its target or the wrong sample was handed over: kept in the matrices, and \
+                "{} in which the stimulus missed its target or was not measured, or the wrong sample was handed over: kept in the matrices, and \
                     counted in each cell",
-                of(*trials, "trial")
+                of(*trials, "answer")
             ),
             Self::FlaggedLeftOut { trials } => write!(
                 f,
-                "{} in which the stimulus missed its target or the wrong sample was handed over: left out",
-                of(*trials, "trial")
+                "{} in which the stimulus missed its target or was not measured, or the wrong sample was handed over: left out",
+                of(*trials, "answer")
             ),
             Self::Rehearsals { trials } => {
                 write!(f, "{}: left out", of(*trials, "rehearsal"))

@@ -58,7 +58,7 @@ fn table(names: &[&str]) -> Table {
 }
 
 /// The columns of the table of trials.
-const OF_TRIALS: [&str; 20] = [
+const OF_TRIALS: [&str; 23] = [
     "participant",
     "session",
     "number",
@@ -70,6 +70,7 @@ const OF_TRIALS: [&str; 20] = [
     "presented",
     "answer",
     "first_answer",
+    "confirmed_answer",
     "revisions",
     "corrected_because",
     "plays",
@@ -77,12 +78,15 @@ const OF_TRIALS: [&str; 20] = [
     "interrupted",
     "voided",
     "missed_target",
+    "presented_ms",
+    "confirmed_ms",
     "seconds",
     "rehearsal",
 ];
 
 /// Every trial of the sessions `states`, answered or not, with a row for each: what was planned and presented, the answer that counts
-/// and the first one, revisions, corrections, plays, attempts, and the time from the presentation to the confirmation in s.
+/// and the first one, the one that was confirmed,
+/// revisions, corrections, plays, attempts, when it was presented and confirmed in ms since 1970-01-01 00:00 UTC, and the time between in s.
 ///
 /// Source: decision 0065 of this project.
 #[must_use]
@@ -107,6 +111,7 @@ pub fn trials_table<'a>(
             };
             let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
             let why = of.corrections.last().map_or("", |(_, why)| why.as_str());
+            let time = |ms: Option<i64>| ms.map_or(String::new(), |ms| ms.to_string());
             let seconds = of.seconds().map_or(String::new(), |s| format!("{s:.3}"));
             table.rows.push(vec![
                 Cell::from(state.plan().participant.as_str()),
@@ -124,6 +129,7 @@ pub fn trials_table<'a>(
                 Cell::from(presented),
                 Cell::from(noted(of.answer())),
                 Cell::from(noted(of.answers.first())),
+                Cell::from(noted(of.answers.last().filter(|_| of.confirmed))),
                 Cell::from(of.answers.len().saturating_sub(1).to_string()),
                 Cell::from(why),
                 Cell::from(plays.join("|")),
@@ -134,6 +140,8 @@ pub fn trials_table<'a>(
                     true => "yes",
                     false => "no",
                 }),
+                Cell::from(time(of.at_ms[0])),
+                Cell::from(time(of.at_ms[1])),
                 Cell::from(seconds),
                 Cell::from(word_of(purpose)),
             ]);

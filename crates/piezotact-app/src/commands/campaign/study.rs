@@ -11,6 +11,7 @@ use piezotact_people::association::{
     Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
+use piezotact_people::campaign::protocol::TaskKind;
 use piezotact_people::campaign::session::State;
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_session::state_of;
@@ -92,6 +93,13 @@ impl Study {
             }
         }
         Ok((declared(&self.campaign.protocol), answers))
+    }
+
+    /// The tasks in which samples are put in order.
+    pub(crate) fn orders(&self) -> Vec<String> {
+        let tasks = self.campaign.protocol.tasks.iter();
+        let orders = tasks.filter(|task| matches!(task.kind, TaskKind::Order { .. }));
+        orders.map(|task| task.name.clone()).collect()
     }
 
     /// What a person should know of the sessions with volunteers: failed catch trials.

@@ -374,7 +374,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
         }
         let line = match terminal.ask(now.prompt)? {
             Typed::Line(line) => line,
-            Typed::End => return left(&runner, args),
+            Typed::End => return Err(Failure::Data(anyhow!(left(&runner)))),
         };
         let asked = match understood(runner.state(), &line, consent_sha) {
             Ok(asked) => asked,
@@ -387,7 +387,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
             match asked {
                 Asked::Help => terminal.say(HELP)?,
                 Asked::Status => terminal.say(&status(&runner))?,
-                Asked::Leave => return left(&runner, args),
+                Asked::Leave => return terminal.say(&left(&runner)),
                 Asked::Withdraw => withdraw(&mut runner, &terminal)?,
                 Asked::Command(command) => {
                     last.clear();
@@ -395,7 +395,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
                 }
             }
             if interrupted() {
-                return left(&runner, args);
+                return Err(Failure::Data(anyhow!(left(&runner))));
             }
         }
     }
@@ -432,12 +432,32 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
         }
         Stage::Stopped | Stage::Ended | Stage::Withdrawn => return Ok(()),
     };
+    if let Command::Begin { participant, .. } = &command {
+        let missing = not_stated(participant);
+        if !missing.is_empty() {
+            terminal.say(&format!(
+                "Not stated of the participant: {}.",
+                missing.join(", ")
+            ))?;
+        }
+    }
     match runner.give(command)? {
         Given::Done(Event::ResumeRefused { after_hours }) => terminal.say(&format!(
             "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
         )),
         _ => Ok(()),
     }
+}
+
+/// What a description of the panel needs and nobody stated.
+fn not_stated(participant: &Participant) -> Vec<&'static str> {
+    let stated = [
+        ("sex", participant.sex.is_some()),
+        ("age", participant.age_years.is_some()),
+        ("handedness", participant.handedness.is_some()),
+    ];
+    let missing = stated.into_iter().filter(|(_, is_stated)| !is_stated);
+    missing.map(|(what, _)| what).collect()
 }
 
 /// Gives `command`; what is refused or cannot be stored is said, and the session waits at the same step.
@@ -487,15 +507,18 @@ fn status(runner: &Runner<'_>) -> String {
     tasks.join(", ")
 }
 
-/// The terminal is left before the end.
-fn left(runner: &Runner<'_>, args: &Arguments) -> Outcome {
-    Err(Failure::Data(anyhow!(
-        "the session is not over ({}); everything that was noted is stored, and the same command goes on with it: piezotact campaign run {} {} {}",
+/// That the terminal is left before the end.
+fn left(runner: &Runner<'_>) -> String {
+    let quoted = |word: String| match word.contains(char::is_whitespace) {
+        true => format!("\"{word}\""),
+        false => word,
+    };
+    let words: Vec<String> = std::env::args().skip(1).map(quoted).collect();
+    format!(
+        "the session is not over ({}); everything that was noted is stored, and the same command goes on with it: piezotact {}",
         status(runner),
-        args.study.display(),
-        args.participant,
-        args.session
-    )))
+        words.join(" ")
+    )
 }
 
 fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outcome {
