@@ -14,6 +14,15 @@ use crate::support::{Done, Folder};
 /// Forty answers, and the learning before them.
 const TRIALS: usize = 41;
 
+/// How long a session is typed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Until {
+    /// It is killed after some lines.
+    Killed,
+    /// It ends.
+    Ended,
+}
+
 /// A session and what the script knows of it.
 struct Script {
     participant: String,
@@ -114,7 +123,8 @@ impl Script {
     }
 
     /// Runs the session until it ends, or until it is killed after some lines; whether it ended.
-    fn run(&mut self, folder: &Folder, kill: bool) -> bool {
+    fn run(&mut self, folder: &Folder, until: Until) -> bool {
+        let kill = until == Until::Killed;
         let command = folder.command(&["campaign", "run", "study", &self.participant, "naming"]);
         let mut session = Session::begin(command);
         let lines = below(&mut self.random, 13);
@@ -306,7 +316,7 @@ fn kill(times: usize, seed: u64) {
         let name = format!("P{:02}", session + 1);
         let mut script = Script::new(&name, seed + session as u64);
         for _ in 0..20 {
-            script.run(&folder, true);
+            script.run(&folder, Until::Killed);
             match torn(&folder, &mut script) {
                 Some(true) => whole += 1,
                 Some(false) => lost += 1,
@@ -317,7 +327,7 @@ fn kill(times: usize, seed: u64) {
             let stored = script.check(&folder.path("exported"));
             cut.0 += usize::from(stored > script.confirmed.len().saturating_sub(1));
         }
-        assert!(script.run(&folder, false));
+        assert!(script.run(&folder, Until::Ended));
         script.pending = None;
         assert_eq!(script.confirmed.len(), TRIALS);
         run(&folder, "campaign export study --out exported").expect_success();
