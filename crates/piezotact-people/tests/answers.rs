@@ -250,7 +250,9 @@ fn the_wrong_sample_on_the_tray_is_the_one_that_is_put_in_order() {
     sitting.answers(&vec!["A".to_owned(); sequence.len()]);
     for row in of_task(&sitting, "task3") {
         assert_eq!(row.answered, *wrong);
-        assert!(row.offered.contains(wrong) && row.flags.is_empty());
+        assert!(row.offered.contains(wrong));
+        // Nothing was measured in this session.
+        assert_eq!(row.flags, [Flag::NotMeasured]);
     }
     AnswerTable::new(declared(&protocol), rows(&sitting)).unwrap();
 }
@@ -328,7 +330,8 @@ fn flags_are_of_the_element_they_are_about() {
     let presented: Vec<String> = rows.iter().map(|row| row.presented.clone()).collect();
     assert_eq!(presented, felt);
     for (i, row) in rows.iter().enumerate() {
-        let expected: &[Flag] = if i == last { &[Flag::WrongSample] } else { &[] };
+        let mut expected = vec![Flag::NotMeasured];
+        expected.extend((i == last).then_some(Flag::WrongSample));
         assert_eq!(row.flags, expected, "element {i}");
     }
 }

@@ -5,7 +5,7 @@ use std::fmt;
 
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity, Seconds};
+use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity};
 use piezotact::recording::Recording;
 use piezotact::render::Rendering;
 use piezotact::score::{Measurement, Target, judged_measurement};
@@ -79,7 +79,7 @@ impl Stimulator for BenchStimulator<'_> {
 
     fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
         let prepared = prepared(&self.drives, played.stimulus)?;
-        let (drive, strokes) = in_a_row(&prepared.drive, self.playing)?;
+        let (drive, row) = in_a_row(prepared, self.playing)?;
         let run = RunPlan {
             label: label(&played),
             load: self.load,
@@ -92,13 +92,13 @@ impl Stimulator for BenchStimulator<'_> {
         let recorded = play_and_record(&mut self.bench, &drive, setup, &run, keeper.as_mut(), None);
         let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;
         drop(keeper);
-        let judged = judged(prepared, &recording, self.playing, self.band);
+        let judged = judged(prepared, &recording, row, self.band);
         Ok(evidence(
             &played,
             prepared,
             &recording,
-            judged.as_ref(),
-            (strokes, journal),
+            &judged,
+            (row.strokes, journal),
         ))
     }
 }
@@ -123,20 +123,44 @@ fn label(played: &Played<'_>) -> String {
     )
 }
 
-/// `stroke` as often as the protocol has it, with the pauses between, and how often that is.
-fn in_a_row(stroke: &Series<Drive>, playing: Playing) -> Result<(Series<Drive>, u32), PlayError> {
+/// Strokes in a row.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    strokes: u32,
+    /// From the beginning of one to that of the next, s.
+    period_s: f64,
+    /// The silence between two drives, s.
+    pause_s: f64,
+}
+
+/// The stroke of `prepared` as often as the protocol has it, with the pauses between. The pause is from the end of one texture to the
+/// beginning of the next: what a drive has before and after its texture is part of it.
+fn in_a_row(prepared: &PreparedDrive, playing: Playing) -> Result<(Series<Drive>, Row), PlayError> {
+    let stroke = &prepared.drive;
     let Playing::Repeated {
         pause_s,
         duration_s,
     } = playing
     else {
-        return Ok((stroke.clone(), 1));
+        let period_s = stroke.duration().0;
+        let row = Row {
+            strokes: 1,
+            period_s,
+            pause_s: 0.0,
+        };
+        return Ok((stroke.clone(), row));
     };
     // In whole samples: seconds that fit exactly could be rounded to one stroke less.
-    let in_samples = |seconds: f64| (seconds * stroke.rate().hz()).round() as usize;
-    let pause = in_samples(pause_s);
-    let period = stroke.samples().len() + pause;
-    let strokes = ((in_samples(duration_s) + pause) / period.max(1)).max(1);
+    let rate_hz = stroke.rate().hz();
+    let in_samples = |seconds: f64| (seconds * rate_hz).round() as usize;
+    let around = stroke
+        .samples()
+        .len()
+        .saturating_sub(in_samples(prepared.texture.duration().0));
+    let pause = in_samples(pause_s).saturating_sub(around);
+    let period = (stroke.samples().len() + pause).max(1);
+    // The last one needs no pause after it.
+    let strokes = ((in_samples(duration_s) + pause + around) / period).max(1);
     let mut samples = stroke.samples().to_vec();
     samples.reserve_exact((strokes - 1) * period);
     for _ in 1..strokes {
@@ -145,27 +169,64 @@ fn in_a_row(stroke: &Series<Drive>, playing: Playing) -> Result<(Series<Drive>, 
     }
     let drive = Series::new(samples, stroke.rate());
     let drive = drive.map_err(|error| PlayError::Device(error.to_string()))?;
-    Ok((drive, u32::try_from(strokes).unwrap_or(u32::MAX)))
+    let row = Row {
+        strokes: u32::try_from(strokes).unwrap_or(u32::MAX),
+        period_s: period as f64 / rate_hz,
+        pause_s: pause as f64 / rate_hz,
+    };
+    Ok((drive, row))
 }
 
-/// The first stroke of `recording` compared with its target; `None` where it cannot be compared.
+/// Each stroke of `recording` compared with its target; without those that cannot be compared.
 fn judged(
     prepared: &PreparedDrive,
     recording: &Recording,
-    playing: Playing,
+    row: Row,
     band: Band,
-) -> Option<Verification> {
-    let response = recording
-        .series::<Acceleration>(Some(ACCELERATION_CHANNEL))
-        .ok()?;
+) -> Vec<Verification> {
+    let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL));
+    let Ok(response) = response else {
+        return Vec::new();
+    };
     let drive = recording.series::<Drive>(Some(DRIVE_CHANNEL)).ok();
     let lead_s = match &drive {
-        Some(drive) => begins_s(drive)? - begins_s(&prepared.drive)?,
-        None => begins_s(&response)? - begins_s(&prepared.texture)?,
+        Some(drive) => begins_s(drive).zip(begins_s(&prepared.drive)),
+        None => begins_s(&response).zip(begins_s(&prepared.texture)),
     };
-    let end_s = end_of_first_s(lead_s.max(0.0), prepared.drive.duration(), playing);
-    let response = until(response, end_s)?;
-    let drive = drive.and_then(|drive| until(drive, end_s));
+    let Some((begins, own)) = lead_s else {
+        return Vec::new();
+    };
+    let lead_s = (begins - own).max(0.0);
+    let one = |number: u32| {
+        let from_s = lead_s + f64::from(number) * row.period_s;
+        let to_s = from_s + prepared.drive.duration().0 + PART_OF_PAUSE * row.pause_s;
+        // What is before the first stroke and after the only one says how the sensor is at rest.
+        let from_s = if number == 0 { 0.0 } else { from_s };
+        let to_s = if row.strokes == 1 {
+            f64::INFINITY
+        } else {
+            to_s
+        };
+        compared(
+            prepared,
+            recording,
+            (
+                part(&response, from_s, to_s)?,
+                drive.as_ref().and_then(|drive| part(drive, from_s, to_s)),
+            ),
+            band,
+        )
+    };
+    (0..row.strokes).filter_map(one).collect()
+}
+
+/// One stroke compared with its target.
+fn compared(
+    prepared: &PreparedDrive,
+    recording: &Recording,
+    (response, drive): (Series<Acceleration>, Option<Series<Drive>>),
+    band: Band,
+) -> Option<Verification> {
     let limit = prepared.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     let target = Target {
         name: "the target",
@@ -182,7 +243,7 @@ fn judged(
     Some(judged.verification)
 }
 
-/// The part of a pause after a stroke that is compared with it: the response dies away there.
+/// The part of the silence after a stroke that is compared with it: the response dies away there.
 const PART_OF_PAUSE: f64 = 0.8;
 
 /// The share of the peak at which a signal has begun: above the noise of a recorded drive.
@@ -195,37 +256,32 @@ fn begins_s<Q: Quantity>(series: &Series<Q>) -> Option<f64> {
     Some(first as f64 / series.rate().hz())
 }
 
-/// When the first of the strokes is over in a run in which playing began at `lead_s`; `None` where there is one stroke. Several in a row
-/// would fit their target at several delays.
-fn end_of_first_s(lead_s: f64, stroke: Seconds, playing: Playing) -> Option<f64> {
-    match playing {
-        Playing::Once => None,
-        Playing::Repeated { pause_s, .. } => Some(lead_s + stroke.0 + PART_OF_PAUSE * pause_s),
-    }
-}
-
-fn until<Q: Quantity>(series: Series<Q>, end_s: Option<f64>) -> Option<Series<Q>> {
-    let Some(end_s) = end_s else {
-        return Some(series);
-    };
-    let rate = series.rate();
-    let mut samples = series.into_samples();
-    samples.truncate((end_s * rate.hz()).round() as usize);
-    Series::new(samples, rate).ok()
+/// The samples of `series` from one time to another, in s.
+fn part<Q: Quantity>(series: &Series<Q>, from_s: f64, to_s: f64) -> Option<Series<Q>> {
+    let rate_hz = series.rate().hz();
+    let length = series.samples().len();
+    let at = |seconds: f64| ((seconds * rate_hz).round() as usize).min(length);
+    let (from, to) = (at(from_s), at(to_s));
+    Series::new(series.samples().get(from..to)?.to_vec(), series.rate()).ok()
 }
 
 fn evidence(
     played: &Played<'_>,
     prepared: &PreparedDrive,
     recording: &Recording,
-    judged: Option<&Verification>,
+    judged: &[Verification],
     (strokes, journal): (u32, Option<String>),
 ) -> Evidence {
-    let criteria = judged.map(|judged| judged.criteria.iter());
-    let named = criteria.into_iter().flatten();
-    let named = named.map(|criterion| (name_of(criterion.what), criterion.outcome));
     let force = recording.pick(Some(FORCE_CHANNEL), &piezotact::quantity::Unit::Newton);
-    let felt = judged.and_then(|judged| judged.criterion(VerifyCriterion::FeltDifference));
+    let felt = judged.iter().filter_map(|one| {
+        let felt = one.criterion(VerifyCriterion::FeltDifference)?;
+        felt.found
+    });
+    let levels: Vec<f64> = judged.iter().map(|one| one.level_error_db).collect();
+    let felt: Vec<f64> = felt.collect();
+    let mean_of = |values: &[f64]| (!values.is_empty()).then(|| mean(values));
+    let first = judged.first();
+    let criteria = criteria(judged, strokes);
     Evidence {
         stimulus: played.stimulus.to_owned(),
         drive: prepared.sha,
@@ -234,16 +290,65 @@ fn evidence(
             .as_ref()
             .map(|setup| setup.gain.name.to_string()),
         verified: prepared.verified,
-        reached: judged.map_or(Outcome::NotDecided, |judged| outcome(judged.verdict)),
-        criteria: named.collect(),
-        score_jnd: felt.and_then(|felt| felt.found),
-        level_re_target_db: judged.map(|judged| judged.level_error_db),
+        reached: reached(judged, &criteria, strokes),
+        criteria,
+        score_jnd: mean_of(&felt),
+        level_re_target_db: mean_of(&levels),
+        rendered_at_db: prepared.rendering.as_ref().map(|made| made.level_db),
         normal_force_n: force.ok().map(|channel| mean(&channel.samples)),
-        onset_s: judged.map(|judged| judged.delay_s),
+        onset_s: first.map(|judged| judged.delay_s),
         // The delay is found to a fraction of a sample; half a sample is what it is good for on noisy recordings.
-        onset_uncertainty_s: judged.map(|judged| 0.5 / judged.rate_hz),
+        onset_uncertainty_s: first.map(|judged| 0.5 / judged.rate_hz),
         strokes,
         journal,
+    }
+}
+
+/// The criteria of a playing, by name.
+fn criteria(judged: &[Verification], strokes: u32) -> BTreeMap<String, Outcome> {
+    let names = judged.iter().flat_map(|one| &one.criteria);
+    let names = names.map(|one| one.what);
+    let each = names.map(|what| {
+        let of_each = judged.iter().filter_map(|one| one.criterion(what));
+        let mut outcomes = of_each.map(|criterion| criterion.outcome);
+        let outcome = match BREAKS.contains(&what) {
+            true if outcomes.any(|one| one == Outcome::NotMet) => Outcome::NotMet,
+            true => Outcome::Met,
+            false => most(outcomes, strokes),
+        };
+        (name_of(what), outcome)
+    });
+    each.collect()
+}
+
+/// What breaks a playing where it happens in one of its strokes.
+const BREAKS: [VerifyCriterion; 2] = [VerifyCriterion::DropOut, VerifyCriterion::Clipped];
+
+/// Whether a playing reached its target: not where one of its strokes is broken; else what is so of more than half of them.
+fn reached(judged: &[Verification], criteria: &BTreeMap<String, Outcome>, strokes: u32) -> Outcome {
+    let is_broken = BREAKS
+        .iter()
+        .any(|what| criteria.get(&name_of(*what)) == Some(&Outcome::NotMet));
+    match is_broken {
+        true => Outcome::NotMet,
+        false => most(judged.iter().map(|one| outcome(one.verdict)), strokes),
+    }
+}
+
+/// What is so of more than half of the strokes; not decided where neither is.
+fn most(outcomes: impl Iterator<Item = Outcome>, strokes: u32) -> Outcome {
+    let (mut met, mut not_met) = (0, 0);
+    for outcome in outcomes {
+        match outcome {
+            Outcome::Met => met += 2,
+            Outcome::NotMet => not_met += 2,
+            Outcome::NotDecided => {}
+        }
+    }
+    match (met > strokes, not_met > strokes) {
+        (true, _) => Outcome::Met,
+        (_, true) => Outcome::NotMet,
+        _ => Outcome::NotDecided,
     }
 }
 
@@ -261,5 +366,23 @@ fn name_of(criterion: VerifyCriterion) -> String {
     match serde_json::to_value(criterion) {
         Ok(serde_json::Value::String(name)) => name,
         _ => format!("{criterion:?}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_playing_is_what_more_than_half_of_its_strokes_are() {
+        use Outcome::{Met, NotDecided, NotMet};
+        let of = |outcomes: &[Outcome], strokes| most(outcomes.iter().copied(), strokes);
+        assert_eq!(of(&[Met, Met, NotMet], 3), Met);
+        assert_eq!(of(&[NotMet, NotMet, Met], 3), NotMet);
+        assert_eq!(of(&[Met, NotMet], 2), NotDecided);
+        assert_eq!(of(&[Met, NotDecided, NotMet], 3), NotDecided);
+        // Strokes that could not be compared say nothing.
+        assert_eq!(of(&[Met], 3), NotDecided);
+        assert_eq!(of(&[], 1), NotDecided);
     }
 }

@@ -140,7 +140,8 @@ fn answers(args: &Arguments) -> Outcome<AnswersFile> {
         let study = super::campaign::study::Study::open(&args.answers)?;
         let (declared, mut answers) = study.answers()?;
         let orders = study.orders();
-        let is_order = |answer: &piezotact_people::association::Answer| orders.contains(&answer.task);
+        let is_order =
+            |answer: &piezotact_people::association::Answer| orders.contains(&answer.task);
         let is_asked_for = args.task.is_some() || !args.ordering.is_empty();
         // Places in an order are no associations: each follows from the others.
         if !is_asked_for && !answers.iter().all(is_order) && answers.iter().any(is_order) {

@@ -175,6 +175,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
         "criteria_not_met",
         "score_jnd",
         "level_re_target_db",
+        "rendered_at_db",
         "normal_force_n",
         "onset_s",
         "onset_uncertainty_s",
@@ -201,6 +202,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
                     Cell::from(not_met.join("|")),
                     Cell::from(number(one.score_jnd)),
                     Cell::from(number(one.level_re_target_db)),
+                    Cell::from(number(one.rendered_at_db)),
                     Cell::from(number(one.normal_force_n)),
                     Cell::from(number(one.onset_s)),
                     Cell::from(number(one.onset_uncertainty_s)),
@@ -254,7 +256,7 @@ pub fn participants_table<'a>(
 }
 
 /// The columns of [`thresholds_table`].
-pub const THRESHOLD_COLUMNS: [&str; 9] = [
+pub const THRESHOLD_COLUMNS: [&str; 10] = [
     "participant",
     "session",
     "task",
@@ -264,6 +266,7 @@ pub const THRESHOLD_COLUMNS: [&str; 9] = [
     "answers",
     "decided",
     "not_decided_because",
+    "catch_trials_failed",
 ];
 
 /// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
@@ -272,7 +275,12 @@ pub const THRESHOLD_COLUMNS: [&str; 9] = [
 #[must_use]
 pub fn thresholds_table(state: &State<'_>) -> Table {
     let mut table = table(&THRESHOLD_COLUMNS);
+    let catches = state.catches();
     for task in &state.protocol().tasks {
+        let catch = catches.iter().find(|one| one.task == task.name);
+        let catch = catch.map_or(String::new(), |one| {
+            format!("{} of {}", one.failed, one.answered)
+        });
         for threshold in state.thresholds(&task.name) {
             let estimate = &threshold.estimate;
             let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.3}"));
@@ -289,6 +297,7 @@ pub fn thresholds_table(state: &State<'_>) -> Table {
                 Cell::from(estimate.answers.to_string()),
                 Cell::from(estimate.decided().word()),
                 Cell::from(open.join("; ")),
+                Cell::from(catch.clone()),
             ]);
         }
     }

@@ -337,6 +337,9 @@ pub enum Sequence {
     },
     /// Each sample once, in random order. The participant can answer by exclusion.
     Permutation,
+    /// Each sample once, in an order that is balanced over participants, within each order of the block's tasks. The participant can
+    /// answer by exclusion.
+    Balanced,
     /// Fixed sequences, the same for all participants, presented in this order.
     Fixed {
         /// The sequences with their sets.

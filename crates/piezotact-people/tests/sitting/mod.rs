@@ -33,6 +33,7 @@ pub(crate) fn evidence(stimulus: &str, reached: Outcome) -> Evidence {
         criteria: [].into(),
         score_jnd: None,
         level_re_target_db: None,
+        rendered_at_db: None,
         normal_force_n: None,
         onset_s: None,
         onset_uncertainty_s: None,

@@ -139,6 +139,7 @@ pub(crate) fn evidence(stimulus: &str) -> Evidence {
         // A number that a parser of less than full precision changes.
         score_jnd: Some(0.1 + 0.2),
         level_re_target_db: Some(-1.0 / 3.0),
+        rendered_at_db: Some(-9.0),
         normal_force_n: None,
         onset_s: None,
         onset_uncertainty_s: None,

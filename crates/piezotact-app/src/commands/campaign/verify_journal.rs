@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ))?;
     }
     print(&format!(
-        "{}: the journals of {sessions} sessions verify. Note the checksums above elsewhere: a journal that was cut at its end and rewritten as a whole is found by them alone.",
+        "{}: the journals of {sessions} sessions verify: no event in them was changed, removed between others or exchanged. A session that is missing, one that was cut at its end, or a whole journal that was written anew is found by the checksums above alone: note them elsewhere. Recordings and drives are not checked here.",
         args.study.display()
     ))
 }

@@ -359,3 +359,26 @@ fn constant_stimuli_are_presented_in_both_orders_equally_often() {
     }
     assert_eq!(counts.into_values().collect::<Vec<_>>(), [10, 5, 5]);
 }
+
+#[test]
+fn the_orders_of_chapter_6_fill_their_twelve_cells_equally_often() {
+    let protocol = library("touch_control_imagery");
+    let mut completed = Vec::new();
+    let mut cells: std::collections::BTreeMap<(String, Vec<String>), u32> = Default::default();
+    for number in 1..=24 {
+        let plan = made(&protocol, &format!("P{number:02}"), "feedback", &completed);
+        // Each person has both tasks: the first of them with the order of its textures is a cell, and so is the second.
+        for trial in &plan.trials {
+            let place = plan.trials.iter().position(|one| one.name == trial.name);
+            let cell = (
+                format!("{} {place:?}", trial.task),
+                trial.presented.names().to_vec(),
+            );
+            *cells.entry(cell).or_default() += 1;
+        }
+        completed.push(plan.as_completed());
+    }
+    // Two tasks at two places with six orders, 24 people with two trials each.
+    assert_eq!(cells.len(), 24);
+    assert!(cells.values().all(|count| *count == 2), "{cells:?}");
+}

@@ -6,7 +6,8 @@ use super::super::protocol::{
 };
 use super::super::random::Stream;
 use super::{
-    AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind, undeclared,
+    AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind, balanced_orders,
+    undeclared,
 };
 
 impl<'a> Planner<'a> {
@@ -34,6 +35,13 @@ impl<'a> Planner<'a> {
             self.trials.extend(trials);
         }
         let mut trials = place.counted(&mut self.stream(&["trial", name]))?;
+        if let TaskKind::Associate {
+            sequence: Sequence::Balanced,
+            ..
+        } = &task.kind
+        {
+            self.balance(block, name, &mut trials);
+        }
         if let Some(catch) = &task.catch {
             place.mix(catch, self.stream(&["catch", name]), &mut trials)?;
         }
@@ -42,6 +50,23 @@ impl<'a> Planner<'a> {
         }
         self.trials.extend(trials);
         Ok(())
+    }
+}
+
+impl Planner<'_> {
+    /// Puts the stimuli of each of `trials` in the order that the fewest completed sessions had, of those with the same order of tasks.
+    fn balance(&mut self, block: &Block, name: &str, trials: &mut [Trial]) {
+        let cell = match self.cells.get(&format!("{}.tasks", block.name)) {
+            Some(tasks) => format!("{name}.stimuli of tasks {tasks}"),
+            None => format!("{name}.stimuli"),
+        };
+        for trial in trials {
+            if let Presented::Rendered { stimuli } = &mut trial.presented {
+                let mut orders = balanced_orders(stimuli.len());
+                let order = orders.swap_remove(self.rarest(&cell, orders.len()));
+                *stimuli = order.into_iter().map(|i| stimuli[i].clone()).collect();
+            }
+        }
     }
 }
 
@@ -362,6 +387,8 @@ fn sequences(
 ) -> Result<Vec<Vec<String>>, PlanError> {
     let samples = group.samples;
     match sequence {
+        // Put in order by the planner.
+        Sequence::Balanced => Ok(vec![samples.to_vec()]),
         Sequence::Permutation => {
             let mut stimuli = samples.to_vec();
             stream.shuffle(&mut stimuli);

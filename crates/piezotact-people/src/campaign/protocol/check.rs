@@ -341,7 +341,7 @@ fn check_sequence(
     sequence: &Sequence,
 ) -> Result<(), ProtocolError> {
     match sequence {
-        Sequence::Permutation => Ok(()),
+        Sequence::Permutation | Sequence::Balanced => Ok(()),
         Sequence::Drawn { lengths } => {
             at_least_one(&format!("{place}: lengths"), lengths.len())?;
             match lengths.iter().find(|length| !(1..=100).contains(*length)) {

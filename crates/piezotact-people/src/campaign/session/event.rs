@@ -22,17 +22,21 @@ pub struct Evidence {
     pub gain: Option<String>,
     /// Whether the drive passed its verification when it was prepared.
     pub verified: Outcome,
-    /// How close this playing came to the target; not decided where it could not be compared.
+    /// How close this playing came to the target: what is so of more than half of its strokes, else not decided.
     pub reached: Outcome,
-    /// The criteria of this playing, by name.
+    /// The criteria of this playing, by name, as for all of it.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub criteria: BTreeMap<String, Outcome>,
-    /// The felt difference from the target, in JND; absent where it was not measured.
+    /// The felt difference from the target, the mean over strokes, in JND; absent where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub score_jnd: Option<f64>,
-    /// The level on the fingernail while it played, in dB re the target at its level; absent where it was not measured.
+    /// The level on the fingernail while it played, the mean over strokes, in dB re the target at the level that it was rendered
+    /// at; absent where it was not measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub level_re_target_db: Option<f64>,
+    /// The level at which it was intentionally rendered, in dB re the recorded stroke.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rendered_at_db: Option<f64>,
     /// The mean normal force while it played, in N.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_force_n: Option<f64>,
