@@ -364,7 +364,7 @@ fn constant_stimuli_are_presented_in_both_orders_equally_often() {
 fn the_orders_of_chapter_6_fill_their_twelve_cells_equally_often() {
     let protocol = library("touch_control_imagery");
     let mut completed = Vec::new();
-    let mut cells: std::collections::BTreeMap<(String, Vec<String>), u32> = Default::default();
+    let mut cells: BTreeMap<(String, Vec<String>), u32> = Default::default();
     for number in 1..=24 {
         let plan = made(&protocol, &format!("P{number:02}"), "feedback", &completed);
         // Each person has both tasks: the first of them with the order of its textures is a cell, and so is the second.
