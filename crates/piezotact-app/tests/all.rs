@@ -2,6 +2,7 @@
 
 mod belonging;
 mod campaign;
+mod campaign_drives;
 mod campaign_session;
 mod characterise;
 mod closed_loop;

@@ -86,15 +86,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     outputs(&[&args.answers], &written)?;
     let AnswersFile { table, doubts } = answers(args)?;
-    let mut found =
-        associate(&table, &config(args)).map_err(|error| match error {
-            AssociationError::NothingSelected { .. }
-            | AssociationError::OnlyFlagged { .. }
-            | AssociationError::Order(
-                OrderError::OtherTask { .. } | OrderError::OnlyFlagged { .. },
-            ) => usage(error),
-            error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
-        })?;
+    let mut found = associate(&table, &config(args)).map_err(|error| refused(args, error))?;
     found.doubts.splice(0..0, doubts);
     if let Some(folder) = &args.felt {
         found = with_felt(args, folder, &table, found)?;
@@ -118,6 +110,18 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
     say_doubts(&found.doubts);
     Ok(())
+}
+
+/// Why there are no matrices: of usage where the options select nothing.
+fn refused(args: &Arguments, error: AssociationError) -> Failure {
+    match error {
+        AssociationError::NothingSelected { .. }
+        | AssociationError::OnlyFlagged { .. }
+        | AssociationError::Order(OrderError::OtherTask { .. } | OrderError::OnlyFlagged { .. }) => {
+            usage(error)
+        }
+        error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
+    }
 }
 
 /// The answers of a table or of a study.

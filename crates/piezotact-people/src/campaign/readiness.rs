@@ -208,7 +208,9 @@ impl NotReady {
     }
 }
 
-/// The stimuli that `plan` plays, each once.
+/// The stimuli that `plan` plays or may choose, each once.
+///
+/// Source: decision 0069 of this project.
 #[must_use]
 pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
     let planned = plan

@@ -4,7 +4,9 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact_dataset::study::{PersonalData, SignedConsent, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{
+    Passphrase, PersonalData, SignedConsent, SqliteStore, StudyCampaign,
+};
 
 use super::study::{Study, now_ms, said};
 use super::withdraw::passphrase;
@@ -38,36 +40,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let (Some(participant), Some(name), Some(contact)) =
         (&args.participant, &args.name, &args.contact)
     else {
-        let store = SqliteStore::open(&args.study)?;
-        for (pseudonym, person) in store.identities(&passphrase)? {
-            let consent = person.consent.map_or_else(
-                || "no consent signed".to_owned(),
-                |signed| {
-                    format!(
-                        "consent {} of {} (UTC)",
-                        signed.version,
-                        said(signed.signed_at_ms)
-                    )
-                },
-            );
-            print(&format!(
-                "{pseudonym}: {}, {}, {consent}",
-                person.name, person.contact
-            ))?;
-        }
-        return Ok(());
+        return listed(args, &passphrase);
     };
     let mut study = Study::open(&args.study)?;
     let participant = study.participant(participant)?;
-    let consent = match (&args.signed, consent_of(&study.campaign)) {
-        (None, _) => None,
-        (Some(version), Some(text)) => Some(SignedConsent::new(version, text, now_ms())),
-        (Some(_), None) => {
-            return Err(usage(anyhow!(
-                "the study has no text of consent that could be signed; make it with --consent"
-            )));
-        }
-    };
+    let consent = signed(args, &study.campaign)?;
     let person = PersonalData {
         name: name.clone(),
         contact: contact.clone(),
@@ -79,6 +56,35 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     print(&format!("{participant}: the identity is stored, encrypted"))
 }
 
-fn consent_of(campaign: &StudyCampaign) -> Option<&str> {
-    campaign.consent.as_deref()
+/// Prints all identities.
+fn listed(args: &Arguments, passphrase: &Passphrase) -> Outcome {
+    let store = SqliteStore::open(&args.study)?;
+    for (pseudonym, person) in store.identities(passphrase)? {
+        let consent = person.consent.map_or_else(
+            || "no consent signed".to_owned(),
+            |signed| {
+                format!(
+                    "consent {} of {} (UTC)",
+                    signed.version,
+                    said(signed.signed_at_ms)
+                )
+            },
+        );
+        print(&format!(
+            "{pseudonym}: {}, {}, {consent}",
+            person.name, person.contact
+        ))?;
+    }
+    Ok(())
+}
+
+/// The consent that was signed, where the options say so.
+fn signed(args: &Arguments, campaign: &StudyCampaign) -> Outcome<Option<SignedConsent>> {
+    match (&args.signed, &campaign.consent) {
+        (None, _) => Ok(None),
+        (Some(version), Some(text)) => Ok(Some(SignedConsent::new(version, text, now_ms()))),
+        (Some(_), None) => Err(usage(anyhow!(
+            "the study has no text of consent that could be signed; make it with --consent"
+        ))),
+    }
 }

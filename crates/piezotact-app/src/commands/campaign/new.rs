@@ -62,28 +62,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         )));
     }
     let panels = panels(args)?;
-    let unknown = panels
-        .keys()
-        .find(|name| !protocol.panel.disjoint_from.contains(name));
-    if let Some(unknown) = unknown {
-        return Err(usage(anyhow!(
-            "the protocol is not disjoint from a panel `{unknown}`; it names {}",
-            named(&protocol.panel.disjoint_from)
-        )));
-    }
-    let missing: Vec<String> = protocol
-        .panel
-        .disjoint_from
-        .iter()
-        .filter(|name| !panels.contains_key(*name))
-        .cloned()
-        .collect();
-    if !missing.is_empty() {
-        return Err(usage(anyhow!(
-            "no participant may belong to {}: say who does, with --panel \"NAME=FILE\" for each, one pseudonym a line",
-            named(&missing)
-        )));
-    }
+    require_panels(&protocol.panel.disjoint_from, &panels)?;
     let new = NewCampaign {
         protocol: &text,
         seed: args.seed,
@@ -103,6 +82,32 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         args.seed,
         sessions.join(", ")
     ))
+}
+
+/// Refuses panels that the protocol does not name, and a protocol that names others.
+fn require_panels(
+    disjoint_from: &[String],
+    panels: &BTreeMap<String, BTreeSet<String>>,
+) -> Outcome {
+    let unknown = panels.keys().find(|name| !disjoint_from.contains(name));
+    if let Some(unknown) = unknown {
+        return Err(usage(anyhow!(
+            "the protocol is not disjoint from a panel `{unknown}`; it names {}",
+            named(disjoint_from)
+        )));
+    }
+    let missing: Vec<String> = disjoint_from
+        .iter()
+        .filter(|name| !panels.contains_key(*name))
+        .cloned()
+        .collect();
+    if !missing.is_empty() {
+        return Err(usage(anyhow!(
+            "no participant may belong to {}: say who does, with --panel \"NAME=FILE\" for each, one pseudonym a line",
+            named(&missing)
+        )));
+    }
+    Ok(())
 }
 
 fn named(names: &[String]) -> String {

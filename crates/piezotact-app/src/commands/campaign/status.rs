@@ -21,6 +21,28 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
+    let table = sessions(&study)?;
+    print(&format!(
+        "{}: {} of {} participants completed {}",
+        study.campaign.protocol.title,
+        completed(&study)?,
+        study.campaign.protocol.panel.participants,
+        study.campaign.protocol.aims.session
+    ))?;
+    match table.rows.is_empty() {
+        true => print("no session was begun yet")?,
+        false => print(&report::text(&table)?)?,
+    }
+    let thresholds = study.thresholds()?;
+    if !thresholds.rows.is_empty() {
+        print(&report::text(&thresholds)?)?;
+    }
+    say_doubts(&study.doubts()?);
+    Ok(())
+}
+
+/// Every session with its stage, one row for each.
+fn sessions(study: &Study) -> Outcome<Table> {
     let names = [
         ("participant", "participant"),
         ("session", "session"),
@@ -63,23 +85,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             Cell::from(ignored.to_string()),
         ]);
     }
-    print(&format!(
-        "{}: {} of {} participants completed {}",
-        study.campaign.protocol.title,
-        completed(&study)?,
-        study.campaign.protocol.panel.participants,
-        study.campaign.protocol.aims.session
-    ))?;
-    match table.rows.is_empty() {
-        true => print("no session was begun yet")?,
-        false => print(&report::text(&table)?)?,
-    }
-    let thresholds = study.thresholds()?;
-    if !thresholds.rows.is_empty() {
-        print(&report::text(&thresholds)?)?;
-    }
-    say_doubts(&study.doubts()?);
-    Ok(())
+    Ok(table)
 }
 
 /// How many participants completed the session that the campaign is judged by.

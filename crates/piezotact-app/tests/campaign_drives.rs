@@ -1,0 +1,303 @@
+//! Sessions with rendered textures: what is played, what is refused before, and what the experimenter sees.
+
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+#![allow(clippy::print_stderr, reason = "a test says what it left out")]
+
+use std::path::Path;
+use std::sync::OnceLock;
+use std::time::{Duration, SystemTime};
+
+use piezotact_people::campaign::protocol::LIBRARY;
+
+use crate::campaign_session::{holds, run, session, until, whole};
+use crate::support::session::table;
+use crate::support::{BENCH, Folder};
+
+/// Four textures, their strokes, the transfer function and the drives of P01.
+fn prepared() -> &'static Folder {
+    static PREPARED: OnceLock<Folder> = OnceLock::new();
+    PREPARED.get_or_init(|| {
+        let folder = Folder::new();
+        for sample in ["S2", "S4", "S8", "S9"] {
+            let line = format!(
+                "twin record --bench acttouch --sample {sample} --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out {sample}.parquet"
+            );
+            run(&folder, &line).expect_success();
+        }
+        let line = format!("characterise --bench {BENCH} --out tf.json");
+        run(&folder, &line).expect_success();
+        let line = format!(
+            "prepare S2.parquet S4.parquet S8.parquet S9.parquet --transfer tf.json --bench {BENCH} --mode texture --out drives"
+        );
+        run(&folder, &line).expect_success();
+        folder
+    })
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let there = to.join(path.file_name().unwrap());
+        match path.is_dir() {
+            true => copy(&path, &there),
+            false => {
+                std::fs::copy(&path, there).unwrap();
+            }
+        }
+    }
+}
+
+/// The isotropic protocol of the library with two sets, four samples, strokes played once, and both sessions on one day.
+fn two_sets() -> String {
+    let (_, library) = LIBRARY
+        .iter()
+        .find(|(name, _)| *name == "isotropic_triplets")
+        .unwrap();
+    let (head, _) = library.split_once("[[sets]]").unwrap();
+    let (_, tasks) = library.split_once("[[tasks]]").unwrap();
+    let (head_start, samples) = head.split_once("samples = [").unwrap();
+    let (_, head_end) = samples.split_once(']').unwrap();
+    let sets = "[[sets]]\nname = \"A\"\nsamples = [\"S2\", \"S4\", \"S8\"]\n\n[[sets]]\nname = \"M\"\nsamples = [\"S4\", \"S8\", \"S9\"]\n\n[[tasks]]";
+    let playing = "playing = { how = \"repeated\", pause_s = 0.5, duration_s = 30 }";
+    let text =
+        format!("{head_start}samples = [\"S2\", \"S4\", \"S8\", \"S9\"]{head_end}{sets}{tasks}");
+    assert!(text.contains(playing) && text.contains("another_day"));
+    text.replace(playing, "playing = { how = \"once\" }")
+        .replace("another_day", "any_time")
+}
+
+/// A study with that protocol in which P01 was measured.
+fn measured() -> Folder {
+    let folder = Folder::new();
+    folder.write("protocol.toml", two_sets());
+    copy(&prepared().path("drives"), &folder.path("drives"));
+    run(
+        &folder,
+        "campaign new study --protocol protocol.toml --seed 7",
+    )
+    .expect_success();
+    whole(&folder, "campaign run study P01 measurement");
+    folder
+}
+
+const DISCRIMINATE: &str = "campaign run study P01 discrimination --drives drives --bench";
+
+#[test]
+fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {
+    let folder = measured();
+    let seen = whole(&folder, &format!("{DISCRIMINATE} {BENCH}"));
+    holds(
+        &seen,
+        &[
+            "trial 1 of 7 · task1",
+            "in order, from the roughest to the smoothest",
+            "textures on the device: Enter plays them one after the other",
+            "on the tray, in the participant's order: A S",
+            "texture 1 is played …",
+            "texture 1, target",
+            "is complete: task1: 3 of 3 trials, task2: 2 of 2 trials, task3: 2 of 2 trials",
+        ],
+    );
+    run(&folder, "campaign verify-journal study").expect_success();
+    run(&folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    let of = |task: &str| {
+        let rows = trials.iter().filter(|row| row["task"] == task);
+        rows.cloned().collect::<Vec<_>>()
+    };
+    let evidence = table(&folder.path("exported/evidence.csv"));
+    let played: usize = of("task3")
+        .iter()
+        .map(|row| row["presented"].split('|').count())
+        .sum();
+    assert_eq!(evidence.len(), played);
+    for row in &evidence {
+        assert_eq!(row["verified"], "met", "{row:?}");
+        assert!(row["drive_sha256"].len() == 64 && !row["onset_s"].is_empty());
+        let journal = folder
+            .path("study/participants/P01/discrimination")
+            .join(&row["journal"]);
+        assert!(journal.is_file(), "{}", journal.display());
+        // The screen never says which stimulus it was.
+        let line = format!("texture {}", row["element"]);
+        assert!(seen.contains(&line), "{line}");
+    }
+    // In task 3 A, B and C are the participant's own order of task 2.
+    let answers = table(&folder.path("exported/answers.csv"));
+    for (order, trial) in of("task2").iter().zip(of("task3")) {
+        let own: Vec<&str> = order["answer"].split('|').collect();
+        let count = trial["presented"].split('|').count();
+        let said: Vec<&str> = own.iter().copied().cycle().take(count).collect();
+        assert_eq!(trial["answer"], said.join("|"));
+        // In the table of answers a trial has a row for each position.
+        let of_it = format!("{}.", trial["trial"]);
+        let rows = answers
+            .iter()
+            .filter(|row| row["trial"].starts_with(&of_it));
+        let rows: Vec<&str> = rows.map(|row| row["answered"].as_str()).collect();
+        assert_eq!(rows, said);
+    }
+}
+
+#[test]
+fn drives_that_are_missing_or_of_somebody_else_are_refused() {
+    let folder = measured();
+    let refused = |line: &str, code: i32, parts: &[&str]| {
+        run(&folder, line).expect_failure(code, parts);
+        let status = run(&folder, "campaign status study --csv-text").out();
+        assert!(!status.contains("discrimination"), "{status}");
+        assert!(
+            !folder
+                .path("study/participants/P01/discrimination")
+                .exists()
+        );
+    };
+    let on_bench = format!("{DISCRIMINATE} {BENCH}");
+    refused(
+        "campaign run study P01 discrimination --drives drives",
+        2,
+        &["name the bench with --bench, or play them on another system with --by-hand"],
+    );
+    refused(
+        &format!("campaign run study P01 discrimination --bench {BENCH}"),
+        1,
+        &[
+            "S4: there is no drive; prepare it",
+            "cannot begin, for the",
+            "nothing was stored",
+        ],
+    );
+    let measured = |sample: &str| folder.path(&format!("drives/measured/{sample}.parquet"));
+    let right = std::fs::read(measured("S8")).unwrap();
+    std::fs::copy(measured("S2"), measured("S8")).unwrap();
+    refused(
+        &on_bench,
+        1,
+        &["expected the measurement of the drive", "prepare S8 again"],
+    );
+    let elsewhere = |bench: &str| {
+        let line = format!(
+            "--force play drives/drives/S8.wav --bench {bench} --record drives/measured/S8.parquet"
+        );
+        run(&folder, &line).expect_success();
+    };
+    // Another finger may come to the target: that decides nothing.
+    elsewhere("twin:participant=4,seed=7");
+    refused(
+        &on_bench,
+        1,
+        &["S8: its verification is not decided; prepare it again"],
+    );
+    elsewhere("twin:participant=1,seed=9");
+    let wrong = std::fs::read(measured("S8")).unwrap();
+    refused(
+        &on_bench,
+        1,
+        &[
+            "S8: its verification is not met; prepare it again",
+            "for the reason above",
+        ],
+    );
+    std::fs::write(measured("S8"), right).unwrap();
+    let date = |hours: u64| {
+        let file = std::fs::File::options()
+            .write(true)
+            .open(measured("S4"))
+            .unwrap();
+        let long = SystemTime::now() - Duration::from_secs(3600 * hours);
+        file.set_modified(long).unwrap();
+    };
+    date(721);
+    refused(
+        &on_bench,
+        1,
+        &["S4: expected a drive of the last 720 h, found one of 721.0 h ago"],
+    );
+    date(1);
+    // Somebody else's.
+    whole(&folder, "campaign run study P02 measurement");
+    let other = on_bench.replace("P01", "P02");
+    run(&folder, &other).expect_failure(
+        1,
+        &[
+            "expected strokes of P02, found those of P01; prepare the drives of P02",
+            "expected the transfer function of P02, found the transfer function of P01",
+        ],
+    );
+    assert!(
+        !folder
+            .path("study/participants/P02/discrimination")
+            .exists()
+    );
+    // A rehearsal says it only; so nobody is called in vain.
+    let mut rehearsal = session(
+        &folder,
+        &format!("{} --rehearsal", other.replace("P02", "P03")),
+    );
+    holds(&rehearsal.prompt().unwrap(), &["consent>"]);
+    drop(rehearsal);
+    // A session that was begun takes no other drives than those that it may be begun with.
+    let mut begun = session(&folder, &on_bench);
+    until(&mut begun, "trial 2 of 7");
+    begun.kill();
+    std::fs::write(measured("S8"), wrong).unwrap();
+    run(&folder, &on_bench).expect_failure(
+        1,
+        &[
+            "S8: its verification is not met",
+            "cannot go on, for the reason above",
+        ],
+    );
+    let without = on_bench.replace("--drives drives ", "");
+    let mut goes_on = session(&folder, &without);
+    holds(
+        &goes_on.prompt().unwrap(),
+        &["goes on where it was left: task1: 1 of 3 trials"],
+    );
+    goes_on.type_line("");
+    until(&mut goes_on, "trial 2 of 7");
+}
+
+#[test]
+fn a_session_waits_for_those_before_it_and_for_another_day() {
+    let folder = Folder::new();
+    run(
+        &folder,
+        "campaign new study --protocol isotropic_triplets --seed 7",
+    )
+    .expect_success();
+    let line = "campaign run study P01 discrimination --by-hand";
+    run(&folder, line).expect_failure(
+        1,
+        &["session measurement comes before this one and was not ended"],
+    );
+    whole(&folder, "campaign run study P01 measurement");
+    run(&folder, line).expect_failure(
+        1,
+        &[
+            "expected another day than that of session measurement, found 0.0 h between them",
+            "come back after 10 h",
+            "nothing was stored",
+        ],
+    );
+    let plan = || run(&folder, "campaign plan study P01 discrimination --json").out();
+    assert_eq!(plan(), plan());
+}
+
+#[test]
+fn played_by_hand_the_experimenter_sees_what_to_play() {
+    let folder = measured();
+    let line = "campaign run study P01 discrimination --by-hand";
+    let mut by_hand = session(&folder, line);
+    let text = until(&mut by_hand, "play by hand");
+    drop(by_hand);
+    run(&folder, "campaign export study --out exported").expect_success();
+    let trials = table(&folder.path("exported/trials.csv"));
+    let first = trials.iter().find(|row| row["task"] == "task3").unwrap();
+    let listed = first["planned"].split('|').enumerate();
+    let listed: Vec<String> = listed
+        .map(|(i, name)| format!("{} {name}", i + 1))
+        .collect();
+    holds(&text, &[&listed.join(" ")]);
+}
