@@ -209,7 +209,7 @@ fn a_file_is_preferred_to_the_library_and_this_is_said() {
 fn the_library_is_listed_and_written() {
     let folder = Folder::new();
     let listed = folder.run(&["campaign", "protocol"]).out();
-    assert_eq!(listed.lines().count(), 6, "{listed}");
+    assert_eq!(listed.lines().count(), 7, "{listed}");
     for line in listed.lines().skip(1) {
         let name = line.split_whitespace().next().unwrap();
         let document = folder.run(&["campaign", "protocol", name, "--json"]).json();
@@ -250,7 +250,7 @@ fn a_dictionary_names_columns_by_task() {
     for part in [
         "measure: Strokes on each sample. Nothing is answered.",
         "S2, S2 INVERTED, S5, S5 INVERTED",
-        "missed_target, wrong_sample",
+        "missed_target, not_measured, wrong_sample",
     ] {
         assert!(out.contains(part), "no `{part}` in: {out}");
     }

@@ -163,7 +163,7 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
         &format!("campaign run study P01 discrimination --bench {BENCH}"),
         1,
         &[
-            "S4: there is no drive; prepare it",
+            "there is no drive; prepare it",
             "cannot begin, for the",
             "nothing was stored",
         ],
@@ -174,7 +174,7 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     refused(
         &on_bench,
         1,
-        &["expected the measurement of the drive", "prepare S8 again"],
+        &["S8: the measurement beside it was made with another drive"],
     );
     let elsewhere = |bench: &str| {
         let line = format!(
@@ -277,7 +277,7 @@ fn a_session_waits_for_those_before_it_and_for_another_day() {
         1,
         &[
             "expected another day than that of session measurement, found 0.0 h between them",
-            "come back after 10 h",
+            "come back after 12 h",
             "nothing was stored",
         ],
     );

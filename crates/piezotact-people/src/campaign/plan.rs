@@ -240,6 +240,14 @@ pub enum PlanError {
         /// The session.
         session: String,
     },
+    /// More trials than anybody can do.
+    #[error(
+        "session {session} has more than 86400 trials; lower the repeats and presentations of its tasks"
+    )]
+    TooLong {
+        /// The session.
+        session: String,
+    },
     /// A fixed list has no test for a set.
     #[error(
         "task {task} has no fixed sequence for set {set}; add one, or leave the set out of the block"

@@ -17,11 +17,17 @@ pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
+    /// Prints the sessions as a table with commas (CSV), and nothing else.
+    #[arg(long)]
+    csv_text: bool,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     let table = sessions(&study)?;
+    if args.csv_text {
+        return print(report::csv(&table)?.trim_end());
+    }
     print(&format!(
         "{}: {} of {} participants completed {}",
         study.campaign.protocol.title,

@@ -49,9 +49,17 @@ impl<'a> Planner<'a> {
             self.runs.insert(name.to_owned(), adaptive.clone());
         }
         self.trials.extend(trials);
-        Ok(())
+        match self.trials.len() <= MOST_TRIALS {
+            true => Ok(()),
+            false => Err(PlanError::TooLong {
+                session: self.request.session.to_owned(),
+            }),
+        }
     }
 }
+
+/// No session has more trials: at one second each they take a day.
+const MOST_TRIALS: usize = 86_400;
 
 impl Planner<'_> {
     /// Puts the stimuli of each of `trials` in the order that the fewest completed sessions had, of those with the same order of tasks.

@@ -200,6 +200,13 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
         } = rendering.playing
         {
             hours("rendering.playing.duration_s", duration_s)?;
+            if duration_s > 3600.0 {
+                return Err(number(
+                    "rendering.playing.duration_s",
+                    "at most 3600",
+                    duration_s,
+                ));
+            }
             if !(0.0..=3600.0).contains(&pause_s) {
                 return Err(number("rendering.playing.pause_s", "0 to 3600", pause_s));
             }
@@ -298,11 +305,9 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
     }
     compare::beside(protocol, &place, task)?;
     match &task.kind {
-        TaskKind::Touch { strokes } => {
-            at_least_one(&format!("{place}: strokes"), *strokes as usize)
-        }
+        TaskKind::Touch { strokes } => count(&format!("{place}: strokes"), *strokes),
         TaskKind::Identify { presentations } => {
-            at_least_one(&format!("{place}: presentations"), *presentations as usize)
+            count(&format!("{place}: presentations"), *presentations)
         }
         TaskKind::Order { from, to, .. } => all_named(&place, [from.as_str(), to.as_str()]),
         TaskKind::Associate { sequence, labels } => {
@@ -379,7 +384,7 @@ fn check_sequence(
 
 fn block(protocol: &Protocol, place: &str, block: &Block) -> Result<(), ProtocolError> {
     at_least_one(&format!("{place}: tasks"), block.tasks.len())?;
-    at_least_one(&format!("{place}: repeats"), block.repeats as usize)?;
+    count(&format!("{place}: repeats"), block.repeats)?;
     distinct(place, "task", &block.tasks)?;
     for (i, name) in block.tasks.iter().enumerate() {
         let Some(task) = protocol.task(name) else {
@@ -504,6 +509,14 @@ fn at_least_one(place: &str, found: usize) -> Result<(), ProtocolError> {
     match found {
         0 => Err(number(place, "at least 1", 0)),
         _ => Ok(()),
+    }
+}
+
+/// How often something is done, which no session does more often.
+fn count(place: &str, found: u32) -> Result<(), ProtocolError> {
+    match found {
+        1..=1000 => Ok(()),
+        _ => Err(number(place, "1 to 1000", found)),
     }
 }
 
@@ -662,5 +675,17 @@ mod tests {
             matches!(error, ProtocolError::NoRendering { .. }),
             "{error}"
         );
+    }
+
+    #[test]
+    fn counts_and_times_that_no_session_has_are_refused() {
+        for (from, to, part) in [
+            ("repeats = 3", "repeats = 1001", "repeats"),
+            ("strokes = 10", "strokes = 4000000000", "strokes"),
+            ("duration_s = 30", "duration_s = 1e12", "duration_s"),
+        ] {
+            let refused = changed(from, to).to_string();
+            assert!(refused.contains(part), "{refused}");
+        }
     }
 }

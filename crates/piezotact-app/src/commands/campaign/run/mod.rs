@@ -204,6 +204,7 @@ fn ready(
                     | NotReady::Strokes { .. }
                     | NotReady::TransferFunction { .. }
                     | NotReady::NotPassed { .. }
+                    | NotReady::Measured { .. }
             )
         });
     }
@@ -387,7 +388,10 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
             match asked {
                 Asked::Help => terminal.say(HELP)?,
                 Asked::Status => terminal.say(&status(&runner))?,
-                Asked::Leave => return terminal.say(&left(&runner)),
+                Asked::Leave => {
+                    say(&left(&runner));
+                    return Ok(());
+                }
                 Asked::Withdraw => withdraw(&mut runner, &terminal)?,
                 Asked::Command(command) => {
                     last.clear();

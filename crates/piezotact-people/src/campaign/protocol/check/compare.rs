@@ -2,7 +2,7 @@
 
 use super::super::super::adaptive::{AdaptiveRule, AdaptiveRun, StaircaseRule};
 use super::super::{Adaptive, Block, Catch, Method, Over, Protocol, Question, Task, TaskKind};
-use super::{ProtocolError, at_least_one, distinct, known_stimuli, number, unknown};
+use super::{ProtocolError, at_least_one, count, distinct, known_stimuli, number, unknown};
 
 /// The largest number of trials of one task.
 const MAX_TRIALS: u32 = 5000;
@@ -16,7 +16,7 @@ pub(super) fn method(
     match method {
         Method::Constant { pairs, repeats } => {
             at_least_one(&format!("{place}: pairs"), pairs.len())?;
-            at_least_one(&format!("{place}: repeats"), *repeats as usize)?;
+            count(&format!("{place}: repeats"), *repeats)?;
             known_stimuli(protocol, place, pairs.iter().flatten())
         }
         Method::Adaptive(_) if question == Question::SameDifferent => {
