@@ -1,6 +1,6 @@
 //! `piezotact campaign export`: a study as tables.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use piezotact::page::Table;
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
-    let (declared, answers) = study.answers()?;
+    let answers = study.answers()?.1.len();
     let begun = study.sessions()?;
     let mut states: Vec<(State<'_>, Purpose)> = Vec::new();
     for Begun { entry, plan } in &begun {
@@ -39,8 +39,31 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
     let events = args.out.join("events");
     folders([Some(args.out.as_path()), Some(events.as_path())].as_slice())?;
+    for (name, table) in tables(&study, &states)? {
+        write_text(&args.out.join(name), &report::csv(&table)?)?;
+    }
+    let path = args.out.join("dictionary.json");
+    let dictionary = dictionary(&study.campaign.protocol);
+    write_text(&path, &document_text(&dictionary, Some(&path))?)?;
+    write_events(&study, &begun, &events)?;
+    let rehearsals = states
+        .iter()
+        .filter(|(_, purpose)| *purpose == Purpose::Rehearsal);
+    print(&format!(
+        "{}: {} answers of {} sessions ({} of them rehearsals, marked), {} withdrawn",
+        args.out.display(),
+        answers,
+        states.len(),
+        rehearsals.count(),
+        begun.len() - states.len()
+    ))
+}
+
+/// The tables with the names of their files.
+fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static str, Table); 5]> {
+    let (declared, answers) = study.answers()?;
     let each = || states.iter().map(|(state, purpose)| (state, *purpose));
-    let tables: [(&str, Table); 5] = [
+    Ok([
         ("answers.csv", answers_table(&declared, &answers)),
         ("trials.csv", trials_table(each())),
         (
@@ -49,14 +72,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ),
         ("thresholds.csv", study.thresholds()?),
         ("participants.csv", participants_table(each())),
-    ];
-    for (name, table) in &tables {
-        write_text(&args.out.join(name), &report::csv(table)?)?;
-    }
-    let path = args.out.join("dictionary.json");
-    let dictionary = dictionary(&study.campaign.protocol);
-    write_text(&path, &document_text(&dictionary, Some(&path))?)?;
-    for Begun { entry, .. } in &begun {
+    ])
+}
+
+/// Writes the events of every session that was not erased, one file for each session and one line for each event.
+fn write_events(study: &Study, begun: &[Begun], folder: &Path) -> Outcome {
+    for Begun { entry, .. } in begun {
+        if entry.withdrawn_at_ms.is_some() {
+            continue;
+        }
         let mut lines = String::new();
         for link in study.store.events(&entry.key)? {
             if let Some(payload) = &link.payload {
@@ -68,17 +92,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             }
         }
         let name = format!("{}_{}.jsonl", entry.key.participant, entry.key.session);
-        write_text(&events.join(name), &lines)?;
+        write_text(&folder.join(name), &lines)?;
     }
-    let rehearsals = states
-        .iter()
-        .filter(|(_, purpose)| *purpose == Purpose::Rehearsal);
-    print(&format!(
-        "{}: {} answers of {} sessions ({} of them rehearsals, marked), {} withdrawn",
-        args.out.display(),
-        answers.len(),
-        states.len(),
-        rehearsals.count(),
-        begun.len() - states.len()
-    ))
+    Ok(())
 }
