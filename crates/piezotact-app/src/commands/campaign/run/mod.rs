@@ -257,7 +257,7 @@ fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>
             continue;
         };
         let state = study.state(&plan)?;
-        let ended = entry.purpose == Purpose::Volunteer && state.stage() == Stage::Ended;
+        let ended = entry.purpose == Purpose::Volunteer && state.is_complete();
         let ended_ms = state.last_ms().filter(|_| ended);
         found.push((plan.session.clone(), ended_ms));
     }
