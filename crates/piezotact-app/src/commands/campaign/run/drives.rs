@@ -15,6 +15,7 @@ use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::readiness::{MeasuredDrive, RenderingFacts, Whose, stimuli_of};
 use piezotact_session::PreparedDrive;
 
@@ -52,7 +53,11 @@ fn are_there(files: &[PathBuf; 3]) -> bool {
 
 impl Drives {
     /// Those that `plan` plays: of the folder `given` where they are there, else of the session in `folder`. Nothing is written.
-    pub(super) fn of(plan: &Plan, folder: &Path, given: Option<&Path>) -> Result<Self, Failure> {
+    pub(super) fn of(
+        (protocol, plan): (&Protocol, &Plan),
+        folder: &Path,
+        given: Option<&Path>,
+    ) -> Result<Self, Failure> {
         let mut drives = Self {
             ready: BTreeMap::new(),
             facts: Vec::new(),
@@ -63,13 +68,13 @@ impl Drives {
         for stimulus in stimuli_of(plan) {
             let given = given.map(|given| files(given, stimulus));
             if let Some(given) = given.filter(are_there) {
-                drives.add(&plan.participant, stimulus, &given)?;
+                drives.add((protocol, plan), stimulus, &given)?;
                 drives.given.push((stimulus.to_owned(), given));
                 continue;
             }
             let files = files(folder, stimulus);
             if are_there(&files) {
-                drives.add(&plan.participant, stimulus, &files)?;
+                drives.add((protocol, plan), stimulus, &files)?;
             }
         }
         Ok(drives)
@@ -85,7 +90,7 @@ impl Drives {
 
     fn add(
         &mut self,
-        participant: &str,
+        (protocol, plan): (&Protocol, &Plan),
         stimulus: &str,
         files: &[PathBuf; 3],
     ) -> Result<(), Failure> {
@@ -106,6 +111,15 @@ impl Drives {
             )));
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
+        let sample = wanted.recording.about.condition.sample.as_deref();
+        if let (Some(found), Some(expected)) = (sample, protocol.sample_of(stimulus))
+            && found != expected
+        {
+            return Err(Failure::Data(anyhow!(
+                "{}: expected a texture of {expected}, found one of {found}; give the files of {stimulus} their own names",
+                target.display()
+            )));
+        }
         let band = rendering.config.inverse.band;
         let of_series = Checksum::of(series.samples().iter().copied());
         let playing = read_recording(measured, &ReadOptions::default())?;
@@ -119,7 +133,7 @@ impl Drives {
         let verification = verified(target, measured, band)?;
         // What another finger felt decides nothing.
         let felt_by = playing.recording.about.condition.participant;
-        let verified = match felt_by.is_some_and(|person| person != participant) {
+        let verified = match felt_by.is_some_and(|person| person != plan.participant) {
             true => Outcome::NotDecided,
             false => State::of(&verification).outcome(),
         };

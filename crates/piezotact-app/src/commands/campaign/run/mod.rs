@@ -98,7 +98,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let participant = study.participant(&args.participant)?;
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
-    let drives = Drives::of(&plan, &folder, args.drives.as_deref())?;
+    let given = args.drives.as_deref();
+    let drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
     ready(&study, &plan, &drives, args, begun)?;
     if begun.is_none() {
