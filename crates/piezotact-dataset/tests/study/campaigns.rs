@@ -217,7 +217,7 @@ fn a_damaged_campaign_says_what_to_do() {
             refused.contains("campaign.json") && refused.contains(part),
             "{refused}"
         );
-        // Nor is it made anew.
+        // A second creation does not replace it.
         let again = StudyCampaign::create(folder.path(), &new(protocol()));
         assert!(matches!(again, Err(CampaignError::Exists { .. })));
     }

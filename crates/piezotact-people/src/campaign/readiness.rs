@@ -259,7 +259,12 @@ fn panels(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
             None => found.push(NotReady::UnknownPanel {
                 panel: panel.clone(),
             }),
-            Some((_, members)) if members.contains(&plan.participant) => {
+            // Names that differ by case only are one person everywhere in a study.
+            Some((_, members))
+                if members
+                    .iter()
+                    .any(|member| member.eq_ignore_ascii_case(&plan.participant)) =>
+            {
                 found.push(NotReady::Panel {
                     participant: plan.participant.clone(),
                     panel: panel.clone(),
@@ -515,5 +520,6 @@ mod tests {
         };
         assert_eq!(with(&stated("P07")), []);
         assert_eq!(with(&stated("P01")).len(), 3);
+        assert_eq!(with(&stated("p01")).len(), 3);
     }
 }

@@ -37,7 +37,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ))?;
     }
     print(&format!(
-        "{}: the journals of {sessions} sessions verify: no event in them was changed, removed between others or exchanged. A session that is missing, one that was cut at its end, or a whole journal that was written anew is found by the checksums above alone: note them elsewhere. Recordings and drives are not checked here.",
+        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Recordings and drives are not checked.",
         args.study.display()
     ))
 }

@@ -111,7 +111,7 @@ impl Place<'_> {
         }
     }
 
-    /// Trials as the counted ones, with stimuli drawn anew; those of an adaptive run at levels drawn at random.
+    /// Trials of the same form as the counted ones, with independently drawn stimuli; in an adaptive run the levels are drawn at random.
     fn training(&self, mut stream: Stream, training: Training) -> Result<Vec<Trial>, PlanError> {
         let count = training.trials as usize;
         let mut trials: Vec<Trial> = Vec::new();
