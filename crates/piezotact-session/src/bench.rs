@@ -18,7 +18,7 @@ use piezotact_bench::procedure::{
 use piezotact_bench::{Bench, Placement, RunPlan, Until};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Playing;
-use piezotact_people::campaign::session::Evidence;
+use piezotact_people::campaign::session::{Evidence, sha_of_samples};
 
 use crate::{PlayError, Played, Stimulator};
 
@@ -272,6 +272,7 @@ fn evidence(
     judged: &[Verification],
     (strokes, journal): (u32, Option<String>),
 ) -> Evidence {
+    let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL));
     let force = recording.pick(Some(FORCE_CHANNEL), &piezotact::quantity::Unit::Newton);
     let felt = judged.iter().filter_map(|one| {
         let felt = one.criterion(VerifyCriterion::FeltDifference)?;
@@ -300,6 +301,10 @@ fn evidence(
         // The delay is found to a fraction of a sample; half a sample is what it is good for on noisy recordings.
         onset_uncertainty_s: first.map(|judged| 0.5 / judged.rate_hz),
         strokes,
+        bench: recording.about.provenance.bench,
+        recorded: response
+            .ok()
+            .map(|response| sha_of_samples(response.samples())),
         journal,
     }
 }

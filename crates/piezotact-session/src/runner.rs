@@ -61,6 +61,18 @@ pub enum RunError {
         /// As what it was begun.
         begun: Purpose,
     },
+    /// The store and the first event of the session say different things about it.
+    #[error(
+        "session {} of {} was begun as {}, and the store lists it as {}: the store was changed; restore it from a copy", .key.session, .key.participant, word(*.begun), word(*.listed)
+    )]
+    PurposeChanged {
+        /// The session.
+        key: SessionKey,
+        /// As what it was begun.
+        begun: Purpose,
+        /// As what the store lists it.
+        listed: Purpose,
+    },
     /// There is nothing to play the stimulus on.
     #[error("{stimulus} is played on a bench, and there is none; name one")]
     NoBench {
@@ -122,6 +134,7 @@ impl fmt::Debug for Stimuli<'_> {
 pub struct Runner<'a> {
     store: &'a mut dyn Store,
     key: SessionKey,
+    purpose: Purpose,
     state: State<'a>,
     stimuli: Stimuli<'a>,
     outside: Outside<'a>,
@@ -186,6 +199,7 @@ impl<'a> Runner<'a> {
         Ok(Self {
             store,
             key,
+            purpose,
             is_cut_off: is_under_way(state.stage()),
             state,
             stimuli,
@@ -226,6 +240,14 @@ impl<'a> Runner<'a> {
             if is_same {
                 return Ok(given);
             }
+        }
+        if let Command::Begin { purpose, .. } = &command
+            && *purpose != self.purpose
+        {
+            return Err(RunError::Purpose {
+                key: self.key.clone(),
+                begun: self.purpose,
+            });
         }
         if self.is_cut_off() && !can_come_before_resuming(&command) {
             return Err(RunError::Refused(Refusal::NotNow {
@@ -475,6 +497,17 @@ pub fn state_of<'a>(
                 why: error.to_string(),
             })?;
         state.apply(link.at_ms, &event)?;
+    }
+    let entries = store.sessions()?;
+    let listed = entries.iter().find(|entry| entry.key == key);
+    if let (Some(begun), Some(listed)) = (state.purpose(), listed)
+        && begun != listed.purpose
+    {
+        return Err(RunError::PurposeChanged {
+            key,
+            begun,
+            listed: listed.purpose,
+        });
     }
     Ok(state)
 }

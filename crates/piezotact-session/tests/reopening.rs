@@ -3,7 +3,9 @@
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, ReplayError, Stage, Step};
-use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store as _, StoreError};
+use piezotact_people::campaign::store::{
+    MemoryStore, NewEvent, Purpose, SessionKey, Store as _, StoreError,
+};
 use piezotact_session::{RunError, state_of};
 
 use crate::support::{
@@ -92,6 +94,50 @@ fn a_rehearsal_is_not_a_session_with_a_volunteer() {
         let entries = bed.store.sessions().unwrap();
         assert_eq!((entries.len(), entries[0].purpose), (1, begun));
     }
+}
+
+#[test]
+fn a_rehearsal_that_the_store_lists_as_a_session_with_a_volunteer_is_found() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    bed.volunteer((&protocol, &plan), |runner| {
+        until_presenting(runner, "task1")
+    });
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    let mut relabelled = MemoryStore::new();
+    relabelled.begin(&key, Purpose::Rehearsal).unwrap();
+    for link in bed.store.events(&key).unwrap() {
+        let payload = link.payload.unwrap();
+        let event = NewEvent {
+            at_ms: link.at_ms,
+            json: &payload.json,
+            salt: payload.salt,
+        };
+        relabelled.append(&key, link.number, event).unwrap();
+    }
+    assert_eq!(relabelled.verify().unwrap(), 1);
+    let refused = state_of(&relabelled, &protocol, &plan);
+    let found = matches!(
+        refused,
+        Err(RunError::PurposeChanged {
+            begun: Purpose::Volunteer,
+            listed: Purpose::Rehearsal,
+            ..
+        })
+    );
+    assert!(found, "{refused:?}");
+    // Nor does a front end begin it as another than the runner was opened for.
+    let mut bed = Bed::new();
+    let refused = bed.open(
+        (&protocol, &plan),
+        Purpose::Rehearsal,
+        Place::Tape,
+        |runner| runner.give(next(runner.state()).unwrap()),
+    );
+    assert!(
+        matches!(refused, Ok(Err(RunError::Purpose { .. }))),
+        "{refused:?}"
+    );
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn by_hand_nothing_is_known_of_what_was_felt_whatever_a_front_end_says() {
     let mut bed = Bed::new();
     let opened = bed.open(
         (&protocol, &plan),
-        Purpose::Rehearsal,
+        Purpose::Volunteer,
         Place::ByHand,
         |runner| {
             until_presenting(runner, "task1");

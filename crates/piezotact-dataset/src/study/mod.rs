@@ -8,6 +8,7 @@ mod error;
 mod identity;
 mod opening;
 mod pseudonym;
+mod running;
 mod schema;
 mod seal;
 mod store;
@@ -19,6 +20,7 @@ pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
 pub use error::StudyError;
 pub use identity::{IdentityError, Passphrase, PersonalData, SignedConsent};
 pub use pseudonym::{Pseudonym, PseudonymError};
+pub use running::{RunningError, SessionLock};
 pub use store::SqliteStore;
 pub use withdrawal::{WithdrawError, Withdrawn};
 

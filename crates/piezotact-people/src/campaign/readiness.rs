@@ -5,6 +5,7 @@
 use std::collections::BTreeSet;
 
 use piezotact::criterion::Outcome;
+use piezotact::recording::BenchKind;
 
 use super::plan::{Plan, Presented};
 use super::protocol::{Protocol, TransferFunctionUse, When};
@@ -63,6 +64,22 @@ pub struct RenderingFacts {
     pub prepared_ms: Option<i64>,
 }
 
+/// The finger that feels what is played.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FingerOnBench {
+    /// Nothing is played here: by hand on another system, or not at all.
+    NotHere,
+    /// A person's, on real devices.
+    Real,
+    /// One that a bench simulates.
+    Simulated {
+        /// The bench.
+        bench: BenchKind,
+        /// Whose finger it is; `None` for nobody's.
+        of: Option<String>,
+    },
+}
+
 /// A session that stands before another in the protocol.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarlierSession<'a> {
@@ -81,6 +98,8 @@ pub struct Known<'a> {
     pub earlier: &'a [EarlierSession<'a>],
     /// Panels by name with their members.
     pub panels: &'a [(String, BTreeSet<String>)],
+    /// The finger that feels what is played.
+    pub finger: &'a FingerOnBench,
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: i64,
 }
@@ -152,6 +171,26 @@ pub enum NotReady {
         /// The stimulus.
         stimulus: String,
     },
+    /// A bench with nobody's finger on it.
+    #[error(
+        "expected a bench with a finger on it, found {}: nobody feels what it plays; name the bench of {participant}", bench_words(*.bench)
+    )]
+    NoFinger {
+        /// The participant.
+        participant: String,
+        /// The bench.
+        bench: BenchKind,
+    },
+    /// A bench with somebody else's finger on it.
+    #[error(
+        "expected the finger of {participant} on the bench, found that of {found}; name the bench of {participant}"
+    )]
+    OtherFinger {
+        /// The participant.
+        participant: String,
+        /// Whose finger it is.
+        found: String,
+    },
     /// An earlier session was not ended.
     #[error("session {session} comes before this one and was not ended; end it first")]
     Earlier {
@@ -200,7 +239,9 @@ impl NotReady {
             | Self::Measured { stimulus }
             | Self::TooOld { stimulus, .. }
             | Self::Undated { stimulus } => Some(stimulus),
-            Self::Earlier { .. }
+            Self::NoFinger { .. }
+            | Self::OtherFinger { .. }
+            | Self::Earlier { .. }
             | Self::SameDay { .. }
             | Self::Panel { .. }
             | Self::UnknownPanel { .. } => None,
@@ -239,6 +280,7 @@ pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
 pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
     let mut found = panels(protocol, plan, known);
     found.extend(earlier(protocol, plan, known));
+    found.extend(finger(&plan.participant, known.finger));
     for stimulus in stimuli_of(plan) {
         let facts = known.renderings.iter().find(|one| one.stimulus == stimulus);
         match facts {
@@ -249,6 +291,34 @@ pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotR
         }
     }
     found
+}
+
+/// Who would feel what is played, where it is not the participant.
+fn finger(participant: &str, finger: &FingerOnBench) -> Option<NotReady> {
+    let participant = participant.to_owned();
+    match finger {
+        FingerOnBench::NotHere | FingerOnBench::Real => None,
+        FingerOnBench::Simulated {
+            bench: BenchKind::Twin,
+            of: Some(found),
+        } => (!found.eq_ignore_ascii_case(&participant)).then(|| NotReady::OtherFinger {
+            participant,
+            found: found.clone(),
+        }),
+        FingerOnBench::Simulated { bench, .. } => Some(NotReady::NoFinger {
+            participant,
+            bench: *bench,
+        }),
+    }
+}
+
+fn bench_words(bench: BenchKind) -> &'static str {
+    match bench {
+        BenchKind::Twin => "the digital twin of nobody",
+        BenchKind::Hardware => "real devices",
+        BenchKind::Measured => "a measured transfer function",
+        BenchKind::Scripted => "a scripted fake",
+    }
 }
 
 fn panels(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
@@ -415,6 +485,7 @@ mod tests {
             renderings: drives,
             earlier: &earlier,
             panels: &[],
+            finger: &FingerOnBench::NotHere,
             now_ms: NOW,
         };
         not_ready(protocol, plan, known)
@@ -475,6 +546,7 @@ mod tests {
             renderings: &drives,
             earlier: &[],
             panels: &[],
+            finger: &FingerOnBench::NotHere,
             now_ms: NOW,
         };
         assert!(matches!(
@@ -502,6 +574,7 @@ mod tests {
                 renderings: &[],
                 earlier: &[],
                 panels,
+                finger: &FingerOnBench::NotHere,
                 now_ms: NOW,
             };
             let found = not_ready(&protocol, &plan, known);
@@ -521,5 +594,50 @@ mod tests {
         assert_eq!(with(&stated("P07")), []);
         assert_eq!(with(&stated("P01")).len(), 3);
         assert_eq!(with(&stated("p01")).len(), 3);
+    }
+
+    #[test]
+    fn who_feels_what_is_played_is_the_participant() {
+        let protocol = from_library("isotropic_triplets").unwrap().unwrap();
+        let plan = planned(&protocol, "discrimination");
+        let drives = fits(&plan);
+        let with = |finger: &FingerOnBench| {
+            let earlier = [EarlierSession {
+                session: "measurement",
+                ended_ms: Some(NOW - 20 * HOUR),
+            }];
+            let known = Known {
+                renderings: &drives,
+                earlier: &earlier,
+                panels: &[],
+                finger,
+                now_ms: NOW,
+            };
+            not_ready(&protocol, &plan, known)
+        };
+        let of = |bench, person: Option<&str>| FingerOnBench::Simulated {
+            bench,
+            of: person.map(str::to_owned),
+        };
+        assert_eq!(with(&FingerOnBench::Real), []);
+        assert_eq!(with(&of(BenchKind::Twin, Some("P01"))), []);
+        assert_eq!(
+            with(&of(BenchKind::Twin, Some("P02"))),
+            [NotReady::OtherFinger {
+                participant: "P01".to_owned(),
+                found: "P02".to_owned()
+            }]
+        );
+        for bench in [BenchKind::Measured, BenchKind::Scripted, BenchKind::Twin] {
+            assert_eq!(
+                with(&of(bench, None)),
+                [NotReady::NoFinger {
+                    participant: "P01".to_owned(),
+                    bench
+                }]
+            );
+        }
+        // A scripted fake names whom it likes.
+        assert_eq!(with(&of(BenchKind::Scripted, Some("P01"))).len(), 1);
     }
 }

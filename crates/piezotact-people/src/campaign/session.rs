@@ -16,11 +16,12 @@ pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, AnswerError, letters};
 pub use decide::{Command, Refusal};
 pub use doubt::CampaignDoubt;
-pub use event::{Event, Evidence, Participant};
+pub use event::{Event, Evidence, Participant, sha_of_samples};
 
 use super::chain::Sha;
 use super::plan::{AnswerForm, Plan, Presented, Trial};
 use super::protocol::{Protocol, ResumeAt};
+use super::store::Purpose;
 
 /// Where a trial stands.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -152,6 +153,7 @@ pub struct State<'a> {
     protocol: &'a Protocol,
     plan: &'a Plan,
     stage: Stage,
+    purpose: Option<Purpose>,
     participant: Participant,
     /// By the place in the plan.
     trials: Vec<TrialState>,
@@ -200,6 +202,7 @@ impl<'a> State<'a> {
             protocol,
             plan,
             stage: Stage::New,
+            purpose: None,
             participant: Participant::default(),
             trials: vec![TrialState::default(); plan.trials.len()],
             runs: adaptive::runs(plan).unwrap_or_default(),
@@ -231,6 +234,12 @@ impl<'a> State<'a> {
     #[must_use]
     pub fn stage(&self) -> Stage {
         self.stage
+    }
+
+    /// As what it was begun: with a volunteer, or as a rehearsal. `None` before.
+    #[must_use]
+    pub fn purpose(&self) -> Option<Purpose> {
+        self.purpose
     }
 
     /// The protocol.
@@ -418,6 +427,7 @@ impl<'a> State<'a> {
             Event::Begun {
                 plan,
                 protocol,
+                purpose,
                 participant,
                 ..
             } => {
@@ -428,6 +438,7 @@ impl<'a> State<'a> {
                     why: error.to_string(),
                 })?;
                 self.stage = Stage::Consent;
+                self.purpose = Some(*purpose);
                 self.participant = participant.clone();
             }
             Event::ConsentGiven { .. } => self.stage = Stage::Running,

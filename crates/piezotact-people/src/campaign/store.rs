@@ -4,6 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 use super::chain::{ChainError, Link, Payload, Salt, Sha, next_link, verify};
 
 /// A session of a participant, by the names that the campaign gives them.
@@ -33,7 +35,9 @@ impl SessionKey {
 }
 
 /// Whether a session is with a volunteer, or tried out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Purpose {
     /// A volunteer: it is analysed.
     Volunteer,

@@ -7,6 +7,7 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::{AnswerForm, Plan, PlanRequest, plan};
 use piezotact_people::campaign::protocol::{Protocol, from_library};
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, State, Step};
+use piezotact_people::campaign::store::Purpose;
 
 pub(crate) fn library(name: &str) -> Protocol {
     from_library(name).unwrap().unwrap()
@@ -39,6 +40,8 @@ pub(crate) fn evidence(stimulus: &str, reached: Outcome) -> Evidence {
         onset_uncertainty_s: None,
         strokes: 1,
         journal: None,
+        bench: None,
+        recorded: None,
     }
 }
 
@@ -57,6 +60,7 @@ impl<'a> Sitting<'a> {
         sitting.does(Command::Begin {
             experimenter: "EX".to_owned(),
             program: "piezotact".to_owned(),
+            purpose: Purpose::Volunteer,
             participant: Participant::default(),
         });
         let text = Sha::of(b"consent");

@@ -145,6 +145,8 @@ pub(crate) fn evidence(stimulus: &str) -> Evidence {
         onset_uncertainty_s: None,
         strokes: 1,
         journal: None,
+        bench: None,
+        recorded: None,
     }
 }
 
@@ -282,6 +284,7 @@ pub(crate) fn next(state: &State<'_>) -> Option<Command> {
         Step::Begin => Command::Begin {
             experimenter: "EX".to_owned(),
             program: "piezotact".to_owned(),
+            purpose: Purpose::Volunteer,
             participant: Participant {
                 age_years: Some(25),
                 ..Participant::default()

@@ -181,6 +181,29 @@ impl StartTime {
         }
     }
 
+    /// The time in ms since 1970-01-01 00:00 UTC; of a clock in an unknown time zone the earliest that it can be. `None` before 1970.
+    #[must_use]
+    pub fn unix_ms(&self) -> Option<i64> {
+        let (at, offset) = self.nanoseconds()?;
+        let minutes = match offset {
+            "Z" => 0,
+            // The clocks that are furthest ahead are 14 h before UTC.
+            "" => 14 * 60,
+            _ => {
+                let (hours, minutes) = offset.get(1..)?.split_once(':')?;
+                let ahead = hours.parse::<i128>().ok()? * 60 + minutes.parse::<i128>().ok()?;
+                if offset.starts_with('-') {
+                    -ahead
+                } else {
+                    ahead
+                }
+            }
+        };
+        let since = at - days_of(1970, 1, 1) * DAY - minutes * 60 * SECOND;
+        let ms = i64::try_from(since.div_euclid(1_000_000)).ok()?;
+        (ms >= 0).then_some(ms)
+    }
+
     /// The time `by` later, to the nanosecond, in the same zone.
     #[must_use]
     pub fn later(&self, by: Seconds) -> Self {

@@ -8,14 +8,15 @@ use piezotact_people::association::{
     answers_table, evidence_table, participants_table, trials_table,
 };
 use piezotact_people::campaign::dictionary::dictionary;
+use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::session::State;
-use piezotact_people::campaign::store::{Purpose, Store as _};
+use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_report::report;
 
-use super::study::{Begun, Study};
+use super::study::Study;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
-use crate::output::{document_text, print, write_text};
+use crate::output::{document_text, print, say_doubts, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -30,12 +31,11 @@ pub(crate) struct Arguments {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     let answers = study.answers()?.1.len();
-    let begun = study.sessions()?;
+    let begun = study.sessions()?.len();
+    let live = study.live()?;
     let mut states: Vec<(State<'_>, Purpose)> = Vec::new();
-    for Begun { entry, plan } in &begun {
-        if let Some(plan) = plan {
-            states.push((study.state(plan)?, entry.purpose));
-        }
+    for (entry, plan) in &live {
+        states.push((study.state(plan)?, entry.purpose));
     }
     let events = args.out.join("events");
     folders([Some(args.out.as_path()), Some(events.as_path())].as_slice())?;
@@ -45,18 +45,20 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let path = args.out.join("dictionary.json");
     let dictionary = dictionary(&study.campaign.protocol);
     write_text(&path, &document_text(&dictionary, Some(&path))?)?;
-    write_events(&study, &begun, &events)?;
+    write_events(&study, &live, &events)?;
     let rehearsals = states
         .iter()
         .filter(|(_, purpose)| *purpose == Purpose::Rehearsal);
     print(&format!(
-        "{}: {} answers of {} sessions ({} of them rehearsals, marked), {} withdrawn",
+        "{}: {} answers of {} sessions ({} of them rehearsals, marked); {} sessions of participants who withdrew are left out",
         args.out.display(),
         answers,
         states.len(),
         rehearsals.count(),
-        begun.len() - states.len()
-    ))
+        begun - states.len()
+    ))?;
+    say_doubts(&study.doubts()?);
+    Ok(())
 }
 
 /// The tables with the names of their files.
@@ -75,12 +77,9 @@ fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static 
     ])
 }
 
-/// Writes the events of every session that was not erased, one file for each session and one line for each event.
-fn write_events(study: &Study, begun: &[Begun], folder: &Path) -> Outcome {
-    for Begun { entry, .. } in begun {
-        if entry.withdrawn_at_ms.is_some() {
-            continue;
-        }
+/// Writes the events of every session that counts, one file for each session and one line for each event.
+fn write_events(study: &Study, live: &[(SessionEntry, Plan)], folder: &Path) -> Outcome {
+    for (entry, _) in live {
         let mut lines = String::new();
         for link in study.store.events(&entry.key)? {
             if let Some(payload) = &link.payload {

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
+use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::study::Pseudonym;
 use piezotact_people::campaign::plan::{AnswerForm, Plan, PlanRequest, Presented, plan};
 
 use super::study::Study;
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::output::print;
 
 #[derive(Debug, Args)]
@@ -66,11 +67,12 @@ pub(super) fn planned(study: &Study, participant: &Pseudonym, session: &str) -> 
         entry.entry.key.participant == participant.as_str() && entry.entry.key.session == session
     };
     if let Some(written) = begun.into_iter().find(is_it) {
-        return written.plan.ok_or_else(|| {
-            usage(anyhow::anyhow!(
+        let written = written.plan.ok_or_else(|| {
+            usage(anyhow!(
                 "{participant} has withdrawn: nothing can be added; use another pseudonym for another person"
             ))
-        });
+        })?;
+        return unchanged(study, written);
     }
     let request = PlanRequest {
         seed: study.campaign.seed,
@@ -84,4 +86,31 @@ pub(super) fn planned(study: &Study, participant: &Pseudonym, session: &str) -> 
         request,
     );
     plan.map_err(usage)
+}
+
+/// `written`, unless it was changed before the first event of its session, which keeps its checksum from then on.
+fn unchanged(study: &Study, written: Plan) -> Outcome<Plan> {
+    if study.state(&written)?.events() > 0 {
+        return Ok(written);
+    }
+    let request = PlanRequest {
+        seed: study.campaign.seed,
+        participant: &written.participant,
+        session: &written.session,
+        completed: &written.completed,
+    };
+    let again = plan(
+        &study.campaign.protocol,
+        study.campaign.protocol_sha,
+        request,
+    );
+    match again.map_err(usage)? == written {
+        true => Ok(written),
+        false => Err(Failure::Data(anyhow!(
+            "the plan of session {} of {} is not the one that follows from protocol, seed and completed sessions: it was changed after it \
+             was written, and before the session began; restore it from a copy of the study, or use another pseudonym",
+            written.session,
+            written.participant
+        ))),
+    }
 }

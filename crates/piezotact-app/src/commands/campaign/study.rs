@@ -1,5 +1,6 @@
 //! A study that is open: its store, its campaign, and the sessions with their plans.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,7 +13,7 @@ use piezotact_people::association::{
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::protocol::TaskKind;
-use piezotact_people::campaign::session::State;
+use piezotact_people::campaign::session::{CampaignDoubt, Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_session::state_of;
 
@@ -36,6 +37,29 @@ impl Study {
         let store = SqliteStore::open(folder)?;
         let campaign = StudyCampaign::read(folder)?;
         Ok(Self { store, campaign })
+    }
+
+    /// The sessions that count: of everybody who has not withdrawn, in the order in which they were begun. Who withdrew in one
+    /// session has withdrawn from all, erased or not.
+    pub(super) fn live(&self) -> Outcome<Vec<(SessionEntry, Plan)>> {
+        let not_erased = self.not_erased()?;
+        let sessions = self.sessions()?.into_iter();
+        let live = sessions.filter(|begun| !not_erased.contains(&begun.entry.key.participant));
+        let planned = live.filter_map(|begun| begun.plan.map(|plan| (begun.entry, plan)));
+        Ok(planned.collect())
+    }
+
+    /// Who withdrew in a session and was not erased yet.
+    pub(super) fn not_erased(&self) -> Outcome<BTreeSet<String>> {
+        let mut withdrawn = BTreeSet::new();
+        for Begun { plan, .. } in self.sessions()? {
+            if let Some(plan) = plan
+                && self.state(&plan)?.stage() == Stage::Withdrawn
+            {
+                withdrawn.insert(plan.participant);
+            }
+        }
+        Ok(withdrawn)
     }
 
     /// All sessions, in the order in which they were begun.
@@ -74,10 +98,8 @@ impl Study {
     /// The sessions with volunteers that were ended, for the plan of the next.
     pub(super) fn completed(&self) -> Outcome<Vec<CompletedSession>> {
         let mut completed = Vec::new();
-        for Begun { entry, plan } in self.sessions()? {
-            if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan)
-                && self.state(&plan)?.is_complete()
-            {
+        for (entry, plan) in self.live()? {
+            if entry.purpose == Purpose::Volunteer && self.state(&plan)?.is_complete() {
                 completed.push(plan.as_completed());
             }
         }
@@ -87,10 +109,8 @@ impl Study {
     /// What the protocol declares, and every confirmed answer of every session that was not erased.
     pub(crate) fn answers(&self) -> Outcome<(Declared, Vec<Answer>)> {
         let mut answers = Vec::new();
-        for Begun { entry, plan } in self.sessions()? {
-            if let Some(plan) = plan {
-                answers.extend(answers_of(&self.state(&plan)?, entry.purpose));
-            }
+        for (entry, plan) in self.live()? {
+            answers.extend(answers_of(&self.state(&plan)?, entry.purpose));
         }
         Ok((declared(&self.campaign.protocol), answers))
     }
@@ -102,11 +122,13 @@ impl Study {
         orders.map(|task| task.name.clone()).collect()
     }
 
-    /// What a person should know of the sessions with volunteers: failed catch trials.
+    /// What a person should know of the sessions with volunteers.
     pub(crate) fn doubts(&self) -> Outcome<Vec<Doubt>> {
-        let mut doubts = Vec::new();
-        for Begun { entry, plan } in self.sessions()? {
-            if let (Purpose::Volunteer, Some(plan)) = (entry.purpose, plan) {
+        let not_erased = self.not_erased()?.into_iter();
+        let not_erased = not_erased.map(|participant| CampaignDoubt::NotErased { participant });
+        let mut doubts: Vec<Doubt> = not_erased.map(Doubt::from).collect();
+        for (entry, plan) in self.live()? {
+            if entry.purpose == Purpose::Volunteer {
                 doubts.extend(self.state(&plan)?.doubts());
             }
         }
@@ -116,10 +138,8 @@ impl Study {
     /// The thresholds of adaptive comparisons, one row for each run.
     pub(super) fn thresholds(&self) -> Outcome<Table> {
         let mut rows = Vec::new();
-        for Begun { plan, .. } in self.sessions()? {
-            if let Some(plan) = plan {
-                rows.extend(thresholds_table(&self.state(&plan)?).rows);
-            }
+        for (_, plan) in self.live()? {
+            rows.extend(thresholds_table(&self.state(&plan)?).rows);
         }
         let mut table = Table::new(THRESHOLD_COLUMNS.map(|name| Column::new(name, name)));
         table.rows = rows;

@@ -1,13 +1,20 @@
 //! `piezotact campaign verify-journal`: whether what is stored is what was written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use clap::Args;
+use piezotact::quantity::Acceleration;
+use piezotact_bench::procedure::ACCELERATION_CHANNEL;
+use piezotact_dataset::study::Pseudonym;
+use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::session::{State, sha_of_samples};
 use piezotact_people::campaign::store::Store as _;
 
 use super::study::{Begun, Study};
-use crate::failure::Outcome;
-use crate::output::print;
+use crate::failure::{Failure, Outcome};
+use crate::output::{print, say};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -19,6 +26,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     let sessions = study.store.verify()?;
+    let mut checked = Recordings::default();
     for Begun { entry, plan } in study.sessions()? {
         let events = study.store.events(&entry.key)?.len();
         let head = study.store.head(&entry.key)?;
@@ -26,10 +34,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         let what = match plan {
             Some(plan) => {
                 // Its events follow from each other, and belong to its plan.
-                study.state(&plan)?;
-                "whole"
+                let recordings = recordings(&study, &study.state(&plan)?)?;
+                let what = recordings.words();
+                checked.add(recordings);
+                what
             }
-            None => "erased after a withdrawal, the chain is whole",
+            None => "erased after a withdrawal, the chain is whole".to_owned(),
         };
         print(&format!(
             "{} {}: {events} events, {what}; ends with {head}",
@@ -37,7 +47,77 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ))?;
     }
     print(&format!(
-        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Recordings and drives are not checked.",
+        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
         args.study.display()
-    ))
+    ))?;
+    for one in &checked.wrong {
+        say(one);
+    }
+    match checked.wrong.len() {
+        0 => Ok(()),
+        wrong => Err(Failure::Data(anyhow!(
+            "{wrong} of {} recordings are not those that were made while the stimuli played; restore them from a copy of the study",
+            checked.alike + wrong
+        ))),
+    }
+}
+
+/// The recordings of what was played, compared with what the events say of them.
+#[derive(Default)]
+struct Recordings {
+    alike: usize,
+    /// What is wrong, one sentence for each.
+    wrong: Vec<String>,
+}
+
+impl Recordings {
+    fn add(&mut self, other: Self) {
+        self.alike += other.alike;
+        self.wrong.extend(other.wrong);
+    }
+
+    fn words(&self) -> String {
+        match (self.alike, self.wrong.len()) {
+            (0, 0) => "whole".to_owned(),
+            (alike, 0) => format!("whole, with the {alike} recordings of what was played"),
+            (alike, wrong) => {
+                format!(
+                    "whole, but {wrong} of {} recordings of what was played are not",
+                    alike + wrong
+                )
+            }
+        }
+    }
+}
+
+/// The recordings of the playings that count in a session.
+fn recordings(study: &Study, state: &State<'_>) -> Outcome<Recordings> {
+    let plan = state.plan();
+    let participant = Pseudonym::new(&plan.participant)?;
+    let folder = study.store.session_folder(&participant, &plan.session)?;
+    let mut found = Recordings::default();
+    for (_, trial) in state.trials() {
+        for (_, one) in &trial.evidence {
+            let (Some(journal), Some(recorded)) = (&one.journal, one.recorded) else {
+                continue;
+            };
+            match is_recorded(&folder.join(journal), recorded) {
+                Ok(true) => found.alike += 1,
+                Ok(false) => found.wrong.push(format!(
+                    "{}: expected the recording that was made in session {} of {participant}, found another",
+                    folder.join(journal).display(),
+                    plan.session
+                )),
+                Err(error) => found.wrong.push(error.to_string()),
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Whether the acceleration in `file` is the one whose checksum was noted while it was recorded.
+fn is_recorded(file: &Path, noted: Sha) -> anyhow::Result<bool> {
+    let recording = read_recording(file, &ReadOptions::default())?.recording;
+    let response = recording.series::<Acceleration>(Some(ACCELERATION_CHANNEL))?;
+    Ok(sha_of_samples(response.samples()) == noted)
 }

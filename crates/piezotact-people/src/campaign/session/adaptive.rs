@@ -2,12 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::Doubt;
-
 use super::super::adaptive::{AdaptiveRuleError, AdaptiveRun, Response, ThresholdEstimate};
 use super::super::plan::{Plan, Presented, Trial, TrialKind};
 use super::super::protocol::Adaptive;
-use super::{Answer, CampaignDoubt, State, TrialState};
+use super::{Answer, State, TrialState};
 
 /// An adaptive run with the answers that it has taken up.
 #[derive(Clone, Debug)]
@@ -188,24 +186,6 @@ impl<'a> State<'a> {
             counts[at].failed += usize::from(self.names(trial, answer) != *right);
         }
         counts
-    }
-
-    /// What to know before relying on the answers.
-    #[must_use]
-    pub fn doubts(&self) -> Vec<Doubt> {
-        let failed = self.catches().into_iter();
-        failed
-            .filter(|count| count.failed > count.allowed)
-            .map(|count| {
-                CampaignDoubt::CatchTrialsFailed {
-                    task: count.task.to_owned(),
-                    failed: count.failed,
-                    answered: count.answered,
-                    allowed: count.allowed,
-                }
-                .into()
-            })
-            .collect()
     }
 }
 

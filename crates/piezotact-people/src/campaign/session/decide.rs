@@ -2,6 +2,7 @@
 
 use super::super::chain::Sha;
 use super::super::plan::{AnswerForm, Presented, Trial};
+use super::super::store::Purpose;
 use super::answer::{letters, understand};
 use super::{
     Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, checklist_place,
@@ -16,6 +17,8 @@ pub enum Command {
         experimenter: String,
         /// The program and its version.
         program: String,
+        /// With a volunteer, or a rehearsal.
+        purpose: Purpose,
         /// Who takes part.
         participant: Participant,
     },
@@ -170,6 +173,7 @@ impl State<'_> {
                 Command::Begin {
                     experimenter,
                     program,
+                    purpose,
                     participant,
                 },
             ) => Ok(Event::Begun {
@@ -177,6 +181,7 @@ impl State<'_> {
                 protocol: self.plan.protocol_sha,
                 experimenter: experimenter.clone(),
                 program: program.clone(),
+                purpose: *purpose,
                 participant: participant.clone(),
             }),
             (Step::AskConsent, Command::Consent { text }) => {

@@ -4,6 +4,9 @@ use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::doubt::{Advice, DoubtKind, FieldValue};
+use piezotact::recording::BenchKind;
+
+use super::{Evidence, Stage, State};
 
 /// One thing to know before relying on the answers of a session.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,37 +22,100 @@ pub enum CampaignDoubt {
         /// How many may be wrong.
         allowed: usize,
     },
+    /// The session was stopped before its end; the answers until then are counted.
+    StoppedEarly {
+        /// The session and whose it is.
+        session: String,
+        /// How many trials were confirmed.
+        confirmed: usize,
+        /// How many were planned.
+        planned: usize,
+    },
+    /// A participant withdrew, and what is stored was not erased yet.
+    NotErased {
+        /// The participant.
+        participant: String,
+    },
+    /// Stimuli were played to a finger that a bench simulates: no person felt them.
+    Simulated {
+        /// The session and whose it is.
+        session: String,
+        /// How many playings.
+        playings: usize,
+    },
 }
 
 const CATCH: &str = "catch_trials_failed";
+const STOPPED: &str = "session_stopped_early";
+const NOT_ERASED: &str = "withdrawn_not_erased";
+const SIMULATED: &str = "felt_by_a_simulated_finger";
 
 impl From<CampaignDoubt> for Doubt {
     fn from(kind: CampaignDoubt) -> Self {
-        let CampaignDoubt::CatchTrialsFailed {
-            task,
-            failed,
-            answered,
-            allowed,
-        } = kind;
-        let fields = [
-            ("task", task.into_value()),
-            ("failed", failed.into_value()),
-            ("answered", answered.into_value()),
-            ("allowed", allowed.into_value()),
-        ];
-        Self::of_fields(CATCH, fields, None, Vec::new())
+        match kind {
+            CampaignDoubt::CatchTrialsFailed {
+                task,
+                failed,
+                answered,
+                allowed,
+            } => {
+                let fields = [
+                    ("task", task.into_value()),
+                    ("failed", failed.into_value()),
+                    ("answered", answered.into_value()),
+                    ("allowed", allowed.into_value()),
+                ];
+                Self::of_fields(CATCH, fields, None, Vec::new())
+            }
+            CampaignDoubt::StoppedEarly {
+                session,
+                confirmed,
+                planned,
+            } => {
+                let fields = [
+                    ("session", session.into_value()),
+                    ("confirmed", confirmed.into_value()),
+                    ("planned", planned.into_value()),
+                ];
+                Self::of_fields(STOPPED, fields, None, Vec::new())
+            }
+            CampaignDoubt::NotErased { participant } => {
+                let fields = [("participant", participant.into_value())];
+                Self::of_fields(NOT_ERASED, fields, None, Vec::new())
+            }
+            CampaignDoubt::Simulated { session, playings } => {
+                let fields = [
+                    ("session", session.into_value()),
+                    ("playings", playings.into_value()),
+                ];
+                Self::of_fields(SIMULATED, fields, None, Vec::new())
+            }
+        }
     }
 }
 
 impl DoubtKind for CampaignDoubt {
     fn of(doubt: &Doubt) -> Option<Self> {
         let field = |name: &str| doubt.field::<usize>(name, None);
+        let text = |name: &str| doubt.field::<String>(name, None);
         match doubt.code.as_ref() {
             CATCH => Some(Self::CatchTrialsFailed {
-                task: doubt.field("task", None)?,
+                task: text("task")?,
                 failed: field("failed")?,
                 answered: field("answered")?,
                 allowed: field("allowed")?,
+            }),
+            STOPPED => Some(Self::StoppedEarly {
+                session: text("session")?,
+                confirmed: field("confirmed")?,
+                planned: field("planned")?,
+            }),
+            NOT_ERASED => Some(Self::NotErased {
+                participant: text("participant")?,
+            }),
+            SIMULATED => Some(Self::Simulated {
+                session: text("session")?,
+                playings: field("playings")?,
             }),
             _ => None,
         }
@@ -62,16 +128,71 @@ impl DoubtKind for CampaignDoubt {
 
 impl fmt::Display for CampaignDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self::CatchTrialsFailed {
-            task,
-            failed,
-            answered,
-            allowed,
-        } = self;
-        write!(
-            f,
-            "{task}: {failed} of {answered} catch trials, whose answer is known and easy, were answered wrongly, and the protocol allows \
-                {allowed}: the participant may not have done the task; look at the other answers before they are used"
-        )
+        match self {
+            Self::CatchTrialsFailed {
+                task,
+                failed,
+                answered,
+                allowed,
+            } => write!(
+                f,
+                "{task}: {failed} of {answered} catch trials, whose answer is known and easy, were answered wrongly, and the \
+                 protocol allows {allowed}: the participant may not have done the task; look at the other answers before they \
+                 are used"
+            ),
+            Self::StoppedEarly {
+                session,
+                confirmed,
+                planned,
+            } => write!(
+                f,
+                "{session} was stopped after {confirmed} of {planned} trials; the answers until then are counted: decide, before \
+                 the answers are looked at, whether incomplete sessions belong to the analysis"
+            ),
+            Self::NotErased { participant } => write!(
+                f,
+                "{participant} has withdrawn and is not erased yet: the sessions of {participant} are left out here; erase everything of \
+                 this participant now"
+            ),
+            Self::Simulated { session, playings } => write!(
+                f,
+                "{session}: {playings} playings were on a simulated bench: no person felt them, and the answers say nothing about \
+                 people"
+            ),
+        }
+    }
+}
+
+impl State<'_> {
+    /// What to know before relying on the answers.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let failed = self.catches().into_iter();
+        let failed = failed.filter(|count| count.failed > count.allowed);
+        let mut doubts: Vec<CampaignDoubt> = failed
+            .map(|count| CampaignDoubt::CatchTrialsFailed {
+                task: count.task.to_owned(),
+                failed: count.failed,
+                answered: count.answered,
+                allowed: count.allowed,
+            })
+            .collect();
+        let session = format!("session {} of {}", self.plan.session, self.plan.participant);
+        if self.stage == Stage::Stopped && self.confirmed() > 0 {
+            doubts.push(CampaignDoubt::StoppedEarly {
+                session: session.clone(),
+                confirmed: self.confirmed(),
+                planned: self.progress().values().map(|(_, needed)| needed).sum(),
+            });
+        }
+        let played = self.trials.iter().flat_map(|trial| &trial.evidence);
+        let is_simulated = |(_, one): &&(usize, Evidence)| {
+            one.bench.is_some_and(|bench| bench != BenchKind::Hardware)
+        };
+        let playings = played.filter(is_simulated).count();
+        if playings > 0 {
+            doubts.push(CampaignDoubt::Simulated { session, playings });
+        }
+        doubts.into_iter().map(Doubt::from).collect()
     }
 }

@@ -3,9 +3,11 @@
 use std::collections::BTreeMap;
 
 use piezotact::criterion::Outcome;
+use piezotact::recording::BenchKind;
 use serde::{Deserialize, Serialize};
 
 use super::super::chain::Sha;
+use super::super::store::Purpose;
 use super::Answer;
 
 /// What was measured while a stimulus was played.
@@ -48,9 +50,26 @@ pub struct Evidence {
     pub onset_uncertainty_s: Option<f64>,
     /// How often the stroke was played in a row.
     pub strokes: u32,
+    /// The kind of bench on which it was played; absent where the recording does not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bench: Option<BenchKind>,
+    /// The SHA-256 of the acceleration that was recorded while it played, by [`sha_of_samples`]; absent where none was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<Sha>,
     /// The journal of the run, re the participant's folder.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub journal: Option<String>,
+}
+
+/// The SHA-256 of `samples` as 32-bit floating point, little-endian: a file that keeps seven digits keeps it too.
+///
+/// Source: decision 0069 of this project.
+#[must_use]
+pub fn sha_of_samples(samples: &[f64]) -> Sha {
+    let bytes = samples
+        .iter()
+        .flat_map(|sample| (*sample as f32).to_le_bytes());
+    Sha::of(&bytes.collect::<Vec<u8>>())
 }
 
 impl Evidence {
@@ -98,6 +117,8 @@ pub enum Event {
         experimenter: String,
         /// The program and its version.
         program: String,
+        /// With a volunteer, or a rehearsal.
+        purpose: Purpose,
         /// Who takes part.
         #[serde(default)]
         participant: Participant,

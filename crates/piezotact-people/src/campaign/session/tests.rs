@@ -48,6 +48,7 @@ impl<'a> Run<'a> {
         run.does(Command::Begin {
             experimenter: "EX".to_owned(),
             program: "piezotact 0.1.0".to_owned(),
+            purpose: Purpose::Volunteer,
             participant: Participant::default(),
         });
         run.does(Command::Consent {
@@ -146,6 +147,7 @@ fn nothing_happens_before_consent_and_the_checklist() {
     run.does(Command::Begin {
         experimenter: "EX".to_owned(),
         program: "p".to_owned(),
+        purpose: Purpose::Volunteer,
         participant: Participant::default(),
     });
     let refusal = run.tries(present()).unwrap_err().to_string();
@@ -160,6 +162,7 @@ fn nothing_happens_before_consent_and_the_checklist() {
     refused.does(Command::Begin {
         experimenter: "EX".to_owned(),
         program: "p".to_owned(),
+        purpose: Purpose::Volunteer,
         participant: Participant::default(),
     });
     refused.does(Command::RefuseConsent);
@@ -486,5 +489,70 @@ fn letters_go_beyond_the_alphabet() {
             all[27].as_str()
         ),
         ("A", "Z", "AA", "AB")
+    );
+}
+
+#[test]
+fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
+    let (protocol, plan) = isotropic();
+    let mut run = Run::begun(&protocol, &plan);
+    run.trial();
+    assert_eq!(run.state.doubts(), []);
+    let mut stopped = Run {
+        state: run.state.clone(),
+        events: run.events.clone(),
+        now_ms: run.now_ms,
+    };
+    stopped.does(Command::Stop {
+        why: "tired".to_owned(),
+    });
+    let doubts = stopped.state.doubts();
+    let said = doubts[0].to_string();
+    assert_eq!(doubts.len(), 1);
+    assert!(said.contains("stopped after 1 of 27 trials"), "{said}");
+    // A session that is under way is not stopped, and one stopped before its first answer has nothing to count.
+    let mut at_once = Run::begun(&protocol, &plan);
+    at_once.does(Command::Stop {
+        why: "tired".to_owned(),
+    });
+    assert_eq!(at_once.state.doubts(), []);
+    let mut felt = |bench| {
+        let mut state = run.state.clone();
+        let trial = plan.trials.iter().find(|trial| trial.task == "task3");
+        let trial = trial.unwrap();
+        let one = |stimulus: &String| Evidence {
+            stimulus: stimulus.clone(),
+            drive: Sha::of(b"drive"),
+            gain: None,
+            verified: piezotact::criterion::Outcome::Met,
+            reached: piezotact::criterion::Outcome::Met,
+            criteria: BTreeMap::new(),
+            score_jnd: None,
+            level_re_target_db: None,
+            rendered_at_db: None,
+            normal_force_n: None,
+            onset_s: None,
+            onset_uncertainty_s: None,
+            strokes: 1,
+            bench: Some(bench),
+            recorded: None,
+            journal: None,
+        };
+        let event = Event::Presented {
+            trial: trial.name.clone(),
+            instead: None,
+            evidence: trial.presented.names().iter().map(one).collect(),
+            chosen: None,
+        };
+        state.apply(2_000_000, &event).unwrap();
+        (state.doubts(), trial.presented.names().len())
+    };
+    use piezotact::recording::BenchKind;
+    assert_eq!(felt(BenchKind::Hardware).0, []);
+    let (doubts, playings) = felt(BenchKind::Twin);
+    let said = doubts[0].to_string();
+    assert!(
+        said.contains(&format!("{playings} playings were on a simulated bench")),
+        "{said}"
     );
 }

@@ -10,9 +10,10 @@ use piezotact::criterion::Outcome;
 use piezotact::panel::PanelDoubt;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
+use piezotact::recording::{BenchKind, Recording};
 use piezotact::render::Rendering;
 use piezotact_dataset::sidecar::sidecar_path;
-use piezotact_dataset::{Contents, ReadOptions, read_input, read_recording};
+use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
@@ -38,7 +39,15 @@ pub(super) struct Drives {
     pub(super) facts: Vec<RenderingFacts>,
     pub(super) band: Option<Band>,
     /// The files to take into the study, stimulus by stimulus.
-    given: Vec<(String, [PathBuf; 3])>,
+    pub(super) given: Vec<(String, [PathBuf; 3])>,
+}
+
+/// Copies the drives that were `given` into the session in `folder`.
+pub(super) fn keep(given: &[(String, [PathBuf; 3])], folder: &Path) -> Result<(), Failure> {
+    for (stimulus, given) in given {
+        take_over(given, &files(folder, stimulus))?;
+    }
+    Ok(())
 }
 
 /// The files of one stimulus in a folder of drives.
@@ -78,14 +87,6 @@ impl Drives {
             }
         }
         Ok(drives)
-    }
-
-    /// Copies those that were given into the session in `folder`.
-    pub(super) fn keep(&self, folder: &Path) -> Result<(), Failure> {
-        for (stimulus, given) in &self.given {
-            take_over(given, &files(folder, stimulus))?;
-        }
-        Ok(())
     }
 
     fn add(
@@ -132,8 +133,8 @@ impl Drives {
         };
         let verification = verified(target, measured, band)?;
         // What another finger felt decides nothing.
-        let felt_by = playing.recording.about.condition.participant;
-        let verified = match felt_by.is_some_and(|person| person != plan.participant) {
+        let felt_by = playing.recording.about.condition.participant.as_ref();
+        let verified = match felt_by.is_some_and(|person| *person != plan.participant) {
             true => Outcome::NotDecided,
             false => State::of(&verification).outcome(),
         };
@@ -144,7 +145,7 @@ impl Drives {
             rendered_with: whose(&rendering),
             verified,
             measured: of_drive,
-            prepared_ms: changed_ms(measured),
+            prepared_ms: measured_ms(measured, &playing.recording),
         });
         self.ready.insert(
             stimulus.to_owned(),
@@ -176,7 +177,8 @@ fn require_names(plan: &Plan) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Copies what is in `from` and differs from what is in `to`, with its sidecars and times.
+/// Copies what is in `from` and differs from what is in `to`, with its sidecars and times; what stood there is kept as
+/// `NAME.before-N`.
 fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
     for (from, to) in from.iter().zip(to) {
         if let Some(folder) = to.parent() {
@@ -191,6 +193,7 @@ fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
             if to.is_file() && read_input(to)? == bytes {
                 continue;
             }
+            keep_before(to)?;
             write_bytes(to, &bytes)?;
             let changed = std::fs::metadata(from)?.modified()?;
             std::fs::File::options()
@@ -211,6 +214,19 @@ fn whose(rendering: &Rendering) -> Whose {
     }
     let person = rendering.about.condition.participant.clone();
     person.map_or(Whose::Unknown, Whose::Of)
+}
+
+/// When a drive was measured, in ms since 1970-01-01 00:00 UTC: the start time of the recording; of a simulated one, which has no
+/// time of day, when its file was written. The time of the file of a real one is not believed: a copy has the time of copying.
+fn measured_ms(file: &Path, recording: &Recording) -> Option<i64> {
+    let started = recording.annotations.started_at.as_ref();
+    let simulated = recording.about.provenance.bench;
+    let simulated = simulated.is_some_and(|bench| bench != BenchKind::Hardware);
+    match (started, simulated) {
+        (Some(started), _) => started.unix_ms(),
+        (None, true) => changed_ms(file),
+        (None, false) => None,
+    }
 }
 
 /// When a file was written, in ms since 1970-01-01 00:00 UTC.

@@ -10,15 +10,17 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
 use piezotact::quantity::{Band, Hertz};
+use piezotact::recording::BenchKind;
 use piezotact::render::Rendering;
 use piezotact::run::{RunStart, Sink, SinkError};
+use piezotact_bench::Bench;
 use piezotact_bench::procedure::RunKeeper;
 use piezotact_dataset::JournalSink;
 use piezotact_people::campaign::chain::{Salt, Sha};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
-    EarlierSession, Known, NotReady, not_ready, stimuli_of,
+    EarlierSession, FingerOnBench, Known, NotReady, not_ready, stimuli_of,
 };
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage};
 use piezotact_people::campaign::store::{Purpose, StoreError};
@@ -96,17 +98,23 @@ enum Handedness {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut study = Study::open(&args.study)?;
     let participant = study.participant(&args.participant)?;
+    if study.not_erased()?.contains(participant.as_str()) {
+        return Err(Failure::Data(anyhow!(withdrawn(args))));
+    }
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let given = args.drives.as_deref();
     let drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
-    ready(&study, &plan, &drives, args, begun)?;
+    let bench = args.bench.as_ref().map(|bench| bench.open()).transpose()?;
+    let finger = finger(&plan, bench.as_ref());
+    ready((&study, &plan), &drives, args, begun, &finger)?;
+    let _alone = study.store.run_alone(&participant, &args.session)?;
     if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
-    drives.keep(&folder)?;
-    let mut bench = match &args.bench {
+    let taken = drives.given.clone();
+    let mut bench = match bench {
         Some(bench) => Some(Announced(stimulator(&study, bench, drives, &folder)?)),
         None => None,
     };
@@ -129,6 +137,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         stimuli,
         outside,
     )?;
+    drives::keep(&taken, &folder)?;
     session(runner, args, consent.as_deref())
 }
 
@@ -158,11 +167,11 @@ fn begun(study: &Study, plan: &Plan) -> Outcome<Option<Stage>> {
 /// Refuses a session with a volunteer for which something is missing; a rehearsal says it only. One that was begun is refused for
 /// its drives alone.
 fn ready(
-    study: &Study,
-    plan: &Plan,
+    (study, plan): (&Study, &Plan),
     drives: &Drives,
     args: &Arguments,
     begun: Option<Stage>,
+    finger: &FingerOnBench,
 ) -> Outcome {
     if matches!(
         begun,
@@ -187,6 +196,7 @@ fn ready(
         renderings: &renderings,
         earlier: &earlier,
         panels: &study.campaign.panels,
+        finger,
         now_ms: now_ms(),
     };
     let mut missing = not_ready(&study.campaign.protocol, plan, known);
@@ -206,6 +216,10 @@ fn ready(
                     | NotReady::TransferFunction { .. }
                     | NotReady::NotPassed { .. }
                     | NotReady::Measured { .. }
+                    | NotReady::TooOld { .. }
+                    | NotReady::Undated { .. }
+                    | NotReady::NoFinger { .. }
+                    | NotReady::OtherFinger { .. }
             )
         });
     }
@@ -250,6 +264,21 @@ fn merged(missing: &[NotReady]) -> Vec<String> {
         .collect()
 }
 
+/// The finger that feels what `bench` plays in the session of `plan`.
+fn finger(plan: &Plan, bench: Option<&Bench>) -> FingerOnBench {
+    let Some(bench) = bench.filter(|_| !stimuli_of(plan).is_empty()) else {
+        return FingerOnBench::NotHere;
+    };
+    let kind = bench.acquirer.describe().kind;
+    match kind {
+        BenchKind::Hardware => FingerOnBench::Real,
+        BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted => FingerOnBench::Simulated {
+            bench: kind,
+            of: bench.acquirer.describe().condition.participant,
+        },
+    }
+}
+
 /// The sessions of `participant` with a volunteer, and when each was ended.
 fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>> {
     let mut found = Vec::new();
@@ -268,11 +297,10 @@ fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>
 /// The bench with the drives of the session, whose runs are kept in `folder`.
 fn stimulator(
     study: &Study,
-    bench: &BenchSpec,
+    bench: Bench,
     drives: Drives,
     folder: &Path,
 ) -> Outcome<BenchStimulator<'static>> {
-    let bench = bench.open()?;
     let rendering = &study.campaign.protocol.rendering;
     let condition = drives.ready.values().find_map(|drive| {
         let rendering = drive.rendering.as_ref()?;
@@ -376,6 +404,10 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
         }
         let line = match terminal.ask(now.prompt)? {
             Typed::Line(line) => line,
+            Typed::NotTaken(why) => {
+                terminal.say(&format!("  {why}"))?;
+                continue;
+            }
             Typed::End => return Err(Failure::Data(anyhow!(left(&runner)))),
         };
         let asked = match understood(runner.state(), &line, consent_sha) {
@@ -413,6 +445,7 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
         Stage::New => Command::Begin {
             experimenter,
             program: crate::invocation::PROGRAM.to_owned(),
+            purpose: purpose(args),
             participant: Participant {
                 sex: args.sex.clone(),
                 age_years: args.age,
@@ -526,15 +559,17 @@ fn left(runner: &Runner<'_>) -> String {
     )
 }
 
+fn withdrawn(args: &Arguments) -> String {
+    format!(
+        "The participant has withdrawn. Erase everything now: piezotact campaign withdraw {} {}",
+        args.study.display(),
+        args.participant
+    )
+}
+
 fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outcome {
     let what = match runner.state().stage() {
-        Stage::Withdrawn => {
-            return terminal.say(&format!(
-                "The participant has withdrawn. Erase everything now: piezotact campaign withdraw {} {}",
-                args.study.display(),
-                args.participant
-            ));
-        }
+        Stage::Withdrawn => return terminal.say(&withdrawn(args)),
         Stage::Stopped => "was stopped before its end",
         _ if !runner.state().is_complete() => "was ended without consent",
         _ => "is complete",

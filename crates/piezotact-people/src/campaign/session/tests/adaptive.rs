@@ -95,6 +95,7 @@ fn fast<'a>(
         Command::Begin {
             experimenter,
             program,
+            purpose: Purpose::Volunteer,
             participant: Participant::default(),
         },
     );
