@@ -190,10 +190,12 @@ fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
         ];
         for (from, to) in pairs.iter().filter(|(from, _)| from.is_file()) {
             let bytes = read_input(from)?;
-            if to.is_file() && read_input(to)? == bytes {
-                continue;
+            if to.is_file() {
+                if read_input(to)? == bytes {
+                    continue;
+                }
+                keep_before(to)?;
             }
-            keep_before(to)?;
             write_bytes(to, &bytes)?;
             let changed = std::fs::metadata(from)?.modified()?;
             std::fs::File::options()
