@@ -14,7 +14,7 @@ use crate::support::session::table;
 use crate::support::{BENCH, Folder};
 
 /// Four textures, their strokes, the transfer function and the drives of P01.
-fn prepared() -> &'static Folder {
+pub(crate) fn prepared() -> &'static Folder {
     static PREPARED: OnceLock<Folder> = OnceLock::new();
     PREPARED.get_or_init(|| {
         let folder = Folder::new();
@@ -68,7 +68,7 @@ fn two_sets() -> String {
 }
 
 /// A study with that protocol in which P01 was measured.
-fn measured() -> Folder {
+pub(crate) fn measured() -> Folder {
     let folder = Folder::new();
     folder.write("protocol.toml", two_sets());
     copy(&prepared().path("drives"), &folder.path("drives"));
@@ -81,7 +81,8 @@ fn measured() -> Folder {
     folder
 }
 
-const DISCRIMINATE: &str = "campaign run study P01 discrimination --drives drives --bench";
+pub(crate) const DISCRIMINATE: &str =
+    "campaign run study P01 discrimination --drives drives --bench";
 
 #[test]
 fn a_session_with_rendered_textures_runs_to_its_end_on_the_twin() {

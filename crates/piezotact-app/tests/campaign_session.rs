@@ -394,7 +394,13 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
     );
     let exported = run(&folder, "campaign export study --out exported");
     exported.expect_success();
-    holds(&exported.out(), &["5 answers of 1 sessions", "1 sessions of participants who withdrew are left out"]);
+    holds(
+        &exported.out(),
+        &[
+            "5 answers of 1 sessions",
+            "1 sessions of participants who withdrew are left out",
+        ],
+    );
     let verified = run(&folder, "campaign verify-journal study");
     verified.expect_success();
     holds(

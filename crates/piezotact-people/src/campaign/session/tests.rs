@@ -507,7 +507,7 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
         why: "tired".to_owned(),
     });
     let doubts = stopped.state.doubts();
-    let said = doubts[0].to_string();
+    let said = doubts[0].kind::<CampaignDoubt>().unwrap().to_string();
     assert_eq!(doubts.len(), 1);
     assert!(said.contains("stopped after 1 of 27 trials"), "{said}");
     // A session that is under way is not stopped, and one stopped before its first answer has nothing to count.
@@ -516,7 +516,7 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
         why: "tired".to_owned(),
     });
     assert_eq!(at_once.state.doubts(), []);
-    let mut felt = |bench| {
+    let felt = |bench| {
         let mut state = run.state.clone();
         let trial = plan.trials.iter().find(|trial| trial.task == "task3");
         let trial = trial.unwrap();
@@ -550,7 +550,7 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
     use piezotact::recording::BenchKind;
     assert_eq!(felt(BenchKind::Hardware).0, []);
     let (doubts, playings) = felt(BenchKind::Twin);
-    let said = doubts[0].to_string();
+    let said = doubts[0].kind::<CampaignDoubt>().unwrap().to_string();
     assert!(
         said.contains(&format!("{playings} playings were on a simulated bench")),
         "{said}"

@@ -10,7 +10,7 @@ use piezotact::criterion::Outcome;
 use piezotact::panel::PanelDoubt;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
-use piezotact::recording::{BenchKind, Recording};
+use piezotact::recording::{BenchKind, StartTime};
 use piezotact::render::Rendering;
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
@@ -145,7 +145,11 @@ impl Drives {
             rendered_with: whose(&rendering),
             verified,
             measured: of_drive,
-            prepared_ms: measured_ms(measured, &playing.recording),
+            prepared_ms: measured_ms(
+                measured,
+                playing.recording.annotations.started_at.as_ref(),
+                playing.recording.about.provenance.bench,
+            ),
         });
         self.ready.insert(
             stimulus.to_owned(),
@@ -220,10 +224,8 @@ fn whose(rendering: &Rendering) -> Whose {
 
 /// When a drive was measured, in ms since 1970-01-01 00:00 UTC: the start time of the recording; of a simulated one, which has no
 /// time of day, when its file was written. The time of the file of a real one is not believed: a copy has the time of copying.
-fn measured_ms(file: &Path, recording: &Recording) -> Option<i64> {
-    let started = recording.annotations.started_at.as_ref();
-    let simulated = recording.about.provenance.bench;
-    let simulated = simulated.is_some_and(|bench| bench != BenchKind::Hardware);
+fn measured_ms(file: &Path, started: Option<&StartTime>, bench: Option<BenchKind>) -> Option<i64> {
+    let simulated = bench.is_some_and(|bench| bench != BenchKind::Hardware);
     match (started, simulated) {
         (Some(started), _) => started.unix_ms(),
         (None, true) => changed_ms(file),
@@ -236,4 +238,30 @@ fn changed_ms(file: &Path) -> Option<i64> {
     let changed = std::fs::metadata(file).ok()?.modified().ok()?;
     let since = changed.duration_since(UNIX_EPOCH).ok()?;
     i64::try_from(since.as_millis()).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_time_of_a_file_says_nothing_of_a_real_measurement() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("S1.parquet");
+        std::fs::write(&file, "a copy of today").unwrap();
+        assert_eq!(measured_ms(&file, None, None), None);
+        assert_eq!(measured_ms(&file, None, Some(BenchKind::Hardware)), None);
+        let simulated = measured_ms(&file, None, Some(BenchKind::Twin));
+        assert!(simulated.is_some() && simulated == changed_ms(&file));
+        for (text, ms) in [
+            ("1970-01-02T00:00:00Z", 86_400_000),
+            ("1970-01-02T01:30:00+01:30", 86_400_000),
+            ("1970-01-01T22:00:00.5-02:00", 86_400_500),
+            ("1970-01-02T14:00:00", 86_400_000),
+        ] {
+            let started = StartTime::try_from(text.to_owned()).unwrap();
+            let found = measured_ms(&file, Some(&started), Some(BenchKind::Hardware));
+            assert_eq!(found, Some(ms), "{text}");
+        }
+    }
 }

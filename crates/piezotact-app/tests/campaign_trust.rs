@@ -1,0 +1,186 @@
+//! What must not count: sessions on somebody else's finger or nobody's, of who has withdrawn, of two programs, by a changed plan.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use piezotact_dataset::study::{Pseudonym, SqliteStore};
+use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _};
+
+use crate::campaign_drives::{DISCRIMINATE, measured};
+use crate::campaign_session::{holds, run, session, study, until, whole};
+use crate::support::BENCH;
+
+#[test]
+fn a_session_with_a_volunteer_is_played_to_the_finger_of_the_volunteer() {
+    let folder = measured();
+    for (bench, said) in [
+        (
+            "measured:tf.json",
+            "expected a bench with a finger on it, found a measured transfer function: nobody feels what it plays",
+        ),
+        (
+            "twin:participant=2,seed=7",
+            "expected the finger of P01 on the bench, found that of P02",
+        ),
+    ] {
+        let line = format!("{DISCRIMINATE} {bench}");
+        std::fs::copy(
+            crate::campaign_drives::prepared().path("tf.json"),
+            folder.path("tf.json"),
+        )
+        .unwrap();
+        run(&folder, &line).expect_failure(1, &[said, "nothing was stored"]);
+        let mut rehearsal = session(&folder, &format!("{line} --rehearsal"));
+        holds(&rehearsal.prompt().unwrap(), &["consent>"]);
+        drop(rehearsal);
+        std::fs::remove_dir_all(folder.path("study")).unwrap();
+        run(
+            &folder,
+            "campaign new study --protocol protocol.toml --seed 7",
+        )
+        .expect_success();
+        whole(&folder, "campaign run study P01 measurement");
+    }
+    // The participant's own twin plays, and nothing that is made from it is taken for a person's.
+    whole(&folder, &format!("{DISCRIMINATE} {BENCH}"));
+    for line in [
+        "campaign status study",
+        "campaign export study --out exported",
+        "matrix study",
+    ] {
+        let done = run(&folder, line);
+        done.expect_success();
+        holds(
+            &done.err(),
+            &[
+                "session discrimination of P01",
+                "on a simulated bench: no person felt them",
+            ],
+        );
+    }
+}
+
+#[test]
+fn a_session_is_run_by_one_program_and_its_recordings_are_those_that_were_made() {
+    let folder = measured();
+    let line = format!("{DISCRIMINATE} {BENCH}");
+    let mut first = session(&folder, &line);
+    until(&mut first, "texture 1, target");
+    let runs = folder.path("study/participants/P01/discrimination/runs");
+    let files = || {
+        let there = std::fs::read_dir(&runs).unwrap();
+        let mut there: Vec<_> = there.map(|entry| entry.unwrap().path()).collect();
+        there.sort();
+        there
+    };
+    let before: Vec<_> = files()
+        .iter()
+        .map(|file| std::fs::read(file).unwrap())
+        .collect();
+    assert!(before.len() >= 2);
+    run(&folder, &line).expect_failure(
+        1,
+        &[
+            "session discrimination of P01 is run by another program",
+            "end it there",
+        ],
+    );
+    let after: Vec<_> = files()
+        .iter()
+        .map(|file| std::fs::read(file).unwrap())
+        .collect();
+    assert!(before == after, "the second program has written");
+    first.kill();
+    // A killed program holds nothing.
+    whole(&folder, &line);
+    let verified = run(&folder, "campaign verify-journal study");
+    verified.expect_success();
+    holds(&verified.out(), &["recordings of what was played"]);
+    // Drives that are given to a finished session do not replace those that it was played with.
+    let drive = folder.path("study/participants/P01/discrimination/drives/S8.wav");
+    let played = std::fs::read(&drive).unwrap();
+    std::fs::copy(
+        folder.path("drives/drives/S2.wav"),
+        folder.path("drives/drives/S8.wav"),
+    )
+    .unwrap();
+    let _whatever_it_says = run(&folder, &line);
+    assert!(std::fs::read(&drive).unwrap() == played);
+    // Recordings that were exchanged are found.
+    let of_session: Vec<_> = files()
+        .into_iter()
+        .filter(|file| file.extension().is_some_and(|ending| ending == "parquet"))
+        .collect();
+    let [.., other, last] = of_session.as_slice() else {
+        panic!("{of_session:?}");
+    };
+    std::fs::copy(other, last).unwrap();
+    run(&folder, "campaign verify-journal study").expect_failure(
+        1,
+        &["expected the recording that was made in session discrimination of P01, found another"],
+    );
+}
+
+#[test]
+fn who_withdrew_in_a_session_counts_nowhere_from_then_on() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    let mut two = session(&folder, "campaign run study P02 naming");
+    until(&mut two, "trial 4 of");
+    two.type_and_read("/withdraw");
+    two.type_line("WITHDRAW");
+    let (status, said) = two.end();
+    assert!(status.success(), "{said}");
+    let exported = run(&folder, "campaign export study --out exported");
+    exported.expect_success();
+    holds(
+        &exported.out(),
+        &[
+            "5 answers of 1 sessions",
+            "1 sessions of participants who withdrew are left out",
+        ],
+    );
+    assert!(!folder.path("exported/events/P02_naming.jsonl").exists());
+    for line in [
+        "campaign export study --out exported",
+        "campaign status study",
+        "matrix study",
+    ] {
+        let done = run(&folder, line);
+        holds(&done.err(), &["P02 has withdrawn and is not erased yet"]);
+    }
+    for file in ["answers.csv", "trials.csv", "participants.csv"] {
+        let text = std::fs::read_to_string(folder.path(&format!("exported/{file}"))).unwrap();
+        assert!(text.contains("P01") && !text.contains("P02"), "{file}");
+    }
+    run(&folder, "campaign withdraw study P02").expect_success();
+    let status = run(&folder, "campaign status study");
+    assert!(!status.err().contains("not erased"), "{}", status.err());
+}
+
+#[test]
+fn a_plan_that_was_changed_before_the_session_began_is_refused() {
+    let folder = study();
+    let planned = run(&folder, "campaign plan study P01 naming --json");
+    let mut plan: Plan = serde_json::from_str(&planned.out()).unwrap();
+    let key = SessionKey::new("P01", "naming");
+    let mut store = SqliteStore::open(&folder.path("study")).unwrap();
+    store.write_plan(&plan).unwrap();
+    store.begin(&key, Purpose::Volunteer).unwrap();
+    drop(store);
+    run(&folder, "campaign plan study P01 naming").expect_success();
+    plan.trials.swap(1, 2);
+    let participant = Pseudonym::new("P01").unwrap();
+    let store = SqliteStore::open(&folder.path("study")).unwrap();
+    let file = store
+        .session_folder(&participant, "naming")
+        .unwrap()
+        .join("plan.json");
+    std::fs::write(file, plan.bytes()).unwrap();
+    run(&folder, "campaign run study P01 naming").expect_failure(
+        1,
+        &[
+            "the plan of session naming of P01 is not the one that follows",
+            "restore it",
+        ],
+    );
+}
