@@ -386,7 +386,8 @@ impl BetterPlan {
         });
         if let (Some(sets), Some(s)) = (self.sets_shared_by_two, self.participant_shared_by_two_s) {
             parts.push(format!(
-                "shared by two participants, at most {sets} sets and {} each",
+                "shared by two participants, at most {sets} sets and {} each, and each pair is judged by half of the participants: \
+                 invite twice as many for the same precision of a cell",
                 minutes(s)
             ));
         }
