@@ -10,10 +10,16 @@ mod cues;
 mod normal;
 mod probability;
 mod touch;
+mod which;
 
 pub use answer::{JudgeError, Look, Moment, Person, Recall, Sameness};
 pub use cues::{CUE_BANDS, Cues, CuesError, OnSurface, Pattern};
 pub use touch::{Touch, TouchError};
+pub use which::{
+    Answers, Bounds, ChoiceAnswer, FIT_NATS, FIT_SHARE, FitCriterion, JudgeFit, MIN_PEOPLE,
+    NAMED_WEIGHT, OrderAnswer, Parameters, TouchedTexture, Verdict, VerdictCriterion, Which,
+    WhichError, which_judge,
+};
 
 use serde::{Deserialize, Serialize};
 
