@@ -5,3 +5,4 @@
 
 pub mod association;
 pub mod campaign;
+pub mod judge;

@@ -5,4 +5,5 @@ mod answers;
 mod association;
 mod design;
 mod felt;
+mod judges;
 mod sitting;
