@@ -43,7 +43,7 @@ fn keyed(key: OrderKey) -> Protocol {
 
 /// The samples from the roughest to the smoothest.
 fn roughest_first(protocol: &Protocol) -> Vec<String> {
-    protocol.samples.iter().rev().cloned().collect()
+    protocol.samples.clone()
 }
 
 #[test]
@@ -63,12 +63,7 @@ fn an_order_says_which_sample_stands_in_whose_place() {
     let second = &rows[14..28];
     assert_eq!(
         pairs(&second[..4]),
-        [
-            ["S10", "S13"],
-            ["S12", "S12"],
-            ["S11", "S11"],
-            ["S13", "S10"]
-        ]
+        [["S4", "S1"], ["S2", "S2"], ["S3", "S3"], ["S1", "S4"]]
     );
     assert!(
         pairs(&rows[..14])
@@ -105,6 +100,48 @@ fn an_order_says_which_sample_stands_in_whose_place() {
     assert_eq!((found.in_place, found.placed), (40, 42));
 }
 
+/// Ra of Table 3 of the thesis, µm; S7 and S8, which have the same, stand in the order of their grades.
+const RA_UM: [(&str, f64); 14] = [
+    ("S1", 74.6),
+    ("S2", 43.7),
+    ("S3", 33.6),
+    ("S4", 14.4),
+    ("S5", 11.7),
+    ("S6", 6.6),
+    ("S7", 5.2),
+    ("S8", 5.2),
+    ("S9", 4.6),
+    ("S10", 4.5),
+    ("S11", 4.4),
+    ("S12", 4.3),
+    ("S13", 3.8),
+    ("NO", 0.1),
+];
+
+#[test]
+fn the_physical_order_of_the_isotropic_samples_is_that_of_their_roughness() {
+    for name in [
+        "isotropic_triplets",
+        "averaged_transfer_function",
+        "amplitude_inversion",
+    ] {
+        let protocol = library(name);
+        let table = RA_UM.iter().map(|(sample, _)| (*sample).to_owned());
+        let roughest_first: Vec<String> = table
+            .filter(|sample| protocol.samples.contains(sample))
+            .collect();
+        let mut orders = 0;
+        for task in &protocol.tasks {
+            if let TaskKind::Order { from, key, .. } = &task.kind {
+                assert_eq!((from.as_str(), *key), ("roughest", OrderKey::AsListed));
+                assert_eq!(protocol.samples, roughest_first, "{name}");
+                orders += 1;
+            }
+        }
+        assert!(orders > 0, "{name}");
+    }
+}
+
 #[test]
 fn the_key_of_an_order_is_the_protocols() {
     for key in [OrderKey::AsListed, OrderKey::Reversed, OrderKey::None] {
@@ -116,10 +153,10 @@ fn the_key_of_an_order_is_the_protocols() {
         let rows = rows(&sitting);
         let found = pairs(&rows);
         match key {
-            OrderKey::Reversed => assert!(found.iter().all(|[placed, stands]| placed == stands)),
-            OrderKey::AsListed => {
-                assert_eq!(found[..2], [["S13", "NO"], ["S12", "S1"]]);
-                assert_eq!(found[13], ["NO", "S13"]);
+            OrderKey::AsListed => assert!(found.iter().all(|[placed, stands]| placed == stands)),
+            OrderKey::Reversed => {
+                assert_eq!(found[..2], [["S1", "NO"], ["S2", "S13"]]);
+                assert_eq!(found[13], ["NO", "S1"]);
             }
             OrderKey::None => assert!(found.is_empty(), "no order is right or wrong"),
         }

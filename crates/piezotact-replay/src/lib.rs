@@ -2,6 +2,7 @@
 //! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
 
 mod averaged;
+pub mod campaign;
 mod chapter3;
 mod chapter4;
 mod chapter5;

@@ -78,6 +78,20 @@ impl Stimulator for BenchStimulator<'_> {
     }
 
     fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+        self.play_recorded(played).map(|(evidence, _)| evidence)
+    }
+}
+
+impl BenchStimulator<'_> {
+    /// Plays `played` as the protocol says, and gives what was recorded beside what is known of it: for whoever feels it on a
+    /// simulated finger.
+    ///
+    /// # Errors
+    /// [`PlayError`].
+    pub fn play_recorded(
+        &mut self,
+        played: Played<'_>,
+    ) -> Result<(Evidence, Recording), PlayError> {
         let prepared = prepared(&self.drives, played.stimulus)?;
         let (drive, row) = in_a_row(prepared, self.playing)?;
         let run = RunPlan {
@@ -93,13 +107,14 @@ impl Stimulator for BenchStimulator<'_> {
         let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;
         drop(keeper);
         let judged = judged(prepared, &recording, row, self.band);
-        Ok(evidence(
+        let evidence = evidence(
             &played,
             prepared,
             &recording,
             &judged,
             (row.strokes, journal),
-        ))
+        );
+        Ok((evidence, recording))
     }
 }
 

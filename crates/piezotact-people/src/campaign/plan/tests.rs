@@ -114,7 +114,7 @@ fn the_same_inputs_give_the_same_bytes_and_others_other_ones() {
 
 const PINNED_JND: &str = "c53483119e2ccebcbd0e35f519d31a383958bed9fb114dc8ea350146df36ac5a";
 
-const PINNED: &str = "977bae7becf33f50af4d5fb5333e4a2d6242e93f5eb4bfa6bdc92074d1e6a605";
+const PINNED: &str = "ef05fcb9e051491b49823b4d8622676fb20456d9122b9f977333459aa2bc0573";
 
 #[test]
 fn another_task_elsewhere_changes_no_draw_of_the_others() {

@@ -1,0 +1,193 @@
+//! Campaigns with virtual volunteers: everything from the first stroke to the last answer on the digital twin, through the plan, runner
+//! and store of a campaign with people.
+//!
+//! A volunteer judges what was recorded on the nail ([`piezotact_people::judge::Cues`]) and is never handed the name of a texture.
+
+mod person;
+mod sitting;
+
+pub use person::{VirtualVolunteer, Whose, volunteer};
+pub use sitting::sit;
+
+use piezotact::quantity::Decibels;
+use piezotact_people::association::{Answer, Declared, answers_of, declared};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, plan};
+use piezotact_people::campaign::protocol::Protocol;
+use piezotact_people::campaign::store::{Purpose, Store, StoreError};
+use piezotact_people::judge::{CuesError, Judge, JudgeError, Touch};
+use piezotact_session::{RunError, state_of};
+use piezotact_twin::TwinParameters;
+
+use super::ReplayError;
+
+/// A campaign to be simulated.
+#[derive(Clone, Debug)]
+pub struct Simulation<'a> {
+    /// The protocol.
+    pub protocol: &'a Protocol,
+    /// The SHA-256 of its file.
+    pub protocol_sha: Sha,
+    /// The seed of campaign, people and noise.
+    pub seed: u64,
+    /// How the volunteers judge.
+    pub judge: Judge,
+    /// Their mean sense of touch.
+    pub touch: Touch,
+    /// The twin's numbers.
+    pub parameters: TwinParameters,
+    /// Strokes on each real sample, of which one is rendered.
+    pub strokes: u32,
+    /// How long the transfer function is measured, s.
+    pub excitation_s: f64,
+    /// Corrections of each drive in a closed loop at most; 0 for the open loop.
+    pub iterations: usize,
+    /// Between which levels the rendered textures lie re the recorded strokes.
+    pub level: LevelRule,
+}
+
+/// The level at which the textures of a person are rendered.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LevelRule {
+    /// One for all: the highest at which all fit the device, 0 dB or below.
+    Common,
+    /// For each the highest at which it fits, 0 dB or below.
+    Fit,
+    /// This one.
+    Stated(Decibels),
+}
+
+/// Why a campaign cannot be simulated.
+#[derive(Debug, thiserror::Error)]
+pub enum CampaignError {
+    /// The twin refuses.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// The protocol has no such session.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// The session refuses.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The store refuses.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// What was delivered has no cues.
+    #[error("{what}: {error}")]
+    Cues {
+        /// The texture, and whose it is.
+        what: String,
+        /// Why.
+        error: CuesError,
+    },
+    /// No stroke can be used.
+    #[error("{what}: expected a stroke, found none; look at the world of the twin")]
+    NoStroke {
+        /// The texture, and whose it is.
+        what: String,
+    },
+    /// There is no answer to a trial.
+    #[error("trial {trial}: {error}")]
+    Judge {
+        /// The trial.
+        trial: String,
+        /// Why.
+        error: JudgeError,
+    },
+    /// A transfer function that no virtual volunteer has.
+    #[error(
+        "the protocol renders with the average of the panel `{panel}`, which is not simulated; simulate a protocol that renders with the \
+         participant's own transfer function"
+    )]
+    Average {
+        /// The panel.
+        panel: String,
+    },
+    /// A stimulus of which nothing is known.
+    #[error(
+        "the protocol presents `{stimulus}`, which is neither a sample nor a stimulus of it; correct the protocol"
+    )]
+    Stimulus {
+        /// Its name.
+        stimulus: String,
+    },
+    /// A device failed, which the twin never does.
+    #[error(
+        "{pseudonym}: trial {trial} is void again and again: {why}; look at the drives of this person"
+    )]
+    Void {
+        /// Whose session.
+        pseudonym: String,
+        /// The trial.
+        trial: String,
+        /// What failed.
+        why: String,
+    },
+}
+
+impl Simulation<'_> {
+    /// What is usual: three strokes, 30 s of random drive, six corrections, one level for all textures.
+    #[must_use]
+    pub fn usual(protocol: &Protocol, protocol_sha: Sha, seed: u64) -> Simulation<'_> {
+        Simulation {
+            protocol,
+            protocol_sha,
+            seed,
+            judge: Judge::Thurstone,
+            touch: Touch::mean_person(),
+            parameters: TwinParameters::built_in(),
+            strokes: 3,
+            excitation_s: 30.0,
+            iterations: 6,
+            level: LevelRule::Common,
+        }
+    }
+
+    /// What the protocol declares, and every confirmed answer of the sessions of `plans` in `store`.
+    ///
+    /// # Errors
+    /// [`CampaignError::Run`] where what is stored does not belong to them.
+    pub fn answers(
+        &self,
+        store: &dyn Store,
+        plans: &[Plan],
+    ) -> Result<(Declared, Vec<Answer>), CampaignError> {
+        let mut answers = Vec::new();
+        for plan in plans {
+            let state = state_of(store, self.protocol, plan)?;
+            answers.extend(answers_of(&state, Purpose::Volunteer));
+        }
+        Ok((declared(self.protocol), answers))
+    }
+
+    /// The volunteers `numbers` come one after the other for all their sessions, and everything is kept in `store`. Each is planned on
+    /// arrival; `come` is told who has been there. Gives the plans in their order.
+    ///
+    /// # Errors
+    /// [`CampaignError`] with the first thing that cannot be.
+    pub fn run(
+        &self,
+        numbers: impl IntoIterator<Item = u64>,
+        store: &mut dyn Store,
+        come: &mut dyn FnMut(&VirtualVolunteer),
+    ) -> Result<Vec<Plan>, CampaignError> {
+        let (mut completed, mut plans) = (Vec::new(), Vec::new());
+        for number in numbers {
+            let volunteer = volunteer(self, number, Whose::Own)?;
+            for session in &self.protocol.sessions {
+                let request = PlanRequest {
+                    seed: self.seed,
+                    participant: &volunteer.pseudonym,
+                    session: &session.name,
+                    completed: &completed,
+                };
+                let plan = plan(self.protocol, self.protocol_sha, request)?;
+                sit(self, &volunteer, &plan, store)?;
+                completed.push(plan.as_completed());
+                plans.push(plan);
+            }
+            come(&volunteer);
+        }
+        Ok(plans)
+    }
+}
