@@ -1,48 +1,187 @@
 //! Campaigns with virtual volunteers.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::criterion::Outcome;
+use piezotact_people::association::Answer;
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::protocol::from_library;
-use piezotact_people::campaign::store::MemoryStore;
-use piezotact_replay::campaign::Simulation;
+use piezotact_people::campaign::plan::{Plan, PlanRequest, plan};
+use piezotact_people::campaign::protocol::{LIBRARY, Protocol, from_library, read};
+use piezotact_people::campaign::store::{MemoryStore, SessionKey, Store as _};
+use piezotact_people::judge::Judge;
+use piezotact_replay::campaign::{
+    Arrival, CampaignError, Simulated, Simulation, Whose, sit, volunteer,
+};
+use piezotact_session::state_of;
+
+/// The isotropic protocol of the library with four samples in two sets, played for 8 s.
+fn two_sets() -> Protocol {
+    let (_, library) = LIBRARY
+        .iter()
+        .find(|(name, _)| *name == "isotropic_triplets")
+        .unwrap();
+    let (head, _) = library.split_once("[[sets]]").unwrap();
+    let (_, tasks) = library.split_once("[[tasks]]").unwrap();
+    let (start, samples) = head.split_once("samples = [").unwrap();
+    let (_, end) = samples.split_once(']').unwrap();
+    let sets = "[[sets]]\nname = \"A\"\nsamples = [\"S2\", \"S5\", \"S8\"]\n\n[[sets]]\nname = \"M\"\nsamples = [\"S5\", \"S8\", \"S12\"]\n\n[[tasks]]";
+    let playing = "playing = { how = \"repeated\", pause_s = 0.5, duration_s = 30 }";
+    let text = format!("{start}samples = [\"S2\", \"S5\", \"S8\", \"S12\"]{end}{sets}{tasks}");
+    assert!(text.contains(playing));
+    let shorter = playing.replace("30", "8");
+    read(&text.replace(playing, &shorter)).unwrap()
+}
+
+fn quick(protocol: &Protocol, judge: Judge) -> Simulation<'_> {
+    Simulation {
+        judge,
+        excitation_s: 10.0,
+        iterations: 1,
+        ..Simulation::usual(protocol, Sha::of(b"protocol"), 7)
+    }
+}
+
+fn run(simulation: &Simulation<'_>, people: u64, store: &mut MemoryStore) -> Simulated {
+    simulation
+        .run::<CampaignError>(1..=people, store, &mut |_| Ok(()))
+        .unwrap()
+}
+
+fn answers(simulation: &Simulation<'_>, store: &MemoryStore, plans: &[Plan]) -> Vec<Answer> {
+    simulation.answers(store, plans).unwrap().1
+}
 
 #[test]
-#[ignore = "a look"]
-fn a_look() {
-    let protocol = from_library("isotropic_triplets").unwrap().unwrap();
-    let simulation = Simulation::usual(&protocol, Sha::of(b"p"), 7);
-    let mut store = MemoryStore::new();
-    let begun = std::time::Instant::now();
-    let plans = simulation
-        .run(1..=4, &mut store, &mut |one| {
-            eprintln!(
-                "{} {:?} {} {:?}",
-                one.pseudonym,
-                one.level_db,
-                one.offset,
-                begun.elapsed()
-            );
-            for (name, drive) in &one.drives {
-                eprintln!("  {name} {:?} {:.3}", drive.verified, one.real[name].ln_rms);
-            }
-        })
-        .unwrap();
-    let (_, answers) = simulation.answers(&store, &plans).unwrap();
-    for task in ["task1", "task2", "task3"] {
-        let mut cells: std::collections::BTreeMap<(String, String), u32> = Default::default();
-        for answer in answers.iter().filter(|one| one.task == task) {
-            *cells
-                .entry((answer.presented.clone(), answer.answered.clone()))
-                .or_default() += 1;
-        }
-        eprintln!("{task}");
-        for sample in &protocol.samples {
-            let row: Vec<String> = cells
-                .iter()
-                .filter(|((presented, _), _)| presented == sample)
-                .map(|((_, answered), n)| format!("{answered}:{n}"))
-                .collect();
-            eprintln!("  {sample:4} {}", row.join(" "));
-        }
+fn a_campaign_is_done_to_its_end_and_the_same_seed_gives_the_same_bytes() {
+    let protocol = two_sets();
+    let simulation = quick(&protocol, Judge::Thurstone);
+    let (mut one, mut other) = (MemoryStore::new(), MemoryStore::new());
+    let done = run(&simulation, 2, &mut one);
+    assert_eq!(done.plans.len(), 4);
+    for plan in &done.plans {
+        assert!(state_of(&one, &protocol, plan).unwrap().is_complete());
     }
+    // Another thread, as several panels are simulated at once.
+    let again = std::thread::scope(|scope| {
+        scope
+            .spawn(|| run(&simulation, 2, &mut other))
+            .join()
+            .unwrap()
+    });
+    assert_eq!(again.plans, done.plans);
+    for plan in &done.plans {
+        let key = SessionKey::new(&plan.participant, &plan.session);
+        assert_eq!(one.head(&key).unwrap(), other.head(&key).unwrap());
+    }
+    // What is complete is not done again.
+    let taken_up = run(&simulation, 2, &mut one);
+    assert_eq!((taken_up.taken_up, taken_up.answers.len()), (4, 0));
+    // Textures three JNDs apart are put in their order and associated, and every playing left its evidence.
+    let answers = answers(&simulation, &one, &done.plans);
+    let right = answers.iter().filter(|one| one.presented == one.answered);
+    let share = right.count() as f64 / answers.len() as f64;
+    assert!(share > 0.8, "{share}");
+    let state = state_of(&one, &protocol, &done.plans[1]).unwrap();
+    let said = format!("{:?}", state.doubts());
+    assert!(said.contains("virtual_volunteer"), "{said}");
+    let associated = state.trials().filter(|(trial, _)| trial.task == "task3");
+    for (trial, of) in associated {
+        assert!(of.evidence.len() >= trial.presented.names().len());
+    }
+}
+
+#[test]
+fn who_guesses_and_who_goes_by_the_level_answer_otherwise() {
+    let protocol = two_sets();
+    let mut shares = Vec::new();
+    for judge in [Judge::LevelOnly, Judge::Guesser] {
+        let simulation = quick(&protocol, judge);
+        let mut store = MemoryStore::new();
+        let done = run(&simulation, 2, &mut store);
+        let answers = answers(&simulation, &store, &done.plans);
+        let associated = answers.iter().filter(|one| one.task == "task3");
+        let associated: Vec<&Answer> = associated.collect();
+        let right = associated
+            .iter()
+            .filter(|one| one.presented == one.answered);
+        shares.push(right.count() as f64 / associated.len() as f64);
+    }
+    assert!(shares[0] > shares[1] + 0.2, "{shares:?}");
+}
+
+#[test]
+fn with_somebody_elses_transfer_function_the_evidence_says_why_answers_are_wrong() {
+    let protocol = two_sets();
+    // A closed loop would correct it.
+    let simulation = Simulation {
+        iterations: 0,
+        ..quick(&protocol, Judge::Thurstone)
+    };
+    let own = volunteer(&simulation, 1, Whose::Own).unwrap();
+    let others = volunteer(&simulation, 1, Whose::Of(4)).unwrap();
+    let passed = |volunteer: &piezotact_replay::campaign::VirtualVolunteer| {
+        let drives = volunteer.drives.values();
+        drives.filter(|one| one.verified == Outcome::Met).count()
+    };
+    assert!(
+        passed(&own) > passed(&others),
+        "{} {}",
+        passed(&own),
+        passed(&others)
+    );
+    let request = PlanRequest {
+        seed: 7,
+        participant: "P01",
+        session: "discrimination",
+        completed: &[],
+    };
+    let plan = plan(&protocol, Sha::of(b"protocol"), request).unwrap();
+    let missed = |volunteer| {
+        let mut store = MemoryStore::new();
+        sit(&simulation, volunteer, &plan, &mut store).unwrap();
+        let state = state_of(&store, &protocol, &plan).unwrap();
+        let trials = state.trials();
+        let missed = trials.filter(|(_, of)| of.evidence.iter().any(|(_, one)| one.missed()));
+        missed.count()
+    };
+    assert!(missed(&others) > missed(&own));
+}
+
+#[test]
+fn a_simulation_that_was_stopped_goes_on() {
+    let protocol = two_sets();
+    let simulation = quick(&protocol, Judge::Thurstone);
+    let mut store = MemoryStore::new();
+    let mut steps = 0;
+    let stopped = simulation.run::<CampaignError>(1..=2, &mut store, &mut |step| {
+        steps += 1;
+        match step {
+            Arrival::Gone => Err(CampaignError::Stimulus {
+                stimulus: "stopped".to_owned(),
+            }),
+            _ => Ok(()),
+        }
+    });
+    assert!(stopped.is_err());
+    let done = run(&simulation, 2, &mut store);
+    assert_eq!(done.taken_up, 2);
+    let mut whole = MemoryStore::new();
+    let at_once = run(&simulation, 2, &mut whole);
+    assert_eq!(
+        answers(&simulation, &store, &done.plans),
+        answers(&simulation, &whole, &at_once.plans)
+    );
+}
+
+#[test]
+fn what_the_twin_does_not_have_is_refused_in_one_sentence() {
+    let mut protocol = two_sets();
+    protocol.samples.push("S99".to_owned());
+    let refused = volunteer(&quick(&protocol, Judge::Thurstone), 1, Whose::Own).unwrap_err();
+    assert!(refused.to_string().contains("S99"), "{refused}");
+    let average = from_library("averaged_transfer_function").unwrap().unwrap();
+    let refused = volunteer(&quick(&average, Judge::Thurstone), 1, Whose::Own).unwrap_err();
+    assert!(
+        matches!(refused, CampaignError::Average { .. }),
+        "{refused}"
+    );
 }

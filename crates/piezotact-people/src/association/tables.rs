@@ -233,6 +233,7 @@ pub fn participants_table<'a>(
         "confirmed",
         "planned",
         "rehearsal",
+        "judge",
     ]);
     for (state, purpose) in states {
         let who = state.participant();
@@ -250,6 +251,7 @@ pub fn participants_table<'a>(
             Cell::from(state.confirmed().to_string()),
             Cell::from(planned.to_string()),
             Cell::from(word_of(purpose)),
+            Cell::from(who.judge.map_or("", |judge| judge.name())),
         ]);
     }
     table

@@ -11,6 +11,7 @@ mod normal;
 mod probability;
 mod touch;
 mod which;
+mod words;
 
 pub use answer::{JudgeError, Look, Moment, Person, Recall, Sameness};
 pub use cues::{CUE_BANDS, Cues, CuesError, OnSurface, Pattern};

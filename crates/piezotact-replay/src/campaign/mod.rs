@@ -14,10 +14,10 @@ use piezotact_people::association::{Answer, Declared, answers_of, declared};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, plan};
 use piezotact_people::campaign::protocol::Protocol;
-use piezotact_people::campaign::store::{Purpose, Store, StoreError};
-use piezotact_people::judge::{CuesError, Judge, JudgeError, Touch};
+use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
+use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
 use piezotact_session::{RunError, state_of};
-use piezotact_twin::TwinParameters;
+use piezotact_twin::{Participant, TwinParameters};
 
 use super::ReplayError;
 
@@ -161,33 +161,98 @@ impl Simulation<'_> {
     }
 
     /// The volunteers `numbers` come one after the other for all their sessions, and everything is kept in `store`. Each is planned on
-    /// arrival; `come` is told who has been there. Gives the plans in their order.
+    /// arrival; `step` is told before each step. Sessions that are complete in `store` are not done again, one that was cut off goes on.
     ///
     /// # Errors
-    /// [`CampaignError`] with the first thing that cannot be.
-    pub fn run(
+    /// [`CampaignError`] with the first thing that cannot be, and those of `step`.
+    pub fn run<E: From<CampaignError>>(
         &self,
         numbers: impl IntoIterator<Item = u64>,
         store: &mut dyn Store,
-        come: &mut dyn FnMut(&VirtualVolunteer),
-    ) -> Result<Vec<Plan>, CampaignError> {
-        let (mut completed, mut plans) = (Vec::new(), Vec::new());
+        step: &mut dyn FnMut(Arrival<'_>) -> Result<(), E>,
+    ) -> Result<Simulated, E> {
+        let (mut completed, mut done) = (Vec::new(), Simulated::default());
         for number in numbers {
-            let volunteer = volunteer(self, number, Whose::Own)?;
+            let mut ready = None;
+            let pseudonym = pseudonym(self, number);
             for session in &self.protocol.sessions {
                 let request = PlanRequest {
                     seed: self.seed,
-                    participant: &volunteer.pseudonym,
+                    participant: &pseudonym,
                     session: &session.name,
                     completed: &completed,
                 };
-                let plan = plan(self.protocol, self.protocol_sha, request)?;
-                sit(self, &volunteer, &plan, store)?;
+                let plan = plan(self.protocol, self.protocol_sha, request);
+                let plan = plan.map_err(CampaignError::from)?;
+                if is_complete(self.protocol, store, &plan)? {
+                    done.taken_up += 1;
+                } else {
+                    if ready.is_none() {
+                        step(Arrival::Measured {
+                            pseudonym: &pseudonym,
+                        })?;
+                        ready = Some(volunteer(self, number, Whose::Own)?);
+                    }
+                    if let Some(ready) = &ready {
+                        step(Arrival::Planned {
+                            plan: &plan,
+                            volunteer: ready,
+                        })?;
+                        let Answers { choices, orders } = sit(self, ready, &plan, store)?;
+                        done.answers.choices.extend(choices);
+                        done.answers.orders.extend(orders);
+                    }
+                }
                 completed.push(plan.as_completed());
-                plans.push(plan);
+                done.plans.push(plan);
             }
-            come(&volunteer);
+            step(Arrival::Gone)?;
         }
-        Ok(plans)
+        Ok(done)
     }
+}
+
+/// A step of a simulated campaign.
+#[derive(Clone, Copy, Debug)]
+pub enum Arrival<'a> {
+    /// A volunteer comes; strokes, transfer function and drives are measured.
+    Measured {
+        /// Who.
+        pseudonym: &'a str,
+    },
+    /// A session begins, as it is planned.
+    Planned {
+        /// The plan.
+        plan: &'a Plan,
+        /// Who.
+        volunteer: &'a VirtualVolunteer,
+    },
+    /// All sessions of a volunteer are done.
+    Gone,
+}
+
+/// A simulated campaign.
+#[derive(Debug, Default)]
+pub struct Simulated {
+    /// The plans of all sessions in their order.
+    pub plans: Vec<Plan>,
+    /// How many sessions were complete before.
+    pub taken_up: usize,
+    /// What was felt with what was answered, of the sessions that were done now.
+    pub answers: Answers,
+}
+
+/// Whether the session of `plan` is complete in `store`.
+fn is_complete(protocol: &Protocol, store: &dyn Store, plan: &Plan) -> Result<bool, CampaignError> {
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    let sessions = store.sessions()?;
+    if !sessions.iter().any(|entry| entry.key == key) {
+        return Ok(false);
+    }
+    Ok(state_of(store, protocol, plan)?.is_complete())
+}
+
+/// The pseudonym of volunteer `number`.
+fn pseudonym(simulation: &Simulation<'_>, number: u64) -> String {
+    Participant::of(number, simulation.seed, &simulation.parameters).pseudonym()
 }

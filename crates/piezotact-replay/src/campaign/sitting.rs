@@ -16,7 +16,10 @@ use piezotact_people::campaign::session::{
     Command, Evidence, Participant as Described, State, Step, TrialState,
 };
 use piezotact_people::campaign::store::{Purpose, Store};
-use piezotact_people::judge::{Cues, JudgeError, Look, Moment, Person, Recall, Sameness};
+use piezotact_people::judge::{
+    Answers, ChoiceAnswer, Cues, Judge, JudgeError, Look, Moment, OrderAnswer, Person, Recall,
+    Sameness, TouchedTexture,
+};
 use piezotact_session::{
     BenchStimulator, Given, Outside, PlayError, Played, Runner, Stimulator, Stimuli,
 };
@@ -80,7 +83,8 @@ pub(super) fn delivered(recording: &Recording, band: Band) -> Result<Cues, Strin
     Cues::of(&felt, band).map_err(|error| error.to_string())
 }
 
-/// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it.
+/// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it. Gives
+/// what was felt with what was answered, of the trials that were answered now.
 ///
 /// # Errors
 /// [`CampaignError`] with the first thing that cannot be.
@@ -89,7 +93,7 @@ pub fn sit(
     volunteer: &VirtualVolunteer,
     plan: &Plan,
     store: &mut dyn Store,
-) -> Result<(), CampaignError> {
+) -> Result<Answers, CampaignError> {
     let protocol = simulation.protocol;
     let mut felt = Felt {
         bench: bench(simulation, volunteer)?,
@@ -137,8 +141,9 @@ pub fn sit(
             now_ms,
         })?;
     }
+    let mut all = Answers::default();
     let mut judgement = u32::try_from(runner.state().confirmed()).unwrap_or(u32::MAX);
-    while let Some(command) = next(runner.state(), |state, trial, of| {
+    while let Some(command) = next(runner.state(), simulation.judge, |state, trial, of| {
         let felt = shared.borrow();
         let scene = Scene {
             simulation,
@@ -149,7 +154,7 @@ pub fn sit(
             delivered: &felt.delivered,
             moment: Moment { judgement },
         };
-        scene.command()
+        scene.command(&mut all)
     })? {
         if command == Command::Confirm {
             judgement += 1;
@@ -169,7 +174,8 @@ pub fn sit(
             }
         }
     }
-    Ok(())
+    drop(runner);
+    Ok(all)
 }
 
 /// Who is named as the experimenter of simulated sessions.
@@ -218,6 +224,7 @@ fn bench(
 /// The command that takes the session on; `None` at its end. `answer` answers a trial.
 fn next(
     state: &State<'_>,
+    judge: Judge,
     answer: impl FnOnce(&State<'_>, &Trial, &TrialState) -> Result<Command, CampaignError>,
 ) -> Result<Option<Command>, CampaignError> {
     Ok(Some(match state.step() {
@@ -225,7 +232,10 @@ fn next(
             experimenter: EXPERIMENTER.to_owned(),
             program: concat!("piezotact-replay ", env!("CARGO_PKG_VERSION")).to_owned(),
             purpose: Purpose::Volunteer,
-            participant: Described::default(),
+            participant: Described {
+                judge: Some(judge),
+                ..Described::default()
+            },
         },
         Step::AskConsent => Command::Consent {
             text: Sha::of(b"a virtual volunteer"),
@@ -255,14 +265,14 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// The answer; of a trial that was presented before a cut, first what was felt then once more.
-    fn command(&self) -> Result<Command, CampaignError> {
+    fn command(&self, all: &mut Answers) -> Result<Command, CampaignError> {
         match self.forgotten() {
             Some(element) => Ok(Command::Play {
                 element,
                 evidence: None,
             }),
             None => Ok(Command::Answer {
-                words: self.words()?,
+                words: self.words(all)?,
             }),
         }
     }
@@ -283,7 +293,7 @@ impl Scene<'_> {
     }
 
     /// The words of the answer.
-    fn words(&self) -> Result<Vec<String>, CampaignError> {
+    fn words(&self, all: &mut Answers) -> Result<Vec<String>, CampaignError> {
         let mut random = Random::stream(
             self.simulation.seed,
             self.volunteer.number,
@@ -295,14 +305,18 @@ impl Scene<'_> {
             ),
         );
         let mut draw = || random.normal();
-        self.answered(&mut draw)
+        self.answered(&mut draw, all)
             .map_err(|error| CampaignError::Judge {
                 trial: self.trial.name.clone(),
                 error,
             })
     }
 
-    fn answered(&self, draw: &mut dyn FnMut() -> f64) -> Result<Vec<String>, JudgeError> {
+    fn answered(
+        &self,
+        draw: &mut dyn FnMut() -> f64,
+        all: &mut Answers,
+    ) -> Result<Vec<String>, JudgeError> {
         let choices = self.state.choices(self.trial);
         let said = |place: usize| choices.get(place).map(|(said, _)| said.clone());
         let person = Person {
@@ -317,6 +331,12 @@ impl Scene<'_> {
                     .filter_map(|(_, sample)| self.real(sample))
                     .collect();
                 let order = person.order(&looks, self.moment, draw)?;
+                all.orders.push(OrderAnswer {
+                    participant: self.volunteer.pseudonym.clone(),
+                    moment: self.moment,
+                    textures: looks.iter().map(touched).collect(),
+                    order: order.clone(),
+                });
                 let order = match self.is_smoothest_first() {
                     true => order.into_iter().rev().collect(),
                     false => order,
@@ -356,7 +376,7 @@ impl Scene<'_> {
                         };
                         Ok(said(place).into_iter().collect())
                     }
-                    None => self.associated(&person, &choices, draw),
+                    None => self.associated(&person, &choices, draw, all),
                 }
             }
         }
@@ -368,6 +388,7 @@ impl Scene<'_> {
         person: &Person,
         choices: &[(String, String)],
         draw: &mut dyn FnMut() -> f64,
+        all: &mut Answers,
     ) -> Result<Vec<String>, JudgeError> {
         let alternatives: Vec<Look<'_>> = choices
             .iter()
@@ -381,6 +402,14 @@ impl Scene<'_> {
         let mut words = Vec::new();
         for look in self.felt() {
             let place = person.associate(look, &alternatives, (recall, self.moment), draw)?;
+            all.choices.push(ChoiceAnswer {
+                participant: self.volunteer.pseudonym.clone(),
+                moment: self.moment,
+                presented: touched(&look),
+                alternatives: alternatives.iter().map(touched).collect(),
+                recall,
+                chosen: place,
+            });
             words.extend(choices.get(place).map(|(said, _)| said.clone()));
         }
         Ok(words)
@@ -434,6 +463,19 @@ impl Scene<'_> {
             })
         });
         looks.collect()
+    }
+}
+
+/// A texture as an analysis of the answers knows it: what was delivered, without the person's own biases; what all rendered textures
+/// have in common is taken off, as everybody does who has felt them.
+fn touched(look: &Look<'_>) -> TouchedTexture {
+    let mut cues = look.cues.clone();
+    if cues.surface.is_none() {
+        cues.ln_rms += look.bias;
+    }
+    TouchedTexture {
+        cues,
+        looks: look.looks,
     }
 }
 

@@ -14,6 +14,8 @@ mod protocol;
 #[cfg(feature = "campaign")]
 mod run;
 #[cfg(feature = "campaign")]
+mod simulate;
+#[cfg(feature = "campaign")]
 mod status;
 #[cfg(feature = "campaign")]
 pub(crate) mod study;
@@ -73,6 +75,12 @@ enum CampaignCommand {
         after_help = "Every answer is on the disk before it is shown as noted. /help in the session explains the keys.\n\nExample:\n  piezotact campaign run study P01 measurement --experimenter AB\n  piezotact campaign run study P01 discrimination --drives P01 --bench twin:participant=1,seed=7"
     )]
     Run(Box<run::Arguments>),
+    /// Simulates a campaign with virtual volunteers on the digital twin: strokes, transfer functions, verified renderings, sessions, answers.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "The study that is made is read as any other: `piezotact matrix STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
+    )]
+    Simulate(simulate::Arguments),
     /// Prints where every session of a study stands.
     #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign status study")]
@@ -108,6 +116,8 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Plan(args) => plan::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::Run(args) => run::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Simulate(args) => simulate::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::Status(args) => status::run(args),
         #[cfg(feature = "campaign")]

@@ -36,6 +36,13 @@ pub enum CampaignDoubt {
         /// The participant.
         participant: String,
     },
+    /// A virtual volunteer.
+    Virtual {
+        /// The session and whose it is.
+        session: String,
+        /// How the volunteer judges.
+        judge: String,
+    },
     /// Stimuli were played to a finger that a bench simulates: no person felt them.
     Simulated {
         /// The session and whose it is.
@@ -48,6 +55,7 @@ pub enum CampaignDoubt {
 const CATCH: &str = "catch_trials_failed";
 const STOPPED: &str = "session_stopped_early";
 const NOT_ERASED: &str = "withdrawn_not_erased";
+const VIRTUAL: &str = "virtual_volunteer";
 const SIMULATED: &str = "felt_by_a_simulated_finger";
 
 impl From<CampaignDoubt> for Doubt {
@@ -83,6 +91,13 @@ impl From<CampaignDoubt> for Doubt {
                 let fields = [("participant", participant.into_value())];
                 Self::of_fields(NOT_ERASED, fields, None, Vec::new())
             }
+            CampaignDoubt::Virtual { session, judge } => {
+                let fields = [
+                    ("session", session.into_value()),
+                    ("judge", judge.into_value()),
+                ];
+                Self::of_fields(VIRTUAL, fields, None, Vec::new())
+            }
             CampaignDoubt::Simulated { session, playings } => {
                 let fields = [
                     ("session", session.into_value()),
@@ -112,6 +127,10 @@ impl DoubtKind for CampaignDoubt {
             }),
             NOT_ERASED => Some(Self::NotErased {
                 participant: text("participant")?,
+            }),
+            VIRTUAL => Some(Self::Virtual {
+                session: text("session")?,
+                judge: text("judge")?,
             }),
             SIMULATED => Some(Self::Simulated {
                 session: text("session")?,
@@ -154,6 +173,10 @@ impl fmt::Display for CampaignDoubt {
                 "{participant} has withdrawn and is not erased yet: the sessions of {participant} are left out here; erase everything of \
                  this participant now"
             ),
+            Self::Virtual { session, judge } => write!(
+                f,
+                "{session}: a virtual volunteer who judges as `{judge}` answered, no person: the answers say what this model does"
+            ),
             Self::Simulated { session, playings } => write!(
                 f,
                 "{session}: {playings} playings were on a simulated bench: no person felt them, and the answers say nothing about \
@@ -184,6 +207,13 @@ impl State<'_> {
                 confirmed: self.confirmed(),
                 planned: self.progress().values().map(|(_, needed)| needed).sum(),
             });
+        }
+        if let Some(judge) = self.participant.judge {
+            doubts.push(CampaignDoubt::Virtual {
+                session,
+                judge: judge.name().to_owned(),
+            });
+            return doubts.into_iter().map(Doubt::from).collect();
         }
         let played = self.trials.iter().flat_map(|trial| &trial.evidence);
         let is_simulated = |(_, one): &&(usize, Evidence)| {

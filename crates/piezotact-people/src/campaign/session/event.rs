@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::super::chain::Sha;
 use super::super::store::Purpose;
 use super::Answer;
+use crate::judge::Judge;
 
 /// What was measured while a stimulus was played.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,6 +101,9 @@ pub struct Participant {
     /// The language of the instructions, as in BCP 47: `fr`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub language: Option<String>,
+    /// The model by which a virtual volunteer judges; absent for a person.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judge: Option<Judge>,
 }
 
 /// An event. Only the experimenter's program makes them, by [`super::State::decide`].

@@ -455,6 +455,7 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
                 }),
                 finger: args.finger.clone(),
                 language: args.language.clone(),
+                judge: None,
             },
         },
         Stage::Consent | Stage::Running | Stage::Paused => {

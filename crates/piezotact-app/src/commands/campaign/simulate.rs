@@ -1,0 +1,169 @@
+//! `piezotact campaign simulate`: a campaign with virtual volunteers.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::Args;
+use piezotact::quantity::Decibels;
+use piezotact_dataset::study::{NewCampaign, SqliteStore, StudyCampaign};
+use piezotact_people::campaign::session::Stage;
+use piezotact_people::judge::{Bounds, Judge, Which, which_judge};
+use piezotact_replay::campaign::{Arrival, LevelRule, Simulated, Simulation};
+
+use super::protocol_text;
+use super::study::{Begun, Study};
+use crate::failure::{Failure, Outcome, usage};
+use crate::interrupt::{Between, interrupted};
+use crate::output::print;
+use crate::progress::{Words, Work};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The protocol: a file, or a name of the library.
+    protocol: PathBuf,
+    /// The folder of the study, which is made, or gone on with.
+    #[arg(long, value_name = "STUDY")]
+    study: PathBuf,
+    /// The number of virtual volunteers; default: that of the protocol.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    participants: Option<u32>,
+    /// The seed of people, plans and noise.
+    #[arg(long)]
+    seed: u64,
+    /// How the volunteers judge: thurstone (level and spectrum; period and friction of real surfaces), guesser, level_only or
+    /// spectrum_only.
+    #[arg(long, default_value = "thurstone", value_parser = judge)]
+    judge: Judge,
+    /// The level at which textures are rendered: `common`, one for all, lowered only as much as the device requires; `fit`, for each
+    /// its own; or a number, in dB.
+    #[arg(long, default_value = "common", value_name = "common|fit|DB", allow_negative_numbers = true, value_parser = level)]
+    level: LevelRule,
+    /// The largest number of corrections of each drive in a closed loop; 0 for the open loop.
+    #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(0..=50))]
+    iterations: u16,
+}
+
+fn judge(text: &str) -> Result<Judge, String> {
+    Judge::named(text).map_err(|error| error.to_string())
+}
+
+fn level(text: &str) -> Result<LevelRule, String> {
+    let stated = || text.parse().ok().filter(|db| (-120.0..=120.0).contains(db));
+    match text {
+        "common" => Ok(LevelRule::Common),
+        "fit" => Ok(LevelRule::Fit),
+        _ => stated()
+            .map(|db| LevelRule::Stated(Decibels(db)))
+            .ok_or_else(|| {
+                format!("expected common, fit, or a level from -120 to 120 dB, found `{text}`")
+            }),
+    }
+}
+
+const SIMULATING: Words = Words {
+    doing: "simulating",
+    done: "simulated",
+    item: "volunteer",
+    then: "comparing judges",
+};
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let mut study = study(args)?;
+    let participants = args
+        .participants
+        .unwrap_or(study.campaign.protocol.panel.participants);
+    let protocol = study.campaign.protocol.clone();
+    let simulation = Simulation {
+        judge: args.judge,
+        level: args.level,
+        iterations: usize::from(args.iterations),
+        ..Simulation::usual(&protocol, study.campaign.protocol_sha, args.seed)
+    };
+    let work = Work::of_sizes(SIMULATING, vec![1.0; participants as usize]);
+    let between = Between::items("volunteer");
+    let plans = SqliteStore::open(&args.study)?;
+    let mut step = |arrival: Arrival<'_>| -> Outcome {
+        if interrupted() {
+            return Err(Failure::Data(anyhow!(
+                "the simulation is not over; what was done is stored, and the same command goes on with it"
+            )));
+        }
+        match arrival {
+            Arrival::Measured { pseudonym: _ } => {}
+            Arrival::Planned { plan, .. } => plans.write_plan(plan)?,
+            Arrival::Gone => work.one_more(),
+        }
+        Ok(())
+    };
+    let done =
+        simulation.run::<Failure>(1..=u64::from(participants), &mut study.store, &mut step)?;
+    let which = which(&simulation, &done);
+    drop((work, between));
+    print(&format!(
+        "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
+        args.study.display(),
+        args.judge.name(),
+        done.plans.len(),
+        done.taken_up
+    ))?;
+    match which {
+        Ok(which) => print(&which.sentence())?,
+        Err(why) => print(&why)?,
+    }
+    print(&format!(
+        "see what they answered: piezotact matrix {}",
+        args.study.display()
+    ))
+}
+
+/// Which judge the answers show, as an analysis that does not know it finds.
+fn which(simulation: &Simulation<'_>, done: &Simulated) -> Result<Which, String> {
+    if done.taken_up > 0 {
+        return Err(
+            "which judge the answers show is not compared: what was felt in sessions of before is not kept".to_owned(),
+        );
+    }
+    let compared = which_judge(&done.answers, &simulation.touch, Bounds::of_campaigns());
+    compared.map_err(|error| format!("which judge the answers show is not decided: {error}"))
+}
+
+/// The study in the folder: a new one, or the one of the same simulation.
+fn study(args: &Arguments) -> Outcome<Study> {
+    let (protocol, text) = protocol_text(&args.protocol)?;
+    if !piezotact_dataset::reads::is_there(&args.study.join("campaign.json")) {
+        let panels = protocol.panel.disjoint_from.iter();
+        let new = NewCampaign {
+            protocol: &text,
+            seed: args.seed,
+            consent: None,
+            panels: panels.map(|name| (name.clone(), [].into())).collect(),
+            program: crate::invocation::PROGRAM,
+        };
+        StudyCampaign::create(&args.study, &new)?;
+        return Study::open(&args.study);
+    }
+    let study = Study::open(&args.study)?;
+    if study.campaign.seed != args.seed || study.campaign.protocol != protocol {
+        return Err(usage(anyhow!(
+            "{}: expected a study of this protocol with the seed {}, found another; name another folder",
+            args.study.display(),
+            args.seed
+        )));
+    }
+    for Begun { entry, plan } in study.sessions()? {
+        let Some(plan) = plan else { continue };
+        let state = study.state(&plan)?;
+        let judge = state.participant().judge;
+        if state.stage() != Stage::New && judge != Some(args.judge) {
+            return Err(usage(anyhow!(
+                "{}: expected sessions of virtual volunteers who judge as {}, found session {} of {} with {}; name another folder",
+                args.study.display(),
+                args.judge.name(),
+                entry.key.session,
+                entry.key.participant,
+                judge.map_or("a person", |judge| judge.name())
+            )));
+        }
+    }
+    Ok(study)
+}
