@@ -184,3 +184,38 @@ fn a_plan_that_was_changed_before_the_session_began_is_refused() {
         ],
     );
 }
+
+#[test]
+fn a_plan_that_cannot_be_read_stops_its_own_session_only() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    whole(&folder, "campaign run study P02 naming");
+    let plan = folder.path("study/participants/P02/naming/plan.json");
+    std::fs::write(plan, "{").unwrap();
+    for line in [
+        "campaign status study",
+        "campaign export study --out exported",
+        "matrix study",
+        "campaign plan study P03 naming",
+    ] {
+        run(&folder, line).expect_success();
+    }
+    let exported = run(&folder, "--force campaign export study --out exported");
+    holds(
+        &exported.err(),
+        &[
+            "session naming of P02",
+            "plan.json",
+            "all sessions of this participant are left out",
+        ],
+    );
+    let status = run(&folder, "campaign status study");
+    holds(&status.out(), &["its plan cannot be read", "1 of "]);
+    whole(&folder, "campaign run study P03 naming");
+    for line in [
+        "campaign run study P02 naming",
+        "campaign verify-journal study",
+    ] {
+        run(&folder, line).expect_failure(1, &["plan.json"]);
+    }
+}

@@ -67,6 +67,9 @@ pub(super) fn planned(study: &Study, participant: &Pseudonym, session: &str) -> 
         entry.entry.key.participant == participant.as_str() && entry.entry.key.session == session
     };
     if let Some(written) = begun.into_iter().find(is_it) {
+        if let Some(why) = written.unreadable {
+            return Err(why);
+        }
         let written = written.plan.ok_or_else(|| {
             usage(anyhow!(
                 "{participant} has withdrawn: nothing can be added; use another pseudonym for another person"

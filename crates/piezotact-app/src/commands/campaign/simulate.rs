@@ -150,7 +150,7 @@ fn study(args: &Arguments) -> Outcome<Study> {
             args.seed
         )));
     }
-    for Begun { entry, plan } in study.sessions()? {
+    for Begun { entry, plan, .. } in study.sessions()? {
         let Some(plan) = plan else { continue };
         let state = study.state(&plan)?;
         let judge = state.participant().judge;

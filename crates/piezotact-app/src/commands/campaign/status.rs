@@ -58,9 +58,15 @@ fn sessions(study: &Study) -> Outcome<Table> {
         ("ignored", "ignored"),
     ];
     let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
-    for Begun { entry, plan } in study.sessions()? {
+    for Begun {
+        entry,
+        plan,
+        unreadable,
+    } in study.sessions()?
+    {
         let state = plan.as_ref().map(|plan| study.state(plan)).transpose()?;
         let (stage, trials, last, ignored) = match &state {
+            None if unreadable.is_some() => ("its plan cannot be read", String::new(), None, 0),
             None => (
                 "withdrawn and erased",
                 String::new(),

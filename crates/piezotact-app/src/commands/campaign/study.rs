@@ -1,6 +1,6 @@
 //! A study that is open: its store, its campaign, and the sessions with their plans.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -17,7 +17,7 @@ use piezotact_people::campaign::session::{CampaignDoubt, Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_session::state_of;
 
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Failure, Outcome, sentence, usage};
 
 /// A study with its campaign.
 pub(crate) struct Study {
@@ -25,10 +25,13 @@ pub(crate) struct Study {
     pub(super) campaign: StudyCampaign,
 }
 
-/// A session that was begun, with its plan; none where it was erased.
+/// A session that was begun.
 pub(super) struct Begun {
     pub(super) entry: SessionEntry,
+    /// Its plan; none where it was erased, or cannot be read.
     pub(super) plan: Option<Plan>,
+    /// Why its plan cannot be read.
+    pub(super) unreadable: Option<Failure>,
 }
 
 impl Study {
@@ -42,9 +45,14 @@ impl Study {
     /// The sessions that count: of everybody who has not withdrawn, in the order in which they were begun. Who withdrew in one
     /// session has withdrawn from all, erased or not.
     pub(super) fn live(&self) -> Outcome<Vec<(SessionEntry, Plan)>> {
-        let not_erased = self.not_erased()?;
-        let sessions = self.sessions()?.into_iter();
-        let live = sessions.filter(|begun| !not_erased.contains(&begun.entry.key.participant));
+        let mut left_out = self.not_erased()?;
+        let sessions = self.sessions()?;
+        // Whether they withdrew in it is not known.
+        let unreadable = sessions.iter().filter(|begun| begun.unreadable.is_some());
+        left_out.extend(unreadable.map(|begun| begun.entry.key.participant.clone()));
+        let live = sessions
+            .into_iter()
+            .filter(|begun| !left_out.contains(&begun.entry.key.participant));
         let planned = live.filter_map(|begun| begun.plan.map(|plan| (begun.entry, plan)));
         Ok(planned.collect())
     }
@@ -66,13 +74,20 @@ impl Study {
     pub(super) fn sessions(&self) -> Outcome<Vec<Begun>> {
         let entries = self.store.sessions()?.into_iter();
         let begun = entries.map(|entry| {
-            let plan = match entry.withdrawn_at_ms {
-                Some(_) => None,
-                None => Some(self.written_plan(&entry)?),
+            let (plan, unreadable) = match entry.withdrawn_at_ms {
+                Some(_) => (None, None),
+                None => match self.written_plan(&entry) {
+                    Ok(plan) => (Some(plan), None),
+                    Err(why) => (None, Some(why)),
+                },
             };
-            Ok(Begun { entry, plan })
+            Begun {
+                entry,
+                plan,
+                unreadable,
+            }
         });
-        begun.collect()
+        Ok(begun.collect())
     }
 
     fn written_plan(&self, entry: &SessionEntry) -> Outcome<Plan> {
@@ -127,11 +142,34 @@ impl Study {
         let not_erased = self.not_erased()?.into_iter();
         let not_erased = not_erased.map(|participant| CampaignDoubt::NotErased { participant });
         let mut doubts: Vec<Doubt> = not_erased.map(Doubt::from).collect();
-        for (entry, plan) in self.live()? {
-            if entry.purpose == Purpose::Volunteer {
-                doubts.extend(self.state(&plan)?.doubts());
+        for begun in self.sessions()? {
+            if let Some(Failure::Data(why) | Failure::Usage(why)) = &begun.unreadable {
+                let session = format!(
+                    "session {} of {}",
+                    begun.entry.key.session, begun.entry.key.participant
+                );
+                let why = sentence(why);
+                doubts.push(CampaignDoubt::NoPlan { session, why }.into());
             }
         }
+        let mut by_judge: BTreeMap<String, usize> = BTreeMap::new();
+        for (entry, plan) in self.live()? {
+            if entry.purpose != Purpose::Volunteer {
+                continue;
+            }
+            for doubt in self.state(&plan)?.doubts() {
+                match doubt.kind() {
+                    Some(CampaignDoubt::Virtual { sessions, judge }) => {
+                        *by_judge.entry(judge).or_default() += sessions;
+                    }
+                    _ => doubts.push(doubt),
+                }
+            }
+        }
+        let virtual_volunteers = by_judge.into_iter();
+        let virtual_volunteers = virtual_volunteers
+            .map(|(judge, sessions)| CampaignDoubt::Virtual { sessions, judge }.into());
+        doubts.extend(virtual_volunteers);
         Ok(doubts)
     }
 

@@ -27,7 +27,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     let sessions = study.store.verify()?;
     let mut checked = Recordings::default();
-    for Begun { entry, plan } in study.sessions()? {
+    for Begun {
+        entry,
+        plan,
+        unreadable,
+    } in study.sessions()?
+    {
+        if let Some(why) = unreadable {
+            return Err(why);
+        }
         let events = study.store.events(&entry.key)?.len();
         let head = study.store.head(&entry.key)?;
         let head = head.map_or_else(|| "no event".to_owned(), |head| head.to_string());

@@ -36,10 +36,17 @@ pub enum CampaignDoubt {
         /// The participant.
         participant: String,
     },
-    /// A virtual volunteer.
-    Virtual {
+    /// The plan of a session cannot be read.
+    NoPlan {
         /// The session and whose it is.
         session: String,
+        /// What is wrong.
+        why: String,
+    },
+    /// Virtual volunteers.
+    Virtual {
+        /// How many sessions.
+        sessions: usize,
         /// How the volunteer judges.
         judge: String,
     },
@@ -55,6 +62,7 @@ pub enum CampaignDoubt {
 const CATCH: &str = "catch_trials_failed";
 const STOPPED: &str = "session_stopped_early";
 const NOT_ERASED: &str = "withdrawn_not_erased";
+const NO_PLAN: &str = "plan_unreadable";
 const VIRTUAL: &str = "virtual_volunteer";
 const SIMULATED: &str = "felt_by_a_simulated_finger";
 
@@ -91,9 +99,13 @@ impl From<CampaignDoubt> for Doubt {
                 let fields = [("participant", participant.into_value())];
                 Self::of_fields(NOT_ERASED, fields, None, Vec::new())
             }
-            CampaignDoubt::Virtual { session, judge } => {
+            CampaignDoubt::NoPlan { session, why } => {
+                let fields = [("session", session.into_value()), ("why", why.into_value())];
+                Self::of_fields(NO_PLAN, fields, None, Vec::new())
+            }
+            CampaignDoubt::Virtual { sessions, judge } => {
                 let fields = [
-                    ("session", session.into_value()),
+                    ("sessions", sessions.into_value()),
                     ("judge", judge.into_value()),
                 ];
                 Self::of_fields(VIRTUAL, fields, None, Vec::new())
@@ -128,8 +140,12 @@ impl DoubtKind for CampaignDoubt {
             NOT_ERASED => Some(Self::NotErased {
                 participant: text("participant")?,
             }),
-            VIRTUAL => Some(Self::Virtual {
+            NO_PLAN => Some(Self::NoPlan {
                 session: text("session")?,
+                why: text("why")?,
+            }),
+            VIRTUAL => Some(Self::Virtual {
+                sessions: field("sessions")?,
                 judge: text("judge")?,
             }),
             SIMULATED => Some(Self::Simulated {
@@ -173,9 +189,13 @@ impl fmt::Display for CampaignDoubt {
                 "{participant} has withdrawn and is not erased yet: the sessions of {participant} are left out here; erase everything of \
                  this participant now"
             ),
-            Self::Virtual { session, judge } => write!(
+            Self::NoPlan { session, why } => write!(
                 f,
-                "{session}: a virtual volunteer who judges as `{judge}` answered, no person: the answers say what this model does"
+                "{session}: {why}; all sessions of this participant are left out here"
+            ),
+            Self::Virtual { sessions, judge } => write!(
+                f,
+                "virtual volunteers who judge as `{judge}` answered in {sessions} sessions, no person: the answers say what this model does"
             ),
             Self::Simulated { session, playings } => write!(
                 f,
@@ -210,7 +230,7 @@ impl State<'_> {
         }
         if let Some(judge) = self.participant.judge {
             doubts.push(CampaignDoubt::Virtual {
-                session,
+                sessions: 1,
                 judge: judge.name().to_owned(),
             });
             return doubts.into_iter().map(Doubt::from).collect();

@@ -282,7 +282,7 @@ fn finger(plan: &Plan, bench: Option<&Bench>) -> FingerOnBench {
 /// The sessions of `participant` with a volunteer, and when each was ended.
 fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>> {
     let mut found = Vec::new();
-    for Begun { entry, plan } in study.sessions()? {
+    for Begun { entry, plan, .. } in study.sessions()? {
         let Some(plan) = plan.filter(|plan| plan.participant == participant) else {
             continue;
         };
