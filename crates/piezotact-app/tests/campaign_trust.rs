@@ -219,3 +219,54 @@ fn a_plan_that_cannot_be_read_stops_its_own_session_only() {
         run(&folder, line).expect_failure(1, &["plan.json"]);
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn links_and_copies_of_a_participant_are_neither_followed_nor_forgotten() {
+    let folder = study();
+    let there = folder.path("study/participants");
+    std::fs::create_dir_all(&there).unwrap();
+    std::fs::create_dir_all(folder.path("elsewhere")).unwrap();
+    std::os::unix::fs::symlink(folder.path("elsewhere"), there.join("P01")).unwrap();
+    run(&folder, "campaign run study P01 naming").expect_failure(
+        1,
+        &[
+            "participants/P01: expected a folder, found a link",
+            "move the folder to its place",
+        ],
+    );
+    assert!(
+        std::fs::read_dir(folder.path("elsewhere"))
+            .unwrap()
+            .next()
+            .is_none()
+    );
+    std::fs::remove_file(there.join("P01")).unwrap();
+    whole(&folder, "campaign run study P01 naming");
+    for copy in ["P01-copy", "p01.bak", "P01 (1)", "P010", "XP01"] {
+        std::fs::create_dir(there.join(copy)).unwrap();
+    }
+    std::fs::write(folder.path("study/notes of p01.txt"), "x").unwrap();
+    let done = run(&folder, "campaign withdraw study P01");
+    done.expect_success();
+    holds(
+        &done.err(),
+        &[
+            "P01-copy may hold data",
+            "p01.bak may hold",
+            "P01 (1) may hold",
+            "notes of p01.txt may hold",
+        ],
+    );
+    assert!(
+        !done.err().contains("P010") && !done.err().contains("XP01"),
+        "{}",
+        done.err()
+    );
+    // A pipe in the place of the seal is refused, and not waited for.
+    let seal = folder.path("study/study.seal");
+    std::fs::rename(&seal, folder.path("study/kept.seal")).unwrap();
+    std::os::unix::fs::symlink(folder.path("study/kept.seal"), &seal).unwrap();
+    run(&folder, "campaign status study")
+        .expect_failure(1, &["expected the file study.seal, found a link"]);
+}

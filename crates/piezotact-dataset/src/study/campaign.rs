@@ -19,6 +19,8 @@ use crate::atomic::{sync_folder, write_atomically};
 use crate::error::{ReadError, WriteError};
 use crate::input::read_input_text;
 
+/// The folders in that of a session.
+const PARTS: [&str; 4] = ["targets", "drives", "measured", "runs"];
 const CAMPAIGN: &str = "campaign.json";
 const PROTOCOL: &str = "protocol.toml";
 const CONSENT: &str = "consent.txt";
@@ -107,6 +109,14 @@ pub enum CampaignError {
         expected: Sha,
         /// Its checksum now.
         found: Sha,
+    },
+    /// A folder of the study that is a link.
+    #[error(
+        "{}: expected a folder, found a link: what is written there would not be erased with the participant; move the folder to its place", path.display()
+    )]
+    Linked {
+        /// The link.
+        path: PathBuf,
     },
     /// A study stands there already.
     #[error(
@@ -283,14 +293,23 @@ impl SqliteStore {
     /// The folder of the files of one session of a participant: its plan, drives and journals. A withdrawal erases it.
     ///
     /// # Errors
-    /// [`CampaignError::Name`] where the session has no name that can be a folder.
+    /// [`CampaignError::Name`] where the session has no name that can be a folder, [`CampaignError::Linked`] where the folder leads
+    /// elsewhere.
     pub fn session_folder(
         &self,
         participant: &Pseudonym,
         session: &str,
     ) -> Result<PathBuf, CampaignError> {
         let session = Pseudonym::new(session)?;
-        Ok(self.participant_folder(participant).join(session.as_str()))
+        let of_participant = self.participant_folder(participant);
+        let folder = of_participant.join(session.as_str());
+        let parts = PARTS.map(|part| folder.join(part));
+        for path in [&of_participant, &folder].into_iter().chain(&parts) {
+            if path.is_symlink() {
+                return Err(CampaignError::Linked { path: path.clone() });
+            }
+        }
+        Ok(folder)
     }
 
     /// The plan that was written for a session; `None` where there is none yet.

@@ -59,6 +59,7 @@ impl Sealed {
 /// The seal of the study in `folder`.
 pub(super) fn find(folder: &Path) -> std::io::Result<Found> {
     let mut bytes = Vec::new();
+    regular(&folder.join(SEAL))?;
     match File::open(folder.join(SEAL)) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Found::Nothing),
         Err(error) => return Err(error),
@@ -75,6 +76,17 @@ pub(super) fn find(folder: &Path) -> std::io::Result<Found> {
     Ok(latest.map_or(Found::Damaged, Found::Whole))
 }
 
+/// Refuses what is no file: a pipe waits for ever, and a link leads out of the study.
+fn regular(path: &Path) -> std::io::Result<()> {
+    match std::fs::symlink_metadata(path) {
+        Ok(found) if !found.is_file() => Err(std::io::Error::new(
+            std::io::ErrorKind::InvalidInput,
+            "expected the file study.seal, found a link, a pipe, a device or a folder; restore it from a copy of the study",
+        )),
+        _ => Ok(()),
+    }
+}
+
 impl Seal {
     /// The file in `folder`, which is made with `sealed` where it is not there.
     pub(super) fn open(folder: &Path, sealed: &Sealed) -> std::io::Result<Self> {
@@ -82,6 +94,7 @@ impl Seal {
         if !path.exists() {
             make(&path, sealed)?;
         }
+        regular(&path)?;
         let file = File::options().write(true).open(&path)?;
         Ok(Self {
             file,

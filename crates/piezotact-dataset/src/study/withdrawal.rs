@@ -323,6 +323,40 @@ fn files_of(folder: &Path, participant: &str) -> Result<Vec<PathBuf>, WithdrawEr
     Ok(found)
 }
 
+impl SqliteStore {
+    /// What stands in the folder of the study under a name that has the pseudonym of `participant` in it as a word, in capital or small
+    /// letters: copies that a withdrawal does not know, and does not erase.
+    ///
+    /// # Errors
+    /// [`WithdrawError::Place`] where a folder cannot be read.
+    pub fn named_alike(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, WithdrawError> {
+        let mut found = Vec::new();
+        for folder in [self.folder().to_owned(), self.folder().join(PARTICIPANTS)] {
+            for entry in std::fs::read_dir(&folder).map_err(WithdrawError::io(&folder))? {
+                let path = entry.map_err(WithdrawError::io(&folder))?.path();
+                let name = path
+                    .file_name()
+                    .map(|name| name.to_string_lossy().to_lowercase());
+                if name.is_some_and(|name| has_word(&name, &participant.as_str().to_lowercase())) {
+                    found.push(path);
+                }
+            }
+        }
+        found.sort();
+        Ok(found)
+    }
+}
+
+/// Whether `word` stands in `text` with no letter or digit beside it.
+fn has_word(text: &str, word: &str) -> bool {
+    let is_beside = |part: Option<char>| part.is_some_and(char::is_alphanumeric);
+    text.match_indices(word).any(|(at, _)| {
+        let before = text[..at].chars().next_back();
+        let after = text[at + word.len()..].chars().next();
+        !is_beside(before) && !is_beside(after)
+    })
+}
+
 /// The number of files in `path`, links counted and not followed.
 fn count(path: &Path) -> usize {
     match std::fs::symlink_metadata(path) {

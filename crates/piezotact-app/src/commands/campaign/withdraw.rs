@@ -8,7 +8,7 @@ use piezotact_dataset::study::{Passphrase, Pseudonym, SqliteStore};
 
 use super::study::now_ms;
 use crate::failure::{Outcome, usage};
-use crate::output::print;
+use crate::output::{print, say};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -31,7 +31,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     print(&format!(
         "{participant}: erased {} sessions, {} files, {} identities; a tombstone stays, with which the journals verify. Copies of the folder and what was exported are not reached: erase them too.",
         erased.sessions, erased.files, erased.identities
-    ))
+    ))?;
+    for path in store.named_alike(&participant)? {
+        say(&format!(
+            "{} may hold data of {participant}, by its name: it was not erased; look at it, and erase it by hand",
+            path.display()
+        ));
+    }
+    Ok(())
 }
 
 /// The passphrase in the first line of `file`.
