@@ -37,7 +37,13 @@ const ARROWS: [(&str, &[&str]); 11] = [
     ),
     (
         "piezotact-replay",
-        &["piezotact", "piezotact-bench", "piezotact-twin"],
+        &[
+            "piezotact",
+            "piezotact-people",
+            "piezotact-bench",
+            "piezotact-session",
+            "piezotact-twin",
+        ],
     ),
     (
         "piezotact-app",

@@ -62,13 +62,13 @@ pub enum LevelRule {
 pub enum CampaignError {
     /// The twin refuses.
     #[error(transparent)]
-    Replay(#[from] ReplayError),
+    Replay(Box<ReplayError>),
     /// The protocol has no such session.
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The session refuses.
     #[error(transparent)]
-    Run(#[from] RunError),
+    Run(Box<RunError>),
     /// The store refuses.
     #[error(transparent)]
     Store(#[from] StoreError),
@@ -123,6 +123,18 @@ pub enum CampaignError {
         /// What failed.
         why: String,
     },
+}
+
+impl From<ReplayError> for CampaignError {
+    fn from(error: ReplayError) -> Self {
+        Self::Replay(Box::new(error))
+    }
+}
+
+impl From<RunError> for CampaignError {
+    fn from(error: RunError) -> Self {
+        Self::Run(Box::new(error))
+    }
 }
 
 impl Simulation<'_> {

@@ -7,7 +7,7 @@ use clap::Args;
 use piezotact::quantity::Decibels;
 use piezotact_dataset::study::{NewCampaign, SqliteStore, StudyCampaign};
 use piezotact_people::campaign::session::Stage;
-use piezotact_people::judge::{Bounds, Judge, Which, which_judge};
+use piezotact_people::judge::{Bounds, Judge, which_judge};
 use piezotact_replay::campaign::{Arrival, LevelRule, Simulated, Simulation};
 
 use super::protocol_text;
@@ -30,8 +30,8 @@ pub(crate) struct Arguments {
     /// The seed of people, plans and noise.
     #[arg(long)]
     seed: u64,
-    /// How the volunteers judge: thurstone (level and spectrum; period and friction of real surfaces), guesser, level_only or
-    /// spectrum_only.
+    /// How the volunteers judge: thurstone (level and spectrum; period and friction of real surfaces), guesser, `level_only` or
+    /// `spectrum_only`.
     #[arg(long, default_value = "thurstone", value_parser = judge)]
     judge: Judge,
     /// The level at which textures are rendered: `common`, one for all, lowered only as much as the device requires; `fit`, for each
@@ -79,8 +79,30 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         iterations: usize::from(args.iterations),
         ..Simulation::usual(&protocol, study.campaign.protocol_sha, args.seed)
     };
+    let done = simulated(args, &simulation, participants, &mut study)?;
+    print(&format!(
+        "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
+        args.study.display(),
+        args.judge.name(),
+        done.plans.len(),
+        done.taken_up
+    ))?;
+    print(&which(&simulation, &done))?;
+    print(&format!(
+        "see what they answered: piezotact matrix {}",
+        args.study.display()
+    ))
+}
+
+/// The campaign, from where the study has it.
+fn simulated(
+    args: &Arguments,
+    simulation: &Simulation<'_>,
+    participants: u32,
+    study: &mut Study,
+) -> Outcome<Simulated> {
     let work = Work::of_sizes(SIMULATING, vec![1.0; participants as usize]);
-    let between = Between::items("volunteer");
+    let _between = Between::items("volunteer");
     let plans = SqliteStore::open(&args.study)?;
     let mut step = |arrival: Arrival<'_>| -> Outcome {
         if interrupted() {
@@ -95,36 +117,19 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         }
         Ok(())
     };
-    let done =
-        simulation.run::<Failure>(1..=u64::from(participants), &mut study.store, &mut step)?;
-    let which = which(&simulation, &done);
-    drop((work, between));
-    print(&format!(
-        "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
-        args.study.display(),
-        args.judge.name(),
-        done.plans.len(),
-        done.taken_up
-    ))?;
-    match which {
-        Ok(which) => print(&which.sentence())?,
-        Err(why) => print(&why)?,
-    }
-    print(&format!(
-        "see what they answered: piezotact matrix {}",
-        args.study.display()
-    ))
+    simulation.run::<Failure>(1..=u64::from(participants), &mut study.store, &mut step)
 }
 
 /// Which judge the answers show, as an analysis that does not know it finds.
-fn which(simulation: &Simulation<'_>, done: &Simulated) -> Result<Which, String> {
+fn which(simulation: &Simulation<'_>, done: &Simulated) -> String {
     if done.taken_up > 0 {
-        return Err(
-            "which judge the answers show is not compared: what was felt in sessions of before is not kept".to_owned(),
-        );
+        return "which judge the answers show is not compared: what was felt in sessions of before is not kept"
+            .to_owned();
     }
-    let compared = which_judge(&done.answers, &simulation.touch, Bounds::of_campaigns());
-    compared.map_err(|error| format!("which judge the answers show is not decided: {error}"))
+    match which_judge(&done.answers, &simulation.touch, Bounds::of_campaigns()) {
+        Ok(which) => which.sentence(),
+        Err(error) => format!("which judge the answers show is not decided: {error}"),
+    }
 }
 
 /// The study in the folder: a new one, or the one of the same simulation.

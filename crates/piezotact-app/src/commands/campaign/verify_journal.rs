@@ -26,6 +26,25 @@ pub(crate) struct Arguments {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
     let sessions = study.store.verify()?;
+    let checked = each_session(&study)?;
+    print(&format!(
+        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
+        args.study.display()
+    ))?;
+    for one in &checked.wrong {
+        say(one);
+    }
+    match checked.wrong.len() {
+        0 => Ok(()),
+        wrong => Err(Failure::Data(anyhow!(
+            "{wrong} of {} recordings are not those that were made while the stimuli played; restore them from a copy of the study",
+            checked.alike + wrong
+        ))),
+    }
+}
+
+/// Prints what is found of every session; gives what was found of the recordings.
+fn each_session(study: &Study) -> Outcome<Recordings> {
     let mut checked = Recordings::default();
     for Begun {
         entry,
@@ -42,7 +61,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         let what = match plan {
             Some(plan) => {
                 // Its events follow from each other, and belong to its plan.
-                let recordings = recordings(&study, &study.state(&plan)?)?;
+                let recordings = recordings(study, &study.state(&plan)?)?;
                 let what = recordings.words();
                 checked.add(recordings);
                 what
@@ -54,20 +73,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             entry.key.participant, entry.key.session
         ))?;
     }
-    print(&format!(
-        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
-        args.study.display()
-    ))?;
-    for one in &checked.wrong {
-        say(one);
-    }
-    match checked.wrong.len() {
-        0 => Ok(()),
-        wrong => Err(Failure::Data(anyhow!(
-            "{wrong} of {} recordings are not those that were made while the stimuli played; restore them from a copy of the study",
-            checked.alike + wrong
-        ))),
-    }
+    Ok(checked)
 }
 
 /// The recordings of what was played, compared with what the events say of them.

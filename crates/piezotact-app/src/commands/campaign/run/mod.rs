@@ -113,9 +113,19 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
+    played(&mut study, &plan, args, (bench, drives, &folder))
+}
+
+/// The session of `plan` with its stimuli on `bench`.
+fn played(
+    study: &mut Study,
+    plan: &Plan,
+    args: &Arguments,
+    (bench, drives, folder): (Option<Bench>, Drives, &Path),
+) -> Outcome {
     let taken = drives.given.clone();
     let mut bench = match bench {
-        Some(bench) => Some(Announced(stimulator(&study, bench, drives, &folder)?)),
+        Some(bench) => Some(Announced(stimulator(study, bench, drives, folder)?)),
         None => None,
     };
     let stimuli = match (&mut bench, args.by_hand) {
@@ -132,12 +142,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let campaign = &study.campaign.protocol;
     let runner = Runner::open(
         &mut study.store,
-        (campaign, &plan),
+        (campaign, plan),
         purpose(args),
         stimuli,
         outside,
     )?;
-    drives::keep(&taken, &folder)?;
+    drives::keep(&taken, folder)?;
     session(runner, args, consent.as_deref())
 }
 
