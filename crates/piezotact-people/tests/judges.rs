@@ -1,4 +1,9 @@
 //! Which judge it was: campaigns of ten people who judge thirteen sandpapers, answered by a known judge.
+#![allow(
+    clippy::unwrap_used,
+    clippy::print_stdout,
+    reason = "helpers of tests; the long test prints its counts"
+)]
 
 use std::collections::BTreeMap;
 use std::ops::Range;
