@@ -7,7 +7,7 @@ mod likelihood;
 use std::collections::BTreeSet;
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::statistics::{mean, mean_interval};
+use piezotact::statistics::{mean, mean_interval, t_quantile};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{JudgeError, Look, Moment, Recall};
@@ -152,12 +152,12 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Noise from a quarter to eight times the assumed one, a weight from a quarter to 16, up to a fifth of lapses.
+    /// Noise from a quarter to four times the assumed one, a weight from an eighth to 16, up to a fifth of lapses.
     #[must_use]
     pub fn of_campaigns() -> Self {
         Self {
-            noise_ratio: [0.25, 8.0],
-            spectrum_weight: [0.25, 16.0],
+            noise_ratio: [0.25, 4.0],
+            spectrum_weight: [0.125, 16.0],
             lapse_share: [0.0, 0.2],
         }
     }
@@ -242,7 +242,7 @@ pub enum VerdictCriterion {
     Participants,
     /// The Akaike weight of the best judge.
     Weight,
-    /// How much better it predicts a participant who was held out than another judge does, nats for each answer.
+    /// How much better it predicts participants who were held out than another judge does, over the standard error of that mean.
     HeldOut {
         /// The other judge.
         than: Judge,
@@ -291,7 +291,7 @@ pub struct Which {
 /// maximum likelihood over all answers.
 ///
 /// A judge is named where its Akaike weight is at least 0.95, it predicts participants who were held out better than every other
-/// (95 % interval over participants), no free parameter lies at a bound, and the fit is not refuted. Where the best judge's fit is
+/// on average, no free parameter lies at a bound, and the fit is not refuted. Where the best judge's fit is
 /// refuted, none of them fits.
 ///
 /// Source: H. Akaike (1974), IEEE Trans. Autom. Control 19:716; C. M. Hurvich and C.-L. Tsai (1989), Biometrika 76:297;
@@ -410,12 +410,18 @@ fn criteria(
             .map(|(best, other)| best - other)
             .collect();
         let limit = Limit::at_least(0.0);
-        all.push(match mean_interval(&better) {
-            Some(interval) if enough => {
-                Criterion::new(what, "nat", mean(&better), Some(interval), limit)
-            }
-            _ => Criterion::unmeasured(what, "nat", limit),
-        });
+        all.push(
+            match (
+                mean_interval(&better),
+                t_quantile(better.len().saturating_sub(1)),
+            ) {
+                (Some([low, high]), Some(quantile)) if enough && high > low => {
+                    let error = 0.5 * (high - low) / quantile;
+                    Criterion::new(what, "", mean(&better) / error, None, limit)
+                }
+                _ => Criterion::unmeasured(what, "", limit),
+            },
+        );
     }
     let Parameters {
         noise_ratio,
