@@ -4,6 +4,7 @@ mod belonging;
 mod campaign;
 mod campaign_drives;
 mod campaign_session;
+mod campaign_simulated;
 mod campaign_trust;
 mod characterise;
 mod closed_loop;

@@ -49,7 +49,7 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// The isotropic protocol of the library with two sets, four samples, strokes played once, and both sessions on one day.
-fn two_sets() -> String {
+pub(crate) fn two_sets() -> String {
     let (_, library) = LIBRARY
         .iter()
         .find(|(name, _)| *name == "isotropic_triplets")
