@@ -11,7 +11,7 @@ const POINTS: usize = 1024;
 /// Two alternatives that are nearer than this, in steps, are one.
 const SAME_STEPS: f64 = 1e-9;
 /// Steps of the grid of roughness in one standard deviation, and how many of them it reaches beyond the outermost texture.
-const PER_SD: f64 = 6.0;
+const PER_SD: f64 = 10.0;
 const REACH_SD: f64 = 6.5;
 /// The grid of roughness has at most so many points.
 const MOST_POINTS: usize = 20_000;
@@ -56,7 +56,7 @@ impl Person {
 
     /// The probability of `order`, places of `textures` with the roughest first.
     ///
-    /// Without a lapse: the recursion G(t) ← ∫ₜ^∞ φ(s)·G(s) ds over the textures from the first to the last, on a grid of a sixth of
+    /// Without a lapse: the recursion G(t) ← ∫ₜ^∞ φ(s)·G(s) ds over the textures from the first to the last, on a grid of a tenth of
     /// a standard deviation, by the rule of four points. A lapse exchanges two neighbours.
     ///
     /// # Errors
