@@ -642,3 +642,30 @@ fn a_session_in_a_folder_that_became_read_only_is_refused_aloud() {
     );
     holds(&one.type_and_read(""), &["trial 3 of 6"]);
 }
+
+#[test]
+fn an_identity_forges_no_line_and_keeps_a_signed_consent() {
+    let folder = Folder::new();
+    folder.write("protocol.toml", naming(1, "trial_anew"));
+    folder.write("consent.txt", "I take part.");
+    folder.write("secret.txt", "four words of wood");
+    run(
+        &folder,
+        "campaign new study --protocol protocol.toml --seed 7 --consent consent.txt",
+    )
+    .expect_success();
+    let identity = |name: &str, more: &[&str]| {
+        let known = ["campaign", "identity", "study", "P01", "--name", name];
+        let more = [&["--contact", "room 7", "--passphrase", "secret.txt"], more].concat();
+        folder.run_as_given(&[&known[..], &more].concat())
+    };
+    let refused = identity("Rosa\nP02: Quentin, room 8, no consent signed", &[]);
+    refused.expect_failure(2, &["found U+000A"]);
+    let said = identity("Rosa", &["--signed", "2"]).out();
+    assert!(said.contains("the consent is signed"), "{said}");
+    let said = identity("Rosa B", &[]).out();
+    assert!(said.contains("signed before is kept"), "{said}");
+    let listed = run(&folder, "campaign identity study --passphrase secret.txt");
+    assert_eq!(listed.out().trim().lines().count(), 1);
+    assert!(listed.out().contains("P01: Rosa B, room 7, consent 2 of "));
+}

@@ -379,7 +379,7 @@ fn soak() {
             ..SANDPAPERS
         };
         for judge in Judge::ALL {
-            let counts = counted(&world, By::Judge(judge), 1001..1201);
+            let counts = counted(&world, By::Judge(judge), 2001..2201);
             println!("{shapes_db} dB, {judge:?}: {counts:?}");
             let named = |judge: Judge| counts.get(judge.name()).copied().unwrap_or(0);
             let wrong: usize = Judge::ALL
@@ -392,7 +392,7 @@ fn soak() {
         for by in [By::CityBlock, By::FirstOften, By::Farthest, By::Strongest] {
             println!(
                 "{shapes_db} dB, {by:?}: {:?}",
-                counted(&world, by, 1001..1101)
+                counted(&world, by, 2001..2101)
             );
         }
     }

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use age::secrecy::SecretString;
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::StoreError;
+use piezotact_people::campaign::text::{TextError, check_line};
 use serde::{Deserialize, Serialize};
 
 use super::error::advice_on_io;
@@ -106,6 +107,17 @@ impl SignedConsent {
     }
 }
 
+/// What became of the consent when an identity was stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConsentStored {
+    /// The one that was given is stored.
+    Given,
+    /// None was given: the one that was signed before stays.
+    Kept,
+    /// None was given, and none was signed before.
+    Unsigned,
+}
+
 /// The content of the file.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct Identities {
@@ -168,6 +180,16 @@ pub enum IdentityError {
         /// The participant.
         participant: String,
     },
+    /// A text would forge lines of the list of identities.
+    #[error("{what} of {participant}: {why}")]
+    Text {
+        /// The participant.
+        participant: String,
+        /// "the name", "the contact" or "the version of the consent".
+        what: &'static str,
+        /// Why it is refused, and what to do.
+        why: TextError,
+    },
     /// The pseudonym is refused.
     #[error(transparent)]
     Pseudonym(#[from] PseudonymError),
@@ -219,16 +241,18 @@ impl SqliteStore {
         Ok(read(&self.folder, passphrase)?.people)
     }
 
-    /// Stores who `participant` is, in place of what was stored before. The first one decides the passphrase.
+    /// Stores who `participant` is, in place of what was stored before; a consent that was signed stays where `person` brings none.
+    /// The first identity decides the passphrase.
     ///
     /// # Errors
     /// [`IdentityError`]; the file is then as it was.
     pub fn set_identity(
         &mut self,
         participant: &Pseudonym,
-        person: PersonalData,
+        mut person: PersonalData,
         passphrase: &Passphrase,
-    ) -> Result<(), IdentityError> {
+    ) -> Result<ConsentStored, IdentityError> {
+        check_texts(participant, &person)?;
         // A file that waits for its place would undo this.
         if self.folder.join(NEXT).exists() {
             self.complete_withdrawals_now()?;
@@ -241,10 +265,38 @@ impl SqliteStore {
         }
         let mut identities = read(&self.folder, passphrase)?;
         participant.check_among(identities.people.keys().map(String::as_str))?;
+        let before = identities.people.remove(name);
+        let consent = match (&person.consent, before.and_then(|before| before.consent)) {
+            (Some(_), _) => ConsentStored::Given,
+            (None, None) => ConsentStored::Unsigned,
+            (None, signed) => {
+                person.consent = signed;
+                ConsentStored::Kept
+            }
+        };
         identities.people.insert(name.to_owned(), person);
         write(&self.folder.join(IDENTITY), &identities, passphrase)?;
-        Ok(())
+        Ok(consent)
     }
+}
+
+/// Refuses what would not stand in one line of a list.
+fn check_texts(participant: &Pseudonym, person: &PersonalData) -> Result<(), IdentityError> {
+    let version = person.consent.as_ref().map(|signed| &signed.version);
+    let texts = [
+        ("the name", Some(&person.name)),
+        ("the contact", Some(&person.contact)),
+        ("the version of the consent", version),
+    ];
+    for (what, text) in texts {
+        let checked = text.map_or(Ok(()), |text| check_line(text));
+        checked.map_err(|why| IdentityError::Text {
+            participant: participant.to_string(),
+            what,
+            why,
+        })?;
+    }
+    Ok(())
 }
 
 /// The right to change the file, until it is dropped.

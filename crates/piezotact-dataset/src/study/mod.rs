@@ -18,7 +18,7 @@ mod withdrawal;
 
 pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
 pub use error::StudyError;
-pub use identity::{IdentityError, Passphrase, PersonalData, SignedConsent};
+pub use identity::{ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent};
 pub use pseudonym::{Pseudonym, PseudonymError};
 pub use running::{RunningError, SessionLock};
 pub use store::SqliteStore;

@@ -1,6 +1,8 @@
 //! The encrypted identities.
 
-use piezotact_dataset::study::{IdentityError, Passphrase};
+use piezotact_dataset::study::{
+    ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent,
+};
 
 use crate::{fill, is_in, name, passphrase, study};
 
@@ -61,4 +63,62 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
         refused.ends_with("restore the file from a copy"),
         "{refused}"
     );
+}
+
+#[test]
+fn a_text_that_would_forge_a_line_of_the_list_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = study(folder.path(), 1);
+    let person = |name: &str, contact: &str, version: &str| PersonalData {
+        name: name.into(),
+        contact: contact.into(),
+        consent: Some(SignedConsent::new(version, "I take part.", 0)),
+    };
+    for (person, part) in [
+        (
+            person("Rosa\nP02: Quentin", "room 7", "2"),
+            "the name of P01: expected a text without control characters",
+        ),
+        (person("Rosa", "room\u{1b}[2K", "2"), "the contact of P01"),
+        (person("Rosa", "\u{202e}7 moor", "2"), "found U+202E"),
+        (
+            person("Rosa", "room 7", "2\r1"),
+            "the version of the consent",
+        ),
+    ] {
+        let refused = store.set_identity(&name("P01"), person, &passphrase());
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains(part), "{refused}");
+    }
+    assert!(!folder.path().join("identity.age").exists());
+    // A telephone number begins with a sign that a table would not take.
+    store
+        .set_identity(&name("P01"), person("Zoë", "+33 1", "2"), &passphrase())
+        .unwrap();
+}
+
+#[test]
+fn a_signed_consent_stays_until_another_one_is_signed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = study(folder.path(), 1);
+    let mut set = |name_of: &str, version: Option<&str>| {
+        let person = PersonalData {
+            name: name_of.into(),
+            contact: "room 7".into(),
+            consent: version.map(|version| SignedConsent::new(version, "I take part.", 5)),
+        };
+        let stored = store.set_identity(&name("P01"), person, &passphrase());
+        let people = store.identities(&passphrase()).unwrap();
+        let consent = people["P01"].consent.as_ref();
+        let version = consent.map(|signed| signed.version.clone());
+        (stored.unwrap(), people["P01"].name.clone(), version)
+    };
+    let expected = |stored, name: &str, version: Option<&str>| {
+        (stored, name.to_owned(), version.map(str::to_owned))
+    };
+    use ConsentStored::{Given, Kept, Unsigned};
+    assert_eq!(set("Rosa", None), expected(Unsigned, "Rosa", None));
+    assert_eq!(set("Rosa", Some("2")), expected(Given, "Rosa", Some("2")));
+    assert_eq!(set("Rosa B", None), expected(Kept, "Rosa B", Some("2")));
+    assert_eq!(set("Rosa", Some("3")), expected(Given, "Rosa", Some("3")));
 }

@@ -8,6 +8,7 @@ use crate::campaign::dictionary::ANSWER_COLUMNS;
 use crate::campaign::plan::TrialKind;
 use crate::campaign::session::{Answer as Noted, State};
 use crate::campaign::store;
+use crate::campaign::text::cell;
 
 /// `answers` to what is `declared` as a table with a row for each, in the columns that are read as answers again.
 ///
@@ -131,7 +132,7 @@ pub fn trials_table<'a>(
                 Cell::from(noted(of.answers.first())),
                 Cell::from(noted(of.answers.last().filter(|_| of.confirmed))),
                 Cell::from(of.answers.len().saturating_sub(1).to_string()),
-                Cell::from(why),
+                Cell::from(cell(why).into_owned()),
                 Cell::from(plays.join("|")),
                 Cell::from(of.attempts.to_string()),
                 Cell::from(of.interrupted.to_string()),

@@ -12,3 +12,4 @@ mod random;
 pub mod readiness;
 pub mod session;
 pub mod store;
+pub mod text;

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::study::{
-    Passphrase, PersonalData, SignedConsent, SqliteStore, StudyCampaign,
+    ConsentStored, Passphrase, PersonalData, SignedConsent, SqliteStore, StudyCampaign,
 };
+use piezotact_people::campaign::text::shown;
 
 use super::study::{Study, now_ms, said};
 use super::withdraw::passphrase;
@@ -50,10 +51,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         contact: contact.clone(),
         consent,
     };
-    study
+    let consent = study
         .store
         .set_identity(&participant, person, &passphrase)?;
-    print(&format!("{participant}: the identity is stored, encrypted"))
+    let consent = match consent {
+        ConsentStored::Given => "the consent is signed",
+        ConsentStored::Kept => "the consent that was signed before is kept",
+        ConsentStored::Unsigned => "no consent is signed",
+    };
+    print(&format!(
+        "{participant}: the identity is stored, encrypted; {consent}"
+    ))
 }
 
 /// Prints all identities.
@@ -65,14 +73,16 @@ fn listed(args: &Arguments, passphrase: &Passphrase) -> Outcome {
             |signed| {
                 format!(
                     "consent {} of {} (UTC)",
-                    signed.version,
+                    shown(&signed.version),
                     said(signed.signed_at_ms)
                 )
             },
         );
         print(&format!(
-            "{pseudonym}: {}, {}, {consent}",
-            person.name, person.contact
+            "{}: {}, {}, {consent}",
+            shown(&pseudonym),
+            shown(&person.name),
+            shown(&person.contact)
         ))?;
     }
     Ok(())

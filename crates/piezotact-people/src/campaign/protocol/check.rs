@@ -1,10 +1,11 @@
 //! Reading a protocol: its form, and whether what it names is there.
 
 mod compare;
+mod limits;
 
 use std::collections::BTreeSet;
 
-use super::{Block, FORM, Labels, Over, Playing, Protocol, Sequence, Task, TaskKind};
+use super::{Block, FORM, Labels, Over, Protocol, Sequence, Task, TaskKind};
 
 /// Why a text is no protocol that can be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -65,8 +66,18 @@ pub enum ProtocolError {
         /// What it says.
         found: String,
     },
+    /// A text that cannot be shown.
+    #[error("{place}: {why}")]
+    Text {
+        /// Where.
+        place: String,
+        /// What is wrong.
+        why: crate::campaign::text::TextError,
+    },
     /// A name that cannot be a name of a file or a column.
-    #[error("{place}: `{name}` is no name; use 1 to 40 letters, digits, spaces, `-` or `_`")]
+    #[error(
+        "{place}: `{name}` is no name; use 1 to 40 letters, digits, spaces, `-` or `_`, a letter or digit first"
+    )]
     Name {
         /// Where.
         place: String,
@@ -172,6 +183,7 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
         });
     }
     all_named("the protocol", [protocol.name.as_str()])?;
+    limits::counts(protocol)?;
     distinct("the samples", "sample", &protocol.samples)?;
     at_least_one("the samples", protocol.samples.len())?;
     at_least_one("tray_slots", protocol.tray_slots)?;
@@ -192,27 +204,10 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
         .tasks
         .iter()
         .try_for_each(|one| task(protocol, one))?;
-    if let Some(rendering) = &protocol.rendering {
-        hours("rendering.max_age_hours", rendering.max_age_hours)?;
-        if let Playing::Repeated {
-            pause_s,
-            duration_s,
-        } = rendering.playing
-        {
-            hours("rendering.playing.duration_s", duration_s)?;
-            if duration_s > 3600.0 {
-                return Err(number(
-                    "rendering.playing.duration_s",
-                    "at most 3600",
-                    duration_s,
-                ));
-            }
-            if !(0.0..=3600.0).contains(&pause_s) {
-                return Err(number("rendering.playing.pause_s", "0 to 3600", pause_s));
-            }
-        }
-    }
+    limits::rendering(protocol)?;
     sessions(protocol)?;
+    limits::numbers(protocol)?;
+    limits::texts(protocol)?;
     aims(protocol)
 }
 
@@ -474,7 +469,8 @@ fn distinct<'a>(
     let mut seen = BTreeSet::new();
     for name in names {
         all_named(place, [name.as_str()])?;
-        if !seen.insert(name.as_str()) {
+        // Names that differ by case only are one file on some systems, and one word to those who speak.
+        if !seen.insert(name.to_lowercase()) {
             return Err(ProtocolError::Twice {
                 place: place.to_owned(),
                 what,
@@ -492,6 +488,7 @@ fn all_named<'a>(
     let fits = |name: &str| {
         (1..=40).contains(&name.chars().count())
             && name.trim() == name
+            && name.starts_with(char::is_alphanumeric)
             && name
                 .chars()
                 .all(|sign| sign.is_alphanumeric() || matches!(sign, ' ' | '-' | '_'))

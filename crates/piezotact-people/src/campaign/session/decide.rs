@@ -3,6 +3,7 @@
 use super::super::chain::Sha;
 use super::super::plan::{AnswerForm, Presented, Trial};
 use super::super::store::Purpose;
+use super::super::text::{TextError, check_long};
 use super::answer::{letters, understand};
 use super::{
     Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, checklist_place,
@@ -131,6 +132,9 @@ pub enum Refusal {
     /// The answer does not fit.
     #[error(transparent)]
     Answer(#[from] AnswerError),
+    /// A note or a reason that cannot be shown.
+    #[error(transparent)]
+    Text(#[from] TextError),
     /// A reason is missing.
     #[error("say why in a few words")]
     NoReason,
@@ -148,7 +152,10 @@ impl State<'_> {
             });
         }
         match command {
-            Command::Note { text } => return Ok(Event::Note { text: text.clone() }),
+            Command::Note { text } => {
+                check_long(text)?;
+                return Ok(Event::Note { text: text.clone() });
+            }
             Command::Withdraw if self.stage != Stage::New => return Ok(Event::ConsentWithdrawn),
             Command::Correct { trial, words, why } => return self.correct(trial, words, why),
             Command::AnswerTo { trial, words } => return self.answer_to(trial, words),
@@ -159,6 +166,7 @@ impl State<'_> {
             Command::Stop { why }
                 if matches!(self.stage, Stage::Running | Stage::Paused | Stage::Consent) =>
             {
+                check_long(why)?;
                 return match why.trim().is_empty() {
                     true => Err(Refusal::NoReason),
                     false => Ok(Event::Stopped { why: why.clone() }),
@@ -293,6 +301,7 @@ impl State<'_> {
                 expected: format!("trial {name} is not confirmed; revise its answer instead"),
             });
         }
+        check_long(why)?;
         if why.trim().is_empty() {
             return Err(Refusal::NoReason);
         }

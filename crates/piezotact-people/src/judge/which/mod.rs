@@ -19,7 +19,7 @@ pub use fit::{FIT_NATS, FIT_SHARE, FitCriterion};
 pub use likelihood::Parameters;
 
 /// A judge is named from this Akaike weight on.
-pub const NAMED_WEIGHT: f64 = 0.95;
+pub const NAMED_WEIGHT: f64 = 0.99;
 /// Over fewer participants nothing is decided.
 pub const MIN_PEOPLE: usize = 4;
 
@@ -290,7 +290,7 @@ pub struct Which {
 /// Which of the judges `answers` show. Parameters that are not free are those of `touch`; free ones are sought within `bounds` by
 /// maximum likelihood over all answers.
 ///
-/// A judge is named where its Akaike weight is at least 0.95, it predicts participants who were held out better than every other
+/// A judge is named where its Akaike weight is at least 0.99, it predicts participants who were held out better than every other
 /// on average, no free parameter lies at a bound, and the fit is not refuted. Where the best judge's fit is
 /// refuted, none of them fits.
 ///

@@ -24,6 +24,7 @@ use piezotact_people::campaign::readiness::{
 };
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage};
 use piezotact_people::campaign::store::{Purpose, StoreError};
+use piezotact_people::campaign::text::check_short;
 use piezotact_session::{
     BenchStimulator, Given, Outside, PlayError, Played, RunError, Runner, SaltError, Stimulator,
     Stimuli,
@@ -53,7 +54,7 @@ pub(crate) struct Arguments {
     /// The session, by its name in the protocol.
     session: String,
     /// The tag of the experimenter, kept with the session.
-    #[arg(long, value_name = "TAG", default_value = "experimenter")]
+    #[arg(long, value_name = "TAG", default_value = "experimenter", value_parser = short)]
     experimenter: String,
     /// The bench on which rendered textures are played.
     #[arg(long, help = benches::help("The bench on which rendered textures are played"))]
@@ -68,7 +69,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     rehearsal: bool,
     /// The participant's sex, as stated.
-    #[arg(long)]
+    #[arg(long, value_parser = short)]
     sex: Option<String>,
     /// The participant's age in years.
     #[arg(long, value_name = "YEARS", value_parser = clap::value_parser!(u32).range(1..=120))]
@@ -77,11 +78,17 @@ pub(crate) struct Arguments {
     #[arg(long)]
     handedness: Option<Handedness>,
     /// The finger that touches; default: that of the protocol.
-    #[arg(long)]
+    #[arg(long, value_parser = short)]
     finger: Option<String>,
     /// The language of the instructions, such as fr.
-    #[arg(long)]
+    #[arg(long, value_parser = short)]
     language: Option<String>,
+}
+
+/// A text that stands in tables.
+fn short(text: &str) -> Result<String, String> {
+    check_short(text).map_err(|error| error.to_string())?;
+    Ok(text.to_owned())
 }
 
 /// Which hand is preferred.
