@@ -660,7 +660,7 @@ fn an_identity_forges_no_line_and_keeps_a_signed_consent() {
         folder.run_as_given(&[&known[..], &more].concat())
     };
     let refused = identity("Rosa\nP02: Quentin, room 8, no consent signed", &[]);
-    refused.expect_failure(2, &["found U+000A"]);
+    refused.expect_failure(1, &["found U+000A"]);
     let said = identity("Rosa", &["--signed", "2"]).out();
     assert!(said.contains("the consent is signed"), "{said}");
     let said = identity("Rosa B", &[]).out();
