@@ -48,6 +48,10 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     assert!(people.iter().all(|row| row["judge"] == "thurstone"));
     let evidence = table(&folder.path("exported/evidence.csv"));
     assert!(!evidence.is_empty());
+    run(&folder, "campaign run st P09 measurement").expect_failure(
+        2,
+        &["expected a study with people, found virtual volunteers, such as P01"],
+    );
     // The same command finds everything done; another simulation goes elsewhere.
     let again = run(&folder, SIMULATE);
     again.expect_success();

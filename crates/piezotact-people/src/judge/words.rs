@@ -1,15 +1,18 @@
 //! Which judge it was, in one sentence.
 
-use piezotact::criterion::Outcome;
+use piezotact::criterion::{Criterion, Outcome};
 
-use super::which::{Verdict, VerdictCriterion, Which};
+use super::which::{MIN_PEOPLE, NAMED_WEIGHT, Verdict, VerdictCriterion, Which};
 
 impl Which {
     /// The verdict with what it rests on.
     #[must_use]
     pub fn sentence(&self) -> String {
         let people = self.participants.len();
-        let of = format!("{} answers of {people} participants", self.answers);
+        let of = match people {
+            1 => format!("{} answers of 1 participant", self.answers),
+            _ => format!("{} answers of {people} participants", self.answers),
+        };
         let best = self.judges.first();
         let (name, weight) = best.map_or(("none", 0.0), |fit| (fit.judge.name(), fit.weight));
         match self.verdict {
@@ -30,13 +33,23 @@ impl Which {
 
     /// What keeps the verdict open.
     fn open(&self) -> Vec<String> {
+        let is_open = |criterion: &&Criterion<VerdictCriterion>| criterion.outcome != Outcome::Met;
+        let few = self.criteria.iter().filter(is_open);
+        let mut few = few.filter(|criterion| criterion.what == VerdictCriterion::Participants);
+        if few.next().is_some() {
+            return vec![format!(
+                "fewer than {MIN_PEOPLE} participants decide nothing"
+            )];
+        }
         let open = self.criteria.iter();
-        let open = open.filter(|criterion| criterion.outcome != Outcome::Met);
+        let open = open.filter(is_open);
         open.map(|criterion| {
             let found = criterion.found.unwrap_or(f64::NAN);
             match criterion.what {
                 VerdictCriterion::Participants => format!("there are only {found} participants"),
-                VerdictCriterion::Weight => format!("its weight is {found:.3}"),
+                VerdictCriterion::Weight => {
+                    format!("a weight of {NAMED_WEIGHT} is needed")
+                }
                 VerdictCriterion::HeldOut { than } => format!(
                     "it does not predict participants who were held out surely better than {} does",
                     than.name()

@@ -57,6 +57,20 @@ impl Study {
         Ok(planned.collect())
     }
 
+    /// Refuses a study of virtual volunteers, where a person would be counted among them.
+    pub(super) fn require_people(&self) -> Outcome {
+        for (entry, plan) in self.live()? {
+            if self.state(&plan)?.participant().judge.is_some() {
+                return Err(usage(anyhow!(
+                    "{}: expected a study with people, found virtual volunteers, such as {}; make a study of its own for people",
+                    self.store.folder().display(),
+                    entry.key.participant
+                )));
+            }
+        }
+        Ok(())
+    }
+
     /// Who withdrew in a session and was not erased yet.
     pub(super) fn not_erased(&self) -> Outcome<BTreeSet<String>> {
         let mut withdrawn = BTreeSet::new();

@@ -105,6 +105,7 @@ enum Handedness {
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut study = Study::open(&args.study)?;
     let participant = study.participant(&args.participant)?;
+    study.require_people()?;
     if study.not_erased()?.contains(participant.as_str()) {
         return Err(Failure::Data(anyhow!(withdrawn(args))));
     }
