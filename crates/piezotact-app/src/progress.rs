@@ -98,6 +98,7 @@ fn lines() -> MutexGuard<'static, Lines> {
 static PROMPTED: AtomicBool = AtomicBool::new(false);
 
 /// From now on lines are asked for on the terminal: no work is shown any more, which would stand in what is typed.
+#[cfg(feature = "campaign")]
 pub(crate) fn keep_off() {
     PROMPTED.store(true, Ordering::SeqCst);
     clear();
