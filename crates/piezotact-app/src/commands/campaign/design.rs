@@ -15,6 +15,7 @@ use super::protocol_of;
 use crate::failure::{Failure, Outcome};
 use crate::invocation::write_report;
 use crate::output::{print, print_document};
+use crate::progress::Work;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -51,9 +52,11 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     if let Some(participants) = args.participants {
         protocol.panel.participants = participants;
     }
+    let work = Work::one("checking the design");
     let design = campaign_design(&protocol, args.seed).map_err(|error| {
         Failure::Data(Error::new(error).context(args.protocol.display().to_string()))
     })?;
+    drop(work);
     if let Some(path) = &args.report {
         write_report(path, &html(&design)?)?;
     }
