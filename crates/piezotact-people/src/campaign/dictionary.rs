@@ -134,9 +134,15 @@ impl<'a> Described<'a> {
             TaskKind::Associate { .. } => {
                 Some("one stimulus of a sequence and the sample associated to it")
             }
-            TaskKind::Compare { .. } => Some("one pair of stimuli that was compared"),
-            TaskKind::Categorise { .. } => Some("one sample and the descriptors chosen for it"),
-            TaskKind::Rate { .. } => Some("one sample and its rating"),
+            TaskKind::Compare { .. } => Some(
+                "one pair of stimuli that was compared, in the table of trials alone, where `answered` is called `answer`",
+            ),
+            TaskKind::Categorise { .. } => Some(
+                "one sample and the descriptors chosen for it, in the table of trials alone, where `answered` is called `answer`",
+            ),
+            TaskKind::Rate { .. } => Some(
+                "one sample and its rating, in the table of trials alone, where `answered` is called `answer`",
+            ),
         }
     }
 
