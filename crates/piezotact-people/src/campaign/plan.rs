@@ -13,6 +13,7 @@ use super::chain::Sha;
 use super::design::williams_orders;
 use super::protocol::{Adaptive, Block, OrderRule, Over, Protocol};
 use super::random::Stream;
+pub(super) use trials::MOST_TRIALS;
 
 /// A session that was completed, with the cells of the design that it filled.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

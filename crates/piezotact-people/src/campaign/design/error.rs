@@ -154,6 +154,16 @@ pub enum DesignError {
         /// The range expected.
         expected: &'static str,
     },
+    /// There is too much to count in a time that somebody waits.
+    #[error("{what}: expected at most {most}, found {found}; make the design smaller")]
+    TooLarge {
+        /// What is counted.
+        what: &'static str,
+        /// How much there is.
+        found: usize,
+        /// The largest number.
+        most: usize,
+    },
     /// A name of a task is not that of a task, or of several.
     #[error("task {task} is named by the design and is not described once: correct its name")]
     UnknownTask {

@@ -1,5 +1,7 @@
 //! What a planned number of people can show: power of a paired comparison, and the interval of a cell, by simulation.
 
+use std::collections::BTreeMap;
+
 use piezotact::statistics::{mean, standard_deviation, t_quantile};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF, Normal};
@@ -8,8 +10,14 @@ use statrs::function::gamma::ln_gamma;
 use super::error::DesignError;
 use crate::campaign::random::Stream;
 
+/// The smallest number of simulated studies.
+const FEWEST_STUDIES: usize = 100;
 /// Steps of the integral over the standard deviation.
 const STEPS: usize = 4000;
+/// The most presentations to all participants together.
+pub(super) const MOST_PRESENTED: usize = 100_000;
+/// The most presentations in all simulated studies together; beyond it there are fewer studies, and a wider interval says so.
+const MOST_SIMULATED: usize = 20_000_000;
 /// The largest number of participants that is looked for.
 const MOST_PARTICIPANTS: usize = 10_000;
 
@@ -108,7 +116,8 @@ pub struct CellPrecision {
     pub pooled_coverage_share: f64,
 }
 
-/// The expected 95 % interval of a cell, over `studies` simulated studies of participants who differ (logit-normal). The
+/// The expected 95 % interval of a cell, over `studies` simulated studies of participants who differ (logit-normal), fewer where
+/// they would take more than 20 million presentations. The
 /// interval is that of Student's t over the shares of participants, and never narrower than that of the pooled answers:
 /// participants who all answer alike would else have none.
 ///
@@ -129,7 +138,8 @@ pub fn cell_precision(
     let person = |z: f64| 1.0 / (1.0 + (-logit - plan.logit_sd * z).exp());
     let truth = expectation(person);
     let trials = plan.participants * plan.presentations;
-    let pooled: Vec<[f64; 2]> = (0..=trials).map(|k| clopper_pearson(k, trials)).collect();
+    let studies = studies.min((MOST_SIMULATED / trials).max(FEWEST_STUDIES));
+    let mut pooled: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
     let t = t_quantile(plan.participants - 1).unwrap_or(f64::INFINITY);
     let normal = Normal::standard();
     let mut widths = Vec::with_capacity(studies);
@@ -149,7 +159,10 @@ pub fn cell_precision(
             .collect();
         let centre = mean(&shares);
         let half = t * standard_deviation(&shares) / (plan.participants as f64).sqrt();
-        let of_pool = pooled[counts.iter().sum::<usize>()];
+        let all: usize = counts.iter().sum();
+        let of_pool = pooled
+            .entry(all)
+            .or_insert_with(|| clopper_pearson(all, trials));
         let low = (centre - half).max(0.0).min(of_pool[0]);
         let high = (centre + half).min(1.0).max(of_pool[1]);
         widths.push((high - low) / 2.0);
@@ -190,6 +203,14 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
             "1 to 1000",
         );
     }
+    let presented = plan.participants.saturating_mul(plan.presentations);
+    if presented > MOST_PRESENTED {
+        return bad(
+            "the number of presentations to all participants together",
+            presented as f64,
+            "at most 100 000",
+        );
+    }
     if !(plan.share > 0.0 && plan.share < 1.0) {
         return bad(
             "the expected share of a cell",
@@ -204,7 +225,7 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
             "0 to 10",
         );
     }
-    if studies < 100 {
+    if studies < FEWEST_STUDIES {
         return bad(
             "the number of simulated studies",
             studies as f64,

@@ -108,13 +108,14 @@ fn allowed(set_size: usize, length: usize, of_one: usize) -> Result<Vec<Vec<usiz
                     longer.push(one);
                 }
             }
-        }
-        if longer.len() > MOST_SEQUENCES {
-            return Err(DesignError::TooManySequences {
-                set_size,
-                length,
-                most: MOST_SEQUENCES,
-            });
+            // At once: a large set has millions of sequences one stimulus later.
+            if longer.len() > MOST_SEQUENCES {
+                return Err(DesignError::TooManySequences {
+                    set_size,
+                    length,
+                    most: MOST_SEQUENCES,
+                });
+            }
         }
         all = longer;
     }

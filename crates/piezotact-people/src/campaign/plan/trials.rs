@@ -59,7 +59,7 @@ impl<'a> Planner<'a> {
 }
 
 /// No session has more trials: at one second each they take a day.
-const MOST_TRIALS: usize = 86_400;
+pub(in crate::campaign) const MOST_TRIALS: usize = 86_400;
 
 impl Planner<'_> {
     /// Puts the stimuli of each of `trials` in the order that the fewest completed sessions had, of those with the same order of tasks.

@@ -8,7 +8,7 @@ use super::super::error::DesignError;
 use super::super::fault::{Change, DesignCriterion, Fault};
 use super::super::sequence::SequenceRule;
 use super::Work;
-use super::check::{check_order, check_trials};
+use super::check::{check_answers, check_order, check_trials};
 use super::presented::{Test, tests};
 use super::report::TaskChance;
 
@@ -26,19 +26,24 @@ impl Work<'_> {
         let (once, independent, order) = match &task.task {
             TaskKind::OrderAll { samples, .. } => {
                 check_order(*samples)?;
+                check_answers(*samples, task.repeats)?;
                 let (once, independent) = permuted(&mut std::iter::once(*samples));
                 (once, independent, Some(*samples))
             }
             TaskKind::OrderSet { .. } => {
+                check_answers(sizes().sum(), task.repeats)?;
                 let (once, independent) = permuted(&mut sizes());
                 (once, independent, largest)
             }
             TaskKind::IdentifyFromMemory => {
+                check_answers(sizes().sum(), task.repeats)?;
                 let (once, independent) = permuted(&mut sizes());
                 (once, independent, None)
             }
             TaskKind::Associate { sequence } => {
                 let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
+                let answers = tests.iter().map(|test| test.chance.probability().len() - 1);
+                check_answers(answers.sum(), task.repeats)?;
                 let sum = |of: fn(&Test) -> &Matches| {
                     tests
                         .iter()
@@ -65,6 +70,7 @@ impl Work<'_> {
                 trials,
             } => {
                 check_trials(*n, *trials)?;
+                check_answers(*trials, task.repeats)?;
                 let once = trial_matches(*n, *trials);
                 (once.clone(), once, None)
             }

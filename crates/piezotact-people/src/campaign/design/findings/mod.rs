@@ -17,7 +17,7 @@ use super::description::{CampaignDescription, TaskDescription, TaskKind};
 use super::error::DesignError;
 use super::fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault};
 use super::sets::SampleSets;
-use check::check_numbers;
+use check::{check_numbers, check_pairs};
 use presented::tests;
 
 /// The check of `campaign`: chance by task, pairs never together, dependence of answers, seconds of one participant, precision
@@ -71,6 +71,7 @@ pub fn task_times(campaign: &CampaignDescription) -> Result<Vec<TaskTime>, Desig
 /// The sets of a campaign whose numbers are in their ranges; `None` where it has none.
 fn checked_sets(campaign: &CampaignDescription) -> Result<Option<SampleSets>, DesignError> {
     check_numbers(campaign)?;
+    check_pairs(campaign)?;
     match campaign.sets.is_empty() {
         true => Ok(None),
         false => SampleSets::new(&campaign.samples, &campaign.sets, campaign.tray).map(Some),

@@ -5,7 +5,7 @@ use piezotact::criterion::{Criterion, Limit};
 use super::super::description::{TaskDescription, TaskKind};
 use super::super::error::DesignError;
 use super::super::fault::{BetterPlan, Change, DesignCriterion, Fault};
-use super::super::precision::{CellPlan, cell_precision};
+use super::super::precision::{CellPlan, MOST_PRESENTED, cell_precision};
 use super::Work;
 use super::presented::tests;
 use super::report::SampleCount;
@@ -75,14 +75,17 @@ impl Work<'_> {
             let found = cell_precision(plan, STUDIES, self.seed)?;
             Ok(found.interval[1] > self.campaign.aims.half_width_share)
         };
+        // As many as can be simulated with so many participants.
+        let in_reach = MOST_PRESENTATIONS.min(MOST_PRESENTED / plan.participants);
         let most = CellPlan {
-            presentations: MOST_PRESENTATIONS.max(plan.presentations),
+            presentations: in_reach.max(plan.presentations),
             ..*plan
         };
         if !wide(&most)? {
             let mut more = *plan;
             while wide(&more)? {
-                more.presentations += more.presentations.div_ceil(4);
+                let next = more.presentations + more.presentations.div_ceil(4);
+                more.presentations = next.min(most.presentations);
             }
             let change = Change::Presentations {
                 presentations: more.presentations,
@@ -94,9 +97,11 @@ impl Work<'_> {
             return Ok(Some(better));
         }
         let mut more = *plan;
-        while more.participants < 400 && wide(&more)? {
+        let reach = 400.min(MOST_PRESENTED / plan.presentations);
+        while more.participants < reach && wide(&more)? {
             more.participants += more.participants.div_ceil(4);
         }
+        more.participants = more.participants.min(reach.max(plan.participants));
         if wide(&more)? {
             return Ok(None);
         }

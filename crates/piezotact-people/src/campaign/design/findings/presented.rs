@@ -1,10 +1,13 @@
 //! The tests of association that participants are presented with.
 
+use std::collections::BTreeMap;
+
 use super::super::chance::{Matches, permutation_matches, rule_matches, trial_matches};
 use super::super::error::DesignError;
 use super::super::sequence::{SequenceRule, is_permutation, sequence_distribution};
 
 /// One test of association.
+#[derive(Clone)]
 pub(super) struct Test {
     pub(super) set: usize,
     pub(super) mean_length: f64,
@@ -27,11 +30,21 @@ pub(super) fn tests(
         return Err(DesignError::NoSets);
     }
     let SequenceRule::Fixed { tests } = rule else {
-        return blocks
-            .iter()
-            .enumerate()
-            .map(|(set, block)| drawn_test(rule, set, block.len()))
-            .collect();
+        // Once for each size: sets of the same size have the same sequences.
+        let mut of_size: BTreeMap<usize, Test> = BTreeMap::new();
+        for (set, size) in blocks.iter().map(Vec::len).enumerate() {
+            if !of_size.contains_key(&size) {
+                of_size.insert(size, drawn_test(rule, set, size)?);
+            }
+        }
+        let of_set = |(set, block): (usize, &Vec<usize>)| {
+            let test = of_size.get(&block.len())?;
+            Some(Test {
+                set,
+                ..test.clone()
+            })
+        };
+        return Ok(blocks.iter().enumerate().filter_map(of_set).collect());
     };
     if tests.len() != blocks.len() || tests.iter().any(Vec::is_empty) {
         let found = tests.iter().filter(|of| !of.is_empty()).count();

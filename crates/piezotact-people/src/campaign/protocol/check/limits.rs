@@ -1,12 +1,22 @@
 //! What no campaign has: counts that fill the memory before anything is planned, numbers out of their range, texts that forge others.
 
 use super::super::method::Method;
-use super::super::{Over, Playing, Protocol, Sequence, Task, TaskKind};
+use super::super::{
+    Adaptive, Over, Playing, Protocol, Sequence, Task, TaskKind, TransferFunctionUse,
+};
 use super::{ProtocolError, hours, number};
-use crate::campaign::text::{TextError, check_line, check_long};
+use crate::campaign::adaptive::AdaptiveRule;
+use crate::campaign::plan::MOST_TRIALS;
+use crate::campaign::text::{TextError, check_line, check_long, check_short};
 
-/// The most trials of one session: a thousand hours at half a minute each is no session.
-const MOST_TRIALS: u64 = 100_000;
+/// The most names that the plan of a session holds, each trial with all samples of its set.
+const MOST_NAMES: u64 = 2_000_000;
+/// The most blocks of a session, tasks of a block and comparisons.
+const MOST_PARTS: usize = 100;
+/// The most points that an adaptive rule computes with.
+const MOST_POINTS: u64 = 2_000_000;
+/// The largest level, step or threshold, with any sign, and the largest end of a scale.
+const MOST_LEVEL: f64 = 1e6;
 /// The most samples, sets, stimuli and participants.
 const MOST_LISTED: usize = 2_000;
 /// The largest age of a drive and the longest interruption, in hours: ten years.
@@ -26,9 +36,15 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
             return Err(number(place, "at most 2000", found));
         }
     }
+    for (place, found) in parts(protocol) {
+        if found > MOST_PARTS {
+            return Err(number(&place, "at most 100", found));
+        }
+    }
+    protocol.tasks.iter().try_for_each(lists)?;
     for session in &protocol.sessions {
         let blocks = session.blocks.iter();
-        let trials = blocks.map(|block| {
+        let each = blocks.map(|block| {
             let sets = match &block.over {
                 Over::AllSamples | Over::Samples(_) => 1,
                 Over::EverySet => protocol.sets.len(),
@@ -42,17 +58,116 @@ pub(super) fn counts(protocol: &Protocol) -> Result<(), ProtocolError> {
             };
             let tasks = block.tasks.iter().filter_map(|name| protocol.task(name));
             let of_set = tasks.fold(0_u64, |sum, task| sum.saturating_add(trials(task, samples)));
-            of_set
+            let trials = of_set
                 .saturating_mul(sets as u64)
-                .saturating_mul(u64::from(block.repeats))
+                .saturating_mul(u64::from(block.repeats));
+            (trials, trials.saturating_mul(samples as u64))
         });
-        let trials = trials.fold(0_u64, u64::saturating_add);
-        if trials > MOST_TRIALS {
+        let (trials, names) = each.fold((0_u64, 0_u64), |(trials, names), (more, named)| {
+            (trials.saturating_add(more), names.saturating_add(named))
+        });
+        if trials > MOST_TRIALS as u64 {
             let place = format!("session {}: the trials of one participant", session.name);
-            return Err(number(&place, "at most 100000", trials));
+            return Err(number(&place, "at most 86400", trials));
+        }
+        if names > MOST_NAMES {
+            let place = format!("session {}: the trials times their samples", session.name);
+            return Err(number(&place, "at most 2000000", names));
         }
     }
     Ok(())
+}
+
+/// What is looked at in combination: blocks, the tasks of a block, and what is compared.
+fn parts(protocol: &Protocol) -> Vec<(String, usize)> {
+    let aims = &protocol.aims;
+    let mut parts = vec![
+        ("aims.comparisons".to_owned(), aims.comparisons.len()),
+        ("aims.earlier_tasks".to_owned(), aims.earlier_tasks.len()),
+        (
+            "aims.also_counterbalanced".to_owned(),
+            aims.also_counterbalanced.len(),
+        ),
+    ];
+    parts.extend(
+        aims.comparisons
+            .iter()
+            .map(|one| ("aims.comparisons: tasks".to_owned(), one.tasks.len())),
+    );
+    for session in &protocol.sessions {
+        let place = format!("session {}: blocks", session.name);
+        parts.push((place, session.blocks.len()));
+        for block in &session.blocks {
+            let place = format!("session {}, block {}: tasks", session.name, block.name);
+            parts.push((place, block.tasks.len()));
+        }
+    }
+    parts
+}
+
+/// Refuses lists of a task that are too long, and rules with too many points.
+fn lists(task: &Task) -> Result<(), ProtocolError> {
+    let place = |what: &str| format!("task {}: {what}", task.name);
+    let short = |what: &str, found: usize| match found > MOST_LISTED {
+        true => Err(number(&place(what), "at most 2000", found)),
+        false => Ok(()),
+    };
+    short("checklist", task.checklist.len())?;
+    if let Some(catch) = &task.catch {
+        short("catch: known", catch.known.len())?;
+    }
+    match &task.kind {
+        TaskKind::Categorise { descriptors, .. } => short("descriptors", descriptors.len()),
+        TaskKind::Associate { sequence, .. } => match sequence {
+            Sequence::Drawn { lengths } => short("lengths", lengths.len()),
+            Sequence::Fixed { tests } => tests.iter().try_for_each(|test| {
+                let place = format!("a test of set {}", test.set);
+                short(&place, test.stimuli.len())
+            }),
+            Sequence::Permutation | Sequence::Balanced => Ok(()),
+        },
+        TaskKind::Compare {
+            method: Method::Adaptive(adaptive),
+            ..
+        } => {
+            short("levels", adaptive.levels.len())?;
+            let (what, points) = points(adaptive);
+            match points > MOST_POINTS {
+                true => Err(number(&place(what), "at most 2000000", points)),
+                false => Ok(()),
+            }
+        }
+        _ => Ok(()),
+    }
+}
+
+/// How many points the rule of `adaptive` computes with.
+fn points(adaptive: &Adaptive) -> (&'static str, u64) {
+    let product = |lists: &[usize]| {
+        let lists = lists.iter().map(|list| *list as u64);
+        lists.fold(1, u64::saturating_mul)
+    };
+    let levels = adaptive.levels.len();
+    match &adaptive.rule {
+        AdaptiveRule::Staircase { staircase, .. } => (
+            "levels times steps",
+            product(&[levels, staircase.steps.len()]),
+        ),
+        AdaptiveRule::QuestPlus {
+            thresholds_db,
+            slopes,
+            lapse_shares,
+            ..
+        } => (
+            "levels times thresholds, slopes and lapses",
+            product(&[
+                levels,
+                thresholds_db.len(),
+                slopes.len(),
+                lapse_shares.len(),
+            ]),
+        ),
+    }
 }
 
 /// The most trials of `task` over one set of `samples` samples.
@@ -74,7 +189,7 @@ fn trials(task: &Task, samples: usize) -> u64 {
             Method::Constant { pairs, repeats } => {
                 (pairs.len() as u64).saturating_mul(2 * u64::from(*repeats))
             }
-            Method::Adaptive(_) => 1_000,
+            Method::Adaptive(adaptive) => u64::from(adaptive.rule.at_most()),
         },
     };
     let training = task.training.as_ref().map_or(0, |one| one.trials);
@@ -114,20 +229,20 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
         (
             "aims.power_share",
             aims.power_share,
-            0.0..1.0,
-            "0 to 1, without 1",
+            f64::MIN_POSITIVE..1.0,
+            "above 0 and below 1",
         ),
         (
             "aims.half_width_share",
             aims.half_width_share,
-            0.0..1.0,
-            "0 to 1, without 1",
+            f64::MIN_POSITIVE..0.5,
+            "above 0 and below 0.5",
         ),
         (
             "aims.cell_share",
             aims.cell_share,
-            0.0..1.0,
-            "0 to 1, without 1",
+            f64::MIN_POSITIVE..1.0,
+            "above 0 and below 1",
         ),
         ("aims.logit_sd", aims.logit_sd, 0.0..10.0, "0 to 10"),
     ] {
@@ -135,6 +250,14 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
             return Err(number(place, expected, found));
         }
     }
+    for one in &aims.comparisons {
+        let found = one.smallest_effect_ratio;
+        if !(f64::MIN_POSITIVE..=100.0).contains(&found) {
+            let place = "aims.comparisons: smallest_effect_ratio";
+            return Err(number(place, "above 0 and at most 100", found));
+        }
+    }
+    protocol.tasks.iter().try_for_each(levels)?;
     let mut ages = vec![(
         "resuming.refused_after_hours",
         protocol.resuming.refused_after_hours,
@@ -155,6 +278,42 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
         }
     }
     Ok(())
+}
+
+/// Refuses levels, steps, thresholds and ends of scales that no task has.
+fn levels(task: &Task) -> Result<(), ProtocolError> {
+    let found: Vec<f64> = match &task.kind {
+        TaskKind::Rate { from, to } => vec![*from as f64, *to as f64],
+        TaskKind::Compare {
+            method: Method::Adaptive(adaptive),
+            ..
+        } => {
+            let mut found = adaptive.levels();
+            found.push(adaptive.largest_sd);
+            match &adaptive.rule {
+                AdaptiveRule::Staircase { staircase, .. } => {
+                    found.extend([staircase.first, staircase.lowest, staircase.highest]);
+                    found.extend(&staircase.steps);
+                }
+                AdaptiveRule::QuestPlus {
+                    thresholds_db,
+                    slopes,
+                    lapse_shares,
+                    ..
+                } => found.extend(thresholds_db.iter().chain(slopes).chain(lapse_shares)),
+            }
+            found
+        }
+        _ => Vec::new(),
+    };
+    let outside = |one: &&f64| !(-MOST_LEVEL..=MOST_LEVEL).contains(*one);
+    match found.iter().find(outside) {
+        None => Ok(()),
+        Some(found) => {
+            let place = format!("task {}: every level, step and end of a scale", task.name);
+            Err(number(&place, "-1000000 to 1000000", found))
+        }
+    }
 }
 
 /// Refuses texts that hide something or fill a screen.
@@ -188,6 +347,16 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
     for panel in &protocol.panel.disjoint_from {
         check_line(panel).map_err(said("panel.disjoint_from".to_owned()))?;
     }
+    // The finger stands in the table of participants where no other one is stated.
+    check_short(&protocol.exploration.finger).map_err(said("exploration.finger".to_owned()))?;
+    for factor in &protocol.aims.also_counterbalanced {
+        check_line(&factor.name).map_err(said("aims.also_counterbalanced".to_owned()))?;
+    }
+    if let Some(rendering) = &protocol.rendering
+        && let TransferFunctionUse::Average { panel } = &rendering.transfer_function
+    {
+        check_line(panel).map_err(said("rendering.transfer_function.panel".to_owned()))?;
+    }
     Ok(())
 }
 
@@ -213,12 +382,12 @@ mod tests {
             (
                 "power_share = 0.8",
                 "power_share = nan",
-                "0 to 1, without 1",
+                "above 0 and below 1",
             ),
             (
                 "power_share = 0.8",
                 "power_share = inf",
-                "0 to 1, without 1",
+                "above 0 and below 1",
             ),
             (
                 "participants = 10",
@@ -227,6 +396,16 @@ mod tests {
             ),
             ("title = \"", "title = \"a\\u001b[2K", "U+001B"),
             ("title = \"", "title = \"a\\u202e", "U+202E"),
+            (
+                "half_width_share = ",
+                "half_width_share = 0 # ",
+                "above 0 and below 0.5",
+            ),
+            (
+                "finger = \"",
+                "finger = \"=1+1 ",
+                "exploration.finger: expected another first character",
+            ),
         ] {
             let error = changed(from, to).to_string();
             assert!(error.contains(said), "{to}: {error}");
@@ -239,6 +418,59 @@ mod tests {
             let error = counts(&protocol).unwrap_err().to_string();
             assert!(error.contains("the trials of one participant"), "{error}");
         }
+    }
+
+    #[test]
+    fn levels_and_grids_that_no_rule_has_are_refused_before_they_are_made() {
+        let (_, text) = LIBRARY
+            .iter()
+            .find(|(name, _)| *name == "roughness_jnd")
+            .unwrap();
+        let changed = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            read(&text.replacen(from, to, 1)).unwrap_err().to_string()
+        };
+        let line = text.lines().find(|line| line.starts_with("thresholds_db"));
+        let many: Vec<String> = (0..1_000_000).map(|i| format!("{i}e-6")).collect();
+        let many = format!("thresholds_db = [{}]", many.join(","));
+        let error = changed(line.unwrap(), &many);
+        let part = "levels times thresholds, slopes and lapses: expected at most 2000000, found";
+        assert!(error.contains(part), "{error}");
+        for (from, to) in [
+            ("largest_sd = 4", "largest_sd = 1e300"),
+            ("slopes = [1, 2, 3]", "slopes = [1e300]"),
+        ] {
+            let error = changed(from, to);
+            assert!(error.contains("expected -1000000 to 1000000"), "{error}");
+        }
+    }
+
+    #[test]
+    fn a_session_is_counted_as_its_plan_is() {
+        let mut protocol = from_library("isotropic_triplets").unwrap().unwrap();
+        protocol.sessions[1].blocks[1].repeats = MOST_TRIALS as u32;
+        let error = counts(&protocol).unwrap_err().to_string();
+        let part = format!("at most {MOST_TRIALS}, found");
+        assert!(error.contains(&part), "{error}");
+        let mut blocks = from_library("isotropic_triplets").unwrap().unwrap();
+        let block = blocks.sessions[1].blocks[1].clone();
+        blocks.sessions[1].blocks = vec![block; MOST_PARTS + 1];
+        let error = counts(&blocks).unwrap_err().to_string();
+        let part = "blocks: expected at most 100, found 101";
+        assert!(error.contains(part), "{error}");
+        // Each of a thousand trials over a thousand samples that are named ten times names all of them.
+        let mut names = from_library("periodic_pilot").unwrap().unwrap();
+        names.samples = (0..2000).map(|i| format!("S{i}")).collect();
+        let task = names.sessions[0].blocks[0].tasks[0].clone();
+        for one in &mut names.tasks {
+            if one.name == task {
+                one.kind = TaskKind::Identify { presentations: 1 };
+            }
+        }
+        names.sessions[0].blocks[0].over = Over::AllSamples;
+        let error = counts(&names).unwrap_err().to_string();
+        let part = "the trials times their samples: expected at most 2000000, found 4000000";
+        assert!(error.contains(part), "{error}");
     }
 
     #[test]
