@@ -7,7 +7,7 @@ use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _};
 
 use crate::campaign_drives::{DISCRIMINATE, measured};
 use crate::campaign_session::{holds, run, session, study, until, whole};
-use crate::support::BENCH;
+use crate::support::{BENCH, Folder};
 
 #[test]
 fn a_session_with_a_volunteer_is_played_to_the_finger_of_the_volunteer() {
@@ -269,4 +269,47 @@ fn links_and_copies_of_a_participant_are_neither_followed_nor_forgotten() {
     std::os::unix::fs::symlink(folder.path("study/kept.seal"), &seal).unwrap();
     run(&folder, "campaign status study")
         .expect_failure(1, &["expected the file study.seal, found a link"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_of_the_study_is_neither_waited_for_nor_followed() {
+    use std::os::unix::fs::symlink;
+    // A new study does not wait for the other end of a pipe.
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("study")).unwrap();
+    let pipe = std::process::Command::new("mkfifo")
+        .arg(folder.path("study/protocol.toml"))
+        .status();
+    assert!(pipe.unwrap().success());
+    run(
+        &folder,
+        "campaign new study --protocol isotropic_triplets --seed 7",
+    )
+    .expect_failure(1, &["found another file"]);
+    // Files of the study are no links.
+    let folder = study();
+    for file in ["study/campaign.json", "study/protocol.toml"] {
+        let kept = folder.path("kept");
+        std::fs::rename(folder.path(file), &kept).unwrap();
+        symlink(&kept, folder.path(file)).unwrap();
+        run(&folder, "campaign status study")
+            .expect_failure(1, &["expected a file of the study, found a link"]);
+        std::fs::remove_file(folder.path(file)).unwrap();
+        std::fs::rename(&kept, folder.path(file)).unwrap();
+    }
+    // What a link leads to is not erased, and said.
+    std::fs::create_dir(folder.path("elsewhere")).unwrap();
+    symlink(
+        folder.path("elsewhere"),
+        folder.path("study/participants/P01"),
+    )
+    .unwrap();
+    let done = run(&folder, "campaign withdraw study P01");
+    done.expect_success();
+    holds(
+        &done.err(),
+        &["elsewhere was linked", "what it led to was not erased"],
+    );
+    assert!(folder.path("elsewhere").is_dir());
 }

@@ -268,12 +268,12 @@ impl StudyCampaign {
             });
         }
         let path = folder.join(PROTOCOL);
-        let text = read_input_text(&path)?;
+        let text = own_text(&path)?;
         same(&path, "protocol", file.protocol_sha, &text)?;
         let consent = match file.consent_sha {
             Some(expected) => {
                 let path = folder.join(CONSENT);
-                let text = read_input_text(&path)?;
+                let text = own_text(&path)?;
                 same(&path, "consent text", expected, &text)?;
                 Some(text)
             }
@@ -385,7 +385,11 @@ impl SqliteStore {
 fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), CampaignError> {
     let same = match path.symlink_metadata() {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
-        _ => text.is_some() && std::fs::read(path).ok().as_deref() == text.map(str::as_bytes),
+        // Nothing else is opened: a pipe would wait for ever.
+        Ok(found) if found.is_file() => {
+            text.is_some() && std::fs::read(path).ok().as_deref() == text.map(str::as_bytes)
+        }
+        _ => false,
     };
     match same {
         true => Ok(()),
@@ -402,11 +406,23 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     })
 }
 
+/// The text of a file of the study, which is no link: one leads out of the study, where a withdrawal erases nothing.
+fn own_text(path: &Path) -> Result<String, CampaignError> {
+    if path.is_symlink() {
+        return Err(CampaignError::Form {
+            path: path.to_owned(),
+            expected: "a file of the study",
+            why: "a link".into(),
+        });
+    }
+    Ok(read_input_text(path)?)
+}
+
 fn parsed<T: for<'de> Deserialize<'de>>(
     path: &Path,
     expected: &'static str,
 ) -> Result<T, CampaignError> {
-    let text = read_input_text(path)?;
+    let text = own_text(path)?;
     serde_json::from_str(&text).map_err(|error| CampaignError::Form {
         path: path.to_owned(),
         expected,

@@ -347,6 +347,31 @@ impl SqliteStore {
     }
 }
 
+impl SqliteStore {
+    /// Where the links in the folders of `participant` lead: a withdrawal removes the links, and leaves what is there.
+    ///
+    /// # Errors
+    /// [`WithdrawError::Place`] where a folder or a link cannot be read.
+    pub fn linked_outside(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, WithdrawError> {
+        let mut open = files_of(self.folder(), participant.as_str())?;
+        let mut found = Vec::new();
+        while let Some(path) = open.pop() {
+            let kind = std::fs::symlink_metadata(&path).map_err(WithdrawError::io(&path))?;
+            if kind.is_symlink() {
+                let to = std::fs::read_link(&path).map_err(WithdrawError::io(&path))?;
+                // As the link means it: from the folder in which it stands.
+                found.push(path.parent().map_or(to.clone(), |folder| folder.join(&to)));
+            } else if kind.is_dir() {
+                for entry in std::fs::read_dir(&path).map_err(WithdrawError::io(&path))? {
+                    open.push(entry.map_err(WithdrawError::io(&path))?.path());
+                }
+            }
+        }
+        found.sort();
+        Ok(found)
+    }
+}
+
 /// Whether `word` stands in `text` with no letter or digit beside it.
 fn has_word(text: &str, word: &str) -> bool {
     let is_beside = |part: Option<char>| part.is_some_and(char::is_alphanumeric);

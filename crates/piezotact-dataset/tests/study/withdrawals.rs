@@ -128,7 +128,14 @@ fn a_link_is_not_followed_out_of_the_study() {
     symlink(outside.path(), own.join("link")).unwrap();
     symlink(&kept, own.join("file")).unwrap();
     symlink(outside.path(), own.with_file_name("P01.before-1")).unwrap();
+    let linked = store.linked_outside(&name("P01")).unwrap();
+    let to = outside.path().to_owned();
+    assert_eq!(linked, [to.clone(), to, kept.clone()]);
     store.withdraw(&name("P01"), AT_MS, None).unwrap();
+    assert_eq!(
+        store.linked_outside(&name("P01")).unwrap(),
+        Vec::<PathBuf>::new()
+    );
     assert!(!own.exists() && !own.with_file_name("P01.before-1").is_symlink());
     assert!(kept.is_file());
     // A link in the place of all participants, or of the identities, is refused.

@@ -27,11 +27,19 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut store = SqliteStore::open(&args.study)?;
     let participant = Pseudonym::new(&args.participant).map_err(usage)?;
     let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
+    // Before the links are removed with the rest.
+    let linked = store.linked_outside(&participant)?;
     let erased = store.withdraw(&participant, now_ms(), passphrase.as_ref())?;
     print(&format!(
         "{participant}: erased {} sessions, {} files, {} identities; a tombstone stays, with which the journals verify. Copies of the folder and what was exported are not reached: erase them too.",
         erased.sessions, erased.files, erased.identities
     ))?;
+    for path in linked {
+        say(&format!(
+            "{} was linked in the folder of {participant}: the link was removed, what it led to was not erased; look at it, and erase it by hand",
+            path.display()
+        ));
+    }
     for path in store.named_alike(&participant)? {
         say(&format!(
             "{} may hold data of {participant}, by its name: it was not erased; look at it, and erase it by hand",

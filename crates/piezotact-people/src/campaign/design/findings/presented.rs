@@ -1,6 +1,7 @@
 //! The tests of association that participants are presented with.
 
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 use super::super::chance::{Matches, permutation_matches, rule_matches, trial_matches};
 use super::super::error::DesignError;
@@ -33,8 +34,8 @@ pub(super) fn tests(
         // Once for each size: sets of the same size have the same sequences.
         let mut of_size: BTreeMap<usize, Test> = BTreeMap::new();
         for (set, size) in blocks.iter().map(Vec::len).enumerate() {
-            if !of_size.contains_key(&size) {
-                of_size.insert(size, drawn_test(rule, set, size)?);
+            if let Entry::Vacant(free) = of_size.entry(size) {
+                free.insert(drawn_test(rule, set, size)?);
             }
         }
         let of_set = |(set, block): (usize, &Vec<usize>)| {
