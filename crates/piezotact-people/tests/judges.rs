@@ -262,7 +262,7 @@ fn counted(world: &World, by: By, seeds: Range<u64>) -> BTreeMap<String, usize> 
     counts
 }
 
-/// Of 20 campaigns the right judge is named in at least 16 and a wrong one in none; the shares themselves are counted over 200 in [`soak`].
+/// Of 20 campaigns the right judge is named in at least 16 and a wrong one in none; the shares themselves are counted over 200 in [`soak_judges`].
 fn is_named(judge: Judge) {
     let counts = counted(&SANDPAPERS, By::Judge(judge), 1..21);
     let right = counts.get(judge.name()).copied().unwrap_or(0);
@@ -369,10 +369,10 @@ fn what_cannot_be_compared_is_refused() {
     assert!(says(&answers, turned).contains("noise_ratio"));
 }
 
-/// The figures of decision 71: 200 campaigns of each, with other seeds. Takes ten minutes.
+/// The figures of decision 71: 200 campaigns of each, with other seeds. Takes half an hour.
 #[test]
-#[ignore = "takes ten minutes: cargo test -p piezotact-people --test all judges::soak -- --ignored --nocapture"]
-fn soak() {
+#[ignore = "2400 campaigns take half an hour: ./x soak judges"]
+fn soak_judges() {
     for shapes_db in [1.5, 1.2, 2.0] {
         let world = World {
             shapes_db,

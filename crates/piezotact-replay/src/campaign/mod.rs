@@ -173,7 +173,8 @@ impl Simulation<'_> {
     }
 
     /// The volunteers `numbers` come one after the other for all their sessions, and everything is kept in `store`. Each is planned on
-    /// arrival; `step` is told before each step. Sessions that are complete in `store` are not done again, one that was cut off goes on.
+    /// arrival. `step` is called before each step, and its error ends the simulation. A session that is complete in `store` is skipped; an
+    /// interrupted one is continued.
     ///
     /// # Errors
     /// [`CampaignError`] with the first thing that cannot be, and those of `step`.
