@@ -2,6 +2,7 @@
 
 mod belonging;
 mod campaign;
+mod campaign_answers;
 mod campaign_drives;
 mod campaign_session;
 mod campaign_simulated;

@@ -181,7 +181,7 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
     // A confirmed trial is corrected with a reason, by the number of its heading.
     holds(
         &session.type_and_read("/fix 2 K5 because I misheard"),
-        &["present>"],
+        &["trial 2: K4 → K5", "present>"],
     );
     holds(&session.type_and_read("/pause"), &["Enter to go on>"]);
     holds(&session.type_and_read("K1"), &["expected Enter or a key"]);
@@ -397,8 +397,8 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
     holds(
         &exported.out(),
         &[
-            "5 answers of 1 sessions",
-            "1 sessions of participants who withdrew are left out",
+            "5 answers that name a sample and 0 places in orders, of 1 session",
+            "left out, of participants who withdrew: 1 session",
         ],
     );
     let verified = run(&folder, "campaign verify-journal study");

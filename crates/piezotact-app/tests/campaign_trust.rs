@@ -135,8 +135,8 @@ fn who_withdrew_in_a_session_counts_nowhere_from_then_on() {
     holds(
         &exported.out(),
         &[
-            "5 answers of 1 sessions",
-            "1 sessions of participants who withdrew are left out",
+            "5 answers that name a sample and 0 places in orders, of 1 session",
+            "left out, of participants who withdrew: 1 session",
         ],
     );
     assert!(!folder.path("exported/events/P02_naming.jsonl").exists());

@@ -14,10 +14,12 @@ use piezotact_people::association::{
     Answer, AnswerTable, AssociationDoubt, Declared, Flag, Purpose, Stimulus,
 };
 
+use piezotact_people::campaign::session::CampaignDoubt;
+
 use crate::error::ReadError;
 
 /// The columns, with other names that say the same; the first five are needed.
-const COLUMNS: [(&str, &[&str]); 13] = [
+const COLUMNS: [(&str, &[&str]); 14] = [
     ("participant", &["subject", "pseudonym", "participant_id"]),
     ("task", &[]),
     ("trial", &["trial_number"]),
@@ -31,6 +33,7 @@ const COLUMNS: [(&str, &[&str]); 13] = [
     ("expected", &[]),
     ("flags", &["flag"]),
     ("rehearsal", &[]),
+    ("judge", &[]),
 ];
 const NEEDED: usize = 5;
 /// Names of columns of samples that do not say which was presented and which was answered.
@@ -61,7 +64,8 @@ pub struct AnswersFile {
 
 /// The answers in a table with a row for each trial, separated by commas, semicolons or tabs. Columns: participant, task, trial,
 /// presented, answered; set, session, position, offered (samples separated by spaces or |), source, expected, flags
-/// (`missed_target`, `not_measured`, `wrong_sample`) and rehearsal (yes, no) are optional. The samples are `samples`; where there are none, all
+/// (`missed_target`, `not_measured`, `wrong_sample`, `simulated`), rehearsal (yes, no) and judge (how a virtual volunteer judges, with a
+/// doubt) are optional. The samples are `samples`; where there are none, all
 /// that the table names, with a doubt.
 ///
 /// # Errors
@@ -101,7 +105,7 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
         }
         answers.push(row.answer()?);
     }
-    let mut doubts = Vec::new();
+    let mut doubts = virtual_volunteers(&answers);
     let samples = if samples.is_empty() {
         doubts.push(AssociationDoubt::SamplesNotDeclared.into());
         samples_of(&answers, &stimuli)
@@ -118,6 +122,22 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
         source,
     })?;
     Ok(AnswersFile { table, doubts })
+}
+
+/// One doubt for each way in which virtual volunteers judge.
+fn virtual_volunteers(answers: &[Answer]) -> Vec<Doubt> {
+    let mut sessions: BTreeMap<&str, BTreeSet<[&str; 2]>> = BTreeMap::new();
+    for answer in answers {
+        if let Some(judge) = &answer.judge {
+            let session = [answer.participant.as_str(), &answer.session];
+            sessions.entry(judge).or_default().insert(session);
+        }
+    }
+    let doubt = |(judge, sessions): (&str, BTreeSet<_>)| CampaignDoubt::Virtual {
+        sessions: sessions.len(),
+        judge: judge.to_owned(),
+    };
+    sessions.into_iter().map(doubt).map(Doubt::from).collect()
 }
 
 /// All samples that answers name, in the order of their names, numbers by their size.
@@ -350,15 +370,15 @@ impl Row<'_> {
     }
 
     fn answer(&self) -> Result<Answer, ReadError> {
-        let flags = self.words("flags").into_iter().map(|flag| match flag {
-            "missed_target" => Ok(Flag::MissedTarget),
-            "not_measured" => Ok(Flag::NotMeasured),
-            "wrong_sample" => Ok(Flag::WrongSample),
-            _ => Err(self.wrong(
-                "flags",
-                "missed_target, not_measured or wrong_sample",
-                "write one of them, or leave the cell empty",
-            )),
+        let flags = self.words("flags").into_iter().map(|word| {
+            let flag = Flag::ALL.into_iter().find(|flag| flag.word() == word);
+            flag.ok_or_else(|| {
+                self.wrong(
+                    "flags",
+                    "missed_target, not_measured, wrong_sample or simulated",
+                    "write one of them, or leave the cell empty",
+                )
+            })
         });
         let position = match self.get("position") {
             "" => None,
@@ -383,6 +403,9 @@ impl Row<'_> {
             offered: self.words("offered").into_iter().map(Into::into).collect(),
             flags: flags.collect::<Result<_, _>>()?,
             purpose,
+            judge: Some(self.get("judge"))
+                .filter(|judge| !judge.is_empty())
+                .map(str::to_owned),
         })
     }
 }
@@ -502,7 +525,7 @@ mod tests {
             &format!("{header},flags\nP1,3,1,S1,S1,odd\n"),
             &["S1", "S2"],
             &[
-                "missed_target, not_measured or wrong_sample",
+                "missed_target, not_measured, wrong_sample or simulated",
                 "`odd` in row 2",
             ],
         );

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use piezotact::Doubt;
 use piezotact::criterion::Outcome;
 use piezotact_people::association::{
     Answer, AnswerTable, Flag, MatrixConfig, Purpose, Stimulus, answers_of, answers_table,
@@ -11,7 +12,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ANSWER_COLUMNS, dictionary};
 use piezotact_people::campaign::plan::TrialKind;
 use piezotact_people::campaign::protocol::{LIBRARY, OrderKey, Protocol, TaskKind};
-use piezotact_people::campaign::session::{AnswerError, Command, Refusal};
+use piezotact_people::campaign::session::{AnswerError, CampaignDoubt, Command, Refusal};
 use piezotact_people::campaign::store;
 
 use crate::sitting::{Sitting, evidence, library, planned};
@@ -210,7 +211,7 @@ fn training_catch_trials_and_what_is_not_confirmed_are_no_rows() {
     });
     let trials: BTreeSet<String> = of_task(&sitting, "task3")
         .iter()
-        .map(|row| row.trial.rsplit_once('.').unwrap().0.to_owned())
+        .map(|row| row.trial.clone())
         .collect();
     assert_eq!(
         trials,
@@ -344,7 +345,7 @@ fn flags_are_of_the_element_they_are_about() {
     sitting.answers(&vec!["A".to_owned(); presented.len()]);
     let of_trial = |sitting: &Sitting<'_>, name: &str| -> Vec<Answer> {
         let rows = of_task(sitting, "task3").into_iter();
-        rows.filter(|row| row.trial.starts_with(name)).collect()
+        rows.filter(|row| row.trial == name).collect()
     };
     assert!(
         of_trial(&sitting, &name)
@@ -405,6 +406,15 @@ fn a_correction_of_an_order_moves_what_a_b_and_c_mean() {
         why: "noted one slot off".to_owned(),
     });
     assert_eq!(answered(&sitting), meant(&corrected));
+    let doubts: Vec<CampaignDoubt> = sitting
+        .state
+        .doubts()
+        .iter()
+        .filter_map(Doubt::kind)
+        .collect();
+    let anew =
+        |doubt: &CampaignDoubt| matches!(doubt, CampaignDoubt::OrderCorrected { answers: 1, .. });
+    assert!(doubts.iter().any(anew), "{doubts:?}");
     let orders = of_task(&sitting, "task2");
     let placed: Vec<String> = orders.into_iter().map(|row| row.presented).collect();
     assert_eq!(placed, corrected);

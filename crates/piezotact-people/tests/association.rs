@@ -1,6 +1,8 @@
 //! Association matrices against the thesis, published examples and SciPy.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::criterion::Outcome;
+use piezotact::statistics::random::Random;
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, AssociationDoubt, AssociationError,
     AssociationMatrix, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
@@ -193,9 +195,15 @@ fn flagged_trials_and_rehearsals_are_counted() {
             .filter_map(piezotact::Doubt::kind)
             .collect()
     };
-    assert!(kinds(&kept).contains(&AssociationDoubt::Flagged { trials: 1 }));
+    assert!(kinds(&kept).contains(&AssociationDoubt::Flagged {
+        trials: 1,
+        of: [1, 0, 0, 0]
+    }));
     assert!(kinds(&kept).contains(&AssociationDoubt::Rehearsals { trials: 1 }));
-    assert!(kinds(&without).contains(&AssociationDoubt::FlaggedLeftOut { trials: 1 }));
+    assert!(kinds(&without).contains(&AssociationDoubt::FlaggedLeftOut {
+        trials: 1,
+        of: [1, 0, 0, 0]
+    }));
     let few = AssociationDoubt::FewParticipants {
         participants: 1,
         needed: 3,
@@ -406,4 +414,112 @@ fn orders_of_another_task_than_the_selected_one_are_refused() {
     assert!(matches!(refused, OrderError::OtherTask { .. }));
     let text = refused.to_string();
     assert!(text.contains("task 2") && text.contains("task 1"), "{text}");
+}
+
+/// `people` who answer eight sequences of three as `answer` says: the sequence that was presented and a source of randomness.
+fn triplets(
+    people: usize,
+    seed: u64,
+    answer: impl Fn(&[usize], &mut Random) -> Vec<usize>,
+) -> Association {
+    let names = ["S1", "S2", "S3"];
+    let mut random = Random::stream(seed, people as u64, "triplets");
+    let mut of = Vec::new();
+    for person in 0..people {
+        for trial in 0..8 {
+            let presented = shuffled(&mut random);
+            let answered = answer(&presented, &mut random);
+            for (place, (is, said)) in presented.iter().zip(&answered).enumerate() {
+                of.push(Answer {
+                    participant: format!("P{person}"),
+                    task: "task3".into(),
+                    trial: trial.to_string(),
+                    position: Some(place + 1),
+                    presented: names[*is].into(),
+                    answered: names[*said].into(),
+                    offered: names.map(Into::into).to_vec(),
+                    ..Answer::default()
+                });
+            }
+        }
+    }
+    let table = AnswerTable::new(Declared::plain(&names), of).unwrap();
+    associate(&table, &AssociationConfig::default()).unwrap()
+}
+
+fn shuffled(random: &mut Random) -> Vec<usize> {
+    let mut keyed: Vec<(f64, usize)> = (0..3).map(|i| (random.uniform(), i)).collect();
+    keyed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// Guessers are told above chance in 2.5 of a hundred campaigns, whether they use each answer once or not; people who know a third of
+/// the sequences nearly always.
+#[test]
+fn guessers_are_not_above_chance_and_people_who_feel_something_are() {
+    type Guess = fn(&[usize], &mut Random) -> Vec<usize>;
+    let once: Guess = |_, random| shuffled(random);
+    let repeated: Guess = |_, random| (0..3).map(|_| (3.0 * random.uniform()) as usize).collect();
+    let feels: Guess = |presented, random| match random.uniform() < 0.35 {
+        true => presented.to_vec(),
+        false => shuffled(random),
+    };
+    let above = |guess: Guess| {
+        let campaigns = (0..200).filter(|seed| {
+            let found = triplets(10, *seed, guess);
+            let [share] = found.expected.as_slice() else {
+                panic!("{:?}", found.expected);
+            };
+            assert!((share.chance_share - 1.0 / 3.0).abs() < 1e-12);
+            share.criterion.outcome == Outcome::Met
+        });
+        campaigns.count()
+    };
+    // 2.5 % of 200, and three binomial standard deviations above.
+    assert!(above(once) <= 12, "{}", above(once));
+    assert!(above(repeated) <= 12, "{}", above(repeated));
+    assert!(above(feels) >= 195, "{}", above(feels));
+    let guessed = triplets(10, 7, once).sentence();
+    assert!(
+        guessed.contains("chance 33.3 %: not told from chance"),
+        "{guessed}"
+    );
+}
+
+#[test]
+fn orders_are_no_associations() {
+    let order = |participant: &str, placed: [&str; 2]| {
+        ["S1", "S2"]
+            .iter()
+            .zip(placed)
+            .enumerate()
+            .map(|(i, (stands, placed))| Answer {
+                participant: participant.into(),
+                task: "order".into(),
+                trial: "1".into(),
+                position: Some(i + 1),
+                presented: placed.into(),
+                answered: (*stands).into(),
+                ..Answer::default()
+            })
+            .collect::<Vec<_>>()
+    };
+    let mut of = answers(&[("P1", "S1", "S2"), ("P2", "S1", "S1")]);
+    of.extend(order("P1", ["S1", "S2"]));
+    of.extend(order("P2", ["S2", "S1"]));
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2"]), of).unwrap();
+    let mut config = AssociationConfig {
+        ordering_tasks: vec!["order".into()],
+        ..AssociationConfig::default()
+    };
+    let found = associate(&table, &config).unwrap();
+    assert_eq!(
+        (found.answers, found.orderings[0].repetitions.len()),
+        (2, 2)
+    );
+    assert_eq!(percent(found.all().unwrap(), "S1", "S2"), Some(50.0));
+    assert_eq!(found.pairs[0].presented, [2, 0]);
+    // The matrix of their places, where nothing else is asked for.
+    config.matrix.selection.task = Some("order".into());
+    assert_eq!(associate(&table, &config).unwrap().answers, 4);
 }

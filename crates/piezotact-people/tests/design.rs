@@ -173,7 +173,10 @@ fn inversions() -> CampaignDescription {
         pairs_wanted: PairsWanted::WithinSets,
         tasks: vec![task(
             "rendered",
-            associate(SequenceRule::Fixed { tests }),
+            associate(SequenceRule::Fixed {
+                tests,
+                stimuli: Vec::new(),
+            }),
             1,
             20.0,
         )],
@@ -380,7 +383,7 @@ fn table_6_is_answered_by_exclusion() {
     // One test that repeats a sample takes exclusion away.
     let mut good = inversions();
     let TaskKind::Associate {
-        sequence: SequenceRule::Fixed { tests },
+        sequence: SequenceRule::Fixed { tests, .. },
     } = &mut good.tasks[0].task
     else {
         panic!("not fixed");
@@ -604,6 +607,7 @@ fn bad_designs_are_refused() {
         (
             refused(&|c| {
                 c.tasks[2].task = associate(SequenceRule::Fixed {
+                    stimuli: Vec::new(),
                     tests: vec![vec![words("S2 S4 S8")]],
                 })
             }),

@@ -36,7 +36,8 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
             p { strong { (found.sentence()) } }
             p.soft {
                 "A percentage is how often an association was declared, over how often the stimulus was presented. \
-                 Intervals are 95 % and allow for participants who differ."
+                 Intervals are 95 %, of Clopper and Pearson, with the effective number of answers of Korn and Graubard (1998): they \
+                 allow for participants who differ. Chance: one over the number of samples that could be answered."
             }
         }
         (doubts_section(&merged(&found.doubts), words))
@@ -66,7 +67,7 @@ fn matrix_section(heading: &str, matrix: &AssociationMatrix) -> Result<Markup, D
     let hatched = match untested {
         0 => String::new(),
         count => format!(
-            " Hatched: untested, never offered for this stimulus ({count} cells); this is not 0 %."
+            " Hatched: untested, as the stimulus was never presented while this sample could be answered ({count} cells); this is not 0 %."
         ),
     };
     let flagged = match matrix.rows.iter().any(|row| row.flagged > 0) {
@@ -175,9 +176,10 @@ fn pairs(found: &Association) -> Result<Markup, DrawError> {
             h2 { "Confused pairs" }
             p { strong { (text) } }
             p.soft {
-                "A pair is confused where a quarter or more of the presentations of either are declared to be the other: two \
-                 samples that feel the same are confused half of the time. Not decided: the 95 % interval contains the limit, or \
-                 there is none. Of a hundred such intervals about five do not hold the true share."
+                "A pair is confused where, of the presentations of both together, a quarter or more are declared to be the other: two \
+                 samples that feel the same are confused half of the time, and so are samples that are guessed. Not decided: the \
+                 95 % interval contains the limit, or there is none; more participants narrow it. Of a hundred such intervals \
+                 about five do not hold the true share."
                 (shown)
             }
             @if all > 0 { (drawn_table(&table)?) }

@@ -144,12 +144,14 @@ fn answers(args: &Arguments) -> Outcome<AnswersFile> {
         let study = super::campaign::study::Study::open(&args.answers)?;
         let (declared, mut answers) = study.answers()?;
         let orders = study.orders();
-        let is_order =
-            |answer: &piezotact_people::association::Answer| orders.contains(&answer.task);
-        let is_asked_for = args.task.is_some() || !args.ordering.is_empty();
         // Places in an order are no associations: each follows from the others.
-        if !is_asked_for && !answers.iter().all(is_order) && answers.iter().any(is_order) {
-            answers.retain(|answer| !is_order(answer));
+        let counts = |answer: &piezotact_people::association::Answer| {
+            !orders.contains(&answer.task)
+                || args.task.as_ref() == Some(&answer.task)
+                || args.ordering.contains(&answer.task)
+        };
+        if answers.iter().any(counts) && !answers.iter().all(counts) {
+            answers.retain(counts);
             crate::output::say(&format!(
                 "orders are left out of these matrices: --ordering {} makes theirs",
                 orders.join(",")

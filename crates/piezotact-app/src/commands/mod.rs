@@ -179,7 +179,7 @@ commands! {
     Roughness(cli::Roughness) => roughness::run,
     /// Computes association matrices of participants' answers: what was presented, and what it was declared to be.
     #[command(
-        after_help = "Columns of the table, between commas or semicolons: participant, task, trial, presented, answered; optional are set, session,\nposition, offered (the samples that could be answered), source and expected (of a manipulated texture), flags\n(missed_target, not_measured, wrong_sample) and rehearsal (yes, no). A pair that was never offered together is untested: n/a, not 0 %.\n\nExample:\n  piezotact matrix answers.csv --report matrices.html\n  piezotact matrix answers.csv --samples S1,S2,S3,S4 --by task --ordering 1 --csv cells.csv\n  piezotact matrix answers.csv --felt prepared --report matrices.html"
+        after_help = "Columns of the table, between commas or semicolons: participant, task, trial, presented, answered; optional are set, session,\nposition, offered (the samples that could be answered), source and expected (of a manipulated texture), flags\n(missed_target, not_measured, wrong_sample, simulated), rehearsal (yes, no) and judge (of virtual volunteers). A pair of which neither was\npresented while the other could be answered is untested: n/a, not 0 %.\n\nExample:\n  piezotact matrix answers.csv --report matrices.html\n  piezotact matrix answers.csv --samples S1,S2,S3,S4 --by task --ordering 1 --csv cells.csv\n  piezotact matrix answers.csv --felt prepared --report matrices.html"
     )]
     Matrix(matrix::Arguments) => matrix::run,
     /// Designs campaigns with volunteers: protocols, the check of a design, the data dictionary.

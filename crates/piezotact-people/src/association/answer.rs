@@ -27,6 +27,29 @@ pub enum Flag {
     NotMeasured,
     /// Another sample than the planned one was handed over; the answer says what was presented.
     WrongSample,
+    /// It was played on a simulated bench: no person felt it.
+    Simulated,
+}
+
+impl Flag {
+    /// Every flag.
+    pub const ALL: [Self; 4] = [
+        Self::MissedTarget,
+        Self::NotMeasured,
+        Self::WrongSample,
+        Self::Simulated,
+    ];
+
+    /// The flag as it stands in tables: `missed_target`.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::MissedTarget => "missed_target",
+            Self::NotMeasured => "not_measured",
+            Self::WrongSample => "wrong_sample",
+            Self::Simulated => "simulated",
+        }
+    }
 }
 
 /// One answer: what was presented in a trial, and what it was declared to be.
@@ -43,7 +66,7 @@ pub struct Answer {
     /// The set of samples; empty where there is one.
     #[serde(default)]
     pub set: String,
-    /// The trial within participant, session, task and set.
+    /// The trial within participant, session, task and set. With a position each of its elements has an answer of its own.
     pub trial: String,
     /// The stimulus that was presented.
     pub presented: String,
@@ -61,6 +84,9 @@ pub struct Answer {
     /// Whether it counts.
     #[serde(default)]
     pub purpose: Purpose,
+    /// How a virtual volunteer judges who gave it; absent for a person.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judge: Option<String>,
 }
 
 /// A stimulus that can be presented: a sample, or a manipulated texture made from one.
@@ -217,7 +243,7 @@ impl AnswerTable {
             let found = if all == 0 { "none" } else { "rehearsals only" };
             return Err(AnswerError::Empty { found });
         }
-        let mut seen: BTreeMap<[&str; 5], &str> = BTreeMap::new();
+        let mut seen: BTreeMap<([&str; 5], Option<usize>), &str> = BTreeMap::new();
         for answer in &answers {
             check_names(&declared, answer)?;
             if let Some(first) = seen.insert(answer.key(), &answer.answered) {
@@ -272,15 +298,16 @@ impl AnswerTable {
 }
 
 impl Answer {
-    /// What makes it a trial of its own.
-    fn key(&self) -> [&str; 5] {
-        [
-            &self.participant,
+    /// What makes it an answer of its own.
+    fn key(&self) -> ([&str; 5], Option<usize>) {
+        let names = [
+            &*self.participant,
             &self.session,
             &self.task,
             &self.set,
             &self.trial,
-        ]
+        ];
+        (names, self.position)
     }
 
     /// The trial in words.

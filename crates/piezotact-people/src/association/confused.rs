@@ -28,7 +28,7 @@ pub enum PairOutcome {
     NotDecided,
     /// The whole interval lies below the limit.
     NotConfused,
-    /// Neither was ever offered for the other.
+    /// Neither was presented while the other could be answered.
     Untested,
 }
 

@@ -5,12 +5,14 @@ use std::collections::BTreeSet;
 use piezotact::Doubt;
 use piezotact::discrimination::Model;
 use piezotact::document::Content;
+use piezotact::number::counted;
 use piezotact::page::{Cell as TableCell, Column, Table};
 use serde::{Deserialize, Serialize};
 
-use super::answer::{Answer, AnswerTable};
+use super::answer::{Answer, AnswerTable, Flag};
 use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
 use super::doubt::AssociationDoubt;
+use super::expected::{ExpectedShare, StimulusKind, expected_share};
 use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::interval::MIN_PARTICIPANTS;
 use super::matrix::{
@@ -132,6 +134,9 @@ pub struct Association {
     pub participants: usize,
     /// How many rehearsals were excluded.
     pub rehearsals: usize,
+    /// How many answers are as expected, beside chance: of all stimuli, and of plain and manipulated ones where there are both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub expected: Vec<ExpectedShare>,
     /// The matrix of all answers, then one for each group.
     pub matrices: Vec<GroupMatrix>,
     /// All pairs, the confused ones first.
@@ -150,7 +155,8 @@ impl Content for Association {
     const SCHEMA: &'static str = "association";
 }
 
-/// What the answers of `table` say, as `config` asks for it.
+/// What the answers of `table` say, as `config` asks for it. Places in the orders of its ordering tasks are no associations, as each
+/// follows from the others: their answers are left out of matrices and pairs, where there are others.
 ///
 /// Source: thesis 2.6.3; decision 0064 of this project.
 ///
@@ -160,10 +166,15 @@ pub fn associate(
     table: &AnswerTable,
     config: &AssociationConfig,
 ) -> Result<Association, AssociationError> {
+    let orderings = config.ordering_tasks.iter();
+    let orderings = orderings.map(|task| ordering(table, &config.matrix, task));
+    let orderings = orderings.collect::<Result<_, _>>();
+    let config = &without_orders(table, config);
     let selected: Vec<&Answer> = super::matrix::selected(table, &config.matrix).collect();
     if selected.is_empty() {
         return Err(nothing_selected(table, &config.matrix));
     }
+    let orderings = orderings?;
     let different = |of: &dyn Fn(&Answer) -> &str| -> Vec<String> {
         let found: BTreeSet<&str> = selected.iter().map(|answer| of(answer)).collect();
         found.into_iter().map(Into::into).collect()
@@ -179,6 +190,7 @@ pub fn associate(
                 task,
                 participant,
                 set,
+                without_tasks: _,
             } = &mut part.selection;
             *match by {
                 Grouping::Task => task,
@@ -190,20 +202,43 @@ pub fn associate(
         }
     }
     let pairs = confused_pairs(table, &config.matrix);
-    let orderings = config.ordering_tasks.iter();
-    let orderings = orderings.map(|task| ordering(table, &config.matrix, task));
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
         answers: selected.len(),
         participants,
         rehearsals: table.rehearsals(),
+        expected: expected_shares(table, &selected),
         matrices,
-        orderings: orderings.collect::<Result<_, _>>()?,
+        orderings,
         doubts: doubts(table, config, &selected, participants, &pairs),
         config: config.clone(),
         pairs,
         felt: None,
     })
+}
+
+/// `config` without the answers of its ordering tasks, where there are answers of others.
+fn without_orders(table: &AnswerTable, config: &AssociationConfig) -> AssociationConfig {
+    let mut without = config.clone();
+    without
+        .matrix
+        .selection
+        .without_tasks
+        .extend(config.ordering_tasks.iter().cloned());
+    let is_left = super::matrix::selected(table, &without.matrix).count() > 0;
+    if is_left { without } else { config.clone() }
+}
+
+/// The share of expected answers of all stimuli, and of plain and manipulated ones where there are both.
+fn expected_shares(table: &AnswerTable, selected: &[&Answer]) -> Vec<ExpectedShare> {
+    use StimulusKind as Of;
+    let share = |kind| expected_share(table.declared(), selected, kind);
+    let apart: Vec<ExpectedShare> = [Of::Plain, Of::Manipulated]
+        .into_iter()
+        .filter_map(share)
+        .collect();
+    let apart = if apart.len() == 2 { apart } else { Vec::new() };
+    share(Of::All).into_iter().chain(apart).collect()
 }
 
 fn nothing_selected(table: &AnswerTable, config: &MatrixConfig) -> AssociationError {
@@ -255,16 +290,16 @@ fn doubts(
     }
     match config.matrix.flagged {
         FlaggedTrials::Kept => {
-            let trials = selected.iter().filter(|a| !a.flags.is_empty()).count();
-            found.extend((trials > 0).then_some(AssociationDoubt::Flagged { trials }));
+            let (trials, of) = flagged(selected.iter().copied());
+            found.extend((trials > 0).then_some(AssociationDoubt::Flagged { trials, of }));
         }
         FlaggedTrials::LeftOut => {
             let kept = MatrixConfig {
                 flagged: FlaggedTrials::Kept,
                 ..config.matrix.clone()
             };
-            let trials = super::matrix::selected(table, &kept).count() - selected.len();
-            found.extend((trials > 0).then_some(AssociationDoubt::FlaggedLeftOut { trials }));
+            let (trials, of) = flagged(super::matrix::selected(table, &kept));
+            found.extend((trials > 0).then_some(AssociationDoubt::FlaggedLeftOut { trials, of }));
         }
     }
     if table.rehearsals() > 0 {
@@ -281,6 +316,18 @@ fn doubts(
         });
     }
     found.into_iter().map(Doubt::from).collect()
+}
+
+/// How many of `answers` are flagged, and how many have each flag.
+fn flagged<'a>(answers: impl Iterator<Item = &'a Answer>) -> (usize, [usize; 4]) {
+    let (mut all, mut of) = (0, [0; 4]);
+    for answer in answers.filter(|answer| !answer.flags.is_empty()) {
+        all += 1;
+        for (count, flag) in of.iter_mut().zip(Flag::ALL) {
+            *count += usize::from(answer.flags.contains(&flag));
+        }
+    }
+    (all, of)
 }
 
 fn count(value: usize) -> TableCell {
@@ -326,23 +373,34 @@ impl Association {
         })
     }
 
-    /// What was found in one sentence.
+    /// What was found: how many answers are as expected, beside chance, and how many pairs are confused.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let expected = self.all().and_then(AssociationMatrix::expected_share);
-        let expected = expected.map_or_else(String::new, |share| {
-            format!(", {:.1} % as expected", 100.0 * share)
-        });
-        let pairs: Vec<String> = self
-            .outcomes()
-            .iter()
-            .map(|(outcome, pairs)| format!("{pairs} {}", outcome.word()))
+        let shares: Vec<String> = (self.expected.iter())
+            .map(|share| {
+                let of = match share.stimuli {
+                    StimulusKind::All => String::new(),
+                    StimulusKind::Plain => format!("{} to plain stimuli, ", share.answers),
+                    StimulusKind::Manipulated => {
+                        format!("{} to manipulated ones, ", share.answers)
+                    }
+                };
+                format!("{of}{}", share.words())
+            })
             .collect();
+        let expected = match shares.is_empty() {
+            true => String::new(),
+            false => format!(": {}", shares.join("; ")),
+        };
+        let outcomes = self.outcomes();
+        let pairs = outcomes
+            .iter()
+            .map(|(outcome, pairs)| format!("{pairs} {}", outcome.word()));
+        let pairs: Vec<String> = pairs.collect();
         format!(
-            "{} answers of {} participant{}{expected}; pairs: {}",
+            "{} answers of {}{expected}. Pairs: {}.",
             self.answers,
-            self.participants,
-            if self.participants == 1 { "" } else { "s" },
+            counted(self.participants, "participant"),
             pairs.join(", ")
         )
     }

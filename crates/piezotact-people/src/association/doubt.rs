@@ -5,6 +5,8 @@ use std::fmt;
 use piezotact::Doubt;
 use piezotact::doubt::{Advice, DoubtKind, FieldValue};
 
+use super::answer::Flag;
+
 /// One thing to know before relying on a matrix.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AssociationDoubt {
@@ -20,22 +22,27 @@ pub enum AssociationDoubt {
         /// How many answers.
         answers: usize,
     },
-    /// Trials that something was wrong with are among the answers.
+    /// Answers that something was wrong with are counted.
     Flagged {
         /// How many.
         trials: usize,
+        /// How many have each flag, in the order of [`Flag::ALL`].
+        of: [usize; 4],
     },
-    /// Trials that something was wrong with were left out.
+    /// Answers that something was wrong with were left out.
     FlaggedLeftOut {
         /// How many.
         trials: usize,
+        /// How many have each flag, in the order of [`Flag::ALL`].
+        of: [usize; 4],
     },
     /// Rehearsals were left out.
     Rehearsals {
         /// How many.
         trials: usize,
     },
-    /// Pairs (of samples, and of a manipulated texture and a sample) that were never offered together.
+    /// Pairs (of samples, and of a manipulated texture and a sample) of which neither was presented while the other could be
+    /// answered.
     Untested {
         /// How many.
         pairs: usize,
@@ -66,8 +73,8 @@ impl From<AssociationDoubt> for Doubt {
                 vec![("participants", participants), ("needed", needed)],
             ),
             Kind::OfferedInferred { answers } => (OFFERED, vec![("answers", answers)]),
-            Kind::Flagged { trials } => (FLAGGED, vec![("trials", trials)]),
-            Kind::FlaggedLeftOut { trials } => (LEFT_OUT, vec![("trials", trials)]),
+            Kind::Flagged { trials, of } => (FLAGGED, flagged(trials, of)),
+            Kind::FlaggedLeftOut { trials, of } => (LEFT_OUT, flagged(trials, of)),
             Kind::Rehearsals { trials } => (REHEARSALS, vec![("trials", trials)]),
             Kind::Untested { pairs, of } => (UNTESTED, vec![("pairs", pairs), ("of", of)]),
             Kind::SamplesNotDeclared => (NOT_DECLARED, vec![]),
@@ -82,9 +89,20 @@ impl From<AssociationDoubt> for Doubt {
     }
 }
 
+/// The fields of flagged answers: all, and those with each flag.
+fn flagged(trials: usize, of: [usize; 4]) -> Vec<(&'static str, usize)> {
+    let each = Flag::ALL
+        .iter()
+        .zip(of)
+        .map(|(flag, count)| (flag.word(), count));
+    std::iter::once(("trials", trials)).chain(each).collect()
+}
+
 impl DoubtKind for AssociationDoubt {
     fn of(doubt: &Doubt) -> Option<Self> {
         let field = |name: &str| doubt.field::<usize>(name, None);
+        // Documents of earlier versions do not tell the flags apart.
+        let each = || Flag::ALL.map(|flag| field(flag.word()).unwrap_or(0));
         Some(match doubt.code.as_ref() {
             FEW => Self::FewParticipants {
                 participants: field("participants")?,
@@ -95,9 +113,11 @@ impl DoubtKind for AssociationDoubt {
             },
             FLAGGED => Self::Flagged {
                 trials: field("trials")?,
+                of: each(),
             },
             LEFT_OUT => Self::FlaggedLeftOut {
                 trials: field("trials")?,
+                of: each(),
             },
             REHEARSALS => Self::Rehearsals {
                 trials: field("trials")?,
@@ -122,6 +142,26 @@ fn of(count: usize, noun: &str) -> String {
     format!("{count} {noun}{s}")
 }
 
+/// How many answers have each flag, in words.
+fn each_flag(of: [usize; 4]) -> String {
+    let each = Flag::ALL.iter().zip(of).filter(|(_, count)| *count > 0);
+    let said: Vec<String> = each
+        .map(|(flag, count)| {
+            let what = match flag {
+                Flag::MissedTarget => "the stimulus missed its target",
+                Flag::NotMeasured => "what was played was not measured",
+                Flag::WrongSample => "the wrong sample was handed over",
+                Flag::Simulated => "it was played on a simulated bench",
+            };
+            format!("in {count} {what}")
+        })
+        .collect();
+    match said.is_empty() {
+        true => String::new(),
+        false => format!(" ({})", said.join(", ")),
+    }
+}
+
 impl fmt::Display for AssociationDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -142,23 +182,24 @@ impl fmt::Display for AssociationDoubt {
                     several => format!("for {several} answers it is"),
                 }
             ),
-            Self::Flagged { trials } => write!(
+            Self::Flagged { trials, of: flags } => write!(
                 f,
-                "{} in which the stimulus missed its target or was not measured, or the wrong sample was handed over: kept in the matrices, and \
-                    counted in each cell",
-                of(*trials, "answer")
+                "{}{}: kept in the matrices, and counted in each cell",
+                of(*trials, "flagged answer"),
+                each_flag(*flags)
             ),
-            Self::FlaggedLeftOut { trials } => write!(
+            Self::FlaggedLeftOut { trials, of: flags } => write!(
                 f,
-                "{} in which the stimulus missed its target or was not measured, or the wrong sample was handed over: left out",
-                of(*trials, "answer")
+                "{}{}: left out",
+                of(*trials, "flagged answer"),
+                each_flag(*flags)
             ),
             Self::Rehearsals { trials } => {
                 write!(f, "{}: left out", of(*trials, "rehearsal"))
             }
             Self::Untested { pairs, of } => write!(
                 f,
-                "{pairs} of {of} pairs were never offered together: untested, which is not 0 %"
+                "{pairs} of {of} pairs are untested: neither was presented while the other could be answered; this is not 0 %"
             ),
             Self::SamplesNotDeclared => f.write_str(
                 "the list of samples was not given: a sample that was neither presented nor answered has no row and no column; \
@@ -180,8 +221,14 @@ mod tests {
                 needed: 3,
             },
             AssociationDoubt::OfferedInferred { answers: 1 },
-            AssociationDoubt::Flagged { trials: 4 },
-            AssociationDoubt::FlaggedLeftOut { trials: 4 },
+            AssociationDoubt::Flagged {
+                trials: 4,
+                of: [1, 0, 3, 2],
+            },
+            AssociationDoubt::FlaggedLeftOut {
+                trials: 4,
+                of: [4, 0, 0, 0],
+            },
             AssociationDoubt::Rehearsals { trials: 1 },
             AssociationDoubt::Untested { pairs: 47, of: 78 },
             AssociationDoubt::SamplesNotDeclared,

@@ -20,6 +20,9 @@ pub struct Selection {
     /// Of this set.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,
+    /// Not of these tasks.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub without_tasks: Vec<String>,
 }
 
 /// What becomes of trials that something was wrong with.
@@ -159,6 +162,7 @@ pub(super) fn selected<'a>(
         task,
         participant,
         set,
+        without_tasks,
     } = &config.selection;
     let is = |wish: &Option<String>, found: &str| wish.as_ref().is_none_or(|wish| wish == found);
     table.answers().iter().filter(move |answer| {
@@ -167,6 +171,7 @@ pub(super) fn selected<'a>(
             && is(task, &answer.task)
             && is(participant, &answer.participant)
             && is(set, &answer.set)
+            && !without_tasks.contains(&answer.task)
     })
 }
 

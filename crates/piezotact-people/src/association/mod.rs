@@ -7,6 +7,7 @@ mod answer;
 mod confused;
 mod document;
 mod doubt;
+mod expected;
 mod felt;
 mod interval;
 mod matrix;
@@ -20,6 +21,7 @@ pub use document::{
     Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,
 };
 pub use doubt::AssociationDoubt;
+pub use expected::{ExpectedCriterion, ExpectedShare, StimulusKind};
 pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltDoubt, FeltPair, FeltRecording, FeltSpectrum,
     Separates, felt_pairs, felt_part, felt_samples,

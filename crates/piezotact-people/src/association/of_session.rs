@@ -73,13 +73,17 @@ fn of_trial(
         session: state.plan().session.clone(),
         task: trial.task.clone(),
         set: trial.set.clone().unwrap_or_default(),
-        trial: format!("{}.{position}", trial.name),
+        trial: trial.name.clone(),
         presented: presented.to_owned(),
         answered: answered.to_owned(),
         position: Some(position),
         offered: offered(state, trial),
-        flags: flags(trial, trial_state, position - 1),
+        flags: flags((state, trial), trial_state, position - 1),
         purpose: Purpose::Trial,
+        judge: state
+            .participant()
+            .judge
+            .map(|judge| judge.name().to_owned()),
     };
     match (kind, &trial.answer) {
         (Some(TaskKind::Order { key, .. }), AnswerForm::Order { .. }) => {
@@ -135,8 +139,14 @@ fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
 }
 
 /// What was wrong with an element of a trial. The samples of an order are felt together: a wrong one on the tray is wrong for all.
-fn flags(trial: &Trial, state: &TrialState, element: usize) -> Vec<Flag> {
+fn flags((session, trial): (&State<'_>, &Trial), state: &TrialState, element: usize) -> Vec<Flag> {
     let mut flags = Vec::new();
+    // Virtual volunteers have nothing else.
+    if session.participant().judge.is_none()
+        && state.evidence_of(element).any(Evidence::is_simulated)
+    {
+        flags.push(Flag::Simulated);
+    }
     // Each playing of a rendered stimulus leaves its evidence; those of this element count.
     if state.evidence_of(element).any(Evidence::missed) {
         flags.push(Flag::MissedTarget);

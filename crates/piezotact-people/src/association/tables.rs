@@ -3,7 +3,7 @@
 use piezotact::criterion::Outcome;
 use piezotact::page::{Cell, Column, Table};
 
-use super::answer::{Answer, Declared, Flag, Purpose};
+use super::answer::{Answer, Declared, Purpose};
 use crate::campaign::dictionary::ANSWER_COLUMNS;
 use crate::campaign::plan::TrialKind;
 use crate::campaign::session::{Answer as Noted, State};
@@ -22,7 +22,7 @@ pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
             .iter()
             .find(|stimulus| stimulus.name == answer.presented && !stimulus.is_plain());
         let of_stimulus = |part: fn(&super::Stimulus) -> &str| stimulus.map_or("", part);
-        let flags: Vec<&str> = answer.flags.iter().map(|flag| word(*flag)).collect();
+        let flags: Vec<&str> = answer.flags.iter().map(|flag| flag.word()).collect();
         let position = answer.position.map_or(String::new(), |at| at.to_string());
         table.rows.push(vec![
             Cell::from(answer.participant.as_str()),
@@ -41,17 +41,10 @@ pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
                 Purpose::Trial => "no",
                 Purpose::Rehearsal => "yes",
             }),
+            Cell::from(answer.judge.as_deref().unwrap_or("")),
         ]);
     }
     table
-}
-
-fn word(flag: Flag) -> &'static str {
-    match flag {
-        Flag::MissedTarget => "missed_target",
-        Flag::NotMeasured => "not_measured",
-        Flag::WrongSample => "wrong_sample",
-    }
 }
 
 fn table(names: &[&str]) -> Table {
@@ -97,21 +90,14 @@ pub fn trials_table<'a>(
     let mut table = table(&OF_TRIALS);
     for (state, purpose) in states {
         for (i, (trial, of)) in state.trials().enumerate() {
-            let noted = |answer: Option<&Noted>| match answer {
-                None => String::new(),
-                Some(answer @ (Noted::Names(_) | Noted::Places(_))) => {
-                    state.names(trial, answer).join("|")
-                }
-                Some(Noted::Number(number)) => number.to_string(),
-                Some(Noted::Done) => "done".to_owned(),
-            };
+            let as_confirmed = |answer| noted(answer, &|one| state.names_as_confirmed(trial, one));
             let planned = trial.presented.names().join("|");
             let presented = match of.plays.is_empty() {
                 true => String::new(),
                 false => state.presented(trial).join("|"),
             };
             let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
-            let why = of.corrections.last().map_or("", |(_, why)| why.as_str());
+            let why = state.corrected_because(trial).unwrap_or_default();
             let time = |ms: Option<i64>| ms.map_or(String::new(), |ms| ms.to_string());
             let seconds = of.seconds().map_or(String::new(), |s| format!("{s:.3}"));
             table.rows.push(vec![
@@ -128,11 +114,11 @@ pub fn trials_table<'a>(
                 }),
                 Cell::from(planned),
                 Cell::from(presented),
-                Cell::from(noted(of.answer())),
-                Cell::from(noted(of.answers.first())),
-                Cell::from(noted(of.answers.last().filter(|_| of.confirmed))),
+                Cell::from(noted(of.answer(), &|one| state.names(trial, one))),
+                Cell::from(as_confirmed(of.answers.first())),
+                Cell::from(as_confirmed(of.as_confirmed())),
                 Cell::from(of.answers.len().saturating_sub(1).to_string()),
-                Cell::from(cell(why).into_owned()),
+                Cell::from(cell(&why).into_owned()),
                 Cell::from(plays.join("|")),
                 Cell::from(of.attempts.to_string()),
                 Cell::from(of.interrupted.to_string()),
@@ -149,6 +135,16 @@ pub fn trials_table<'a>(
         }
     }
     table
+}
+
+/// An answer as it stands in a table; `names` are those that it stands for.
+fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String>) -> String {
+    match answer {
+        None => String::new(),
+        Some(answer @ (Noted::Names(_) | Noted::Places(_))) => names(answer).join("|"),
+        Some(Noted::Number(number)) => number.to_string(),
+        Some(Noted::Done) => "done".to_owned(),
+    }
 }
 
 fn word_of(purpose: store::Purpose) -> &'static str {

@@ -203,14 +203,23 @@ fn sequence_rule(
                 let of = |stimulus: &String| protocol.sample_of(stimulus).map(str::to_owned);
                 stimuli.iter().filter_map(of).collect()
             };
-            let of_set = |set: &Vec<String>| {
+            let own = |set: &Vec<String>| {
                 let same = |name: &str| protocol.set(name).is_some_and(|one| one.samples == *set);
                 let own = tests.iter().filter(|test| same(&test.set));
-                own.map(|test| physical(&test.stimuli)).collect()
+                own.map(|test| &test.stimuli).collect::<Vec<_>>()
             };
+            let of_set = |set| own(set).into_iter().map(physical).collect();
+            let of_set_by_name = |set| own(set).into_iter().cloned().collect();
             let by_set: Vec<Vec<Vec<String>>> = sets.iter().map(of_set).collect();
             let length = mean(&mut by_set.iter().flatten().map(Vec::len));
-            (SequenceRule::Fixed { tests: by_set }, length)
+            let by_name: Vec<Vec<Vec<String>>> = sets.iter().map(of_set_by_name).collect();
+            let stimuli = if by_name == by_set {
+                Vec::new()
+            } else {
+                by_name
+            };
+            let tests = by_set;
+            (SequenceRule::Fixed { tests, stimuli }, length)
         }
     }
 }
@@ -327,6 +336,32 @@ mod tests {
                 }
             )
         });
+    }
+
+    /// The matrix has a row for S2 and one for S2 INVERTED, each presented twice, not one that is presented four times.
+    #[test]
+    fn inverted_textures_have_cells_of_their_own() {
+        let protocol = from_library("amplitude_inversion").unwrap().unwrap();
+        let described = describe(&protocol);
+        let report = design_findings(&described, 1).unwrap();
+        let of = &report.precision[0];
+        assert_eq!(
+            (of.presentations, of.precision.plan.presentations),
+            (2.0, 2)
+        );
+        let mut without = described.clone();
+        for task in &mut without.tasks {
+            if let Designed::Associate {
+                sequence: SequenceRule::Fixed { stimuli, .. },
+            } = &mut task.task
+            {
+                assert_eq!(stimuli.len(), 2);
+                stimuli.clear();
+            }
+        }
+        let pooled = design_findings(&without, 1).unwrap();
+        assert_eq!(pooled.precision[0].presentations, 4.0);
+        assert!(pooled.precision[0].precision.half_width_share < of.precision.half_width_share);
     }
 
     /// Four samples on the tray at once are one set, in which every pair is together and the chance level is 1 of 4.

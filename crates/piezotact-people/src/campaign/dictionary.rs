@@ -10,7 +10,7 @@ use super::protocol::{
 };
 
 /// The columns of a table of answers, in their order.
-pub const ANSWER_COLUMNS: [&str; 13] = [
+pub const ANSWER_COLUMNS: [&str; 14] = [
     "participant",
     "session",
     "task",
@@ -24,6 +24,7 @@ pub const ANSWER_COLUMNS: [&str; 13] = [
     "answered",
     "flags",
     "rehearsal",
+    "judge",
 ];
 
 /// What a column means, with the fields that BIDS has for it.
@@ -130,7 +131,9 @@ impl<'a> Described<'a> {
         match self.task.kind {
             TaskKind::Touch { .. } => None,
             TaskKind::Identify { .. } => Some("one sample that was handed over and named"),
-            TaskKind::Order { .. } => Some("one sample and the place in which it was put"),
+            TaskKind::Order { .. } => {
+                Some("one sample and the place in which it was put, in the table of orders")
+            }
             TaskKind::Associate { .. } => {
                 Some("one stimulus of a sequence and the sample associated to it")
             }
@@ -160,7 +163,7 @@ impl<'a> Described<'a> {
             }),
             "set" => self.set(),
             "trial" => Some(text(
-                "Trial, unique within participant, session, task and set.",
+                "Trial, as in the tables of trials and of evidence; with the position (`element` there) unique within participant and session.",
             )),
             "position" => self.position(),
             "presented" => Some(self.presented()),
@@ -176,6 +179,9 @@ impl<'a> Described<'a> {
             "answered" => Some(self.answered()),
             "flags" => Some(flags()),
             "rehearsal" => Some(rehearsal()),
+            "judge" => Some(text(
+                "How a virtual volunteer judges; empty for a person.",
+            )),
             _ => None,
         }
     }
@@ -471,6 +477,10 @@ fn flags() -> ColumnMeaning {
     levels.extend(level(
         "wrong_sample",
         "another sample than the planned one was handed over",
+    ));
+    levels.extend(level(
+        "simulated",
+        "it was played on a simulated bench, and no person felt it",
     ));
     ColumnMeaning {
         levels,

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::describe::describe;
 use super::design::{
-    CampaignDescription, DesignError, DesignReport, PairsWanted, TaskTime, design_findings,
-    task_times,
+    CampaignDescription, DesignError, DesignReport, PairsWanted, SampleCount, TaskTime,
+    design_findings, task_times,
 };
 use super::protocol::{Protocol, SessionProtocol, When};
 
@@ -128,12 +128,31 @@ fn session_time(
 }
 
 /// What the columns of a table of chance say.
-const CHANCE_COLUMNS: &str = "enumerated: mean ± standard deviation (SD), and the SD if answers did not follow from each other. Above \
-    chance from: chance reaches as many with a probability of 5 % at most. Whole order: its probability by chance. Last follows: the \
-    share of sequences whose last answer follows from the others.";
+const CHANCE_COLUMNS: &str = "enumerated: mean ± standard deviation (SD). Where each sample is presented once, this is the SD of people who \
+    answer each once; who repeats answers has the SD beside it. Above chance from: the smallest possible number that chance reaches with \
+    a probability of 5 % at most, whether answers are repeated or not; together: of all participants. Whole order: its probability by \
+    chance. Last follows: the share of sequences whose last answer follows from the others.";
 
 fn minutes(time_s: f64) -> String {
     format!("{:.0}", time_s / 60.0)
+}
+
+/// How often, in words.
+fn times(mean: f64) -> String {
+    match number(mean).as_str() {
+        "1" => "once".to_owned(),
+        "2" => "twice".to_owned(),
+        other => format!("{other} times"),
+    }
+}
+
+/// With how many presentations a cell was simulated, where their mean is no whole number.
+fn simulated(of: &SampleCount) -> String {
+    let whole = of.precision.plan.presentations;
+    match (of.presentations - whole as f64).abs() < 1e-9 {
+        true => String::new(),
+        false => format!(" on average (simulated: {})", times(whole as f64)),
+    }
 }
 
 /// A mean number of trials or presentations: whole numbers without decimals.
@@ -168,10 +187,13 @@ impl CampaignDesign {
             return "No rule applies to this design: nothing was judged.".into();
         }
         let mut text = match self.report.faults.len() {
-            0 => "No fault was found".to_owned(),
-            faults => format!("{} found", counted(faults, "fault")),
+            0 => format!("No fault was found: {} judged", counted(rules, "rule")),
+            faults => format!(
+                "{} found: of {} judged, {faults} are not met",
+                counted(faults, "fault"),
+                counted(rules, "rule")
+            ),
         };
-        text += &format!(" by {}", counted(rules, "rule"));
         let open = count(Outcome::NotDecided);
         if open > 0 {
             text += &format!("; {open} not decided");
@@ -224,7 +246,7 @@ impl CampaignDesign {
         )
     }
 
-    /// The sessions of one participant: trials and minutes of each task, then of each session.
+    /// The sessions of one participant: items (orders, stimuli of a sequence, samples, pairs, ratings) and minutes of each task, then of each session.
     #[must_use]
     pub fn sessions_table(&self) -> Table {
         let names = [
@@ -232,7 +254,7 @@ impl CampaignDesign {
             ("when", "when"),
             ("task", "task"),
             ("what is done", "title"),
-            ("trials", "trials"),
+            ("items", "items"),
             ("min", "time_min"),
         ];
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
@@ -281,8 +303,9 @@ impl CampaignDesign {
             ("answers", "answers"),
             ("chance level", "chance_share"),
             ("right by chance", "right_by_chance"),
-            ("if independent", "right_if_independent"),
+            ("with repeats", "right_if_independent"),
             ("above chance from", "beyond_chance_from"),
+            ("together", "beyond_chance_together_from"),
             ("whole order", "whole_order_share"),
             ("SD of τ", "tau_sd"),
             ("last follows", "forced_share"),
@@ -293,14 +316,17 @@ impl CampaignDesign {
             .map(|of| {
                 let level = (of.answers > 0.0).then(|| of.mean / of.answers);
                 let share = |value: Option<f64>| value.map_or(Cell::Missing(()), share_cell);
-                let from = of.beyond_chance_from;
+                let from = |from: Option<usize>| {
+                    Cell::from(from.map_or("none".to_owned(), |from| from.to_string()))
+                };
                 vec![
                     Cell::from(of.task.as_str()),
                     Cell::from(number(of.answers)),
                     share(level),
                     Cell::from(format!("{:.1}\u{a0}±\u{a0}{:.2}", of.mean, of.sd)),
                     Cell::from(format!("±\u{a0}{:.2}", of.sd_independent)),
-                    Cell::from(from.map_or("none".to_owned(), |from| from.to_string())),
+                    from(of.beyond_chance_from),
+                    from(of.beyond_chance_together_from),
                     share(of.whole_order_share),
                     Cell::from(of.tau_sd),
                     share(of.forced_share),
@@ -335,13 +361,17 @@ impl CampaignDesign {
         let participants = counted(self.campaign.participants, "participant");
         let cells = self.report.precision.iter().map(|of| {
             format!(
-                "{}: a cell of {} (presentations to each participant: {}) has an expected 95 % interval of ±{:.0} percentage points \
-                 with {participants} ({} simulated studies).",
+                "{}: a cell of {}, presented {} to each participant{}, has an expected 95 % interval of ±{:.0} percentage points with \
+                 {participants} ({} simulated studies; assumed: {:.0} % of the answers of the median participant are in the cell, \
+                 standard deviation over participants {} of the logit).",
                 of.task,
                 of.sample,
-                number(of.presentations),
+                times(of.presentations),
+                simulated(of),
                 100.0 * of.precision.half_width_share,
-                of.precision.studies
+                of.precision.studies,
+                100.0 * of.precision.plan.share,
+                of.precision.plan.logit_sd
             )
         });
         let power = self.report.power.iter().map(|of| {
@@ -472,7 +502,7 @@ mod tests {
         found.report.faults.clear();
         found.report.criteria.retain(|c| c.outcome == Outcome::Met);
         assert_eq!(found.outcome(), Outcome::Met);
-        assert!(found.sentence().starts_with("No fault was found by"));
+        assert!(found.sentence().starts_with("No fault was found: "));
         found.report.criteria[0].outcome = Outcome::NotDecided;
         assert_eq!(found.outcome(), Outcome::NotDecided);
         assert!(found.sentence().ends_with("; 1 not decided."));

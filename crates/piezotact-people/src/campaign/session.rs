@@ -9,6 +9,7 @@ mod answer;
 mod decide;
 mod doubt;
 mod event;
+mod named;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -19,7 +20,7 @@ pub use doubt::CampaignDoubt;
 pub use event::{Event, Evidence, Participant, sha_of_samples};
 
 use super::chain::Sha;
-use super::plan::{AnswerForm, Plan, Presented, Trial};
+use super::plan::{Plan, Presented, Trial};
 use super::protocol::{Protocol, ResumeAt};
 use super::store::Purpose;
 
@@ -80,8 +81,14 @@ impl TrialState {
     pub fn answer(&self) -> Option<&Answer> {
         match self.corrections.last() {
             Some((answer, _)) => Some(answer),
-            None => self.answers.last().filter(|_| self.confirmed),
+            None => self.as_confirmed(),
         }
+    }
+
+    /// The answer that was confirmed, whatever was corrected since.
+    #[must_use]
+    pub fn as_confirmed(&self) -> Option<&Answer> {
+        self.answers.last().filter(|_| self.confirmed)
     }
 }
 
@@ -339,52 +346,6 @@ impl<'a> State<'a> {
         match state.answers.last() {
             None => Step::Answer { trial, state },
             Some(answer) => Step::Confirm { trial, answer },
-        }
-    }
-
-    /// The choices of the answer to `trial`, and the sample that each stands for: A, B, C … in the participant's own order
-    /// where the trial asks for them; empty where there are none.
-    #[must_use]
-    pub fn choices(&self, trial: &Trial) -> Vec<(String, String)> {
-        let as_named = |choices: &[String]| {
-            choices
-                .iter()
-                .map(|one| (one.clone(), one.clone()))
-                .collect()
-        };
-        match &trial.answer {
-            AnswerForm::OneOf { choices }
-            | AnswerForm::Each { choices }
-            | AnswerForm::Some { choices, .. } => as_named(choices),
-            // Where another sample was on the tray, it is put in order.
-            AnswerForm::Order { samples, .. } => {
-                let own = self.trials().find(|(other, _)| other.name == trial.name);
-                let instead = own.and_then(|(_, state)| state.presented_instead.as_deref());
-                as_named(instead.unwrap_or(samples))
-            }
-            AnswerForm::EachOfOrder { trial } => {
-                let own = self.trials().find(|(other, _)| other.name == *trial);
-                match own.and_then(|(_, state)| state.answer()) {
-                    Some(Answer::Names(order)) => letters().zip(order.iter().cloned()).collect(),
-                    _ => Vec::new(),
-                }
-            }
-            AnswerForm::Done | AnswerForm::Scale { .. } => Vec::new(),
-        }
-    }
-
-    /// The names that `answer` to `trial` stands for; places in the participant's own order as the samples that stand there
-    /// now. Empty for numbers and for what is only done.
-    #[must_use]
-    pub fn names(&self, trial: &Trial, answer: &Answer) -> Vec<String> {
-        match answer {
-            Answer::Names(names) => names.clone(),
-            Answer::Places(places) => {
-                let choices = self.choices(trial);
-                let named = places.iter().filter_map(|place| choices.get(*place));
-                named.map(|(_, meant)| meant.clone()).collect()
-            }
-            Answer::Done | Answer::Number(_) => Vec::new(),
         }
     }
 

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use piezotact::number::counted;
 use piezotact::page::Table;
 use piezotact_people::association::{
-    answers_table, evidence_table, participants_table, trials_table,
+    answers_table, declared, evidence_table, participants_table, trials_table,
 };
 use piezotact_people::campaign::dictionary::dictionary;
 use piezotact_people::campaign::plan::Plan;
@@ -23,14 +24,14 @@ pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
     study: PathBuf,
-    /// The folder to write: answers.csv, trials.csv, evidence.csv, thresholds.csv, participants.csv, events/ and dictionary.json.
+    /// The folder to write: answers.csv, orders.csv, trials.csv, evidence.csv, thresholds.csv, participants.csv, events/ and dictionary.json.
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
-    let answers = study.answers()?.1.len();
+    let [answers, places] = [study.associations()?, study.places()?].map(|of| of.len());
     let begun = study.sessions()?.len();
     let live = study.live()?;
     let mut states: Vec<(State<'_>, Purpose)> = Vec::new();
@@ -50,23 +51,27 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .iter()
         .filter(|(_, purpose)| *purpose == Purpose::Rehearsal);
     print(&format!(
-        "{}: {} answers of {} sessions ({} of them rehearsals, marked); {} sessions of participants who withdrew are left out",
+        "{}: {} that name a sample and {} in orders, of {} ({}, marked); left out, of participants who withdrew: {}",
         args.out.display(),
-        answers,
-        states.len(),
-        rehearsals.count(),
-        begun - states.len()
+        counted(answers, "answer"),
+        counted(places, "place"),
+        counted(states.len(), "session"),
+        counted(rehearsals.count(), "rehearsal"),
+        counted(begun - states.len(), "session")
     ))?;
     say_doubts(&study.doubts()?);
     Ok(())
 }
 
 /// The tables with the names of their files.
-fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static str, Table); 5]> {
-    let (declared, answers) = study.answers()?;
+fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static str, Table); 6]> {
+    let declared = declared(&study.campaign.protocol);
+    let answers = answers_table(&declared, &study.associations()?);
+    let orders = answers_table(&declared, &study.places()?);
     let each = || states.iter().map(|(state, purpose)| (state, *purpose));
     Ok([
-        ("answers.csv", answers_table(&declared, &answers)),
+        ("answers.csv", answers),
+        ("orders.csv", orders),
         ("trials.csv", trials_table(each())),
         (
             "evidence.csv",

@@ -144,6 +144,20 @@ impl Study {
         Ok((declared(&self.campaign.protocol), answers))
     }
 
+    /// The answers that name a sample.
+    pub(super) fn associations(&self) -> Outcome<Vec<Answer>> {
+        let (orders, mut answers) = (self.orders(), self.answers()?.1);
+        answers.retain(|answer| !orders.contains(&answer.task));
+        Ok(answers)
+    }
+
+    /// The places of samples in orders.
+    pub(super) fn places(&self) -> Outcome<Vec<Answer>> {
+        let (orders, mut answers) = (self.orders(), self.answers()?.1);
+        answers.retain(|answer| orders.contains(&answer.task));
+        Ok(answers)
+    }
+
     /// The tasks in which samples are put in order.
     pub(crate) fn orders(&self) -> Vec<String> {
         let tasks = self.campaign.protocol.tasks.iter();

@@ -1,8 +1,10 @@
 //! `piezotact campaign withdraw`: erases everything of a participant.
 
+use std::io::{BufRead as _, IsTerminal as _, Read as _};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
 use piezotact_dataset::study::{Passphrase, Pseudonym, SqliteStore};
 
@@ -27,12 +29,20 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut store = SqliteStore::open(&args.study)?;
     let participant = Pseudonym::new(&args.participant).map_err(usage)?;
     let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
+    if !is_confirmed(&participant)? {
+        return print("nothing was erased");
+    }
     // Before the links are removed with the rest.
     let linked = store.linked_outside(&participant)?;
     let erased = store.withdraw(&participant, now_ms(), passphrase.as_ref())?;
     print(&format!(
-        "{participant}: erased {} sessions, {} files, {} identities; a tombstone stays, with which the journals verify. Copies of the folder and what was exported are not reached: erase them too.",
-        erased.sessions, erased.files, erased.identities
+        "{participant}: erased {}, {}, {}; a tombstone stays, with which the journals verify. Copies of the folder and what was exported are not reached: erase them too.",
+        counted(erased.sessions, "session"),
+        counted(erased.files, "file"),
+        match erased.identities {
+            1 => "1 identity".to_owned(),
+            several => format!("{several} identities"),
+        }
     ))?;
     for path in linked {
         say(&format!(
@@ -47,6 +57,21 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ));
     }
     Ok(())
+}
+
+/// Asks at a keyboard for the pseudonym once more; a script is not asked.
+fn is_confirmed(participant: &Pseudonym) -> Outcome<bool> {
+    let keyboard = std::io::stdin();
+    if !keyboard.is_terminal() {
+        return Ok(true);
+    }
+    say(&format!(
+        "Everything of {participant} is erased: sessions, recordings, identity. It cannot be undone. Type {participant} to confirm:"
+    ));
+    let mut line = String::new();
+    // Nothing longer is a pseudonym.
+    let _bytes = keyboard.lock().take(1000).read_line(&mut line)?;
+    Ok(line.trim() == participant.as_str())
 }
 
 /// The passphrase in the first line of `file`.

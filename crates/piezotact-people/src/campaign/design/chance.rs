@@ -5,6 +5,10 @@ use super::sequence::{SequenceRule, enumerated};
 
 /// The largest number of pairs of sequences that are compared.
 const MOST_PAIRS: usize = 4_000_000;
+/// Up to so many answers of all people together, their distribution is computed exactly.
+const MOST_TOGETHER: usize = 5000;
+/// The standard normal quantile of 95 %.
+const Z95: f64 = 1.644_853_626_951_472_2;
 
 /// The distribution of the number of answers that are right by chance.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,10 +60,26 @@ impl Matches {
         self.probability.iter().skip(number).sum()
     }
 
-    /// The smallest number that chance reaches with a probability of 5 % at most; `None` where even all right is more probable.
+    /// The smallest possible number that chance reaches with a probability of 5 % at most; `None` where even all right is more
+    /// probable.
     #[must_use]
     pub fn beyond_chance_from(&self) -> Option<usize> {
-        (0..self.probability.len()).find(|n| self.at_least(*n) <= 0.05)
+        let possible = |n: &usize| self.probability[*n] > 0.0;
+        let numbers = (0..self.probability.len()).filter(possible);
+        numbers.into_iter().find(|n| self.at_least(*n) <= 0.05)
+    }
+
+    /// The same for the sum over `people` independent people. Above 5000 answers in all it is the next whole number from the 95th
+    /// percentile of the normal distribution with the same mean and variance on.
+    #[must_use]
+    pub fn beyond_chance_together(&self, people: usize) -> Option<usize> {
+        let most = (self.probability.len() - 1).saturating_mul(people);
+        if most <= MOST_TOGETHER {
+            return self.repeated(people).beyond_chance_from();
+        }
+        let spread = self.standard_deviation() * (people as f64).sqrt();
+        let from = (self.mean() * people as f64 + Z95 * spread + 0.5).ceil();
+        (from <= most as f64).then_some(from as usize)
     }
 
     /// The sum over this and another, independent test.
@@ -261,6 +281,31 @@ mod tests {
         within(mixed.mean(), 3.5 / 3.0);
         within(mixed.probability().iter().sum(), 1.0);
         within(mixed.at_least(4), 0.5 / 81.0);
+    }
+
+    /// Two orders of three have 0 to 4 or 6 right, never 5.
+    #[test]
+    fn a_threshold_is_a_number_that_can_be_reached() {
+        let two = permutation_matches(3).repeated(2);
+        assert_eq!(two.probability()[5], 0.0);
+        within(two.at_least(5), 1.0 / 36.0);
+        assert_eq!(two.beyond_chance_from(), Some(6));
+    }
+
+    /// The normal approximation where both are at hand: within one answer.
+    #[test]
+    fn the_threshold_of_many_people_is_that_of_the_exact_distribution() {
+        let one = permutation_matches(3).repeated(8);
+        for people in [1, 10, 208] {
+            let exact = one.repeated(people).beyond_chance_from().unwrap();
+            assert_eq!(one.beyond_chance_together(people), Some(exact), "{people}");
+            let spread = one.standard_deviation() * (people as f64).sqrt();
+            let normal = one.mean() * people as f64 + Z95 * spread + 0.5;
+            assert!(
+                (normal.ceil() - exact as f64).abs() <= 1.0,
+                "{people}: {normal} {exact}"
+            );
+        }
     }
 
     #[test]

@@ -242,9 +242,10 @@ impl fmt::Display for Fault {
                 wanted_share,
             } => write!(
                 f,
-                "{task}: a cell of {sample} (presentations to each participant: {presentations}) has an expected interval of \
-                 ±{:.0} percentage points, ±{:.0} is wanted.",
+                "{task}: a cell of {sample} has an expected interval of ±{:.0} percentage points ({} to each participant), ±{:.0} is \
+                 wanted.",
                 100.0 * half_width_share,
+                counted(*presentations, "presentation"),
                 100.0 * wanted_share
             ),
         }

@@ -37,6 +37,9 @@ pub enum SequenceRule {
     Fixed {
         /// The tests of each set.
         tests: Vec<Vec<Vec<String>>>,
+        /// The stimuli of the same tests by their own names, where manipulated textures are among them; none where all are samples.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        stimuli: Vec<Vec<Vec<String>>>,
     },
 }
 
@@ -294,7 +297,10 @@ mod tests {
             of(&TRIPLETS, 1),
             Err(DesignError::SetTooSmall { .. })
         ));
-        let fixed = SequenceRule::Fixed { tests: Vec::new() };
+        let fixed = SequenceRule::Fixed {
+            tests: Vec::new(),
+            stimuli: Vec::new(),
+        };
         assert_eq!(of(&fixed, 3), Err(DesignError::FixedNotDrawn));
     }
 

@@ -298,7 +298,10 @@ impl State<'_> {
         };
         if !state.confirmed {
             return Err(Refusal::NotNow {
-                expected: format!("trial {name} is not confirmed; revise its answer instead"),
+                expected: format!(
+                    "trial {} is not confirmed; revise its answer instead",
+                    self.number(name)
+                ),
             });
         }
         check_long(why)?;

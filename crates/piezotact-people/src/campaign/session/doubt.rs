@@ -1,12 +1,13 @@
 //! Doubts about a session.
 
+use std::collections::BTreeMap;
 use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::doubt::{Advice, DoubtKind, FieldValue};
-use piezotact::recording::BenchKind;
 
-use super::{Evidence, Stage, State};
+use super::super::plan::AnswerForm;
+use super::{Stage, State};
 
 /// One thing to know before relying on the answers of a session.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +31,24 @@ pub enum CampaignDoubt {
         confirmed: usize,
         /// How many were planned.
         planned: usize,
+    },
+    /// The session is under way; the answers until now are counted.
+    UnderWay {
+        /// The session and whose it is.
+        session: String,
+        /// How many trials are confirmed.
+        confirmed: usize,
+        /// How many are planned.
+        planned: usize,
+    },
+    /// The participant's own order was corrected after its letters were answered with.
+    OrderCorrected {
+        /// The session and whose it is.
+        session: String,
+        /// The number of the trial with the order, from 1.
+        trial: usize,
+        /// How many answers stand for other samples since.
+        answers: usize,
     },
     /// A participant withdrew, and what is stored was not erased yet.
     NotErased {
@@ -61,6 +80,8 @@ pub enum CampaignDoubt {
 
 const CATCH: &str = "catch_trials_failed";
 const STOPPED: &str = "session_stopped_early";
+const UNDER_WAY: &str = "session_under_way";
+const ORDER_CORRECTED: &str = "order_corrected";
 const NOT_ERASED: &str = "withdrawn_not_erased";
 const NO_PLAN: &str = "plan_unreadable";
 const VIRTUAL: &str = "virtual_volunteer";
@@ -94,6 +115,30 @@ impl From<CampaignDoubt> for Doubt {
                     ("planned", planned.into_value()),
                 ];
                 Self::of_fields(STOPPED, fields, None, Vec::new())
+            }
+            CampaignDoubt::UnderWay {
+                session,
+                confirmed,
+                planned,
+            } => {
+                let fields = [
+                    ("session", session.into_value()),
+                    ("confirmed", confirmed.into_value()),
+                    ("planned", planned.into_value()),
+                ];
+                Self::of_fields(UNDER_WAY, fields, None, Vec::new())
+            }
+            CampaignDoubt::OrderCorrected {
+                session,
+                trial,
+                answers,
+            } => {
+                let fields = [
+                    ("session", session.into_value()),
+                    ("trial", trial.into_value()),
+                    ("answers", answers.into_value()),
+                ];
+                Self::of_fields(ORDER_CORRECTED, fields, None, Vec::new())
             }
             CampaignDoubt::NotErased { participant } => {
                 let fields = [("participant", participant.into_value())];
@@ -136,6 +181,16 @@ impl DoubtKind for CampaignDoubt {
                 session: text("session")?,
                 confirmed: field("confirmed")?,
                 planned: field("planned")?,
+            }),
+            UNDER_WAY => Some(Self::UnderWay {
+                session: text("session")?,
+                confirmed: field("confirmed")?,
+                planned: field("planned")?,
+            }),
+            ORDER_CORRECTED => Some(Self::OrderCorrected {
+                session: text("session")?,
+                trial: field("trial")?,
+                answers: field("answers")?,
             }),
             NOT_ERASED => Some(Self::NotErased {
                 participant: text("participant")?,
@@ -184,6 +239,28 @@ impl fmt::Display for CampaignDoubt {
                 "{session} was stopped after {confirmed} of {planned} trials; the answers until then are counted: decide, before \
                  the answers are looked at, whether incomplete sessions belong to the analysis"
             ),
+            Self::UnderWay {
+                session,
+                confirmed,
+                planned,
+            } => write!(
+                f,
+                "{session} is under way: {confirmed} of {planned} trials are confirmed and counted here; trials that were not \
+                 reached yet are missing"
+            ),
+            Self::OrderCorrected {
+                session,
+                trial,
+                answers,
+            } => write!(
+                f,
+                "{session}: the participant's own order of trial {trial} was corrected after its letters had been answered with: \
+                 {answers} {} for other samples since; trials.csv of `campaign export` has both",
+                match answers {
+                    1 => "answer stands",
+                    _ => "answers stand",
+                }
+            ),
             Self::NotErased { participant } => write!(
                 f,
                 "{participant} has withdrawn and is not erased yet: the sessions of {participant} are left out here; erase everything of \
@@ -221,13 +298,24 @@ impl State<'_> {
             })
             .collect();
         let session = format!("session {} of {}", self.plan.session, self.plan.participant);
-        if self.stage == Stage::Stopped && self.confirmed() > 0 {
-            doubts.push(CampaignDoubt::StoppedEarly {
+        let confirmed = self.confirmed();
+        let planned = self.progress().values().map(|(_, needed)| needed).sum();
+        match self.stage {
+            Stage::Stopped if confirmed > 0 => doubts.push(CampaignDoubt::StoppedEarly {
                 session: session.clone(),
-                confirmed: self.confirmed(),
-                planned: self.progress().values().map(|(_, needed)| needed).sum(),
-            });
+                confirmed,
+                planned,
+            }),
+            Stage::Running | Stage::Paused if confirmed > 0 => {
+                doubts.push(CampaignDoubt::UnderWay {
+                    session: session.clone(),
+                    confirmed,
+                    planned,
+                });
+            }
+            _ => {}
         }
+        doubts.extend(self.orders_corrected(&session));
         if let Some(judge) = self.participant.judge {
             doubts.push(CampaignDoubt::Virtual {
                 sessions: 1,
@@ -236,13 +324,28 @@ impl State<'_> {
             return doubts.into_iter().map(Doubt::from).collect();
         }
         let played = self.trials.iter().flat_map(|trial| &trial.evidence);
-        let is_simulated = |(_, one): &&(usize, Evidence)| {
-            one.bench.is_some_and(|bench| bench != BenchKind::Hardware)
-        };
-        let playings = played.filter(is_simulated).count();
+        let playings = played.filter(|(_, one)| one.is_simulated()).count();
         if playings > 0 {
             doubts.push(CampaignDoubt::Simulated { session, playings });
         }
         doubts.into_iter().map(Doubt::from).collect()
+    }
+
+    /// The orders that were corrected after their letters had been answered with.
+    fn orders_corrected(&self, session: &str) -> Vec<CampaignDoubt> {
+        let mut anew: BTreeMap<usize, usize> = BTreeMap::new();
+        for trial in &self.plan.trials {
+            if let AnswerForm::EachOfOrder { trial: order } = &trial.answer
+                && self.is_read_anew(trial)
+            {
+                *anew.entry(self.number(order)).or_default() += 1;
+            }
+        }
+        let of = |(trial, answers)| CampaignDoubt::OrderCorrected {
+            session: session.to_owned(),
+            trial,
+            answers,
+        };
+        anew.into_iter().map(of).collect()
     }
 }

@@ -79,6 +79,12 @@ impl Evidence {
     pub fn missed(&self) -> bool {
         self.verified != Outcome::Met || self.reached == Outcome::NotMet
     }
+
+    /// Whether it was played on a bench that is not real: no person felt it.
+    #[must_use]
+    pub fn is_simulated(&self) -> bool {
+        self.bench.is_some_and(|bench| bench != BenchKind::Hardware)
+    }
 }
 
 /// Who takes part, beside the pseudonym. It is erased with the session when consent is withdrawn.

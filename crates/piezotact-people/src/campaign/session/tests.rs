@@ -1,6 +1,8 @@
+use super::super::plan::AnswerForm;
 use super::super::plan::{Plan, PlanRequest, plan};
 use super::super::protocol::{LIBRARY, Protocol, from_library, read};
 use super::*;
+use piezotact::Doubt;
 
 mod adaptive;
 
@@ -496,8 +498,14 @@ fn letters_go_beyond_the_alphabet() {
 fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
     let (protocol, plan) = isotropic();
     let mut run = Run::begun(&protocol, &plan);
-    run.trial();
     assert_eq!(run.state.doubts(), []);
+    run.trial();
+    let under_way = || CampaignDoubt::UnderWay {
+        session: "session discrimination of P01".to_owned(),
+        confirmed: 1,
+        planned: 27,
+    };
+    assert_eq!(run.state.doubts(), [Doubt::from(under_way())]);
     let mut stopped = Run {
         state: run.state.clone(),
         events: run.events.clone(),
@@ -548,9 +556,9 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
         (state.doubts(), trial.presented.names().len())
     };
     use piezotact::recording::BenchKind;
-    assert_eq!(felt(BenchKind::Hardware).0, []);
+    assert_eq!(felt(BenchKind::Hardware).0, [Doubt::from(under_way())]);
     let (doubts, playings) = felt(BenchKind::Twin);
-    let said = doubts[0].kind::<CampaignDoubt>().unwrap().to_string();
+    let said = doubts[1].kind::<CampaignDoubt>().unwrap().to_string();
     assert!(
         said.contains(&format!("{playings} playings were on a simulated bench")),
         "{said}"

@@ -22,7 +22,7 @@ use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
     EarlierSession, FingerOnBench, Known, NotReady, not_ready, stimuli_of,
 };
-use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::{Purpose, StoreError};
 use piezotact_people::campaign::text::check_short;
 use piezotact_session::{
@@ -40,7 +40,7 @@ use crate::interrupt::{Between, interrupted};
 use crate::output::{print, say};
 use crate::progress;
 use drives::Drives;
-use shown::{PlayedBy, shown};
+use shown::{PlayedBy, said, shown};
 use terminal::{Terminal, Typed};
 use words::{Asked, HELP, understood};
 
@@ -482,6 +482,11 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
                 "The session goes on where it was left: {}.",
                 status(runner)
             ))?;
+            if args.by_hand && was_measured(runner.state()) {
+                terminal.say(
+                    "Until now textures were played on a bench. From here on they are played by hand: nothing is measured, and each such answer is flagged `not_measured`.",
+                )?;
+            }
             Command::Resume {
                 experimenter,
                 now_ms,
@@ -506,6 +511,11 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
     }
 }
 
+/// Whether a texture was played on a bench in this session.
+fn was_measured(state: &State<'_>) -> bool {
+    state.trials().any(|(_, of)| !of.evidence.is_empty())
+}
+
 /// What a description of the panel needs and nobody stated.
 fn not_stated(participant: &Participant) -> Vec<&'static str> {
     let stated = [
@@ -517,9 +527,13 @@ fn not_stated(participant: &Participant) -> Vec<&'static str> {
     missing.map(|(what, _)| what).collect()
 }
 
-/// Gives `command`; what is refused or cannot be stored is said, and the session waits at the same step.
+/// Gives `command`; what is refused, cannot be played or cannot be stored is said, and the session waits at the same step.
 fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outcome {
+    let before = noted(runner.state());
     match runner.give(command) {
+        Ok(Given::Done(Event::Corrected { trial, .. })) => {
+            terminal.say(&corrected(runner.state(), &trial, &before))
+        }
         Ok(Given::Done(Event::Ignored { why, .. })) => {
             terminal.say(&format!("  without effect: {why}"))
         }
@@ -532,8 +546,44 @@ fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outco
             terminal.say(&format!("  NOT STORED: {error}. Then give it again."))
         }
         Err(RunError::Refused(refusal)) => terminal.say(&format!("  {refusal}")),
+        Err(error @ (RunError::NoDrive(_) | RunError::NoBench { .. })) => terminal.say(&format!(
+            "  NOT PRESENTED: {error}. /leave, and give the same command with what is missing."
+        )),
         Err(error) => Err(error.into()),
     }
+}
+
+/// The answer that counts for each trial, as it is said; none where there is none.
+fn noted(state: &State<'_>) -> Vec<Option<String>> {
+    let trials = state.trials();
+    let noted = trials.map(|(trial, of)| Some(said(state, trial, of.answer()?)));
+    noted.collect()
+}
+
+/// What the correction of the trial named `name` did to the answers that were noted `before`.
+fn corrected(state: &State<'_>, name: &str, before: &[Option<String>]) -> String {
+    let mut lines = Vec::new();
+    let now = noted(state);
+    let each = before.iter().zip(&now).enumerate();
+    let (mut own, mut others) = (Vec::new(), Vec::new());
+    for (i, (before, now)) in each {
+        let (Some(before), Some(now)) = (before, now) else {
+            continue;
+        };
+        let line = format!("  trial {}: {before} → {now}", i + 1);
+        match i + 1 == state.number(name) {
+            true => own.push(line),
+            false if before != now => others.push(line),
+            false => {}
+        }
+    }
+    lines.extend(own);
+    if !others.is_empty() {
+        lines.push("  the letters of this order stand for other samples now, also in:".to_owned());
+        lines.append(&mut others);
+        lines.push("  the tables keep both, with the reason".to_owned());
+    }
+    lines.join("\n")
 }
 
 /// The right answer of a training trial, where the protocol has it said.

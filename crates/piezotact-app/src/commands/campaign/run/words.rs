@@ -97,7 +97,9 @@ fn words(line: &str, choices: &[(String, String)]) -> Vec<String> {
     let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
     let letters = line.chars().filter(|c| !c.is_whitespace());
     let letters: Vec<String> = letters.map(String::from).collect();
-    match words.iter().all(|word| said(word)) || !letters.iter().all(|letter| said(letter)) {
+    let is_lettered = choices.iter().all(|(said, _)| said.chars().count() == 1);
+    let stand_together = is_lettered || letters.iter().all(|letter| said(letter));
+    match words.iter().all(|word| said(word)) || !stand_together {
         true => words,
         false => letters,
     }
@@ -210,7 +212,8 @@ mod tests {
             .to_vec();
         assert_eq!(words("cab", &letters), ["c", "a", "b"]);
         assert_eq!(words("c a b", &letters), ["c", "a", "b"]);
-        assert_eq!(words("cad", &letters), ["cad"]);
+        // Told by the letter that is none.
+        assert_eq!(words("cad", &letters), ["c", "a", "d"]);
         let names: Vec<(String, String)> = ["S1", "S2 INVERTED"]
             .map(|c| (c.to_owned(), c.to_owned()))
             .to_vec();

@@ -12,6 +12,11 @@ use super::check::{check_answers, check_order, check_trials};
 use super::presented::{Test, tests};
 use super::report::TaskChance;
 
+/// The larger of two thresholds; none where one of them has none.
+fn larger(a: Option<usize>, b: Option<usize>) -> Option<usize> {
+    Some(a?.max(b?))
+}
+
 impl Work<'_> {
     /// What chance reaches, and fault 4: answers that follow from others.
     pub(super) fn chance(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
@@ -86,13 +91,23 @@ impl Work<'_> {
             }
             _ => self.trials(task)?,
         };
+        let groups = (self.campaign.participants / self.campaign.sets_shared_over).max(1);
+        // Nobody is kept from answering one sample twice, unless samples are put in order.
+        let others = match task.task {
+            TaskKind::OrderAll { .. } | TaskKind::OrderSet { .. } => &total,
+            _ => &independent,
+        };
         let chance = TaskChance {
             task: task.name.clone(),
             answers,
             mean: total.mean(),
             sd: total.standard_deviation(),
             sd_independent: independent.standard_deviation(),
-            beyond_chance_from: total.beyond_chance_from(),
+            beyond_chance_from: larger(total.beyond_chance_from(), others.beyond_chance_from()),
+            beyond_chance_together_from: larger(
+                total.beyond_chance_together(groups),
+                others.beyond_chance_together(groups),
+            ),
             probability: total.probability().to_vec(),
             whole_order_share: order.map(|n| (1..=n).map(|i| 1.0 / i as f64).product()),
             tau_sd: order.and_then(tau_null_sd),

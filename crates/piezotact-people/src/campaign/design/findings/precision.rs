@@ -1,5 +1,7 @@
 //! The interval of a cell, and what would narrow it.
 
+use std::collections::BTreeMap;
+
 use piezotact::criterion::{Criterion, Limit};
 
 use super::super::description::{TaskDescription, TaskKind};
@@ -22,14 +24,30 @@ impl Work<'_> {
             return Ok(());
         };
         let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
-        let mut counts = vec![0.0; self.campaign.samples.len()];
+        // A row of the matrix for each stimulus, also where two are made from one sample.
+        let mut counts: BTreeMap<&str, f64> = BTreeMap::new();
+        let times = self.share() * task.repeats as f64;
         for test in &tests {
-            for (place, n) in test.presentations.iter().enumerate() {
-                counts[self.blocks[test.set][place]] += n * self.share() * task.repeats as f64;
+            for stimulus in &test.stimuli {
+                *counts.entry(stimulus).or_default() += times;
+            }
+            let samples = match test.stimuli.is_empty() {
+                true => test.presentations.as_slice(),
+                false => &[],
+            };
+            for (place, n) in samples.iter().enumerate().filter(|(_, n)| **n > 0.0) {
+                let sample = &self.campaign.samples[self.blocks[test.set][place]];
+                *counts.entry(sample).or_default() += n * times;
             }
         }
-        let used = counts.iter().enumerate().filter(|(_, n)| **n > 0.0);
-        let Some((i, &presentations)) = used.min_by(|a, b| a.1.total_cmp(b.1)) else {
+        // Of those presented as often, the first of the protocol.
+        let samples = &self.campaign.samples;
+        let place = |name: &str| samples.iter().position(|own| own == name);
+        let key = |name| place(name).unwrap_or(samples.len());
+        let fewest = counts
+            .into_iter()
+            .min_by(|a, b| (a.1.total_cmp(&b.1)).then_with(|| key(a.0).cmp(&key(b.0))));
+        let Some((stimulus, presentations)) = fewest else {
             return Ok(());
         };
         let aims = self.campaign.aims;
@@ -40,7 +58,7 @@ impl Work<'_> {
             logit_sd: aims.logit_sd,
         };
         let precision = cell_precision(&plan, STUDIES, self.seed)?;
-        let sample = self.campaign.samples[i].clone();
+        let sample = stimulus.to_owned();
         self.report.precision.push(SampleCount {
             task: task.name.clone(),
             sample: sample.clone(),

@@ -18,6 +18,8 @@ pub(super) struct Test {
     pub(super) permutation_share: f64,
     /// Mean presentations of each sample of the set.
     pub(super) presentations: Vec<f64>,
+    /// The stimuli presented by their own names, each as often as it is; none where they are the samples of the set.
+    pub(super) stimuli: Vec<String>,
 }
 
 /// The tests of association of all sets. Fixed sequences leave the last answer to exclusion where all of them are
@@ -30,7 +32,7 @@ pub(super) fn tests(
     if blocks.is_empty() {
         return Err(DesignError::NoSets);
     }
-    let SequenceRule::Fixed { tests } = rule else {
+    let SequenceRule::Fixed { tests, stimuli } = rule else {
         // Once for each size: sets of the same size have the same sequences.
         let mut of_size: BTreeMap<usize, Test> = BTreeMap::new();
         for (set, size) in blocks.iter().map(Vec::len).enumerate() {
@@ -54,9 +56,9 @@ pub(super) fn tests(
             expected: blocks.len(),
         });
     }
-    let mut all: Vec<(usize, Vec<usize>)> = Vec::new();
+    let mut all: Vec<(usize, Vec<usize>, Vec<String>)> = Vec::new();
     for (set, of_set) in tests.iter().enumerate() {
-        for test in of_set {
+        for (number, test) in of_set.iter().enumerate() {
             let place = |sample: &String| {
                 names[set]
                     .iter()
@@ -73,13 +75,15 @@ pub(super) fn tests(
                     longest: 0,
                 });
             }
-            all.push((set, places));
+            let own = stimuli.get(set).and_then(|of| of.get(number));
+            all.push((set, places, own.cloned().unwrap_or_default()));
         }
     }
-    let permuted = |(set, test): &(usize, Vec<usize>)| is_permutation(test, blocks[*set].len());
+    let permuted =
+        |(set, test, _): &(usize, Vec<usize>, _)| is_permutation(test, blocks[*set].len());
     let exclusion = all.iter().all(permuted);
-    let test = |one: &(usize, Vec<usize>)| {
-        let (set, places) = one;
+    let test = |one: &(usize, Vec<usize>, Vec<String>)| {
+        let (set, places, own) = one;
         let size = blocks[*set].len();
         let independent = trial_matches(size, places.len());
         let count = |place: usize| places.iter().filter(|at| **at == place).count() as f64;
@@ -95,6 +99,7 @@ pub(super) fn tests(
             forced_share: if exclusion { 1.0 } else { 0.0 },
             permutation_share: if permuted(one) { 1.0 } else { 0.0 },
             presentations: (0..size).map(count).collect(),
+            stimuli: own.clone(),
         }
     };
     Ok(all.iter().map(test).collect())
@@ -119,5 +124,6 @@ fn drawn_test(rule: &SequenceRule, set: usize, size: usize) -> Result<Test, Desi
         permutation_share: distribution.permutation_share,
         // By symmetry, all samples of a set are presented equally often.
         presentations: vec![distribution.mean_length / size as f64; size],
+        stimuli: Vec::new(),
     })
 }

@@ -22,8 +22,12 @@ pub struct TaskChance {
     pub sd: f64,
     /// What the standard deviation would be for independent answers.
     pub sd_independent: f64,
-    /// The smallest number of right answers that chance reaches with 5 % at most; absent where there is none.
+    /// The smallest possible number of right answers that chance reaches with 5 % at most, also where people repeat answers; absent
+    /// where there is none.
     pub beyond_chance_from: Option<usize>,
+    /// The same of all participants together; of those who share the sets in groups, of all groups.
+    #[serde(default)]
+    pub beyond_chance_together_from: Option<usize>,
     /// The probability by chance of each number of right answers, from 0 on.
     pub probability: Vec<f64>,
     /// The probability by chance of a whole order, for tasks of order.
@@ -50,13 +54,13 @@ pub struct TaskTime {
     pub time_s: f64,
 }
 
-/// A sample and how often one participant meets it in a task of association.
+/// A stimulus and how often one participant meets it in a task of association.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SampleCount {
     /// The task.
     pub task: String,
-    /// The sample that is presented least often.
+    /// The stimulus that is presented least often: a sample, or a manipulated texture.
     pub sample: String,
     /// The mean number of its presentations to one participant.
     pub presentations: f64,

@@ -154,7 +154,7 @@ fn an_adaptive_session_is_the_same_from_its_journal_at_every_step() {
     }
     let (confirmed, planned) = run.state.progress()["staircase"];
     assert_eq!(confirmed, planned);
-    assert!(run.state.doubts().is_empty());
+    assert!(run.state.doubts().iter().all(is_under_way));
     for (_, event) in &run.events {
         let json = serde_json::to_string(event).unwrap();
         assert_eq!(serde_json::from_str::<Event>(&json).unwrap(), *event);
@@ -439,7 +439,8 @@ fn feedback_follows_training_alone_and_catch_failures_raise_a_doubt() {
             panic!("catch trials are missing");
         };
         assert_eq!((of_quest.failed, of_quest.allowed), (wrong, 1));
-        let doubts = run.state.doubts();
+        let mut doubts = run.state.doubts();
+        doubts.retain(|doubt| !is_under_way(doubt));
         assert_eq!(doubts.len(), usize::from(wrong > 1));
         if let Some(doubt) = doubts.first() {
             let kind: CampaignDoubt = doubt.kind().unwrap();
@@ -593,4 +594,8 @@ fn an_interrupted_run_goes_on_from_its_answers_or_begins_again_with_its_set() {
             assert_eq!(confirmed, planned, "{at}");
         }
     }
+}
+
+fn is_under_way(doubt: &Doubt) -> bool {
+    matches!(doubt.kind(), Some(CampaignDoubt::UnderWay { .. }))
 }
