@@ -13,7 +13,7 @@ use super::measured::{run, take};
 use super::rendering::{
     characterised, compared, device, judged_as, played, rendered, resting, sent_straight, target,
 };
-use super::{Chapter, Replay, ReplayError, exchange, said_once};
+use super::{Chapter, Replay, ReplayError, campaigns, exchange, said_once};
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 
 /// Who takes part (*thesis* 4.3.2 has ten; five are enough for a rendering).
@@ -21,7 +21,6 @@ const PARTICIPANTS: u64 = 5;
 /// One periodic and one isotropic texture, as figures 47 and 48.
 const TEXTURES: [&str; 2] = ["M8", "S8"];
 const SECONDS: f64 = 60.0;
-const CAMPAIGNS: &str = "discrimination experiments";
 
 /// One texture on one finger.
 struct Felt {
@@ -106,15 +105,9 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
         }
     }
     let exchange = exchange::exchanged_levels(replay)?;
-    let findings = vec![
-        wrong_strategy(&felt),
-        overlaps(&felt),
-        exchange.finding,
-        Finding::not_yet(24, CAMPAIGNS),
-        Finding::not_yet(25, CAMPAIGNS),
-        Finding::not_yet(27, CAMPAIGNS),
-        Finding::not_yet(28, CAMPAIGNS),
-    ];
+    let campaigns = campaigns::of_chapter_4(replay)?;
+    let mut findings = vec![wrong_strategy(&felt), overlaps(&felt), exchange.finding];
+    findings.extend(campaigns.findings);
     let softest = felt.iter().map(|f| f.level.0).fold(0.0, f64::min);
     Ok(Chapter {
         number: 4,
@@ -130,7 +123,10 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
                 softest.abs()
             ),
             exchange.measured,
-        ],
+        ]
+        .into_iter()
+        .chain(campaigns.measured)
+        .collect(),
         findings,
         doubts: said_once(
             felt.iter()
@@ -141,10 +137,10 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             .into_iter()
             .flat_map(|f| f.figures)
             .chain(exchange.figures)
+            .chain(campaigns.figures)
             .collect(),
         missing: vec![
-            "Figures 50–60: discrimination experiments, which the program does not contain yet.".into(),
-            "Figures 63–65: the discrimination experiment with exchanged levels, which the program does not contain yet.".into(),
+            "Figures 50 and 56–58 (photographs); figures 51 and 59, which show the matrices of figures 52 and 55 once more; figures 53, 54, 60, 61, 64 and 65, spectra and levels of which figures 31 to 33 and 62 are counterparts.".into(),
         ],
     })
 }

@@ -21,7 +21,7 @@ use super::figure::{
 };
 use super::measured::{Taken, run, take};
 use super::rendering::{characterised, compared, device, played, rendered, resting, target};
-use super::{Chapter, Replay, ReplayError, said_once};
+use super::{Chapter, Replay, ReplayError, campaigns, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::FORCE_CHANNEL;
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection, TriboAir};
@@ -43,7 +43,6 @@ const TASKS: [&str; 2] = ["control", "imagery"];
 /// Where the thesis sees the first definite peak, Hz, and how far it must stand above its surroundings, dB.
 const PEAK_HZ: [f64; 2] = [70.0, 110.0];
 const PEAK_DB: f64 = 3.0;
-const CAMPAIGNS: &str = "discrimination experiments";
 const BRAIN: &str = "EEG analysis";
 
 /// One person on one surface.
@@ -64,15 +63,18 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
         doubts,
         figure,
     } = tasks(replay, &free)?;
-    let findings = vec![
+    let campaigns = campaigns::of_chapter_6(replay)?;
+    let mut findings = vec![
         harmonics(&free, period.as_ref()),
         different(&free),
         forces(&free, &forces_n),
-        Finding::not_yet(32, CAMPAIGNS),
+    ];
+    findings.extend(campaigns.findings);
+    findings.extend([
         Finding::not_yet(33, BRAIN),
         peaks(&free),
         Finding::not_yet(37, BRAIN),
-    ];
+    ]);
     Ok(Chapter {
         number: 6,
         title: "Free touch of three surfaces, and the device",
@@ -80,7 +82,10 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
             format!("Participants 1 to {PARTICIPANTS} stroked M8 (rough), the biomimetic sample and M3 (smooth) {STROKES} times each at their own speed and force."),
             format!("The device was characterised with each finger ({CHARACTERISE_S} s of random drive, 20°, 0.2 N). One stroke over every surface was rendered with that transfer function and played in two tasks, at a level lower by at most {:.1} dB where it exceeded the limits of the device.", softest_db.abs()),
             "M8 was touched passively at 10, 20 and 30 mm/s by the reference participant.".into(),
-        ],
+        ]
+        .into_iter()
+        .chain(campaigns.measured)
+        .collect(),
         findings,
         doubts: said_once(
             free.iter()
@@ -88,11 +93,14 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
                 .chain(period.iter().flat_map(|p| p.doubts.iter().map(|d| ("M8, passive", d))))
                 .chain(doubts.iter().map(|(surface, d)| (*surface, d))),
         ),
-        figures: figures(&free).into_iter().chain(figure).collect(),
+        figures: figures(&free)
+            .into_iter()
+            .chain(figure)
+            .chain(campaigns.figures)
+            .collect(),
         missing: vec![
             "Figure 88 (the surfaces): the command `twin surface M8` of piezotact writes their height maps.".into(),
-            "Figures 94 and 95 (discrimination experiments) and figures 96 and 97 (EEG), which the program does not contain \
-                yet.".into(),
+            "Figures 96 and 97 (EEG), which the program does not contain yet.".into(),
         ],
     })
 }

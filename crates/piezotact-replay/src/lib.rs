@@ -3,6 +3,7 @@
 
 mod averaged;
 pub mod campaign;
+mod campaigns;
 mod chapter3;
 mod chapter4;
 mod chapter5;
@@ -139,7 +140,22 @@ pub enum ReplayError {
     /// A number that cannot be.
     #[error("{0}")]
     Quantity(#[from] QuantityError),
+    /// A campaign with virtual volunteers cannot be done.
+    #[error("{0}")]
+    Campaign(Box<campaign::CampaignError>),
+    /// The answers of a campaign make no table.
+    #[error("{0}")]
+    Answers(#[from] piezotact_people::association::AnswerError),
     /// Samples that make no series.
     #[error("{0}")]
     Series(#[from] SeriesError),
+}
+
+impl From<campaign::CampaignError> for ReplayError {
+    fn from(error: campaign::CampaignError) -> Self {
+        match error {
+            campaign::CampaignError::Replay(inner) => *inner,
+            other => Self::Campaign(Box::new(other)),
+        }
+    }
 }

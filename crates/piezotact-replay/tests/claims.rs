@@ -131,14 +131,13 @@ fn claim_36_a_peak_on_rough_and_biomimetic_for_most() {
     not_met(36, "on M8");
 }
 
-later! { "comes with campaigns and their virtual participants":
-    claim_24_s2_s3_and_s9_to_s13_are_confused,
-    claim_25_real_and_simulated_matrices_agree,
-    claim_26_averaged_transfer_function_does_as_well,
-    claim_27_people_choose_by_level,
-    claim_28_periodic_samples_are_told_apart,
-    claim_32_imagery_helps_discrimination,
-    claim_34_association_is_declared_over_presented,
+claims! {
+    claim_24_s2_s3_and_s9_to_s13_are_confused => 24,
+    claim_25_real_and_simulated_matrices_agree => 25,
+    claim_26_averaged_transfer_function_does_as_well => 26,
+    claim_27_people_choose_by_level => 27,
+    claim_28_periodic_samples_are_told_apart => 28,
+    claim_32_imagery_helps_discrimination => 32,
 }
 later! { "comes with the brain's answer":
     claim_33_desynchronisation_in_three_tasks,

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use piezotact::figure::Matrix;
+
 use crate::format::{Format, both};
 use crate::image::escaped;
 
@@ -51,6 +53,30 @@ pub(crate) fn colour(percent: f64) -> String {
     let share = (percent / 100.0).clamp(0.0, 1.0);
     let [r, g, b] = FULL.map(|full| (255.0 + share * (full - 255.0)).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+impl From<&Matrix> for Grid {
+    fn from(matrix: &Matrix) -> Self {
+        let rows = matrix.percent.iter().zip(&matrix.outlined);
+        let squares = rows.map(|(row, outlined)| {
+            let row = row.iter().enumerate();
+            row.map(|(column, percent)| Square {
+                shade: percent.map_or(Shade::Untested, Shade::Percent),
+                outlined: *outlined == Some(column),
+                dotted: false,
+            })
+            .collect()
+        });
+        Self {
+            rows: matrix.rows.clone(),
+            columns: matrix.columns.clone(),
+            squares: squares.collect(),
+            row_label: matrix.row_label.clone(),
+            column_label: matrix.column_label.clone(),
+            scale_label: "association, %".into(),
+            hatched_label: "untested".into(),
+        }
+    }
 }
 
 impl Grid {

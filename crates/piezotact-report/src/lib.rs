@@ -90,6 +90,7 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
     match &figure.drawn {
         Drawn::Chart(chart) => chart::svg(chart, height),
         Drawn::Heatmap(map) => heatmap::svg(map),
+        Drawn::Matrix(matrix) => Ok(grid::Grid::from(matrix).svg()),
         Drawn::Spectrograms(all) => spectrogram::svg(all),
     }
 }
@@ -102,6 +103,7 @@ fn has_a_point(drawn: &Drawn) -> bool {
             points.any(|(x, y)| x.is_finite() && y.is_finite())
         }
         Drawn::Heatmap(map) => map.values.iter().any(|value| value.is_finite()),
+        Drawn::Matrix(matrix) => matrix.percent.iter().flatten().any(Option::is_some),
         Drawn::Spectrograms(all) => !all.panels.is_empty(),
     }
 }

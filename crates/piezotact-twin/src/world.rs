@@ -1,6 +1,7 @@
 //! The simulation between the two halves of the twin: device, finger and sensors.
 
 use std::f64::consts::TAU;
+use std::sync::OnceLock;
 
 use num_complex::Complex;
 use piezotact::device::{DeviceAtGain, DriveSetup};
@@ -100,6 +101,20 @@ impl LoadDependent for PressedDevice {
     }
 }
 
+/// From the rate of the output to that of the acquisition, planned once: a plan takes as long as several seconds of signal.
+fn to_acquisition() -> Result<&'static Resampler, DeviceError> {
+    static PLAN: OnceLock<Result<Resampler, String>> = OnceLock::new();
+    let plan = PLAN.get_or_init(|| {
+        Resampler::new(rate(OUTPUT_RATE_HZ), rate(RATE_HZ), PASSBAND)
+            .map_err(|error| error.to_string())
+    });
+    plan.as_ref().map_err(|found| DeviceError::Impossible {
+        expected: "rates that go together".into(),
+        found: found.clone(),
+        todo: "report this".into(),
+    })
+}
+
 impl World for TwinBench {
     fn output(&self) -> PlayDescription {
         PlayDescription {
@@ -161,12 +176,7 @@ impl World for TwinBench {
     }
 
     fn begin(&self, played: &[f64], run: &RunPlan) -> Result<Box<dyn Run>, DeviceError> {
-        let to_acquisition = Resampler::new(rate(OUTPUT_RATE_HZ), rate(RATE_HZ), PASSBAND)
-            .map_err(|error| DeviceError::Impossible {
-                expected: "rates that go together".into(),
-                found: error.to_string(),
-                todo: "report this".into(),
-            })?;
+        let to_acquisition = to_acquisition()?;
         let voltage = self.output.voltage(
             played,
             rate(OUTPUT_RATE_HZ),

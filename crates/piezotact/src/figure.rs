@@ -24,6 +24,8 @@ pub enum Drawn {
     Chart(Chart),
     /// Values on a grid as colours.
     Heatmap(Heatmap),
+    /// Percentages with the names of rows and columns.
+    Matrix(Matrix),
     /// Spectrograms with one scale of colours.
     Spectrograms(Spectrograms),
 }
@@ -374,6 +376,24 @@ pub struct Heatmap {
     pub scale: (f64, f64),
     /// The quantity that is shown, with its unit.
     pub label: String,
+}
+
+/// Percentages with the names of rows and columns, such as an association matrix.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Matrix {
+    /// The names of the rows.
+    pub rows: Vec<String>,
+    /// The names of the columns.
+    pub columns: Vec<String>,
+    /// Row by row; absent where nothing was measured.
+    pub percent: Vec<Vec<Option<f64>>>,
+    /// For each row the column that is outlined, if any.
+    pub outlined: Vec<Option<usize>>,
+    /// What the rows are.
+    pub row_label: String,
+    /// What the columns are.
+    pub column_label: String,
 }
 
 /// Spectrograms with one scale of colours, one of time and one of frequency.

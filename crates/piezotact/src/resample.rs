@@ -109,15 +109,18 @@ impl Resampler {
                 let first = input_of(start) + 1;
                 let span = input_of(start + LANES - 1) + 2 * half_taps + 1 - first;
                 let mut taps = vec![[0.0; LANES]; span];
+                let mut own = Vec::with_capacity(2 * half_taps);
                 for (lane, output) in (start..start + LANES).enumerate() {
                     let (base, late) = (input_of(output), output * down % up);
                     let at = |j: usize| {
                         let ahead = j as f64 - half_taps as f64 - late as f64 / up as f64;
                         kernel(ahead / from.hz())
                     };
-                    let sum: f64 = (1..=2 * half_taps).map(at).sum();
-                    for j in 1..=2 * half_taps {
-                        taps[base + j - first][lane] = at(j) / sum;
+                    own.clear();
+                    own.extend((1..=2 * half_taps).map(at));
+                    let sum: f64 = own.iter().sum();
+                    for (j, tap) in (1..).zip(&own) {
+                        taps[base + j - first][lane] = tap / sum;
                     }
                 }
                 Run { first, taps }

@@ -3,23 +3,32 @@
 //!
 //! A volunteer judges what was recorded on the nail ([`piezotact_people::judge::Cues`]) and is never handed the name of a texture.
 
+mod averaged;
 mod person;
 mod sitting;
+
+use averaged::averaged;
 
 pub use person::{VirtualVolunteer, Whose, volunteer};
 pub use sitting::sit;
 
-use piezotact::quantity::Decibels;
+use std::collections::BTreeSet;
+
+use piezotact::quantity::{Acceleration, Decibels, Drive};
+use piezotact::transfer::TransferFunction;
 use piezotact_people::association::{Answer, Declared, answers_of, declared};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, plan};
-use piezotact_people::campaign::protocol::Protocol;
+use piezotact_people::campaign::protocol::{Protocol, TaskKind, TransferFunctionUse};
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
 use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
 use piezotact_session::{RunError, state_of};
 use piezotact_twin::{Participant, TwinParameters};
 
 use super::ReplayError;
+
+/// The strokes on each sample where the protocol does not say how many.
+const USUAL_STROKES: u32 = 10;
 
 /// A campaign to be simulated.
 #[derive(Clone, Debug)]
@@ -44,6 +53,20 @@ pub struct Simulation<'a> {
     pub iterations: usize,
     /// Between which levels the rendered textures lie re the recorded strokes.
     pub level: LevelRule,
+    /// The average transfer function of a panel to which no volunteer belongs, for protocols that render with it.
+    pub average: Option<TransferFunction<Drive, Acceleration>>,
+    /// How much of each presentation is played.
+    pub playings: Playings,
+}
+
+/// How much of a repeated texture the bench plays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Playings {
+    /// All strokes, as the protocol has it.
+    Whole,
+    /// One stroke, which counts as often as the protocol repeats it: for many panels. Nothing is left of what changes from one stroke
+    /// of a presentation to the next.
+    OneStroke,
 }
 
 /// The level at which the textures of a person are rendered.
@@ -94,14 +117,21 @@ pub enum CampaignError {
         /// Why.
         error: JudgeError,
     },
-    /// A transfer function that no virtual volunteer has.
+    /// No average transfer function.
     #[error(
-        "the protocol renders with the average of the panel `{panel}`, which is not simulated; simulate a protocol that renders with the \
-         participant's own transfer function"
+        "the protocol renders with the average of the panel `{panel}`, and none was measured; measure one with people who do not take part"
     )]
     Average {
         /// The panel.
         panel: String,
+    },
+    /// Somebody of the panel takes part.
+    #[error(
+        "expected a panel to which no participant belongs, found volunteer {number} in both; choose other numbers for the panel"
+    )]
+    Overlap {
+        /// The number under the seed.
+        number: u64,
     },
     /// A stimulus of which nothing is known.
     #[error(
@@ -138,7 +168,8 @@ impl From<RunError> for CampaignError {
 }
 
 impl Simulation<'_> {
-    /// What is usual: three strokes, 30 s of random drive, six corrections, one level for all textures.
+    /// What is usual: as many strokes on each sample as the protocol has in its measurement (ten where it has none), 30 s of random
+    /// drive, six corrections, one level for all textures.
     #[must_use]
     pub fn usual(protocol: &Protocol, protocol_sha: Sha, seed: u64) -> Simulation<'_> {
         Simulation {
@@ -148,11 +179,42 @@ impl Simulation<'_> {
             judge: Judge::Thurstone,
             touch: Touch::mean_person(),
             parameters: TwinParameters::built_in(),
-            strokes: 3,
+            strokes: strokes(protocol),
             excitation_s: 30.0,
             iterations: 6,
             level: LevelRule::Common,
+            average: None,
+            playings: Playings::Whole,
         }
+    }
+
+    /// The panel whose average the protocol renders with; `None` where everybody has the own transfer function.
+    #[must_use]
+    pub fn panel(&self) -> Option<&str> {
+        match &self.protocol.rendering.as_ref()?.transfer_function {
+            TransferFunctionUse::Average { panel } => Some(panel),
+            TransferFunctionUse::Own => None,
+        }
+    }
+
+    /// The same with the average transfer function of the people `members`, none of whom is among the volunteers `numbers`: the
+    /// mean of the logarithms of their gains on the device, 20° and 0.2 N.
+    ///
+    /// # Errors
+    /// [`CampaignError::Overlap`], and what the twin refuses.
+    pub fn with_panel(
+        self,
+        members: impl IntoIterator<Item = u64>,
+        numbers: impl IntoIterator<Item = u64>,
+    ) -> Result<Self, CampaignError> {
+        let members: BTreeSet<u64> = members.into_iter().collect();
+        if let Some(number) = numbers.into_iter().find(|one| members.contains(one)) {
+            return Err(CampaignError::Overlap { number });
+        }
+        Ok(Self {
+            average: Some(averaged(&self, &members)?),
+            ..self
+        })
     }
 
     /// What the protocol declares, and every confirmed answer of the sessions of `plans` in `store`.
@@ -223,6 +285,15 @@ impl Simulation<'_> {
         }
         Ok(done)
     }
+}
+
+/// The strokes on each sample where they are measured.
+fn strokes(protocol: &Protocol) -> u32 {
+    let touched = protocol.tasks.iter().filter_map(|task| match task.kind {
+        TaskKind::Touch { strokes } => Some(strokes),
+        _ => None,
+    });
+    touched.max().unwrap_or(USUAL_STROKES)
 }
 
 /// A step of a simulated campaign.

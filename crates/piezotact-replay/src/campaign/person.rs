@@ -19,7 +19,7 @@ use piezotact::transfer::TransferFunction;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, LoopConfig, closed_loop};
 use piezotact_bench::{Bench, GateConfig};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::protocol::{Protocol, TransferFunctionUse};
+use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::judge::{Cues, OnSurface, Pattern, Touch};
 use piezotact_session::PreparedDrive;
 use piezotact_twin::{
@@ -35,8 +35,8 @@ use super::{CampaignError, LevelRule, Simulation};
 /// The band in which textures are rendered and felt, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
 /// The normal force, N, and the angle between finger and surface (*thesis* 5.1.2).
-const LOAD_N: f64 = 0.2;
-const ANGLE_DEG: f64 = 20.0;
+pub(super) const LOAD_N: f64 = 0.2;
+pub(super) const ANGLE_DEG: f64 = 20.0;
 /// The rate of the drives, Hz.
 const DRIVE_RATE_HZ: f64 = 48_000.0;
 /// A closed loop keeps its drives this much below the limit of the device.
@@ -47,7 +47,7 @@ const SPEED_M_S: f64 = 0.03;
 /// Whose transfer function the drives are rendered with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Whose {
-    /// The volunteer's own.
+    /// The one that the protocol says: the volunteer's own, or the average of a panel.
     Own,
     /// That of another volunteer: what a mistake in the laboratory does.
     Of(u64),
@@ -96,14 +96,9 @@ pub fn volunteer(
         seed: simulation.seed,
     };
     let protocol = simulation.protocol;
-    if let Some(TransferFunctionUse::Average { panel }) = protocol
-        .rendering
-        .as_ref()
-        .map(|rendering| &rendering.transfer_function)
-    {
-        return Err(CampaignError::Average {
-            panel: panel.clone(),
-        });
+    if let (Some(panel), None) = (simulation.panel(), &simulation.average) {
+        let panel = panel.to_owned();
+        return Err(CampaignError::Average { panel });
     }
     let mut touched = BTreeMap::new();
     for name in &protocol.samples {
@@ -113,18 +108,7 @@ pub fn volunteer(
     let drives = match &protocol.rendering {
         None => (BTreeMap::new(), None),
         Some(_) => {
-            let of = match whose {
-                Whose::Own => number,
-                Whose::Of(other) => other,
-            };
-            let mut measured = device(&replay, of);
-            let asked = resting("characterise", LOAD_N, ANGLE_DEG);
-            let function = characterised(
-                &mut measured,
-                asked,
-                simulation.excitation_s,
-                simulation.seed,
-            )?;
+            let function = function(simulation, &replay, number, whose)?;
             prepared(simulation, &touched, &function, &mut bench)?
         }
     };
@@ -155,6 +139,27 @@ pub fn volunteer(
         offset,
         level_db,
     })
+}
+
+/// The transfer function that drives for volunteer `number` are rendered with.
+fn function(
+    simulation: &Simulation<'_>,
+    replay: &Replay,
+    number: u64,
+    whose: Whose,
+) -> Result<TransferFunction<Drive, Acceleration>, ReplayError> {
+    let of = match (whose, simulation.panel(), &simulation.average) {
+        (Whose::Of(other), ..) => other,
+        (Whose::Own, Some(_), Some(average)) => return Ok(average.clone()),
+        (Whose::Own, ..) => number,
+    };
+    let asked = resting("characterise", LOAD_N, ANGLE_DEG);
+    characterised(
+        &mut device(replay, of),
+        asked,
+        simulation.excitation_s,
+        simulation.seed,
+    )
 }
 
 /// The band in which textures are rendered and felt.
@@ -359,7 +364,11 @@ fn looped(
         render: render.clone(),
         correct: CorrectConfig::usual(Mode::Texture),
         judged: band()?,
-        iterations: simulation.iterations,
+        // With the average of a panel nobody's finger is on the device before the session.
+        iterations: match simulation.panel() {
+            Some(_) => 0,
+            None => simulation.iterations,
+        },
         force_share: GateConfig::usual().force_share,
         run: resting(&format!("prepare {stimulus}"), LOAD_N, ANGLE_DEG),
     };

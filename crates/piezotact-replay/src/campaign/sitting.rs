@@ -27,7 +27,7 @@ use piezotact_session::{
 use super::super::rendering::device;
 use super::super::{Replay, ReplayError};
 use super::person::{VirtualVolunteer, band};
-use super::{CampaignError, Simulation};
+use super::{CampaignError, Playings, Simulation};
 
 /// When the first session of a simulated campaign begins, in ms since 1970-01-01 00:00 UTC, and how far sessions are apart.
 const FIRST_MS: i64 = 1_700_000_000_000;
@@ -209,7 +209,10 @@ fn bench(
     Ok(BenchStimulator {
         bench: device(&replay, volunteer.number),
         drives: volunteer.drives.clone(),
-        playing: rendering.map_or(Playing::Once, |rendering| rendering.playing),
+        playing: match simulation.playings {
+            Playings::Whole => rendering.map_or(Playing::Once, |rendering| rendering.playing),
+            Playings::OneStroke => Playing::Once,
+        },
         band: band()?,
         load: condition
             .and_then(|condition| condition.load_n)
@@ -440,6 +443,28 @@ impl Scene<'_> {
         })
     }
 
+    /// As how many strokes each that was played counts.
+    fn strokes_for_each(&self) -> f64 {
+        let rendering = self.simulation.protocol.rendering.as_ref();
+        let playing = rendering.map(|rendering| rendering.playing);
+        let (
+            Playings::OneStroke,
+            Some(Playing::Repeated {
+                pause_s,
+                duration_s,
+            }),
+        ) = (self.simulation.playings, playing)
+        else {
+            return 1.0;
+        };
+        let drives = self.volunteer.drives.values();
+        let longest_s = drives.map(|drive| drive.texture.duration().0);
+        let longest_s = longest_s.fold(0.0, f64::max);
+        ((duration_s + pause_s) / (longest_s + pause_s))
+            .floor()
+            .max(1.0)
+    }
+
     /// What was felt, element by element: the samples that were handed over, or what the bench delivered.
     fn felt(&self) -> Vec<Look<'_>> {
         if let Presented::Sample { sample } = &self.trial.presented {
@@ -455,9 +480,10 @@ impl Scene<'_> {
                 .of
                 .evidence_of(element)
                 .map(|one| f64::from(one.strokes));
+            let strokes = strokes.sum::<f64>() * self.strokes_for_each();
             Some(Look {
                 cues,
-                looks: strokes.sum::<f64>().clamp(1.0, Look::AT_LEISURE),
+                looks: strokes.clamp(1.0, Look::AT_LEISURE),
                 // All rendered textures are softer or stronger than the real ones by this much, which is no difference of texture.
                 bias: -self.volunteer.offset,
             })

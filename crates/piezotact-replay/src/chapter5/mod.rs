@@ -19,7 +19,7 @@ use crate::averaged::with_average;
 use crate::claims::{Finding, Holds, above, at_most, below, least, most, no_exception};
 use crate::figure::{Counterpart, frequency, line, linear};
 use crate::rendering::{characterised, device, resting};
-use crate::{Chapter, Replay, ReplayError, said_once};
+use crate::{Chapter, Replay, ReplayError, campaigns, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::record;
 use piezotact_bench::{Placement, RunPlan, Until};
@@ -115,16 +115,18 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
     let repeats = repeats(replay, &devices)?;
     let panels = Panels::of(&fingers, &devices, replay.seed)?;
     let averaged = with_average(replay, panels.device_average())?;
+    let campaigns = campaigns::of_chapter_5(replay, panels.device_average())?;
     let mut figures = figures(replay, &control, &fingers, &devices, &repeats)?;
     figures.extend(panels.figures());
     figures.extend(averaged.figure);
+    figures.extend(campaigns.figures);
     figures.sort_by_key(|figure| {
         let digits = figure
             .number
             .trim_end_matches(|c: char| c.is_ascii_alphabetic());
         digits.parse::<u32>().unwrap_or(u32::MAX)
     });
-    let findings = vec![
+    let mut findings = vec![
         panels.all_together(),
         panels.narrower_with_load(),
         panels.louder_with_load(),
@@ -135,8 +137,8 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
         panels.widest_condition(),
         panels.average_inside(),
         averaged.finding,
-        Finding::not_yet(26, "discrimination experiments"),
     ];
+    findings.extend(campaigns.findings);
     let of_entries = fingers
         .entries()
         .iter()
@@ -164,7 +166,10 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
                     repositioned before each."
             ),
             averaged.measured,
-        ],
+        ]
+        .into_iter()
+        .chain(campaigns.measured)
+        .collect(),
         findings,
         doubts: said_once(
             (of_entries.map(|d| ("shaker", d)))
@@ -180,10 +185,7 @@ pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
                 .chain(of_panel(&panels.devices.doubts).map(|d| ("panel on the device", d))),
         ),
         figures,
-        missing: vec![
-            "Figure 80: a discrimination experiment, which the program does not contain yet."
-                .into(),
-        ],
+        missing: Vec::new(),
     })
 }
 

@@ -42,8 +42,12 @@ pub fn standard_deviation(samples: &[f64]) -> f64 {
         .sqrt()
 }
 
-/// The correlation of two signals of one length about zero, −1 to 1; 0 when either is silent.
-pub(crate) fn correlation(a: &[f64], b: &[f64]) -> f64 {
+/// The correlation of two signals of one length about zero, −1 to 1; 0 when either is silent. Of what was freed of its mean it is
+/// Pearson's.
+///
+/// Source: Σab/√(Σa²·Σb²).
+#[must_use]
+pub fn correlation(a: &[f64], b: &[f64]) -> f64 {
     let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
     for (a, b) in a.iter().zip(b) {
         ab += a * b;
