@@ -9,7 +9,7 @@ use piezotact_people::campaign::protocol::{LIBRARY, Protocol, from_library, read
 use piezotact_people::campaign::store::{MemoryStore, SessionKey, Store as _};
 use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{
-    Arrival, CampaignError, Simulated, Simulation, Whose, sit, volunteer,
+    Arrival, CampaignError, Playings, Simulated, Simulation, Whose, sit, volunteer,
 };
 use piezotact_session::state_of;
 
@@ -183,5 +183,62 @@ fn what_the_twin_does_not_have_is_refused_in_one_sentence() {
     assert!(
         matches!(refused, CampaignError::Average { .. }),
         "{refused}"
+    );
+    let refused = quick(&average, Judge::Thurstone).with_panel(3..=5, 1..=4);
+    let refused = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(refused.contains("found volunteer 3 in both"), "{refused}");
+}
+
+/// The average of others fits nobody as the own function does, and the evidence says so.
+#[test]
+fn an_averaged_transfer_function_is_that_of_others_and_is_not_corrected() {
+    let mut protocol = two_sets();
+    let own = quick(&protocol, Judge::Thurstone);
+    let own = volunteer(&own, 1, Whose::Own).unwrap();
+    let library = from_library("averaged_transfer_function").unwrap().unwrap();
+    protocol.rendering = library.rendering;
+    let averaged = quick(&protocol, Judge::Thurstone)
+        .with_panel(21..=25, 1..=1)
+        .unwrap();
+    let with_average = volunteer(&averaged, 1, Whose::Own).unwrap();
+    for (name, drive) in &with_average.drives {
+        assert_ne!(drive.drive, own.drives[name].drive, "{name}");
+    }
+    let met = |drives: &std::collections::BTreeMap<String, piezotact_session::PreparedDrive>| {
+        let drives = drives.values();
+        drives
+            .filter(|drive| drive.verified == Outcome::Met)
+            .count()
+    };
+    assert!(met(&own.drives) > met(&with_average.drives));
+}
+
+/// One stroke counts as often as the protocol repeats it: the judge is as sure, and the bench plays a fraction.
+#[test]
+fn one_stroke_counts_as_those_that_are_repeated() {
+    let protocol = two_sets();
+    let whole = quick(&protocol, Judge::Thurstone);
+    let short = Simulation {
+        playings: Playings::OneStroke,
+        ..whole.clone()
+    };
+    let mut shares = Vec::new();
+    let mut looks = Vec::new();
+    for simulation in [&whole, &short] {
+        let done = run(simulation, 1, &mut MemoryStore::new());
+        let choices = &done.answers.choices;
+        looks.push(
+            choices
+                .iter()
+                .map(|one| one.presented.looks)
+                .fold(f64::MAX, f64::min),
+        );
+        shares.push(choices.len());
+    }
+    assert_eq!(shares[0], shares[1]);
+    // 8 s hold at least three strokes of two seconds with their pauses.
+    assert!(
+        looks[0] >= 3.0 && (looks[0] - looks[1]).abs() <= 1.0,
+        "{looks:?}"
     );
 }

@@ -12,7 +12,7 @@ use averaged::averaged;
 pub use person::{VirtualVolunteer, Whose, volunteer};
 pub use sitting::sit;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::transfer::TransferFunction;
@@ -27,6 +27,8 @@ use piezotact_twin::{Participant, TwinParameters};
 
 use super::ReplayError;
 
+/// What chapter 6 of the thesis calls three samples.
+const SURFACES: [[&str; 2]; 3] = [["rough", "M8"], ["biomimetic", "BIO"], ["smooth", "M3"]];
 /// The strokes on each sample where the protocol does not say how many.
 const USUAL_STROKES: u32 = 10;
 
@@ -57,6 +59,8 @@ pub struct Simulation<'a> {
     pub average: Option<TransferFunction<Drive, Acceleration>>,
     /// How much of each presentation is played.
     pub playings: Playings,
+    /// The twin's samples, by the name that the protocol has for them where it is another.
+    pub surfaces: BTreeMap<String, String>,
 }
 
 /// How much of a repeated texture the bench plays.
@@ -185,6 +189,9 @@ impl Simulation<'_> {
             level: LevelRule::Common,
             average: None,
             playings: Playings::Whole,
+            surfaces: SURFACES
+                .map(|[name, sample]| (name.to_owned(), sample.to_owned()))
+                .into(),
         }
     }
 

@@ -17,7 +17,7 @@ use piezotact::series::Series;
 use piezotact::statistics::random::Random;
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, LoopConfig, closed_loop};
-use piezotact_bench::{Bench, GateConfig};
+use piezotact_bench::{Bench, GateConfig, ProcedureError};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::judge::{Cues, OnSurface, Pattern, Touch};
@@ -41,6 +41,8 @@ pub(super) const ANGLE_DEG: f64 = 20.0;
 const DRIVE_RATE_HZ: f64 = 48_000.0;
 /// A closed loop keeps its drives this much below the limit of the device.
 const LOOP_MARGIN: Decibels = Decibels(0.3);
+/// How often a drive is measured whose measurement is not reliable.
+const MOST_ATTEMPTS: u32 = 5;
 /// The speed of the strokes, m/s (*thesis* 3.2).
 const SPEED_M_S: f64 = 0.03;
 
@@ -174,7 +176,8 @@ fn touch(
     number: u64,
     name: &str,
 ) -> Result<Touched, CampaignError> {
-    let sample = replay.parameters.sample(name).map_err(ReplayError::from)?;
+    let known = simulation.surfaces.get(name).map_or(name, String::as_str);
+    let sample = replay.parameters.sample(known).map_err(ReplayError::from)?;
     let person = Participant::of(number, simulation.seed, &simulation.parameters);
     let what = || format!("{name}, touched by {}", person.pseudonym());
     let protocol = ActiveProtocol {
@@ -360,7 +363,7 @@ fn looped(
     (function, render): (&TransferFunction<Drive, Acceleration>, &RenderConfig),
     bench: &mut Bench,
 ) -> Result<Verified, CampaignError> {
-    let config = LoopConfig {
+    let mut config = LoopConfig {
         render: render.clone(),
         correct: CorrectConfig::usual(Mode::Texture),
         judged: band()?,
@@ -373,7 +376,14 @@ fn looped(
         run: resting(&format!("prepare {stimulus}"), LOAD_N, ANGLE_DEG),
     };
     let wanted = series.clone().amplified(level);
-    let looped = closed_loop(bench, &wanted, function, &config, &mut Discard, &mut |_| {});
+    let label = config.run.label.clone();
+    let looped = attempted(|attempt| {
+        config.run.label = match attempt {
+            1 => label.clone(),
+            again => format!("{label}, attempt {again}"),
+        };
+        closed_loop(bench, &wanted, function, &config, &mut Discard, &mut |_| {})
+    });
     let looped = looped.map_err(ReplayError::from)?;
     let verification = looped.best_verification().clone();
     // What cannot be compared is not felt either.
@@ -396,6 +406,18 @@ fn looped(
     Ok((drive, cues))
 }
 
+/// What `of` gives in the first attempt whose measurement is reliable: a finger that does not hold its force is put down once more, as in a
+/// laboratory. The last refusal after [`MOST_ATTEMPTS`].
+fn attempted<T>(mut of: impl FnMut(u32) -> Result<T, ProcedureError>) -> Result<T, ProcedureError> {
+    let mut attempt = 1;
+    loop {
+        match of(attempt) {
+            Err(ProcedureError::Broken(_)) if attempt < MOST_ATTEMPTS => attempt += 1,
+            ended => return ended,
+        }
+    }
+}
+
 /// A texture as a recording of its own.
 fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, ReplayError> {
     let channel = Channel {
@@ -410,7 +432,7 @@ fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, Rep
     };
     let provenance = of.about.provenance.clone();
     let alone = Recording::new(vec![channel], series.rate(), condition, provenance);
-    Ok(alone.map_err(piezotact_bench::ProcedureError::from)?)
+    Ok(alone.map_err(ProcedureError::from)?)
 }
 
 /// How much lower the verified drives are felt than the real samples as a whole.
@@ -424,5 +446,40 @@ fn offset(touched: &BTreeMap<String, Touched>, drives: &BTreeMap<String, Verifie
     match both.len() {
         0 => 0.0,
         count => both.iter().sum::<f64>() / count as f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unreliable_measurement_is_repeated_and_any_other_error_is_not() {
+        let broken = || ProcedureError::Broken("the force was not held".into());
+        let tries = |good_from: u32| {
+            let mut count = 0;
+            let ended = attempted(|attempt| {
+                count += 1;
+                if attempt < good_from {
+                    Err(broken())
+                } else {
+                    Ok(attempt)
+                }
+            });
+            (ended.ok(), count)
+        };
+        assert_eq!(tries(1), (Some(1), 1));
+        assert_eq!(tries(3), (Some(3), 3));
+        assert_eq!(tries(99), (None, MOST_ATTEMPTS));
+        let mut count = 0;
+        let ended: Result<(), _> = attempted(|_| {
+            count += 1;
+            Err(ProcedureError::Impossible {
+                expected: "a".into(),
+                found: "b".into(),
+                todo: "c".into(),
+            })
+        });
+        assert!(ended.is_err() && count == 1);
     }
 }

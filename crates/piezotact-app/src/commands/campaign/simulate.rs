@@ -1,5 +1,6 @@
 //! `piezotact campaign simulate`: a campaign with virtual volunteers.
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
@@ -8,7 +9,7 @@ use piezotact::quantity::Decibels;
 use piezotact_dataset::study::{NewCampaign, SqliteStore, StudyCampaign};
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::{Bounds, Judge, which_judge};
-use piezotact_replay::campaign::{Arrival, LevelRule, Simulated, Simulation};
+use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
 
 use super::protocol_text;
 use super::study::{Begun, Study};
@@ -41,6 +42,39 @@ pub(crate) struct Arguments {
     /// The largest number of corrections of each drive in a closed loop; 0 for the open loop.
     #[arg(long, default_value_t = 6, value_parser = clap::value_parser!(u16).range(0..=50))]
     iterations: u16,
+    /// The people whose average transfer function is used where the protocol renders with one, by their numbers; none of them takes
+    /// part.
+    #[arg(long, default_value = "1001..1020", value_name = "FROM..TO", value_parser = members)]
+    panel: RangeInclusive<u64>,
+    /// The twin's sample that a sample of the protocol is, such as P60=S2; once for each. Rough, biomimetic and smooth are M8, BIO and M3.
+    #[arg(long, value_name = "NAME=SAMPLE", value_parser = surface)]
+    surface: Vec<(String, String)>,
+}
+
+/// The name of a sample in the protocol, and in the twin.
+fn surface(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, sample)) if !name.is_empty() && !sample.is_empty() => {
+            Ok((name.to_owned(), sample.to_owned()))
+        }
+        _ => Err(format!(
+            "expected a sample of the protocol and one of the twin such as P60=S2, found `{text}`"
+        )),
+    }
+}
+
+/// Numbers from the first to the last, at most 1000.
+fn members(text: &str) -> Result<RangeInclusive<u64>, String> {
+    let ends = text.split_once("..").and_then(|(from, to)| {
+        let to = to.strip_prefix('=').unwrap_or(to);
+        Some((from.trim().parse().ok()?, to.trim().parse().ok()?))
+    });
+    match ends {
+        Some((from, to)) if from > 0 && from <= to && to - from < 1000 => Ok(from..=to),
+        _ => Err(format!(
+            "expected the numbers of at most 1000 people such as 1001..1020, found `{text}`"
+        )),
+    }
 }
 
 fn judge(text: &str) -> Result<Judge, String> {
@@ -72,13 +106,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let participants = args
         .participants
         .unwrap_or(study.campaign.protocol.panel.participants);
-    let protocol = study.campaign.protocol.clone();
-    let simulation = Simulation {
-        judge: args.judge,
-        level: args.level,
-        iterations: usize::from(args.iterations),
-        ..Simulation::usual(&protocol, study.campaign.protocol_sha, args.seed)
-    };
+    let campaign = study.campaign.clone();
+    let simulation = asked(args, &campaign, participants)?;
     let done = simulated(args, &simulation, participants, &mut study)?;
     print(&format!(
         "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
@@ -92,6 +121,40 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         "see what they answered: piezotact matrix {}",
         args.study.display()
     ))
+}
+
+/// What is to be simulated, with the average of its panel where it is rendered with one.
+fn asked<'a>(
+    args: &Arguments,
+    campaign: &'a StudyCampaign,
+    participants: u32,
+) -> Outcome<Simulation<'a>> {
+    let protocol = &campaign.protocol;
+    let mut simulation = Simulation {
+        judge: args.judge,
+        level: args.level,
+        iterations: usize::from(args.iterations),
+        ..Simulation::usual(protocol, campaign.protocol_sha, args.seed)
+    };
+    for (name, sample) in &args.surface {
+        if !protocol.samples.contains(name) {
+            return Err(usage(anyhow!(
+                "--surface {name}={sample}: expected a sample of the protocol ({}), found `{name}`",
+                protocol.samples.join(", ")
+            )));
+        }
+        simulation.surfaces.insert(name.clone(), sample.clone());
+    }
+    let Some(panel) = simulation.panel() else {
+        return Ok(simulation);
+    };
+    let _measuring = Work::one(&format!("measuring the panel `{panel}`"));
+    let numbers = 1..=u64::from(participants);
+    let measured = simulation.with_panel(args.panel.clone(), numbers);
+    measured.map_err(|error| match error {
+        CampaignError::Overlap { .. } => usage(error),
+        error => Failure::from(error),
+    })
 }
 
 /// The campaign, from where the study has it.
