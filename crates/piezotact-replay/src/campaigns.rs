@@ -175,10 +175,8 @@ fn drawn(number: &'static str, matrix: &AssociationMatrix, caption: &str) -> Cou
         .filter(|i| rows.iter().any(|row| row.cells[*i].offered > 0))
         .collect();
     let outlined = |row: &&Row| {
-        let own = columns
-            .iter()
-            .position(|i| matrix.samples[*i] == row.stimulus.expected);
-        own
+        let is_expected = |i: &usize| matrix.samples[*i] == row.stimulus.expected;
+        columns.iter().position(is_expected)
     };
     let drawn = Matrix {
         rows: rows.iter().map(|row| row.stimulus.name.clone()).collect(),

@@ -148,7 +148,7 @@ fn asked<'a>(
     let Some(panel) = simulation.panel() else {
         return Ok(simulation);
     };
-    let _measuring = Work::one(&format!("measuring the panel `{panel}`"));
+    let _measuring = Work::one(format!("measuring the panel `{panel}`"));
     let numbers = 1..=u64::from(participants);
     let measured = simulation.with_panel(args.panel.clone(), numbers);
     measured.map_err(|error| match error {
