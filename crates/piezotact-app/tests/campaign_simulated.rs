@@ -43,6 +43,13 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
             );
         }
     }
+    // Nor does it get lost in a table that is read alone.
+    let exported = run(&folder, "matrix exported/answers.csv");
+    exported.expect_success();
+    holds(
+        &exported.err(),
+        &["virtual volunteers who judge as `thurstone` answered in 2 sessions, no person"],
+    );
     let people = table(&folder.path("exported/participants.csv"));
     assert_eq!(people.len(), 4);
     assert!(people.iter().all(|row| row["judge"] == "thurstone"));
@@ -93,4 +100,53 @@ fn nothing_is_simulated_into_a_study_with_people() {
     // Nor can what the twin does not have be touched.
     let line = "campaign simulate protocol.toml --study other --participants 2 --seed 7";
     run(&folder, line).expect_failure(1, &["K1"]);
+}
+
+/// Five samples named from memory, under names of the protocol's own: several panels, each a study that the same command finds done.
+#[test]
+fn panels_are_other_people_and_stay_the_same() {
+    const LINE: &str = "campaign simulate protocol.toml --study st --participants 3 --seed 7 --panels 2 --surface K1=S1 --surface K2=S5 --surface K3=S8 --surface K4=S11 --surface K5=NO";
+    let folder = study();
+    let done = run(&folder, LINE);
+    done.expect_success();
+    holds(
+        &done.out(),
+        &[
+            "st: 2 panels of virtual volunteers who judge as thurstone; as expected",
+            "from panel to panel",
+        ],
+    );
+    let said = |done: &crate::support::Done| {
+        let mut lines: Vec<String> = done
+            .err()
+            .lines()
+            .filter(|line| line.starts_with("seed "))
+            .map(str::to_owned)
+            .collect();
+        lines.sort();
+        lines
+    };
+    let first = said(&done);
+    assert_eq!(first.len(), 2, "{}", done.err());
+    assert_ne!(
+        first[0].replace("seed 7", ""),
+        first[1].replace("seed 8", "")
+    );
+    let again = run(&folder, LINE);
+    again.expect_success();
+    assert_eq!((said(&again), again.out()), (first, done.out()));
+    // A panel is a study as any other, and what one panel alone gives.
+    let alone = LINE
+        .replace("--study st", "--study alone")
+        .replace(" --panels 2", "");
+    run(&folder, &alone).expect_success();
+    let [one, other] = ["matrix st/seed-7", "matrix alone"].map(|line| run(&folder, line).out());
+    assert_eq!(one, other);
+    run(&folder, &LINE.replace("K1=S1", "K9=S1")).expect_failure(
+        2,
+        &["expected a sample of the protocol (K1, K2, K3, K4, K5), found `K9`"],
+    );
+    run(&folder, &LINE.replace("K1=S1", "K1")).expect_failure(2, &["such as P60=S2, found `K1`"]);
+    let line = "campaign simulate averaged_transfer_function --study av --participants 4 --seed 7 --panel 3..5";
+    run(&folder, line).expect_failure(2, &["found volunteer 3 in both"]);
 }

@@ -257,6 +257,10 @@ fn check(chain: &str, commands: &[&str]) {
     let file = golden(chain);
     if std::env::var_os("PIEZOTACT_WRITE_GOLDEN").is_some() {
         assert_eq!(found.len(), commands.len(), "a table needs every command");
+        // How a document was made names a temporary folder and a version.
+        for rows in found.values_mut() {
+            rows.retain(|key, _| !key.contains(".invocation."));
+        }
         std::fs::create_dir_all(file.parent().unwrap()).unwrap();
         std::fs::write(&file, rows::table(&rows::machine(), &found)).unwrap();
         return;

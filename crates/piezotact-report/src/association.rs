@@ -1,6 +1,7 @@
 //! The report of association matrices: what was presented, and what it was declared to be.
 
 use maud::{Markup, html};
+use piezotact::criterion::Outcome;
 use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact_people::association::{
@@ -32,7 +33,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
     }
     let body = html! {
         h1 { (title) }
-        section class="verdict" {
+        section class=(class(found)) {
             p { strong { (found.sentence()) } }
             p.soft {
                 "A percentage is how often an association was declared, over how often the stimulus was presented. \
@@ -48,6 +49,15 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
     Ok(document(&title, &body))
+}
+
+/// Green only where the answers are shown to be better than guesses.
+fn class(found: &Association) -> &'static str {
+    match found.expected.first().map(|share| share.criterion.outcome) {
+        Some(Outcome::Met) => "verdict",
+        Some(Outcome::NotMet) => "verdict failed",
+        Some(Outcome::NotDecided) | None => "verdict open",
+    }
 }
 
 /// The heat map of the matrix of all answers as SVG text for a file of its own.

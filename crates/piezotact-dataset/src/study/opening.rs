@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::Duration;
 
 use sqlx::ConnectOptions as _;
+use sqlx::Connection as _;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteSynchronous};
 
 use super::error::StudyError;
@@ -52,8 +53,6 @@ pub(super) async fn connect(
     patience: Duration,
     seal: &Found,
 ) -> Result<(SqliteConnection, Sealed), StudyError> {
-    let folder = path.parent().unwrap_or(path);
-    let failed = || StudyError::database(path);
     let options = SqliteConnectOptions::new()
         .filename(path)
         .create_if_missing(begin == Begin::Create)
@@ -64,9 +63,34 @@ pub(super) async fn connect(
         .pragma("secure_delete", "ON")
         // What is rewritten is never written to a folder of temporary files.
         .pragma("temp_store", "MEMORY");
-    let mut connection = options.connect().await.map_err(failed())?;
+    let connecting = options.connect().await;
+    let mut connection = connecting.map_err(StudyError::database(path))?;
+    match sealed(&mut connection, path, begin, seal).await {
+        Ok(sealed) => Ok((connection, sealed)),
+        Err(error) => {
+            closed(connection).await;
+            Err(error)
+        }
+    }
+}
+
+/// Closes `connection` now: dropped, it is closed by its own thread a moment later, and whoever opens the same files in between would be
+/// given its memory of them.
+pub(super) async fn closed(connection: SqliteConnection) {
+    let _best_effort = connection.close().await;
+}
+
+/// What the database of a study has stored; of a new one, once its tables are made.
+async fn sealed(
+    connection: &mut SqliteConnection,
+    path: &Path,
+    begin: Begin,
+    seal: &Found,
+) -> Result<Sealed, StudyError> {
+    let folder = path.parent().unwrap_or(path);
+    let failed = || StudyError::database(path);
     // Nothing is changed before it is known that the database is a study.
-    let blank = match state(&mut connection).await.map_err(failed())? {
+    let blank = match state(connection).await.map_err(failed())? {
         (0, 0, 0) => true,
         (APPLICATION, _, _) if begin == Begin::Create => {
             return Err(StudyError::Exists {
@@ -92,7 +116,7 @@ pub(super) async fn connect(
         return Err(lost(folder, sealed.changes, 0));
     }
     let mode = sqlx::query_scalar("PRAGMA journal_mode = WAL");
-    let mode: String = mode.fetch_one(&mut connection).await.map_err(failed())?;
+    let mode: String = mode.fetch_one(&mut *connection).await.map_err(failed())?;
     if mode != "wal" {
         return Err(StudyError::Place {
             path: path.to_owned(),
@@ -101,18 +125,17 @@ pub(super) async fn connect(
         });
     }
     if blank {
-        make_tables(&mut connection).await.map_err(failed())?;
+        make_tables(connection).await.map_err(failed())?;
         crate::atomic::sync_folder(path);
         crate::atomic::sync_folder(folder);
     }
     let study = sqlx::query_as("SELECT identity, changes FROM study");
     let (study, changes): (String, i64) =
-        study.fetch_one(&mut connection).await.map_err(failed())?;
-    let sealed = Sealed {
+        study.fetch_one(&mut *connection).await.map_err(failed())?;
+    Ok(Sealed {
         study,
         changes: changes.unsigned_abs(),
-    };
-    Ok((connection, sealed))
+    })
 }
 
 /// Application, version, and number of tables.

@@ -14,9 +14,9 @@ use sqlx::sqlite::SqliteConnection;
 use tokio::runtime::Runtime;
 
 use super::error::{StudyError, advice_on_io, damaged, place};
-use super::opening::{Begin, check_file, connect, empty_log, lost};
+use super::opening::{Begin, check_file, closed, connect, empty_log, lost};
 use super::pseudonym::Pseudonym;
-use super::seal::{self, Found, SEAL, Seal};
+use super::seal::{self, Found, SEAL, Seal, Sealed};
 use super::{DATABASE, PARTICIPANTS};
 
 /// How long a write waits for another program: a withdrawal rewrites the file.
@@ -88,25 +88,13 @@ impl SqliteStore {
         let found = seal::find(&folder).map_err(StudyError::io(&folder.join(SEAL)))?;
         let opening = connect(&path, begin, patience, &found);
         let (connection, sealed) = runtime.block_on(opening)?;
-        match found {
-            Found::Damaged => {
-                let path = folder.join(SEAL);
-                return Err(StudyError::Seal { path });
+        let seal = match acknowledged(&folder, &found, &sealed) {
+            Ok(seal) => seal,
+            Err(error) => {
+                runtime.block_on(closed(connection));
+                return Err(error);
             }
-            Found::Whole(found) if found.study != sealed.study => {
-                let path = folder.join(SEAL);
-                return Err(StudyError::Seal { path });
-            }
-            Found::Whole(found) if found.changes > sealed.changes => {
-                return Err(lost(&folder, found.changes, sealed.changes));
-            }
-            _ => {}
-        }
-        let participants = folder.join(PARTICIPANTS);
-        if !participants.exists() {
-            std::fs::create_dir_all(&participants).map_err(StudyError::io(&participants))?;
-        }
-        let seal = Seal::open(&folder, &sealed).map_err(StudyError::io(&folder.join(SEAL)))?;
+        };
         let mut store = Self {
             folder,
             runtime,
@@ -185,6 +173,29 @@ impl SqliteStore {
             empty_log(connection).await.map_err(place)
         })
     }
+}
+
+/// The seal of the study in `folder`, which holds everything that was acknowledged.
+fn acknowledged(folder: &Path, found: &Found, sealed: &Sealed) -> Result<Seal, StudyError> {
+    match found {
+        Found::Damaged => {
+            let path = folder.join(SEAL);
+            return Err(StudyError::Seal { path });
+        }
+        Found::Whole(found) if found.study != sealed.study => {
+            let path = folder.join(SEAL);
+            return Err(StudyError::Seal { path });
+        }
+        Found::Whole(found) if found.changes > sealed.changes => {
+            return Err(lost(folder, found.changes, sealed.changes));
+        }
+        _ => {}
+    }
+    let participants = folder.join(PARTICIPANTS);
+    if !participants.exists() {
+        std::fs::create_dir_all(&participants).map_err(StudyError::io(&participants))?;
+    }
+    Seal::open(folder, sealed).map_err(StudyError::io(&folder.join(SEAL)))
 }
 
 async fn act_and_commit<T>(

@@ -193,7 +193,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
                     Cell::from((element + 1).to_string()),
                     Cell::from(one.stimulus.as_str()),
                     Cell::from(one.drive.to_string()),
-                    Cell::from(one.gain.as_deref().unwrap_or("")),
+                    Cell::from(cell(one.gain.as_deref().unwrap_or("")).into_owned()),
                     Cell::from(one.verified.word()),
                     Cell::from(one.reached.word()),
                     Cell::from(not_met.join("|")),
@@ -236,7 +236,8 @@ pub fn participants_table<'a>(
         let who = state.participant();
         // An adaptive run that has ended needs no more of its trials.
         let planned: usize = state.progress().values().map(|(_, planned)| planned).sum();
-        let text = |text: &Option<String>| Cell::from(text.as_deref().unwrap_or(""));
+        let text =
+            |text: &Option<String>| Cell::from(cell(text.as_deref().unwrap_or("")).into_owned());
         table.rows.push(vec![
             Cell::from(state.plan().participant.as_str()),
             Cell::from(state.plan().session.as_str()),

@@ -1,5 +1,7 @@
 //! `piezotact campaign simulate`: a campaign with virtual volunteers.
 
+mod panels;
+
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
@@ -18,7 +20,7 @@ use crate::interrupt::{Between, interrupted};
 use crate::output::print;
 use crate::progress::{Words, Work};
 
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct Arguments {
     /// The protocol: a file, or a name of the library.
     protocol: PathBuf,
@@ -31,6 +33,10 @@ pub(crate) struct Arguments {
     /// The seed of people, plans and noise.
     #[arg(long)]
     seed: u64,
+    /// Does the campaign this often, with other people each time (the seeds that follow) and on all cores: one study for each in the
+    /// folder.
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    panels: Option<u32>,
     /// How the volunteers judge: thurstone (level and spectrum; period and friction of real surfaces), guesser, `level_only` or
     /// `spectrum_only`.
     #[arg(long, default_value = "thurstone", value_parser = judge)]
@@ -102,13 +108,21 @@ const SIMULATING: Words = Words {
 };
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
+    if let Some(count) = args.panels {
+        return panels::run(args, count);
+    }
     let mut study = study(args)?;
     let participants = args
         .participants
         .unwrap_or(study.campaign.protocol.panel.participants);
     let campaign = study.campaign.clone();
     let simulation = asked(args, &campaign, participants)?;
-    let done = simulated(args, &simulation, participants, &mut study)?;
+    let work = Work::of_sizes(SIMULATING, vec![1.0; participants as usize]);
+    let between = Between::items("volunteer");
+    let done = simulated(args, &simulation, participants, &mut study, &|| {
+        work.one_more()
+    })?;
+    drop((work, between));
     print(&format!(
         "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
         args.study.display(),
@@ -163,9 +177,8 @@ fn simulated(
     simulation: &Simulation<'_>,
     participants: u32,
     study: &mut Study,
+    gone: &dyn Fn(),
 ) -> Outcome<Simulated> {
-    let work = Work::of_sizes(SIMULATING, vec![1.0; participants as usize]);
-    let _between = Between::items("volunteer");
     let plans = SqliteStore::open(&args.study)?;
     let mut step = |arrival: Arrival<'_>| -> Outcome {
         if interrupted() {
@@ -176,7 +189,7 @@ fn simulated(
         match arrival {
             Arrival::Measured { pseudonym: _ } => {}
             Arrival::Planned { plan, .. } => plans.write_plan(plan)?,
-            Arrival::Gone => work.one_more(),
+            Arrival::Gone => gone(),
         }
         Ok(())
     };
