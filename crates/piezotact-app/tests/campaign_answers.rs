@@ -60,6 +60,11 @@ fn a_corrected_order_says_what_it_changes_and_the_tables_keep_both() {
             "the tables keep both, with the reason",
         ],
     );
+    // What is answered with the corrected letters is read with them, also after a second correction.
+    holds(&first.type_and_read(""), &["one of A B C"]);
+    holds(&first.type_and_read("bcc"), &["noted: B C C (S2 S6 S6)"]);
+    holds(&first.type_and_read(""), &["trial 4 of 10"]);
+    first.type_and_read("/fix 1 S6 S2 S13 because read from the wrong side");
     first.type_line("/leave");
     assert!(first.end().0.success());
     for line in [
@@ -72,8 +77,8 @@ fn a_corrected_order_says_what_it_changes_and_the_tables_keep_both() {
         holds(
             &done.err(),
             &[
-                "session discrimination of P01 is under way: 2 of 10 trials",
-                "own order of trial 1 was corrected after its letters had been answered with: 1 answer stands for other samples",
+                "session discrimination of P01 is under way: 3 of 10 trials",
+                "own order of trial 1 was corrected after its letters had been answered with: 2 answers stand for other samples",
             ],
         );
     }
@@ -84,18 +89,38 @@ fn a_corrected_order_says_what_it_changes_and_the_tables_keep_both() {
         .collect();
     let before = rows[0]["confirmed_answer"].clone();
     assert_ne!(before, "S13|S2|S6");
-    assert_eq!(rows[0]["answer"], "S13|S2|S6");
+    let of = |row: usize| {
+        [
+            "first_answer",
+            "confirmed_answer",
+            "answer",
+            "corrected_because",
+        ]
+        .map(|column| rows[row][column].as_str())
+    };
+    let twice = "order of trial 1 corrected: noted one slot off; order of trial 1 corrected: read from the wrong side";
     assert_eq!(
-        [&rows[1]["first_answer"], &rows[1]["confirmed_answer"]],
-        [&before, &before]
+        of(0),
+        [
+            &*before,
+            &*before,
+            "S6|S2|S13",
+            "noted one slot off; read from the wrong side"
+        ]
     );
-    assert_eq!(rows[1]["answer"], "S13|S2|S6");
+    assert_eq!(of(1)[..2], [&*before, &*before]);
+    assert_eq!(of(1)[2], "S6|S2|S13");
+    assert_eq!(of(1)[3], twice);
     assert_eq!(
-        rows[1]["corrected_because"],
-        "order of trial 1 corrected: noted one slot off"
+        of(2),
+        [
+            "S2|S6|S6",
+            "S2|S6|S6",
+            "S2|S13|S13",
+            "order of trial 1 corrected: read from the wrong side"
+        ]
     );
-    // The order alone is corrected where nothing was answered with its letters yet.
-    assert_eq!(rows[2]["corrected_because"], "");
+    assert_eq!(of(3)[3], "");
 }
 
 /// The figures of a matrix: the lines before the table.

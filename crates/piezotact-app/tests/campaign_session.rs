@@ -151,7 +151,7 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
         ),
         (
             "/fix 2 K1 because misheard",
-            "is not confirmed; revise its answer instead",
+            "is not confirmed yet; until then its answer is revised",
         ),
         (
             "/fix 7 K1 because misheard",

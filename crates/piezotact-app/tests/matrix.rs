@@ -131,7 +131,7 @@ fn groups_and_orders_are_shown() {
     for part in [
         "9 answers of 3 participants",
         "77.8 % as expected",
-        "3 orders: mean Kendall τ 0.778",
+        "3 orders: mean Kendall τ over participants 0.778",
         "wrote r.html",
     ] {
         assert!(out.contains(part), "no `{part}` in: {out}");
@@ -331,9 +331,12 @@ fn orders_follow_the_answers_that_count() {
         done.expect_success();
         done.out()
     };
-    assert!(out(&["--task", "1"]).contains("2 orders: mean Kendall τ 0.000"));
+    assert!(out(&["--task", "1"]).contains("2 orders: mean Kendall τ over participants 0.000"));
     let left = out(&["--without-flagged"]);
-    assert!(left.contains("1 order: mean Kendall τ 1.000"), "{left}");
+    assert!(
+        left.contains("1 order: mean Kendall τ over participants 1.000"),
+        "{left}"
+    );
     assert!(left.contains("1 with flagged trials left out"), "{left}");
     folder
         .run(&[&matrix[..], &["--task", "2"]].concat())

@@ -187,7 +187,7 @@ fn pairs(found: &Association) -> Result<Markup, DrawError> {
             p { strong { (text) } }
             p.soft {
                 "A pair is confused where, of the presentations of both together, a quarter or more are declared to be the other: two \
-                 samples that feel the same are confused half of the time, and so are samples that are guessed. Not decided: the \
+                 samples that feel the same are confused half of the time, and who guesses among three confuses each pair in a third. Not decided: the \
                  95 % interval contains the limit, or there is none; more participants narrow it. Of a hundred such intervals \
                  about five do not hold the true share."
                 (shown)

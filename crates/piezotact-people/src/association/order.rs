@@ -85,7 +85,7 @@ impl Ordering {
         );
         let tau = self.mean_tau.map_or_else(
             || "no τ: single samples have no order".to_owned(),
-            |tau| format!("mean Kendall τ {tau:.3} ({interval})"),
+            |tau| format!("mean Kendall τ over participants {tau:.3} ({interval})"),
         );
         let count = self.repetitions.len();
         let left_out = match self.left_out {

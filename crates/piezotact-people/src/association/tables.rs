@@ -90,7 +90,8 @@ pub fn trials_table<'a>(
     let mut table = table(&OF_TRIALS);
     for (state, purpose) in states {
         for (i, (trial, of)) in state.trials().enumerate() {
-            let as_confirmed = |answer| noted(answer, &|one| state.names_as_confirmed(trial, one));
+            let last = of.answers.len().saturating_sub(1);
+            let as_given = |answer, index| noted(answer, &|_| state.names_as_given(trial, index));
             let planned = trial.presented.names().join("|");
             let presented = match of.plays.is_empty() {
                 true => String::new(),
@@ -115,8 +116,8 @@ pub fn trials_table<'a>(
                 Cell::from(planned),
                 Cell::from(presented),
                 Cell::from(noted(of.answer(), &|one| state.names(trial, one))),
-                Cell::from(as_confirmed(of.answers.first())),
-                Cell::from(as_confirmed(of.as_confirmed())),
+                Cell::from(as_given(of.answers.first(), 0)),
+                Cell::from(as_given(of.as_confirmed(), last)),
                 Cell::from(of.answers.len().saturating_sub(1).to_string()),
                 Cell::from(cell(&why).into_owned()),
                 Cell::from(plays.join("|")),

@@ -338,6 +338,35 @@ mod tests {
         });
     }
 
+    /// Two of eight sequences repeat a sample; who answers each sample once in the other six has a wider distribution than who repeats
+    /// answers. By enumeration, 13 right of 24 have a probability of 7 % then.
+    #[test]
+    fn some_sequences_with_repeats_do_not_lower_what_is_above_chance() {
+        let (_, toml) = LIBRARY
+            .iter()
+            .find(|(name, _)| *name == "amplitude_inversion")
+            .unwrap();
+        let repeated = toml
+            .replacen("[\"S6\", \"S13\", \"S2\"]", "[\"S6\", \"S6\", \"S2\"]", 1)
+            .replacen("[\"S8\", \"S5\", \"S11\"]", "[\"S8\", \"S8\", \"S11\"]", 1);
+        assert_ne!(*toml, repeated);
+        let of = |toml: &str| {
+            let report = design_findings(&describe(&read(toml).unwrap()), 1).unwrap();
+            let chance = report
+                .chance
+                .into_iter()
+                .find(|of| of.task == "task3")
+                .unwrap();
+            (
+                chance.beyond_chance_from,
+                chance.beyond_chance_together_from,
+            )
+        };
+        assert_eq!(of(toml), (Some(14), Some(52)));
+        assert_eq!(of(&repeated).0, Some(14));
+        assert!(of(&repeated).1 < Some(52));
+    }
+
     /// The matrix has a row for S2 and one for S2 INVERTED, each presented twice, not one that is presented four times.
     #[test]
     fn inverted_textures_have_cells_of_their_own() {

@@ -39,6 +39,9 @@ pub struct TrialState {
     pub evidence: Vec<(usize, Evidence)>,
     /// The answers in the order in which they were given; the last one counts.
     pub answers: Vec<Answer>,
+    /// For each answer how often the participant's own order, which its letters stand for, had been corrected when it was given; for
+    /// the last when it was confirmed.
+    pub order_corrections: Vec<usize>,
     /// Whether the participant confirmed.
     pub confirmed: bool,
     /// Corrections by the experimenter after the confirmation, with the reason.
@@ -80,6 +83,14 @@ impl TrialState {
     #[must_use]
     pub fn answer(&self) -> Option<&Answer> {
         match self.corrections.last() {
+            Some((answer, _)) => Some(answer),
+            None => self.as_confirmed(),
+        }
+    }
+
+    /// The answer that counted after the first `count` corrections.
+    fn after_corrections(&self, count: usize) -> Option<&Answer> {
+        match self.corrections[..count.min(self.corrections.len())].last() {
             Some((answer, _)) => Some(answer),
             None => self.as_confirmed(),
         }
@@ -457,9 +468,19 @@ impl<'a> State<'a> {
                 state.evidence.extend(evidence.map(|one| (*element, one)));
             }
             Event::Answered { trial, answer } => {
-                self.trial_state(trial)?.answers.push(answer.clone())
+                let corrected = self.order_corrections(trial);
+                let state = self.trial_state(trial)?;
+                state.answers.push(answer.clone());
+                state.order_corrections.push(corrected);
             }
-            Event::Confirmed { trial } => self.trial_state(trial)?.confirmed = true,
+            Event::Confirmed { trial } => {
+                let corrected = self.order_corrections(trial);
+                let state = self.trial_state(trial)?;
+                state.confirmed = true;
+                if let Some(last) = state.order_corrections.last_mut() {
+                    *last = corrected;
+                }
+            }
             Event::Corrected { trial, answer, why } => {
                 let correction = (answer.clone(), why.clone());
                 self.trial_state(trial)?.corrections.push(correction);

@@ -299,7 +299,7 @@ impl State<'_> {
         if !state.confirmed {
             return Err(Refusal::NotNow {
                 expected: format!(
-                    "trial {} is not confirmed; revise its answer instead",
+                    "trial {} is not confirmed yet; until then its answer is revised, and can be corrected afterwards",
                     self.number(name)
                 ),
             });

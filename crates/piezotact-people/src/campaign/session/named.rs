@@ -50,11 +50,21 @@ impl State<'_> {
         names_of(answer, || self.choices(trial))
     }
 
-    /// The names that `answer` to `trial` stood for before the participant's own order was corrected.
+    /// The names that the answer number `index` (from 0) to `trial` stood for when it was given, the last one when it was confirmed: with
+    /// the participant's own order as it was then. Empty where there is no such answer.
     #[must_use]
-    pub fn names_as_confirmed(&self, trial: &Trial, answer: &Answer) -> Vec<String> {
+    pub fn names_as_given(&self, trial: &Trial, index: usize) -> Vec<String> {
+        let Some(of) = self.state_of(&trial.name) else {
+            return Vec::new();
+        };
+        let Some(answer) = of.answers.get(index) else {
+            return Vec::new();
+        };
         names_of(answer, || match &trial.answer {
-            AnswerForm::EachOfOrder { trial } => self.lettered(trial, TrialState::as_confirmed),
+            AnswerForm::EachOfOrder { trial } => {
+                let corrected = of.order_corrections.get(index).copied().unwrap_or(0);
+                self.lettered(trial, |order| order.after_corrections(corrected))
+            }
             _ => self.choices(trial),
         })
     }
@@ -62,28 +72,45 @@ impl State<'_> {
     /// Whether the letters that were confirmed for `trial` stand for other samples since the participant's own order was corrected.
     #[must_use]
     pub fn is_read_anew(&self, trial: &Trial) -> bool {
-        let state = self.trials().find(|(other, _)| other.name == trial.name);
-        let confirmed = state.and_then(|(_, state)| state.as_confirmed());
-        confirmed.is_some_and(|answer| {
-            self.names(trial, answer) != self.names_as_confirmed(trial, answer)
-        })
+        let of = self.state_of(&trial.name);
+        let Some((of, answer)) = of.and_then(|of| Some((of, of.as_confirmed()?))) else {
+            return false;
+        };
+        self.names(trial, answer) != self.names_as_given(trial, of.answers.len() - 1)
     }
 
-    /// Why the answer that counts for `trial` is not the one that was confirmed: the last reason for which it was corrected, or for
-    /// which the order that its letters stand for was. `None` where it is the confirmed one.
+    /// Why the answer that counts for `trial` is not the one that was confirmed: all reasons for which it was corrected, and those for
+    /// which the order that its letters stand for was since. `None` where nothing was corrected that changes it.
     #[must_use]
     pub fn corrected_because(&self, trial: &Trial) -> Option<String> {
-        let state_of = |name: &str| self.trials().find(|(other, _)| other.name == name);
-        let own = state_of(&trial.name).and_then(|(_, state)| state.corrections.last());
-        if let Some((_, why)) = own {
-            return Some(why.clone());
+        let of = self.state_of(&trial.name)?;
+        let mut reasons: Vec<String> = of.corrections.iter().map(|(_, why)| why.clone()).collect();
+        if let AnswerForm::EachOfOrder { trial: order } = &trial.answer
+            && self.is_read_anew(trial)
+        {
+            let known = of.order_corrections.last().copied().unwrap_or(0);
+            let since = self.state_of(order)?.corrections.iter().skip(known);
+            let number = self.number(order);
+            reasons
+                .extend(since.map(|(_, why)| format!("order of trial {number} corrected: {why}")));
         }
-        let AnswerForm::EachOfOrder { trial: order } = &trial.answer else {
-            return None;
-        };
-        let (_, why) = state_of(order)?.1.corrections.last()?;
-        self.is_read_anew(trial)
-            .then(|| format!("order of trial {} corrected: {why}", self.number(order)))
+        (!reasons.is_empty()).then(|| reasons.join("; "))
+    }
+
+    /// How often the order that letters answered to the trial named `name` stand for was corrected until now; 0 where there is none.
+    pub(super) fn order_corrections(&self, name: &str) -> usize {
+        let trial = self.plan.trials.iter().find(|trial| trial.name == name);
+        match trial.map(|trial| &trial.answer) {
+            Some(AnswerForm::EachOfOrder { trial: order }) => {
+                self.state_of(order).map_or(0, |of| of.corrections.len())
+            }
+            _ => 0,
+        }
+    }
+
+    fn state_of(&self, name: &str) -> Option<&TrialState> {
+        let found = self.trials().find(|(other, _)| other.name == name);
+        found.map(|(_, state)| state)
     }
 
     /// The number of the trial named `name` in the plan, from 1, as experimenters see it; 0 for a name that is not there.

@@ -28,6 +28,7 @@ impl Work<'_> {
         let sizes = || self.blocks.iter().map(Vec::len);
         let largest = sizes().max();
         let mut dependence = None;
+        let mut each_once = None;
         let (once, independent, order) = match &task.task {
             TaskKind::OrderAll { samples, .. } => {
                 check_order(*samples)?;
@@ -54,6 +55,7 @@ impl Work<'_> {
                         .iter()
                         .fold(Matches::none(), |sum, test| sum.and(of(test)))
                 };
+                each_once = Some(sum(|test| &test.each_once));
                 let n = tests.len().max(1) as f64;
                 dependence = Some((
                     tests.iter().map(|test| test.forced_share).sum::<f64>() / n,
@@ -92,10 +94,16 @@ impl Work<'_> {
             _ => self.trials(task)?,
         };
         let groups = (self.campaign.participants / self.campaign.sets_shared_over).max(1);
-        // Nobody is kept from answering one sample twice, unless samples are put in order.
+        // Nobody is kept from answering one sample twice, unless samples are put in order; nor from answering each once.
         let others = match task.task {
             TaskKind::OrderAll { .. } | TaskKind::OrderSet { .. } => &total,
             _ => &independent,
+        };
+        let each_once =
+            each_once.map_or(total.clone(), |once: Matches| once.repeated(task.repeats));
+        let guesses = [&total, others, &each_once];
+        let beyond = |from: &dyn Fn(&Matches) -> Option<usize>| {
+            guesses.into_iter().map(from).reduce(larger).flatten()
         };
         let chance = TaskChance {
             task: task.name.clone(),
@@ -103,11 +111,8 @@ impl Work<'_> {
             mean: total.mean(),
             sd: total.standard_deviation(),
             sd_independent: independent.standard_deviation(),
-            beyond_chance_from: larger(total.beyond_chance_from(), others.beyond_chance_from()),
-            beyond_chance_together_from: larger(
-                total.beyond_chance_together(groups),
-                others.beyond_chance_together(groups),
-            ),
+            beyond_chance_from: beyond(&Matches::beyond_chance_from),
+            beyond_chance_together_from: beyond(&|one| one.beyond_chance_together(groups)),
             probability: total.probability().to_vec(),
             whole_order_share: order.map(|n| (1..=n).map(|i| 1.0 / i as f64).product()),
             tau_sd: order.and_then(tau_null_sd),

@@ -14,6 +14,8 @@ pub(super) struct Test {
     pub(super) mean_length: f64,
     pub(super) chance: Matches,
     pub(super) independent: Matches,
+    /// What people reach who answer each sample once wherever each is presented once.
+    pub(super) each_once: Matches,
     pub(super) forced_share: f64,
     pub(super) permutation_share: f64,
     /// Mean presentations of each sample of the set.
@@ -88,6 +90,10 @@ pub(super) fn tests(
         let independent = trial_matches(size, places.len());
         let count = |place: usize| places.iter().filter(|at| **at == place).count() as f64;
         Test {
+            each_once: match permuted(one) {
+                true => permutation_matches(size),
+                false => independent.clone(),
+            },
             set: *set,
             mean_length: places.len() as f64,
             chance: if exclusion {
@@ -118,6 +124,7 @@ fn drawn_test(rule: &SequenceRule, set: usize, size: usize) -> Result<Test, Desi
     Ok(Test {
         set,
         mean_length: distribution.mean_length,
+        each_once: chance.clone(),
         chance,
         independent,
         forced_share: distribution.forced_share,
