@@ -523,3 +523,49 @@ fn orders_are_no_associations() {
     config.matrix.selection.task = Some("order".into());
     assert_eq!(associate(&table, &config).unwrap().answers, 4);
 }
+
+/// Six samples, ten people, 36 guesses each: every pair is named in a sixth, below a quarter, and nothing is told apart. Who always gives
+/// one name tells nothing apart either.
+#[test]
+fn guessers_among_many_are_never_said_to_tell_a_pair_apart() {
+    let names: Vec<String> = (1..=6).map(|i| format!("S{i}")).collect();
+    let declared = Declared {
+        stimuli: names.iter().map(|name| Stimulus::plain(name)).collect(),
+        samples: names.clone(),
+    };
+    let campaign = |seed: u64, guess: &dyn Fn(usize, &mut Random) -> usize| {
+        let mut random = Random::stream(seed, 6, "guesses among six");
+        let mut of = Vec::new();
+        for person in 0..10 {
+            for trial in 0..36 {
+                let presented = trial % 6;
+                of.push(Answer {
+                    participant: format!("P{person}"),
+                    task: "t".into(),
+                    trial: trial.to_string(),
+                    presented: names[presented].clone(),
+                    answered: names[guess(presented, &mut random)].clone(),
+                    offered: names.clone(),
+                    ..Answer::default()
+                });
+            }
+        }
+        let table = AnswerTable::new(declared.clone(), of).unwrap();
+        let pairs = confused_pairs(&table, &MatrixConfig::default());
+        let apart = pairs
+            .iter()
+            .filter(|pair| pair.outcome == PairOutcome::NotConfused);
+        apart.count()
+    };
+    let guessed: usize = (0..40)
+        .map(|seed| campaign(seed, &|_, random| (6.0 * random.uniform()) as usize))
+        .sum();
+    // 15 pairs each: 2.5 % one-sided, and three standard deviations.
+    assert!(guessed <= 15 + 12, "{guessed} of 600");
+    assert_eq!(campaign(1, &|_, _| 0), 0);
+    let known = campaign(1, &|presented, random| match random.uniform() < 0.9 {
+        true => presented,
+        false => (6.0 * random.uniform()) as usize,
+    });
+    assert_eq!(known, 15);
+}

@@ -208,7 +208,7 @@ fn forty(chapters: &[u8]) -> PanelCount {
     counts
 }
 
-/// All but those that have less margin than a panel scatters: docs/decisions/0018 says which, by how much, and why.
+/// All but those that have less margin than a panel scatters: docs/decisions/0018 and, of campaigns, 0073 say which, by how much, and why.
 fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
     for claim in counts
         .claims
@@ -223,7 +223,7 @@ fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
 fn soak_forty_panels() {
-    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 35, 36]);
+    at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 24, 25, 27, 28, 32, 35, 36]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.

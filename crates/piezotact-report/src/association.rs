@@ -187,8 +187,7 @@ fn pairs(found: &Association) -> Result<Markup, DrawError> {
             p { strong { (text) } }
             p.soft {
                 "A pair is confused where, of the presentations of both together, a quarter or more are declared to be the other: two \
-                 samples that feel the same are confused half of the time, and who guesses among three confuses each pair in a third. Not decided: the \
-                 95 % interval contains the limit, or there is none; more participants narrow it. Of a hundred such intervals \
+                 samples that feel the same are confused half of the time, and who guesses among three names the other in a third. Not confused: the whole 95 % interval lies below that, and right answers are shown to be more frequent than the other's name. Not decided: anything else; more participants narrow it. Of a hundred such intervals \
                  about five do not hold the true share."
                 (shown)
             }

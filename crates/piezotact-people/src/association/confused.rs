@@ -26,7 +26,7 @@ pub enum PairOutcome {
     Confused,
     /// The interval contains the limit, or there is none.
     NotDecided,
-    /// The whole interval lies below the limit.
+    /// The whole interval lies below the limit, and right answers are shown to be more frequent than those that name the other.
     NotConfused,
     /// Neither was presented while the other could be answered.
     Untested,
@@ -77,7 +77,9 @@ pub struct ConfusedPair {
 }
 
 /// All pairs of samples, and all pairs of a manipulated texture and a sample that it is not expected to be declared as: the most
-/// confused first, then in the order of declaration, untested ones last. The interval of each is clustered by participant and
+/// confused first, then in the order of declaration, untested ones last. Presentations in which the right answer could not be given do
+/// not count. Not confused are only two of which right answers are more frequent than the other's name, with 95 % confidence: who guesses
+/// among many rarely names the other. The interval of each is clustered by participant and
 /// holds for that pair alone.
 ///
 /// Source: decision 0064 of this project; intervals: [`clustered_interval`].
@@ -88,13 +90,23 @@ pub fn confused_pairs(table: &AnswerTable, config: &MatrixConfig) -> Vec<Confuse
     let mut pairs = Vec::new();
     for (i, first) in samples.iter().enumerate() {
         for second in &samples[i + 1..] {
-            pairs.push(pair(&answers, [first, second], Directions::Both));
+            let of = Of {
+                names: [first, second],
+                right: [first, second],
+                directions: Directions::Both,
+            };
+            pairs.push(pair(&answers, &of));
         }
     }
     let manipulated = table.declared().stimuli.iter();
     for stimulus in manipulated.filter(|stimulus| !stimulus.is_plain()) {
         for sample in samples.iter().filter(|name| **name != stimulus.expected) {
-            pairs.push(pair(&answers, [&stimulus.name, sample], Directions::First));
+            let of = Of {
+                names: [&stimulus.name, sample],
+                right: [&stimulus.expected, sample],
+                directions: Directions::First,
+            };
+            pairs.push(pair(&answers, &of));
         }
     }
     let size = |pair: &ConfusedPair| pair.criterion.found.unwrap_or(-1.0);
@@ -109,14 +121,25 @@ enum Directions {
     First,
 }
 
-fn pair(answers: &[&Answer], names: [&String; 2], directions: Directions) -> ConfusedPair {
-    let [first, second] = names;
+/// A pair that is judged.
+struct Of<'a> {
+    names: [&'a String; 2],
+    /// What is expected to be answered to each.
+    right: [&'a String; 2],
+    directions: Directions,
+}
+
+fn pair(answers: &[&Answer], of: &Of<'_>) -> ConfusedPair {
+    let [first, second] = of.names;
+    let (names, right) = (of.names, of.right);
     let mut people: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
+    // Of the answers that name one of the two, those that are right.
+    let mut told: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     let (mut declared, mut presented) = ([0; 2], [0; 2]);
     for answer in answers {
         let direction = if answer.presented == *first && answer.offered.contains(second) {
             0
-        } else if directions == Directions::Both
+        } else if of.directions == Directions::Both
             && answer.presented == *second
             && answer.offered.contains(first)
         {
@@ -124,12 +147,25 @@ fn pair(answers: &[&Answer], names: [&String; 2], directions: Directions) -> Con
         } else {
             continue;
         };
-        let confused = usize::from(answer.answered == *names[1 - direction]);
+        // Where the right answer could not be given, another says nothing.
+        if !answer.offered.contains(right[direction]) {
+            continue;
+        }
+        let is_other = answer.answered == *names[1 - direction];
+        let is_right = answer.answered == *right[direction];
         presented[direction] += 1;
-        declared[direction] += confused;
+        declared[direction] += usize::from(is_other);
         let person = people.entry(&answer.participant).or_default();
-        *person = (person.0 + confused, person.1 + 1);
+        *person = (person.0 + usize::from(is_other), person.1 + 1);
+        let person = told.entry(&answer.participant).or_default();
+        *person = (
+            person.0 + usize::from(is_right),
+            person.1 + usize::from(is_right || is_other),
+        );
     }
+    let told: Vec<(usize, usize)> = told.into_values().collect();
+    let told = clustered_interval(&told).and_then(|found| found.interval);
+    let is_told_apart = told.is_some_and(|[low, _]| low > 0.5);
     let each: Vec<(usize, usize)> = people.into_values().collect();
     let limit = Limit::at_least(CONFUSED_SHARE);
     let what = PairCriterion::ConfusedShare;
@@ -147,7 +183,9 @@ fn pair(answers: &[&Answer], names: [&String; 2], directions: Directions) -> Con
             };
             let outcome = match criterion.outcome {
                 Outcome::Met => PairOutcome::Confused,
-                Outcome::NotMet => PairOutcome::NotConfused,
+                // Who guesses among many rarely names the other, and tells nothing apart.
+                Outcome::NotMet if is_told_apart => PairOutcome::NotConfused,
+                Outcome::NotMet => PairOutcome::NotDecided,
                 Outcome::NotDecided => PairOutcome::NotDecided,
             };
             (criterion, outcome)

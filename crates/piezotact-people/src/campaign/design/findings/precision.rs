@@ -100,33 +100,69 @@ impl Work<'_> {
             ..*plan
         };
         if !wide(&most)? {
-            let mut more = *plan;
-            while wide(&more)? {
-                let next = more.presentations + more.presentations.div_ceil(4);
-                more.presentations = next.min(most.presentations);
-            }
-            let change = Change::Presentations {
-                presentations: more.presentations,
+            let of = |presentations| CellPlan {
+                presentations,
+                ..*plan
             };
-            let mut better = self.plan(change);
+            let presentations = fewest(plan.presentations, most.presentations, |n| wide(&of(n)))?;
+            let mut better = self.plan(Change::Presentations { presentations });
             let now = self.report.time.iter().find(|time| time.task == task.name);
-            let times = more.presentations as f64 / plan.presentations as f64;
+            let times = presentations as f64 / plan.presentations as f64;
             better.participant_s[1] += now.map_or(0.0, |time| time.time_s * (times - 1.0));
             return Ok(Some(better));
         }
-        let mut more = *plan;
+        let of = |participants| CellPlan {
+            participants,
+            ..*plan
+        };
         let reach = 400.min(MOST_PRESENTED / plan.presentations);
-        while more.participants < reach && wide(&more)? {
-            more.participants += more.participants.div_ceil(4);
-        }
-        more.participants = more.participants.min(reach.max(plan.participants));
-        if wide(&more)? {
+        let reach = reach.max(plan.participants);
+        if wide(&of(reach))? {
             return Ok(None);
         }
+        let more = of(fewest(plan.participants, reach, |n| wide(&of(n)))?);
         let mut better = self.plan(Change::Participants {
             participants: more.participants,
         });
         better.participants[1] = more.participants;
         Ok(Some(better))
+    }
+}
+
+/// The smallest number above `now`, for which it is `too_few`, and up to `enough`, for which it is not.
+fn fewest(
+    now: usize,
+    enough: usize,
+    too_few: impl Fn(usize) -> Result<bool, DesignError>,
+) -> Result<usize, DesignError> {
+    let (mut low, mut high) = (now, now);
+    // In steps of a quarter, as large numbers take long to simulate; then halving the last step.
+    loop {
+        high = (high + high.div_ceil(4)).min(enough);
+        if high == enough || !too_few(high)? {
+            break;
+        }
+        low = high;
+    }
+    while high - low > 1 {
+        let middle = usize::midpoint(low, high);
+        match too_few(middle)? {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Ok(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_number_that_suffices_is_found() {
+        for (now, least) in [(1, 2), (5, 10), (7, 8), (10, 399), (10, 400)] {
+            let found = fewest(now, 400, |n| Ok(n < least));
+            assert_eq!(found, Ok(least));
+        }
     }
 }
