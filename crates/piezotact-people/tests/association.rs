@@ -569,3 +569,64 @@ fn guessers_among_many_are_never_said_to_tell_a_pair_apart() {
     });
     assert_eq!(known, 15);
 }
+
+/// Who is never offered the right answer is neither right nor above chance; a task of guesses is not hidden by one of right answers.
+#[test]
+fn what_cannot_be_right_is_not_counted_and_each_task_is_said() {
+    let mut of = Vec::new();
+    for person in 0..6 {
+        for trial in 0..12 {
+            let answer = |task: &str, answered: &str, offered: [&str; 2]| Answer {
+                participant: format!("P{person}"),
+                task: task.into(),
+                trial: trial.to_string(),
+                presented: "S1".into(),
+                answered: answered.into(),
+                offered: offered.map(Into::into).to_vec(),
+                ..Answer::default()
+            };
+            of.push(answer("closed", "S3", ["S2", "S3"]));
+            of.push(answer("right", "S1", ["S1", "S2"]));
+            let guessed = if (trial + person) % 2 == 0 {
+                "S1"
+            } else {
+                "S2"
+            };
+            of.push(answer("guessed", guessed, ["S1", "S2"]));
+        }
+    }
+    let table = AnswerTable::new(Declared::plain(&["S1", "S2", "S3"]), of).unwrap();
+    let config = AssociationConfig {
+        by: Some(Grouping::Task),
+        ..AssociationConfig::default()
+    };
+    let found = associate(&table, &config).unwrap();
+    assert_eq!((found.answers, found.expected[0].answers), (216, 144));
+    let of_task = |task: &str| {
+        let group = found.matrices.iter().find(|group| group.group == task);
+        group
+            .unwrap()
+            .expected
+            .as_ref()
+            .map(|share| share.criterion.outcome)
+    };
+    assert_eq!(of_task("closed"), None);
+    assert_eq!(of_task("right"), Some(Outcome::Met));
+    assert_eq!(of_task("guessed"), Some(Outcome::NotDecided));
+    let said = found.group_sentences();
+    assert!(
+        said.len() == 2 && said[0].starts_with("task guessed: 72 answers, 50.0 % as expected"),
+        "{said:?}"
+    );
+    // Forced to name another, nobody confuses anything.
+    let mut closed = config;
+    closed.matrix.selection.task = Some("closed".into());
+    let closed = associate(&table, &closed).unwrap();
+    assert!(closed.expected.is_empty());
+    assert!(
+        closed
+            .pairs
+            .iter()
+            .all(|pair| pair.outcome == PairOutcome::Untested)
+    );
+}

@@ -29,7 +29,11 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
             "all" => "Association matrix of all answers".to_owned(),
             group => format!("Association matrix of {by} {group}"),
         };
-        sections.push(matrix_section(&heading, &group.matrix)?);
+        let share = group
+            .expected
+            .as_ref()
+            .map(|share| format!("{} answers: {}.", share.answers, share.words()));
+        sections.push(matrix_section(&heading, share.as_deref(), &group.matrix)?);
     }
     let body = html! {
         h1 { (title) }
@@ -71,7 +75,11 @@ pub fn svg(found: &Association) -> Result<String, DrawError> {
     Ok(grid_of(matrix).single())
 }
 
-fn matrix_section(heading: &str, matrix: &AssociationMatrix) -> Result<Markup, DrawError> {
+fn matrix_section(
+    heading: &str,
+    share: Option<&str>,
+    matrix: &AssociationMatrix,
+) -> Result<Markup, DrawError> {
     let untested = matrix.rows.iter().flat_map(|row| &row.cells);
     let untested = untested.filter(|cell| !cell.is_tested()).count();
     let hatched = match untested {
@@ -87,6 +95,7 @@ fn matrix_section(heading: &str, matrix: &AssociationMatrix) -> Result<Markup, D
     Ok(html! {
         section {
             h2 { (heading) }
+            @if let Some(share) = share { p { strong { (share) } } }
             (figure(&grid_of(matrix).svg(), &format!(
                 "Rows: the stimulus that was presented. Columns: the sample that it was declared to be. Numbers: %. Outlined: the \
                  expected association.{hatched}{flagged}"

@@ -222,6 +222,10 @@ fn vibration(args: &Arguments, path: &Path) -> Outcome<Series<Acceleration>> {
 /// What was found, the matrix of all answers, and the orders.
 fn text(found: &Association) -> Outcome<String> {
     let mut parts = vec![found.sentence()];
+    let groups = found.group_sentences();
+    if !groups.is_empty() {
+        parts.push(groups.join("\n"));
+    }
     if let Some(table) = found.matrix_table() {
         parts.push(report::text(&table)?);
         parts.push("%: declared / presented; n/a: untested".to_owned());

@@ -117,6 +117,9 @@ pub enum AssociationError {
 pub struct GroupMatrix {
     /// The task, participant or set; "all" for all answers together.
     pub group: String,
+    /// How many answers of a group are as expected, beside chance; of all answers it stands in the document itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<ExpectedShare>,
     /// The matrix.
     #[serde(flatten)]
     pub matrix: AssociationMatrix,
@@ -181,6 +184,7 @@ pub fn associate(
     };
     let mut matrices = vec![GroupMatrix {
         group: "all".into(),
+        expected: None,
         matrix: association_matrix(table, &config.matrix).by_expected(),
     }];
     if let Some(by) = config.by {
@@ -198,7 +202,13 @@ pub fn associate(
                 Grouping::Set => set,
             } = Some(group.clone());
             let matrix = association_matrix(table, &part).by_expected();
-            matrices.push(GroupMatrix { group, matrix });
+            let of_group: Vec<&Answer> = super::matrix::selected(table, &part).collect();
+            let expected = expected_share(table.declared(), &of_group, StimulusKind::All);
+            matrices.push(GroupMatrix {
+                group,
+                expected,
+                matrix,
+            });
         }
     }
     let pairs = confused_pairs(table, &config.matrix);
@@ -405,6 +415,23 @@ impl Association {
         )
     }
 
+    /// How many answers of each group are as expected, a line each; none where all answers are one group.
+    #[must_use]
+    pub fn group_sentences(&self) -> Vec<String> {
+        let by = self.config.by.map_or("", Grouping::name);
+        let groups = self.matrices.iter();
+        let said = groups.filter_map(|group| Some((group, group.expected.as_ref()?)));
+        said.map(|(group, share)| {
+            format!(
+                "{by} {}: {} answers, {}",
+                group.group,
+                share.answers,
+                share.words()
+            )
+        })
+        .collect()
+    }
+
     /// The matrix of all answers in percent, a row for each stimulus; "n/a" for untested pairs. `None` in a document without
     /// matrices, and for one too broad for a terminal.
     #[must_use]
@@ -450,7 +477,7 @@ impl Association {
         let felt = self.felt.as_ref().map(|_| FELT_COLUMNS);
         let names = names.into_iter().chain(felt.into_iter().flatten());
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
-        for GroupMatrix { group, matrix } in &self.matrices {
+        for GroupMatrix { group, matrix, .. } in &self.matrices {
             for row in &matrix.rows {
                 table.rows.extend(row.cells.iter().map(|cell| {
                     let end = |i: usize| cell.interval_percent.map(|ends| ends[i]);

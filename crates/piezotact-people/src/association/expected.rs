@@ -43,12 +43,11 @@ impl fmt::Display for ExpectedCriterion {
 pub struct ExpectedShare {
     /// Of which stimuli.
     pub stimuli: StimulusKind,
-    /// How many answers.
+    /// How many answers, to presentations in which what is expected was offered.
     pub answers: usize,
     /// How many of them are as expected.
     pub expected: usize,
-    /// The mean over answers of 1/number of samples offered, 0–1: what guessing reaches, with or without repeats. An expected
-    /// sample that was not offered cannot be guessed.
+    /// The mean over answers of 1/number of samples offered, 0–1: what guessing reaches, with or without repeats.
     pub chance_share: f64,
     /// The share with its 95 % interval over participants, beside chance: met above it, not met below it.
     pub criterion: Criterion<ExpectedCriterion>,
@@ -106,12 +105,14 @@ pub(super) fn expected_share(
         if kind != StimulusKind::All && kind != *of {
             continue;
         }
+        // Where what is expected could not be answered, nothing is right or wrong.
+        if !answer.offered.iter().any(|one| one == wanted) {
+            continue;
+        }
         let person = people.entry(&answer.participant).or_default();
         person.0 += usize::from(answer.answered == *wanted);
         person.1 += 1;
-        if answer.offered.iter().any(|one| one == wanted) {
-            guessed += 1.0 / answer.offered.len() as f64;
-        }
+        guessed += 1.0 / answer.offered.len() as f64;
     }
     let each: Vec<(usize, usize)> = people.into_values().collect();
     let found = clustered_interval(&each)?;
