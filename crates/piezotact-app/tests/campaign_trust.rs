@@ -158,6 +158,50 @@ fn who_withdrew_in_a_session_counts_nowhere_from_then_on() {
 }
 
 #[test]
+fn another_seed_than_that_of_the_plans_is_refused() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    let file = folder.path("study/campaign.json");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("\"seed\": 7", "\"seed\": 8")).unwrap();
+    for line in [
+        "campaign verify-journal study",
+        "campaign status study",
+        "campaign plan study P02 naming",
+        "campaign export study --out exported",
+        "matrix study",
+    ] {
+        run(&folder, line).expect_failure(
+            1,
+            &[
+                "expected the seed 7 in campaign.json, with which session naming of P01 was planned, found 8",
+            ],
+        );
+    }
+    std::fs::write(&file, text).unwrap();
+    run(&folder, "campaign verify-journal study").expect_success();
+}
+
+#[test]
+fn what_a_script_types_after_the_end_is_not_lost_without_a_word() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    let mut over = session(&folder, "campaign run study P01 naming");
+    over.type_line("/fix 1 S2 because late");
+    let seen = over.type_and_read("");
+    let (status, said) = over.end();
+    assert!(status.success(), "{said}");
+    holds(
+        &seen,
+        &[
+            "is complete",
+            "1 line after the end: not taken",
+            "no corrections",
+        ],
+    );
+}
+
+#[test]
 fn a_plan_that_was_changed_before_the_session_began_is_refused() {
     let folder = study();
     let planned = run(&folder, "campaign plan study P01 naming --json");

@@ -5,4 +5,5 @@
 
 pub mod association;
 pub mod campaign;
+pub mod interval;
 pub mod judge;

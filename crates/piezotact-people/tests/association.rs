@@ -6,9 +6,10 @@ use piezotact::statistics::random::Random;
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, AssociationDoubt, AssociationError,
     AssociationMatrix, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
-    PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, clopper_pearson,
-    clustered_interval, confused_pairs, kendall_tau_b, ordering, wilson,
+    PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs,
+    kendall_tau_b, ordering,
 };
+use piezotact_people::interval::{clopper_pearson, clustered_interval, wilson};
 use serde_json::Value;
 
 /// Rounding of beta and t quantiles of two libraries.

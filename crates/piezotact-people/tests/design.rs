@@ -497,6 +497,34 @@ fn too_few_presentations_are_said_with_what_would_do() {
     );
 }
 
+/// Half-widths of simulated tables of answers that went through `piezotact matrix` one by one, with their standard errors; that of
+/// one presentation is enumerated.
+#[test]
+fn the_expected_interval_is_that_of_the_matrix() {
+    let of = |participants, presentations| {
+        let plan = CellPlan {
+            participants,
+            presentations,
+            share: 0.8,
+            logit_sd: 0.9,
+        };
+        cell_precision(&plan, 2000, 1).unwrap()
+    };
+    for (participants, presentations, half_width, error) in [
+        (10, 1, 0.275, 0.0005_f64),
+        (10, 7, 0.152, 0.0015),
+        (5, 7, 0.2465, 0.0025),
+        (5, 2, 0.328, 0.0029),
+    ] {
+        let found = of(participants, presentations);
+        let own = (found.interval[1] - found.half_width_share) / 1.96;
+        within(found.half_width_share, half_width, 3.0 * error.hypot(own));
+        assert!(found.coverage_share > 0.95, "{found:?}");
+    }
+    let two = of(2, 7);
+    assert_eq!((two.half_width_share, two.coverage_share), (0.5, 1.0));
+}
+
 #[test]
 fn power_is_that_of_scipy() {
     for row in golden()["power"].as_array().unwrap() {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use piezotact_people::campaign::chain::{ChainError, Salt, verify};
+use piezotact_people::campaign::chain::{ChainError, Salt};
 use piezotact_people::campaign::plan::{Plan, Presented};
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::{
@@ -483,7 +483,10 @@ pub fn state_of<'a>(
 ) -> Result<State<'a>, RunError> {
     let key = SessionKey::new(&plan.participant, &plan.session);
     let links = store.events(&key)?;
-    verify(key.names(), &links)?;
+    let entries = store.sessions()?;
+    let listed = entries.iter().find(|entry| entry.key == key);
+    let listed = listed.ok_or_else(|| StoreError::Unknown { key: key.clone() })?;
+    listed.verify(&links)?;
     let mut state = State::new(protocol, plan);
     for link in &links {
         let Some(payload) = &link.payload else {
@@ -498,9 +501,7 @@ pub fn state_of<'a>(
             })?;
         state.apply(link.at_ms, &event)?;
     }
-    let entries = store.sessions()?;
-    let listed = entries.iter().find(|entry| entry.key == key);
-    if let (Some(begun), Some(listed)) = (state.purpose(), listed)
+    if let Some(begun) = state.purpose()
         && begun != listed.purpose
     {
         return Err(RunError::PurposeChanged {

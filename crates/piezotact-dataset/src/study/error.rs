@@ -168,8 +168,5 @@ pub(super) fn place(error: sqlx::Error) -> StoreError {
 
 /// Content that is not what a store wrote.
 pub(super) fn damaged(why: impl Into<String>) -> StoreError {
-    StoreError::Place {
-        why: why.into(),
-        advice: RESTORE,
-    }
+    StoreError::Damaged { why: why.into() }
 }

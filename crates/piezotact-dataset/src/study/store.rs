@@ -5,7 +5,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use piezotact_people::campaign::chain::{Link, Payload, Salt, Sha, next_link, verify};
+use piezotact_people::campaign::chain::{Link, Payload, Salt, Sha, next_link};
 use piezotact_people::campaign::store::{
     NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
 };
@@ -395,14 +395,27 @@ impl Store for SqliteStore {
     fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
         let rows = self.read(async |connection| {
             let rows = sqlx::query_as(
-                "SELECT s.participant, s.session, s.purpose, w.at_ms FROM sessions AS s \
-                 LEFT JOIN withdrawals AS w ON w.participant = s.participant ORDER BY s.begun",
+                "SELECT s.participant, s.session, s.purpose, w.at_ms, w.at_ms IS NOT NULL AND EXISTS \
+                 (SELECT 1 FROM events AS e WHERE e.participant = s.participant AND e.session = s.session AND e.payload IS NOT NULL) \
+                 FROM sessions AS s LEFT JOIN withdrawals AS w ON w.participant = s.participant ORDER BY s.begun",
             );
-            let rows: Vec<(String, String, String, Option<i64>)> =
+            let rows: Vec<(String, String, String, Option<i64>, bool)> =
                 rows.fetch_all(connection).await.map_err(place)?;
             Ok(rows)
         })?;
-        let entry = |(participant, session, purpose, withdrawn_at_ms): (_, _, String, _)| {
+        let entry = |(participant, session, purpose, withdrawn_at_ms, kept): (
+            _,
+            _,
+            String,
+            _,
+            bool,
+        )| {
+            // One transaction notes a withdrawal and erases its events.
+            if kept {
+                return Err(damaged(format!(
+                    "{participant} is noted as withdrawn, and events of session {session} are still there"
+                )));
+            }
             let purpose = match purpose.as_str() {
                 "volunteer" => Purpose::Volunteer,
                 "rehearsal" => Purpose::Rehearsal,
@@ -436,7 +449,7 @@ impl Store for SqliteStore {
         }
         let sessions = self.sessions()?;
         for entry in &sessions {
-            verify(entry.key.names(), &self.events(&entry.key)?)?;
+            entry.verify(&self.events(&entry.key)?)?;
         }
         Ok(sessions.len())
     }

@@ -124,6 +124,32 @@ fn one_flipped_bit_in_the_database_is_found() {
     assert!(matches!(store.verify(), Err(StoreError::Chain(_))));
 }
 
+/// Somebody who removes the triggers, notes a withdrawal that was none, or erases an event of a person who stays.
+#[test]
+fn a_withdrawal_and_what_is_erased_belong_together() {
+    let changed = |statement: &'static str| {
+        let folder = tempfile::tempdir().unwrap();
+        let (store, _) = study(folder.path());
+        for trigger in ["DROP TRIGGER events_keep", "DROP TRIGGER withdrawals_once"] {
+            assert_eq!(refusal(&store, trigger), "");
+        }
+        assert_eq!(refusal(&store, statement), "");
+        drop(store);
+        let store = SqliteStore::open(folder.path()).unwrap();
+        store.verify().unwrap_err().to_string()
+    };
+    assert_eq!(
+        changed("INSERT INTO withdrawals VALUES ('P01', 6, 'nothing', NULL)"),
+        "what is stored was changed or damaged: P01 is noted as withdrawn, and events of session discrimination are still there; \
+         restore the whole folder from a copy"
+    );
+    assert_eq!(
+        changed("UPDATE events SET payload = NULL, salt = NULL WHERE number = 1"),
+        "what is stored was changed or damaged: event 1 of session discrimination of P01, who has not withdrawn, was erased; \
+         restore the whole folder from a copy"
+    );
+}
+
 #[test]
 fn pseudonyms_are_checked_where_a_session_begins() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,8 +7,8 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
-use super::interval::clustered_interval;
 use super::matrix::{MatrixConfig, selected};
+use crate::interval::clustered_interval;
 
 /// From this share of presentations on two samples are confused: two that feel the same are confused half of the time, two that
 /// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference

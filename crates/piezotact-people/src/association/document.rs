@@ -14,11 +14,11 @@ use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
 use super::doubt::AssociationDoubt;
 use super::expected::{ExpectedShare, StimulusKind, expected_share};
 use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
-use super::interval::MIN_PARTICIPANTS;
 use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
 };
 use super::order::{OrderError, Ordering, ordering};
+use crate::interval::MIN_PARTICIPANTS;
 
 /// What an untested pair is called in tables for programs.
 pub(super) const UNTESTED: &str = "n/a";

@@ -7,7 +7,7 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, Declared};
-use super::interval::clustered_interval;
+use crate::interval::clustered_interval;
 
 /// Of which stimuli the answers are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

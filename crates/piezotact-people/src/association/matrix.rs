@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable, Declared, Stimulus};
-use super::interval::clustered_interval;
+use crate::interval::clustered_interval;
 
 /// Which answers a matrix is made of: those that agree with everything that is stated.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

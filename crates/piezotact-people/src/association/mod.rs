@@ -9,7 +9,6 @@ mod document;
 mod doubt;
 mod expected;
 mod felt;
-mod interval;
 mod matrix;
 mod of_session;
 mod order;
@@ -26,7 +25,6 @@ pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltDoubt, FeltPair, FeltRecording, FeltSpectrum,
     Separates, felt_pairs, felt_part, felt_samples,
 };
-pub use interval::{Clustered, MIN_PARTICIPANTS, clopper_pearson, clustered_interval, wilson};
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };

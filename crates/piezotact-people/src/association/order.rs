@@ -9,8 +9,8 @@ use piezotact::statistics::mean_interval;
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
-use super::interval::MIN_PARTICIPANTS;
 use super::matrix::{FlaggedTrials, MatrixConfig, selected};
+use crate::interval::MIN_PARTICIPANTS;
 
 /// One order that a participant made.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

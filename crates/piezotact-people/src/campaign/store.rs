@@ -56,6 +56,33 @@ pub struct SessionEntry {
     pub withdrawn_at_ms: Option<i64>,
 }
 
+impl SessionEntry {
+    /// Verifies the chain of this session, and that its payloads are there, or erased where the participant has withdrawn.
+    ///
+    /// # Errors
+    /// [`StoreError::Chain`] with the first link that does not fit, [`StoreError::Damaged`].
+    pub fn verify(&self, links: &[Link]) -> Result<(), StoreError> {
+        verify(self.key.names(), links)?;
+        let (participant, session) = self.key.names();
+        let withdrawn = self.withdrawn_at_ms.is_some();
+        let wrong = links
+            .iter()
+            .find(|link| link.payload.is_some() == withdrawn);
+        let Some(Link { number, .. }) = wrong else {
+            return Ok(());
+        };
+        let why = match withdrawn {
+            true => format!(
+                "{participant} is noted as withdrawn, and event {number} of session {session} is still there"
+            ),
+            false => format!(
+                "event {number} of session {session} of {participant}, who has not withdrawn, was erased"
+            ),
+        };
+        Err(StoreError::Damaged { why })
+    }
+}
+
 /// An event to be kept.
 #[derive(Clone, Copy, Debug)]
 pub struct NewEvent<'a> {
@@ -107,6 +134,12 @@ pub enum StoreError {
     /// The chain is broken.
     #[error(transparent)]
     Chain(#[from] ChainError),
+    /// What is kept is not what a store keeps.
+    #[error("what is stored was changed or damaged: {why}; restore the whole folder from a copy")]
+    Damaged {
+        /// What was found.
+        why: String,
+    },
     /// The place where it is kept cannot be read or written.
     #[error("the answer is not stored: {why}; {advice}")]
     Place {
@@ -157,11 +190,11 @@ pub trait Store {
     /// Verifies the chains of all sessions; gives their number.
     ///
     /// # Errors
-    /// [`StoreError::Chain`] with the first that is broken, [`StoreError::Place`].
+    /// [`StoreError::Chain`] with the first that is broken, [`StoreError::Damaged`], [`StoreError::Place`].
     fn verify(&self) -> Result<usize, StoreError> {
         let sessions = self.sessions()?;
         for entry in &sessions {
-            verify(entry.key.names(), &self.events(&entry.key)?)?;
+            entry.verify(&self.events(&entry.key)?)?;
         }
         Ok(sessions.len())
     }

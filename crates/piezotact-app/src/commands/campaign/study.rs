@@ -39,7 +39,29 @@ impl Study {
     pub(crate) fn open(folder: &Path) -> Outcome<Self> {
         let store = SqliteStore::open(folder)?;
         let campaign = StudyCampaign::read(folder)?;
-        Ok(Self { store, campaign })
+        let study = Self { store, campaign };
+        study.check_seed()?;
+        Ok(study)
+    }
+
+    /// Refuses another seed than the one with which the first session was planned: later plans would not be those of this study.
+    fn check_seed(&self) -> Outcome {
+        let planned = self.store.sessions()?.into_iter();
+        let mut planned = planned.filter_map(|entry| match entry.withdrawn_at_ms {
+            Some(_) => None,
+            None => self.written_plan(&entry).ok(),
+        });
+        match planned.next() {
+            Some(plan) if plan.seed != self.campaign.seed => Err(Failure::Data(anyhow!(
+                "{}: expected the seed {} in campaign.json, with which session {} of {} was planned, found {}; restore campaign.json from a copy of the study",
+                self.store.folder().display(),
+                plan.seed,
+                plan.session,
+                plan.participant,
+                self.campaign.seed
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// The sessions that count: of everybody who has not withdrawn, in the order in which they were begun. Who withdrew in one

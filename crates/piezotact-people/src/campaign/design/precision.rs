@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use piezotact::statistics::{mean, standard_deviation, t_quantile};
 use serde::{Deserialize, Serialize};
-use statrs::distribution::{Beta, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
 
 use super::error::DesignError;
 use crate::campaign::random::Stream;
+use crate::interval::{clopper_pearson, clustered_interval};
 
 /// The smallest number of simulated studies.
 const FEWEST_STUDIES: usize = 100;
@@ -117,16 +118,15 @@ pub struct CellPrecision {
 }
 
 /// The expected 95 % interval of a cell, over `studies` simulated studies of participants who differ (logit-normal), fewer where
-/// they would take more than 20 million presentations. The
-/// interval is that of Student's t over the shares of participants, and never narrower than that of the pooled answers:
-/// participants who all answer alike would else have none.
+/// they would take more than 20 million presentations. The interval is that of an association matrix, [`clustered_interval`];
+/// where a matrix has none, with two participants, it is the whole range.
 ///
 /// # Errors
 ///
 /// Fewer than two participants, no presentation, a share not between 0 and 1, a negative or infinite spread, or fewer than
 /// 100 studies.
 ///
-/// Source: Clopper and Pearson (1934), Biometrika 26, 404; Student's t over participants; decision 0063 of this project.
+/// Source: [`clustered_interval`], simulated; decision 0063 of this project.
 pub fn cell_precision(
     plan: &CellPlan,
     studies: usize,
@@ -139,13 +139,13 @@ pub fn cell_precision(
     let truth = expectation(person);
     let trials = plan.participants * plan.presentations;
     let studies = studies.min((MOST_SIMULATED / trials).max(FEWEST_STUDIES));
-    let mut pooled: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-    let t = t_quantile(plan.participants - 1).unwrap_or(f64::INFINITY);
+    // Studies with the same counts have the same intervals.
+    let mut known: BTreeMap<Vec<usize>, [[f64; 2]; 2]> = BTreeMap::new();
     let normal = Normal::standard();
     let mut widths = Vec::with_capacity(studies);
     let (mut covered, mut pooled_covered) = (0_usize, 0_usize);
     for _ in 0..studies {
-        let counts: Vec<usize> = (0..plan.participants)
+        let mut counts: Vec<usize> = (0..plan.participants)
             .map(|_| {
                 let share = person(normal.inverse_cdf(uniform(&mut draws)));
                 (0..plan.presentations)
@@ -153,18 +153,10 @@ pub fn cell_precision(
                     .count()
             })
             .collect();
-        let shares: Vec<f64> = counts
-            .iter()
-            .map(|k| *k as f64 / plan.presentations as f64)
-            .collect();
-        let centre = mean(&shares);
-        let half = t * standard_deviation(&shares) / (plan.participants as f64).sqrt();
-        let all: usize = counts.iter().sum();
-        let of_pool = pooled
-            .entry(all)
-            .or_insert_with(|| clopper_pearson(all, trials));
-        let low = (centre - half).max(0.0).min(of_pool[0]);
-        let high = (centre + half).min(1.0).max(of_pool[1]);
+        counts.sort_unstable();
+        let [[low, high], of_pool] = *known
+            .entry(counts)
+            .or_insert_with_key(|counts| intervals(counts, plan.presentations));
         widths.push((high - low) / 2.0);
         covered += usize::from(low <= truth && truth <= high);
         pooled_covered += usize::from(of_pool[0] <= truth && truth <= of_pool[1]);
@@ -179,6 +171,14 @@ pub fn cell_precision(
         coverage_share: covered as f64 / studies as f64,
         pooled_coverage_share: pooled_covered as f64 / studies as f64,
     })
+}
+
+/// The interval over participants and that over pooled answers, of participants with `counts` of `presentations` answers each.
+fn intervals(counts: &[usize], presentations: usize) -> [[f64; 2]; 2] {
+    let each: Vec<(usize, usize)> = counts.iter().map(|k| (*k, presentations)).collect();
+    let clustered = clustered_interval(&each).and_then(|found| found.interval);
+    let pooled = clopper_pearson(counts.iter().sum(), presentations * counts.len());
+    [clustered.unwrap_or([0.0, 1.0]), pooled]
 }
 
 fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
@@ -249,24 +249,6 @@ fn expectation(of: impl Fn(f64) -> f64) -> f64 {
         (sum + weighted(i) * of(at(i)), weights + weighted(i))
     });
     sum / weights
-}
-
-/// The exact 95 % interval of a share, `k` of `n`.
-fn clopper_pearson(k: usize, n: usize) -> [f64; 2] {
-    let quantile = |a: usize, b: usize, p: f64| {
-        Beta::new(a as f64, b as f64).map_or(f64::NAN, |beta| beta.inverse_cdf(p))
-    };
-    let low = if k == 0 {
-        0.0
-    } else {
-        quantile(k, n - k + 1, 0.025)
-    };
-    let high = if k == n {
-        1.0
-    } else {
-        quantile(k + 1, n - k, 0.975)
-    };
-    [low, high]
 }
 
 #[cfg(test)]

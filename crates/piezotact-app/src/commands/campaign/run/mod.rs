@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
+use piezotact::number::counted;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::BenchKind;
 use piezotact::render::Rendering;
@@ -652,5 +653,12 @@ fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Out
         args.session,
         args.participant,
         status(runner)
-    ))
+    ))?;
+    match terminal.not_asked_for() {
+        0 => Ok(()),
+        lines => terminal.say(&format!(
+            "  {} after the end: not taken. A session that is over takes no corrections; mend a copy of its exported tables, and say so beside them.",
+            counted(lines, "line")
+        )),
+    }
 }

@@ -80,6 +80,17 @@ impl Terminal {
             }
         }
     }
+
+    /// How many lines of a script nobody asked for; none of a person, who sees that nothing is asked.
+    pub(super) fn not_asked_for(&self) -> usize {
+        if self.is_keyboard {
+            return 0;
+        }
+        let typed = std::iter::from_fn(|| self.lines.recv_timeout(LOOK).ok());
+        typed
+            .filter(|typed| !matches!(typed, Ok(Typed::Line(line)) if line.is_empty()))
+            .count()
+    }
 }
 
 /// The next line of `keyboard`; `None` at its end. What is not taken is read to its end and dropped.

@@ -18,7 +18,7 @@ const Z: f64 = 1.959_963_984_540_054;
 /// Source: C. J. Clopper and E. S. Pearson (1934), Biometrika 26; as SciPy's `binomtest(...).proportion_ci(method="exact")`.
 ///
 /// ```
-/// use piezotact_people::association::clopper_pearson;
+/// use piezotact_people::interval::clopper_pearson;
 /// let [low, high] = clopper_pearson(7, 10);
 /// assert!((low - 0.3475).abs() < 1e-4 && (high - 0.9333).abs() < 1e-4);
 /// ```
