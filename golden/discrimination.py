@@ -3,7 +3,8 @@
     python3 golden/discrimination.py > crates/piezotact/tests/golden/discrimination.json
 
 Made with SciPy 1.17.1 and NumPy 2.4.6. The statistic is the absolute difference of two means; `permutation_test` is asked for all
-divisions of small groups and for 99 999 of large ones. Holm's adjustment is written out from its definition; Welch's degrees of
+divisions of small groups and for 99 999 of large ones. Paired differences change their signs (`permutation_type="samples"`) with the
+absolute mean as the statistic. Holm's adjustment is written out from its definition; Welch's degrees of
 freedom are those of `scipy.stats.ttest_ind(equal_var=False)`, applied to powers and brought to JND of 1.58 dB by the derivative
 of 10·log10.
 """
@@ -49,6 +50,15 @@ def welch(n, m, gain):
     return {"a": a.tolist(), "b": b.tolist(), "reach": float(reach)}
 
 
+def flipped(n, shift, draws):
+    d = random.standard_normal(n) + shift
+    found = stats.permutation_test(
+        (d, -d), lambda a, b, axis: np.abs(np.mean(a, axis=axis)), permutation_type="samples", alternative="greater",
+        n_resamples=draws, vectorized=True, rng=random, batch=10_000,
+    )
+    return {"d": d.tolist(), "p": float(found.pvalue)}
+
+
 p_values = [random.random(n) ** 2 for n in (1, 6, 15)]
 print(
     json.dumps(
@@ -59,6 +69,7 @@ print(
             "sampled": [case(n, m, s, 99_999) for n, m, s in ((15, 15, 0.8), (10, 20, 0.3), (12, 9, 1.4))],
             "holm": [[p.tolist(), holm(p)] for p in p_values],
             "welch": [welch(n, m, g) for n, m, g in ((15, 15, 2.0), (5, 12, 1.3), (3, 4, 0.5))],
+            "signs": [flipped(n, s, d) for n, s, d in ((5, 1.5, np.inf), (10, 0.7, np.inf), (14, 0.3, np.inf), (24, 0.5, 99_999))],
         }
     )
 )

@@ -322,3 +322,42 @@ fn what_is_no_protocol_is_refused_in_one_sentence() {
     let words = ["own.toml", "--report", "own.toml"];
     design(&folder, &words).expect_failure(2, &["own.toml is read and would be replaced"]);
 }
+
+#[test]
+fn the_power_for_a_stated_difference_is_shown() {
+    let folder = Folder::new();
+    let line = "campaign design isotropic_triplets --participants 12 --power samples:S2,S3 --shares 75,20 --report power.html";
+    let found = folder.run(&line.split(' ').collect::<Vec<_>>());
+    found.expect_success();
+    for words in [
+        "Asked: to find that S2 and S3 differ, by a permutation of participants at 5 %.",
+        "in 1 of 12 sets",
+        "12 participants find it in ",
+        "Needed: ",
+        "4 × presentations: found, %",
+    ] {
+        assert!(found.out().contains(words), "{words}: {}", found.out());
+    }
+    let page = std::fs::read_to_string(folder.path("power.html")).unwrap();
+    assert!(page.contains("<h2>Power</h2>") && page.matches("<svg").count() >= 3);
+    for (rest, words) in [
+        ("--power samples:S4,S5 --shares 75,20", "which never are"),
+        ("--power samples:S2,S3 --shares 75,40", "at most 1"),
+        ("--power tasks:task2,task3 --shares 75,40", "found `task2`"),
+        (
+            "--power people:own,averaged --shares 75,40 --spread -1",
+            "0 to 10",
+        ),
+        (
+            "--power people:own,averaged --shares 75,400",
+            "above 0 and below 100",
+        ),
+        ("--power samples:S2,S3", "--shares"),
+        ("--power other:S2,S3 --shares 75,20", "expected samples:A,B"),
+    ] {
+        let line = format!("campaign design isotropic_triplets {rest}");
+        folder
+            .run(&line.split(' ').collect::<Vec<_>>())
+            .expect_failure(2, &[words]);
+    }
+}

@@ -342,3 +342,75 @@ fn orders_follow_the_answers_that_count() {
         .run(&[&matrix[..], &["--task", "2"]].concat())
         .expect_failure(2, &["orders of task 2", "found task 1"]);
 }
+
+/// Eight people who name SA and SB rightly in task 3, and always SA in task 4; as many others who always say SA.
+#[test]
+fn differences_are_tested_over_people() {
+    let folder = Folder::new();
+    let table = |task_3: &dyn Fn(&'static str) -> &'static str| {
+        let mut text = HEADER.to_owned();
+        for person in 0..8 {
+            for trial in 0..6 {
+                let presented = ["SA", "SB"][trial % 2];
+                text += &format!("P{person},3,A,{trial},{presented},{}\n", task_3(presented));
+                text += &format!("P{person},4,A,{trial},{presented},SA\n");
+            }
+        }
+        text
+    };
+    folder.write("answers.csv", table(&|presented| presented));
+    folder.write("other.csv", table(&|_| "SA"));
+    let of = |arguments: &[&str]| {
+        let all = [&["matrix", "answers.csv"], arguments].concat();
+        folder.run(&all)
+    };
+    let found = of(&[
+        "--task",
+        "3",
+        "--compare",
+        "samples:SA,SB",
+        "--report",
+        "report.html",
+    ]);
+    found.expect_success();
+    let told = "SA and SB: right 100.0 %, taken for each other 0.0 % (means of 8 participants); difference 100.0 points, 95 %: 100.0 to \
+                100.0; permutation of participants, p = 0.0078: told apart.";
+    assert!(found.out().contains(told), "{}", found.out());
+    let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
+    assert!(page.contains("told apart") && page.contains("<h2>Differences</h2>"));
+    let found = of(&[
+        "--compare",
+        "tasks:3,4",
+        "--compare",
+        "samples:SA,SB",
+        "--json",
+    ]);
+    let document: serde_json::Value = serde_json::from_str(&found.out()).unwrap();
+    assert_eq!(document["comparisons"][0]["less_share"], 0.5);
+    assert_eq!(document["comparisons"][1]["of"], 2);
+    let found = of(&["--task", "4", "--compare", "samples:SA,SB"]);
+    assert!(
+        found.out().contains("p = 1.000: not decided"),
+        "{}",
+        found.out()
+    );
+    let found = of(&[
+        "--task",
+        "3",
+        "--compare",
+        "people:other.csv",
+        "--compare",
+        "again:other.csv",
+    ]);
+    for words in [
+        "means of 8 and 8 other participants",
+        "means of 8 participants",
+        "they differ",
+    ] {
+        assert!(found.out().contains(words), "{}", found.out());
+    }
+    of(&["--compare", "people:answers.csv"]).expect_failure(2, &["found answers.csv again"]);
+    of(&["--compare", "samples:SA,SZ"]).expect_failure(2, &["of SA, SB, found `SZ`"]);
+    of(&["--compare", "samples:SA"]).expect_failure(2, &["expected samples:A,B"]);
+    of(&["--compare", "people:nothing.csv"]).expect_failure(1, &["nothing.csv"]);
+}

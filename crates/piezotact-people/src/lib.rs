@@ -5,5 +5,6 @@
 
 pub mod association;
 pub mod campaign;
+pub mod difference;
 pub mod interval;
 pub mod judge;

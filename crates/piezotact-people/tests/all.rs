@@ -3,7 +3,9 @@
 mod adaptive;
 mod answers;
 mod association;
+mod compared;
 mod design;
 mod felt;
 mod judges;
+mod power;
 mod sitting;

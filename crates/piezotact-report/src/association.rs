@@ -46,6 +46,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
             }
         }
         (doubts_section(&merged(&found.doubts), words))
+        (comparisons(found))
         @for section in &sections { (section) }
         (pairs(found)?)
         @if let Some(felt) = &found.felt { (felt_section(felt)?) }
@@ -53,6 +54,22 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
     Ok(document(&title, &body))
+}
+
+/// The differences that were asked for.
+fn comparisons(found: &Association) -> Markup {
+    html! {
+        @if !found.comparisons.is_empty() {
+            section {
+                h2 { "Differences" }
+                ul { @for one in &found.comparisons { li { (one.sentence()) } } }
+                p.soft {
+                    "Each participant is one number; signs of paired differences, or groups of people, are exchanged in all ways, or in \
+                     99 999. Participants who answer alike are never shown to be alike by it."
+                }
+            }
+        }
+    }
 }
 
 /// Green only where the answers are shown to be better than guesses.

@@ -2,13 +2,17 @@
 
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
-use piezotact_people::campaign::design::{BetterPlan, Change, PairCoverage};
+use piezotact::figure::{Axis, Chart, Line, Tone};
+use piezotact_people::campaign::design::{
+    BetterPlan, Change, PairCoverage, PowerPoint, PowerStudy,
+};
 use piezotact_people::campaign::overview::CampaignDesign;
+use piezotact_people::difference::Difference;
 
 use crate::criteria::{found, outcome};
 use crate::grid::{Grid, Shade, Square};
 use crate::report::drawn_table;
-use crate::{DrawError, document, figure};
+use crate::{DrawError, chart, document, figure};
 
 /// A page shows the matrix of pairs of up to so many samples; the table has all of them.
 const MATRIX_SAMPLES: usize = 40;
@@ -35,6 +39,7 @@ pub fn html(design: &CampaignDesign) -> Result<String, DrawError> {
         (time(design)?)
         (pairs(design)?)
         (chance(design)?)
+        @if let Some(study) = &design.power { (power(study)?) }
         (rules(design))
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
@@ -198,6 +203,67 @@ fn chance(design: &CampaignDesign) -> Result<Markup, DrawError> {
             @if !precision.is_empty() {
                 h3 { "With the planned number of participants" }
                 ul { @for sentence in &precision { li { (sentence) } } }
+            }
+        }
+    })
+}
+
+/// How often a stated difference is found, with its curves and those of the precision of a cell.
+fn power(study: &PowerStudy) -> Result<Markup, DrawError> {
+    let most = study.curves.iter().flatten();
+    let most = most
+        .map(|point| point.found.participants)
+        .max()
+        .unwrap_or(1) as f64;
+    let lines = |of: fn(&PowerPoint) -> f64| {
+        let curves = study.curves.iter().enumerate();
+        let lines = curves.map(|(index, curve)| {
+            let label = match curve.first().map_or(1, |point| point.found.times) {
+                1 => "as designed".to_owned(),
+                times => format!("{times} times the presentations"),
+            };
+            let points = curve.iter();
+            let points = points.map(|point| (point.found.participants as f64, 100.0 * of(point)));
+            let tone = Tone::Of {
+                index,
+                count: study.curves.len(),
+            };
+            Line::new(label, tone, points.collect())
+        });
+        lines.collect::<Vec<_>>()
+    };
+    let each = match study.question.difference {
+        Difference::People(_) => "participants in each group",
+        _ => "participants",
+    };
+    let found = Chart {
+        levels: vec![100.0 * study.wanted_share],
+        ..Chart::new(
+            Axis::new(each, 0.0, most),
+            Axis::new("campaigns that find it, %", 0.0, 100.0),
+            lines(|point| point.found.power_share),
+        )
+    };
+    let widest = study.curves.iter().flatten();
+    let widest = widest.map(|point| 100.0 * point.half_width_share);
+    let precision = Chart::new(
+        Axis::new(each, 0.0, most),
+        Axis::new(
+            "half-width of a cell, points",
+            0.0,
+            widest.fold(10.0, f64::max),
+        ),
+        lines(|point| point.half_width_share),
+    );
+    Ok(html! {
+        section {
+            h2 { "Power" }
+            @for sentence in study.sentences() { p { (sentence) } }
+            (figure(&chart::svg(&found, 320)?, "How often the difference is found, over the number of participants. Line: what is wanted."))
+            (figure(&chart::svg(&precision, 320)?, "The mean half-width of the 95 % interval of a cell of the association matrix, for the first of the two shares."))
+            details {
+                summary { "The same as a table" }
+                (drawn_table(&study.table())?)
             }
         }
     })

@@ -14,7 +14,7 @@ use piezotact::discrimination::{ContactMap, DiscriminationDoubt, Model};
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
 use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::spectrum::{WelchConfig, welch};
-use piezotact::statistics::{holm, permutation_test};
+use piezotact::statistics::{holm, permutation_test, sign_flip_test};
 use piezotact::{Doubt, Series};
 use serde::Deserialize;
 
@@ -282,6 +282,14 @@ struct Golden {
     sampled: Vec<Case>,
     holm: Vec<[Vec<f64>; 2]>,
     welch: Vec<Welch>,
+    signs: Vec<Signs>,
+}
+
+/// Differences of pairs, and the probability of their mean.
+#[derive(Deserialize)]
+struct Signs {
+    d: Vec<f64>,
+    p: f64,
 }
 
 #[derive(Deserialize)]
@@ -334,6 +342,20 @@ fn permutation_holm_and_limits_are_those_of_scipy() {
         );
         assert!(
             !ours.exhaustive && (ours.p_value - case.p).abs() < apart,
+            "{ours:?}, SciPy {}",
+            case.p
+        );
+    }
+    for case in &golden.signs {
+        let ours = sign_flip_test(&case.d, 9_999, 1).unwrap();
+        // As above; all signs are tried of up to 15.
+        let apart = match ours.exhaustive {
+            true => 1e-12,
+            false => 4.0 * (case.p * (1.0 - case.p) / 9_999.0).sqrt() + 1e-4,
+        };
+        assert_eq!(ours.exhaustive, case.d.len() <= 15);
+        assert!(
+            (ours.p_value - case.p).abs() < apart,
             "{ours:?}, SciPy {}",
             case.p
         );

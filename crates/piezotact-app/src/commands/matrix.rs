@@ -1,6 +1,7 @@
 //! `piezotact matrix`: association matrices of participants' answers.
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
@@ -8,9 +9,11 @@ use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
 use piezotact_dataset::{AnswersFile, felt_files, read_answers};
 use piezotact_people::association::{
-    AnswerTable, Association, AssociationConfig, AssociationError, FeltRecording, FlaggedTrials,
-    Grouping, MatrixConfig, OrderError, Selection, associate, felt_part, felt_samples,
+    AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
+    FlaggedTrials, Grouping, MatrixConfig, OrderError, Selection, adjusted, associate, compared,
+    compared_studies, felt_part, felt_samples,
 };
+use piezotact_people::difference::Difference;
 use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 
@@ -38,6 +41,11 @@ pub(crate) struct Arguments {
     /// The tasks in which samples were put in order, separated by commas: places, dominance and Kendall's τ.
     #[arg(long, value_name = "TASKS", value_delimiter = ',')]
     ordering: Vec<String>,
+    /// Whether two differ, by a permutation of participants at 5 %, once for each; several are adjusted by Holm. `samples:S2,S3`: right
+    /// answers against those that name the other; `tasks:task2,task3`: shares of answers as expected; `people:OTHER`: this study
+    /// against another, of different people; `again:OTHER`: against another of the same people.
+    #[arg(long, value_name = "WHAT:OF")]
+    compare: Vec<Comparison>,
     /// Leaves out trials in which the stimulus missed its target or was not measured, or the wrong sample was handed over.
     #[arg(long)]
     without_flagged: bool,
@@ -67,6 +75,56 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
+/// A difference that is asked for.
+#[derive(Clone, Debug)]
+enum Comparison {
+    /// Of two samples or tasks.
+    Here(Difference),
+    /// Of this study and another.
+    Other { path: PathBuf, people: People },
+}
+
+/// Who took part in another study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum People {
+    Others,
+    TheSame,
+}
+
+impl FromStr for Comparison {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || {
+            format!(
+                "expected samples:A,B, tasks:A,B, people:OTHER or again:OTHER, found `{text}`; OTHER is a study or a table of answers"
+            )
+        };
+        let (what, of) = text.split_once(':').ok_or_else(expected)?;
+        let other = |people| Self::Other {
+            path: of.into(),
+            people,
+        };
+        match (what, of) {
+            (_, "") => Err(expected()),
+            ("people", _) => Ok(other(People::Others)),
+            ("again", _) => Ok(other(People::TheSame)),
+            ("samples" | "tasks", _) => {
+                let names: Vec<&str> = of.split(',').map(str::trim).collect();
+                let [a, b] = names[..] else {
+                    return Err(expected());
+                };
+                let names = [a.to_owned(), b.to_owned()];
+                Ok(Self::Here(match what {
+                    "samples" => Difference::Samples(names),
+                    _ => Difference::Tasks(names),
+                }))
+            }
+            _ => Err(expected()),
+        }
+    }
+}
+
 /// What answers are divided by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MatrixBy {
@@ -85,12 +143,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     outputs(&[&args.answers], &written)?;
-    let AnswersFile { table, doubts } = answers(args)?;
+    let AnswersFile { table, doubts } = answers(args, &args.answers)?;
     let mut found = associate(&table, &config(args)).map_err(|error| refused(args, error))?;
     found.doubts.splice(0..0, doubts);
     if let Some(folder) = &args.felt {
         found = with_felt(args, folder, &table, found)?;
     }
+    found.comparisons = comparisons(args, &table)?;
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.cells_table())?)?;
     }
@@ -124,15 +183,43 @@ fn refused(args: &Arguments, error: AssociationError) -> Failure {
     }
 }
 
+/// The differences that were asked for.
+fn comparisons(args: &Arguments, table: &AnswerTable) -> Outcome<Vec<Compared>> {
+    let config = config(args).matrix;
+    let found = args.compare.iter().map(|one| match one {
+        Comparison::Here(difference) => compared(table, &config, difference).map_err(usage),
+        Comparison::Other { path, people } => {
+            let place = |path: &Path| path.canonicalize().ok();
+            if place(path).is_some() && place(path) == place(&args.answers) {
+                return Err(usage(anyhow::anyhow!(
+                    "--compare: expected another study, found {} again; tasks:A,B and samples:A,B compare within one",
+                    path.display()
+                )));
+            }
+            let other = answers(args, path)?;
+            say_doubts(&other.doubts);
+            let names = [&args.answers, path].map(|path| crate::report::name(path));
+            let difference = match people {
+                People::Others => Difference::People(names),
+                People::TheSame => Difference::Tasks(names),
+            };
+            compared_studies([table, &other.table], &config, &difference).map_err(|error| {
+                Failure::Data(Error::new(error).context(path.display().to_string()))
+            })
+        }
+    });
+    Ok(adjusted(found.collect::<Outcome<_>>()?))
+}
+
 /// The answers of a table or of a study.
-fn answers(args: &Arguments) -> Outcome<AnswersFile> {
-    if !args.answers.is_dir() {
-        return Ok(read_answers(&args.answers, &args.samples)?);
+fn answers(args: &Arguments, path: &Path) -> Outcome<AnswersFile> {
+    if !path.is_dir() {
+        return Ok(read_answers(path, &args.samples)?);
     }
     #[cfg(not(feature = "campaign"))]
     return Err(usage(anyhow::anyhow!(
         "{}: expected a table of answers, found a folder; this build reads no studies: build piezotact with ./x build",
-        args.answers.display()
+        path.display()
     )));
     #[cfg(feature = "campaign")]
     {
@@ -141,7 +228,7 @@ fn answers(args: &Arguments) -> Outcome<AnswersFile> {
                 "the samples of a study are those of its protocol; leave --samples out"
             )));
         }
-        let study = super::campaign::study::Study::open(&args.answers)?;
+        let study = super::campaign::study::Study::open(path)?;
         let (declared, mut answers) = study.answers()?;
         let orders = study.orders();
         // Places in an order are no associations: each follows from the others.
@@ -158,7 +245,7 @@ fn answers(args: &Arguments) -> Outcome<AnswersFile> {
             ));
         }
         let table = AnswerTable::new(declared, answers).map_err(|error| {
-            Failure::Data(Error::new(error).context(args.answers.display().to_string()))
+            Failure::Data(Error::new(error).context(path.display().to_string()))
         })?;
         let doubts = study.doubts()?;
         Ok(AnswersFile { table, doubts })
@@ -233,6 +320,7 @@ fn text(found: &Association) -> Outcome<String> {
     if let Some(felt) = &found.felt {
         parts.extend(felt.pairs.iter().map(|pair| pair.sentence()));
     }
+    parts.extend(found.comparisons.iter().map(Compared::sentence));
     parts.extend(found.orderings.iter().map(|ordering| ordering.sentence()));
     Ok(parts.join("\n\n"))
 }

@@ -10,6 +10,7 @@ use piezotact::page::{Cell as TableCell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable, Flag};
+use super::compared::Compared;
 use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
 use super::doubt::AssociationDoubt;
 use super::expected::{ExpectedShare, StimulusKind, expected_share};
@@ -150,6 +151,9 @@ pub struct Association {
     /// What was felt in confused pairs, where recordings of it were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub felt: Option<Felt>,
+    /// The differences that were asked for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<Compared>,
     /// What it leaves open.
     pub doubts: Vec<Doubt>,
 }
@@ -224,6 +228,7 @@ pub fn associate(
         config: config.clone(),
         pairs,
         felt: None,
+        comparisons: Vec::new(),
     })
 }
 

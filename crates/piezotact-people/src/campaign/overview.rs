@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 
 use super::describe::describe;
 use super::design::{
-    CampaignDescription, DesignError, DesignReport, PairsWanted, SampleCount, TaskTime,
-    design_findings, task_times,
+    CampaignDescription, DesignError, DesignReport, PairsWanted, PowerQuestion, PowerStudy,
+    SampleCount, TaskTime, design_findings, power_study, task_times,
 };
 use super::protocol::{Protocol, SessionProtocol, When};
 
@@ -63,6 +63,9 @@ pub struct CampaignDesign {
     pub campaign: CampaignDescription,
     /// What it can show, and its faults.
     pub report: DesignReport,
+    /// How often a stated difference is found, where one was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<PowerStudy>,
 }
 
 impl Content for CampaignDesign {
@@ -92,6 +95,7 @@ pub fn campaign_design(protocol: &Protocol, seed: u64) -> Result<CampaignDesign,
         earlier_tasks: protocol.aims.earlier_tasks.clone(),
         campaign,
         report,
+        power: None,
     })
 }
 
@@ -164,6 +168,17 @@ fn number(mean: f64) -> String {
 }
 
 impl CampaignDesign {
+    /// The design with the power for a stated difference.
+    ///
+    /// # Errors
+    /// As [`power_study`].
+    ///
+    /// Source: [`power_study`].
+    pub fn with_power(mut self, question: &PowerQuestion) -> Result<Self, DesignError> {
+        self.power = Some(power_study(&self.campaign, question, self.report.seed)?);
+        Ok(self)
+    }
+
     /// The outcome of all rules together; not decided where none was judged.
     #[must_use]
     pub fn outcome(&self) -> Outcome {

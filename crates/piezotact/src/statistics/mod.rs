@@ -18,7 +18,7 @@ pub use moments::{correlation, mean, peak, rms, standard_deviation};
 pub(crate) use order::median;
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub(crate) use permutation::{Draws, smallest_p, units_needed};
-pub use permutation::{Permuted, holm, permutation_test};
+pub use permutation::{Permuted, holm, permutation_test, sign_flip_test};
 pub use rank::{RankCorrelation, rank_correlation, spearman};
 pub(crate) use student::deviation_interval;
 pub use student::t_quantile;

@@ -111,6 +111,66 @@ pub fn permutation_test(
     }
 }
 
+/// The probability of a mean of `differences` at least as far from zero as observed, were it chance which sign each has: a paired
+/// test, in which each person is one difference. `None` where there is none, or one is not a number.
+///
+/// Formula: over all signs of up to 15 differences, the share of absolute means at least as large; or else (k + 1)/(n + 1) with k of n =
+/// `draws` signs drawn with `ChaCha8` from `seed`.
+///
+/// Source: as [`permutation_test`]; equal to `scipy.stats.permutation_test` with `permutation_type="samples"` and the absolute mean.
+///
+/// ```
+/// use piezotact::statistics::sign_flip_test;
+/// // Six people who all differ in one direction: 2 of 2⁶ signs.
+/// let test = sign_flip_test(&[0.1, 0.3, 0.2, 0.1, 0.4, 0.2], 999, 1).unwrap();
+/// assert!(test.exhaustive && (test.p_value - 2.0 / 64.0).abs() < 1e-12);
+/// ```
+#[must_use]
+pub fn sign_flip_test(differences: &[f64], draws: usize, seed: u64) -> Option<Permuted> {
+    if differences.is_empty() || differences.iter().any(|d| !d.is_finite()) {
+        return None;
+    }
+    let observed = differences.iter().sum::<f64>().abs();
+    let all: f64 = differences.iter().map(|d| d.abs()).sum();
+    let least = observed - SAME * all;
+    // The sum and its opposite are as large: the last sign stays.
+    let free = differences.len() - 1;
+    if 1u128 << free.min(100) <= EXHAUSTIVE {
+        let divisions = 1usize << free;
+        let larger = (0..divisions).filter(|signs| {
+            let signed = differences.iter().enumerate();
+            let sum: f64 = signed
+                .map(|(i, d)| if signs >> i & 1 == 1 { -d } else { *d })
+                .sum();
+            sum.abs() >= least
+        });
+        return Some(Permuted {
+            p_value: larger.count() as f64 / divisions as f64,
+            divisions,
+            exhaustive: true,
+        });
+    }
+    let mut random = Draws::new(seed);
+    let mut larger = 0usize;
+    for _ in 0..draws {
+        let mut signs = 0u64;
+        let mut sum = 0.0;
+        for (i, d) in differences.iter().enumerate() {
+            if i % 64 == 0 {
+                signs = random.0.next_u64();
+            }
+            sum += if signs & 1 == 1 { -d } else { *d };
+            signs >>= 1;
+        }
+        larger += usize::from(sum.abs() >= least);
+    }
+    Some(Permuted {
+        p_value: (larger + 1) as f64 / (draws + 1) as f64,
+        divisions: draws,
+        exhaustive: false,
+    })
+}
+
 /// The next of all sets of as many numbers below `count`, in order; false after the last.
 fn next_combination(chosen: &mut [usize], count: usize) -> bool {
     let size = chosen.len();

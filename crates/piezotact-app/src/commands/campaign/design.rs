@@ -2,17 +2,19 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use anyhow::Error;
 use clap::Args;
-use piezotact_people::campaign::design::Change;
+use piezotact_people::campaign::design::{Change, PowerQuestion};
 use piezotact_people::campaign::overview::{CampaignDesign, campaign_design};
+use piezotact_people::difference::Difference;
 use piezotact_report::design::html;
 use piezotact_report::report;
 
 use super::super::outputs;
 use super::protocol_of;
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document};
 use crate::progress::Work;
@@ -27,12 +29,74 @@ pub(super) struct Arguments {
     /// The seed of simulations and searches.
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// How many participants, repeats and sets find a difference, by a permutation of participants at 5 %, in simulated campaigns.
+    /// `samples:A,B`: two samples are told apart; `tasks:A,B`: two tasks differ; `people:A,B`: two groups of people differ, such as
+    /// `people:own,averaged`.
+    #[arg(long, value_name = "WHAT:A,B", requires = "shares")]
+    power: Option<PowerOf>,
+    /// The difference of --power, in percent: answers as expected in A and in B; of two samples, right answers and those that name
+    /// the other. Of the median participant.
+    #[arg(long, value_name = "PERCENT,PERCENT", requires = "power")]
+    shares: Option<Shares>,
+    /// The task of --power, where several tasks have answers of the samples or groups.
+    #[arg(long, value_name = "TASK", requires = "power")]
+    task: Option<String>,
+    /// How participants differ: the standard deviation of the logits of --shares. Default: that of the protocol's aims.
+    #[arg(long, value_name = "LOGITS", requires = "power", allow_negative_numbers = true)]
+    spread: Option<f64>,
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// What --power looks for.
+#[derive(Clone, Debug)]
+struct PowerOf(Difference);
+
+impl FromStr for PowerOf {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || format!("expected samples:A,B, tasks:A,B or people:A,B, found `{text}`");
+        let (what, of) = text.split_once(':').ok_or_else(expected)?;
+        let names: Vec<&str> = of.split(',').map(str::trim).collect();
+        let names = match names[..] {
+            [a, b] if !a.is_empty() && !b.is_empty() => [a.to_owned(), b.to_owned()],
+            _ => return Err(expected()),
+        };
+        match what {
+            "samples" => Ok(Self(Difference::Samples(names))),
+            "tasks" => Ok(Self(Difference::Tasks(names))),
+            "people" => Ok(Self(Difference::People(names))),
+            _ => Err(expected()),
+        }
+    }
+}
+
+/// Two shares, given in percent.
+#[derive(Clone, Copy, Debug)]
+struct Shares([f64; 2]);
+
+impl FromStr for Shares {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let numbers: Option<Vec<f64>> = text
+            .split(',')
+            .map(|part| part.trim().parse().ok())
+            .collect();
+        match numbers.as_deref() {
+            Some([a, b]) if [a, b].iter().all(|p| **p > 0.0 && **p < 100.0) => {
+                Ok(Self([a / 100.0, b / 100.0]))
+            }
+            _ => Err(format!(
+                "expected two percentages above 0 and below 100, such as 85,70, found `{text}`"
+            )),
+        }
+    }
 }
 
 fn participants(text: &str) -> Result<u32, String> {
@@ -53,9 +117,18 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         protocol.panel.participants = participants;
     }
     let work = Work::one("checking the design");
-    let design = campaign_design(&protocol, args.seed).map_err(|error| {
+    let mut design = campaign_design(&protocol, args.seed).map_err(|error| {
         Failure::Data(Error::new(error).context(args.protocol.display().to_string()))
     })?;
+    if let (Some(PowerOf(difference)), Some(Shares(shares))) = (&args.power, args.shares) {
+        let question = PowerQuestion {
+            difference: difference.clone(),
+            task: args.task.clone(),
+            shares,
+            logit_sd: args.spread,
+        };
+        design = design.with_power(&question).map_err(usage)?;
+    }
     drop(work);
     if let Some(path) = &args.report {
         write_report(path, &html(&design)?)?;
@@ -98,6 +171,10 @@ fn text(design: &CampaignDesign) -> Outcome<String> {
     let precision = design.precision_sentences();
     if !precision.is_empty() {
         parts.push(precision.join("\n"));
+    }
+    if let Some(power) = &design.power {
+        parts.push(power.sentences().join("\n"));
+        parts.push(report::text(&power.table())?);
     }
     parts.push(faults(design));
     Ok(parts.join("\n\n"))

@@ -154,6 +154,26 @@ pub enum DesignError {
         /// The range expected.
         expected: &'static str,
     },
+    /// Two samples that no participant can take for each other.
+    #[error(
+        "expected two samples that are together in a set, found {} and {}, which never are: no answer compares them", .pair[0], .pair[1]
+    )]
+    NeverTogether {
+        /// The two.
+        pair: Box<[String; 2]>,
+    },
+    /// A task or sample that cannot be compared.
+    #[error(
+        "expected a {what} of which answers name a sample, one of {known}, found `{name}`; name it"
+    )]
+    NotToCompare {
+        /// "task", "other task" or "sample".
+        what: &'static str,
+        /// The name; empty where none was given.
+        name: String,
+        /// Those that can.
+        known: String,
+    },
     /// There is too much to count in a time that somebody waits.
     #[error("{what}: expected at most {most}, found {found}; make the design smaller")]
     TooLarge {

@@ -8,6 +8,7 @@ mod error;
 mod fault;
 mod findings;
 mod orders;
+mod power;
 mod precision;
 mod sequence;
 mod sets;
@@ -25,11 +26,13 @@ pub use description::{
 pub use error::DesignError;
 pub use fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault, SampleSetCount};
 pub use findings::{
-    ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime, design_findings, task_times,
+    ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, SampleCount, TaskChance,
+    TaskTime, design_findings, power_study, task_times,
 };
 pub use orders::{
     Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,
 };
+pub use power::{FoundShare, PowerPlan, found_share};
 pub use precision::{
     CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
 };

@@ -4,12 +4,14 @@ mod answers;
 mod check;
 mod compared;
 mod pairs;
+mod power;
 mod precision;
 mod presented;
 mod report;
 
 use piezotact::criterion::{Criterion, Outcome};
 
+pub use power::{PowerPoint, PowerQuestion, PowerStudy, power_study};
 pub use report::{ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime};
 
 use super::coverage::pair_coverage;
@@ -203,5 +205,51 @@ impl Work<'_> {
             sets / (self.blocks.len() as f64 * self.share()).max(1.0),
             others,
         )
+    }
+}
+
+/// The smallest number above `now`, for which it is `too_few`, and up to `enough`, for which it is not.
+fn fewest(
+    now: usize,
+    enough: usize,
+    too_few: impl Fn(usize) -> Result<bool, DesignError>,
+) -> Result<usize, DesignError> {
+    let (mut low, mut high) = (now, now);
+    // In steps of a quarter, as large numbers take long to simulate; then halving the last step.
+    loop {
+        high = (high + high.div_ceil(4).max(1)).min(enough);
+        if high == enough || !too_few(high)? {
+            break;
+        }
+        low = high;
+    }
+    while high - low > 1 {
+        let middle = usize::midpoint(low, high);
+        match too_few(middle)? {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Ok(high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_number_that_suffices_is_found() {
+        for (now, least) in [
+            (0, 1),
+            (0, 7),
+            (1, 2),
+            (5, 10),
+            (7, 8),
+            (10, 399),
+            (10, 400),
+        ] {
+            let found = fewest(now, 400, |n| Ok(n < least));
+            assert_eq!(found, Ok(least));
+        }
     }
 }

@@ -8,9 +8,9 @@ use super::super::description::{TaskDescription, TaskKind};
 use super::super::error::DesignError;
 use super::super::fault::{BetterPlan, Change, DesignCriterion, Fault};
 use super::super::precision::{CellPlan, MOST_PRESENTED, cell_precision};
-use super::Work;
 use super::presented::tests;
 use super::report::SampleCount;
+use super::{Work, fewest};
 
 /// Simulated studies for the precision of a cell.
 const STUDIES: usize = 1000;
@@ -126,43 +126,5 @@ impl Work<'_> {
         });
         better.participants[1] = more.participants;
         Ok(Some(better))
-    }
-}
-
-/// The smallest number above `now`, for which it is `too_few`, and up to `enough`, for which it is not.
-fn fewest(
-    now: usize,
-    enough: usize,
-    too_few: impl Fn(usize) -> Result<bool, DesignError>,
-) -> Result<usize, DesignError> {
-    let (mut low, mut high) = (now, now);
-    // In steps of a quarter, as large numbers take long to simulate; then halving the last step.
-    loop {
-        high = (high + high.div_ceil(4)).min(enough);
-        if high == enough || !too_few(high)? {
-            break;
-        }
-        low = high;
-    }
-    while high - low > 1 {
-        let middle = usize::midpoint(low, high);
-        match too_few(middle)? {
-            true => low = middle,
-            false => high = middle,
-        }
-    }
-    Ok(high)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_smallest_number_that_suffices_is_found() {
-        for (now, least) in [(1, 2), (5, 10), (7, 8), (10, 399), (10, 400)] {
-            let found = fewest(now, 400, |n| Ok(n < least));
-            assert_eq!(found, Ok(least));
-        }
     }
 }

@@ -1,0 +1,318 @@
+//! How many people find a stated difference: the test of [`crate::difference`], on simulated campaigns.
+
+use piezotact::statistics::random::Random;
+use serde::{Deserialize, Serialize};
+
+use super::error::DesignError;
+use super::precision::{CellPlan, CellPrecision, cell_precision};
+use crate::difference::{Difference, LEVEL_SHARE, between_people, within_people};
+
+/// Divisions drawn for each simulated campaign where they are too many to try all: (k + 1)/400 can be 5 %.
+const DRAWS: usize = 399;
+/// The correlation over people of the logits of a person's shares in two tasks.
+const CORRELATION: f64 = 0.5;
+/// The most participants (of each group) that are looked for.
+pub(super) const MOST_PARTICIPANTS: usize = 200;
+/// The most presentations to a participant in each of the two.
+pub(super) const MOST_PRESENTATIONS: usize = 1000;
+
+/// What is to be found, and what is assumed about people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PowerPlan {
+    /// The difference.
+    pub difference: Difference,
+    /// Participants; of each group where groups are compared.
+    pub participants: usize,
+    /// Presentations to each participant, of each of the two samples or in each of the two tasks or groups.
+    pub presentations: [usize; 2],
+    /// Shares of the median participant, above 0 and below 1: as expected in each of two tasks or groups; of two samples, right and
+    /// taken for the other.
+    pub shares: [f64; 2],
+    /// The standard deviation over participants, of the logits of these shares.
+    pub logit_sd: f64,
+}
+
+/// The share of simulated campaigns that find a difference.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FoundShare {
+    /// Participants; of each group where groups are compared.
+    pub participants: usize,
+    /// How many times the presentations of the design.
+    pub times: usize,
+    /// The share of campaigns in which the permutation test gives 5 % or less.
+    pub power_share: f64,
+    /// The number of simulated campaigns.
+    pub campaigns: usize,
+}
+
+impl PowerPlan {
+    fn check(&self) -> Result<(), DesignError> {
+        let bad = |what, found, expected| {
+            Err(DesignError::OutOfRange {
+                what,
+                found,
+                expected,
+            })
+        };
+        for share in self.shares {
+            if !(share > 0.0 && share < 1.0) {
+                return bad("a share of --shares", share, "above 0 and below 1");
+            }
+        }
+        if matches!(self.difference, Difference::Samples(_))
+            && self.shares[0] + self.shares[1] > 1.0
+        {
+            return bad(
+                "the sum of right answers and of those that name the other sample",
+                self.shares[0] + self.shares[1],
+                "at most 1",
+            );
+        }
+        if !(2..=MOST_PARTICIPANTS).contains(&self.participants) {
+            let found = self.participants as f64;
+            return bad("the number of participants", found, "2 to 200 for --power");
+        }
+        for presentations in self.presentations {
+            if !(1..=MOST_PRESENTATIONS).contains(&presentations) {
+                let found = presentations as f64;
+                return bad(
+                    "the number of presentations",
+                    found,
+                    "1 to 1000 for --power",
+                );
+            }
+        }
+        if !(0.0..=10.0).contains(&self.logit_sd) {
+            let found = self.logit_sd;
+            return bad("the spread of participants in logits", found, "0 to 10");
+        }
+        Ok(())
+    }
+
+    /// One value for each person of a simulated campaign, or two groups of shares.
+    fn people(&self, random: &mut Random) -> [Vec<f64>; 2] {
+        let one = |random: &mut Random, own: &dyn Fn(&mut Random) -> f64| {
+            let values = (0..self.participants).map(|_| own(random));
+            values.collect::<Vec<f64>>()
+        };
+        let [a, b] = self.shares;
+        let [n, m] = self.presentations;
+        match self.difference {
+            Difference::Samples(_) => {
+                let own = |random: &mut Random| {
+                    let right = moved(a, self.logit_sd * random.normal());
+                    let other = (1.0 - right) * b / (1.0 - a);
+                    let of = |random: &mut Random, n: usize| {
+                        let answers = (0..n).map(|_| match random.uniform() {
+                            u if u < right => 1.0,
+                            u if u < right + other => -1.0,
+                            _ => 0.0,
+                        });
+                        answers.sum::<f64>() / n as f64
+                    };
+                    (of(random, n) + of(random, m)) / 2.0
+                };
+                [one(random, &own), Vec::new()]
+            }
+            Difference::Tasks(_) => {
+                let shared = self.logit_sd * CORRELATION.sqrt();
+                let apart = self.logit_sd * (1.0 - CORRELATION).sqrt();
+                let own = |random: &mut Random| {
+                    let both = shared * random.normal();
+                    let [x, y] = [random.normal(), random.normal()];
+                    share_of(random, moved(a, both + apart * x), n)
+                        - share_of(random, moved(b, both + apart * y), m)
+                };
+                [one(random, &own), Vec::new()]
+            }
+            Difference::People(_) => [(a, n), (b, m)].map(|(share, n)| {
+                let own = |random: &mut Random| {
+                    let z = self.logit_sd * random.normal();
+                    share_of(random, moved(share, z), n)
+                };
+                one(random, &own)
+            }),
+        }
+    }
+}
+
+/// `share` with its logit moved by `by`.
+fn moved(share: f64, by: f64) -> f64 {
+    1.0 / (1.0 + (-(share / (1.0 - share)).ln() - by).exp())
+}
+
+/// The share of successes in `n` trials.
+fn share_of(random: &mut Random, share: f64, n: usize) -> f64 {
+    (0..n).filter(|_| random.uniform() < share).count() as f64 / n as f64
+}
+
+/// The share of `campaigns` simulated campaigns in which a permutation of participants finds the difference at 5 %, two-sided, in
+/// whichever direction. People differ: the logits of their shares are normal; those of one person in two tasks correlate by 0.5; right
+/// answers and those that name the other sample share what a person is better by.
+///
+/// Source: decision 0074 of this project; test: [`crate::difference`].
+///
+/// # Errors
+/// [`DesignError::OutOfRange`].
+pub fn found_share(plan: &PowerPlan, campaigns: usize, seed: u64) -> Result<f64, DesignError> {
+    plan.check()?;
+    let mut found = 0_usize;
+    if plan.difference.smallest_p([plan.participants; 2]) > LEVEL_SHARE {
+        return Ok(0.0);
+    }
+    for number in 0..campaigns as u64 {
+        let mut random = Random::stream(seed, number, "power");
+        let [a, b] = plan.people(&mut random);
+        let seed = seed ^ number.rotate_left(32);
+        let test = match plan.difference {
+            Difference::People(_) => between_people(&a, &b, DRAWS, seed),
+            Difference::Samples(_) | Difference::Tasks(_) => within_people(&a, DRAWS, seed),
+        };
+        found += usize::from(test.is_some_and(|test| test.p_value <= LEVEL_SHARE));
+    }
+    Ok(found as f64 / campaigns.max(1) as f64)
+}
+
+/// The interval of a cell of the first of the two, with so many participants.
+///
+/// # Errors
+/// As [`cell_precision`].
+pub(super) fn cell_of(
+    plan: &PowerPlan,
+    studies: usize,
+    seed: u64,
+) -> Result<CellPrecision, DesignError> {
+    let cell = CellPlan {
+        participants: plan.participants,
+        presentations: plan.presentations[0],
+        share: plan.shares[0],
+        logit_sd: plan.logit_sd,
+    };
+    cell_precision(&cell, studies, seed)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plan(difference: fn([String; 2]) -> Difference, shares: [f64; 2]) -> PowerPlan {
+        PowerPlan {
+            difference: difference(["a".into(), "b".into()]),
+            participants: 10,
+            presentations: [12, 12],
+            shares,
+            logit_sd: 0.9,
+        }
+    }
+
+    /// Without a difference a level of 5 % is kept, also of people who differ much and of few answers.
+    #[test]
+    fn without_a_difference_at_most_five_percent_are_found() {
+        for (of, shares) in [
+            (Difference::Samples as fn(_) -> _, [0.4, 0.4]),
+            (Difference::Tasks, [0.7, 0.7]),
+            (Difference::People, [0.7, 0.7]),
+        ] {
+            for (presentations, logit_sd, participants) in
+                [([12, 12], 0.9, 10), ([2, 2], 2.0, 8), ([3, 3], 0.0, 18)]
+            {
+                let plan = PowerPlan {
+                    presentations,
+                    logit_sd,
+                    participants,
+                    ..plan(of, shares)
+                };
+                // Whose median right and wrong answers are as many, are not right as often on average.
+                let plan = match plan.difference {
+                    Difference::Samples(_) => PowerPlan {
+                        logit_sd: 0.0,
+                        ..plan
+                    },
+                    _ => plan,
+                };
+                let found = found_share(&plan, 1000, 3).unwrap();
+                // Three standard deviations of 1000 campaigns.
+                assert!(found < 0.05 + 0.021, "{plan:?}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn more_people_more_answers_and_larger_differences_are_found_more_often() {
+        for of in [
+            Difference::Samples as fn(_) -> _,
+            Difference::Tasks,
+            Difference::People,
+        ] {
+            let power = |plan: &PowerPlan| found_share(plan, 400, 5).unwrap();
+            let base = PowerPlan {
+                presentations: [2, 2],
+                ..plan(of, [0.65, 0.3])
+            };
+            let more = PowerPlan {
+                participants: 20,
+                ..base.clone()
+            };
+            let repeats = PowerPlan {
+                presentations: [60, 60],
+                ..base.clone()
+            };
+            let larger = PowerPlan {
+                shares: [0.9, 0.05],
+                ..base.clone()
+            };
+            let least = power(&base);
+            for other in [&more, &repeats, &larger] {
+                let found = power(other);
+                assert!(found > least, "{other:?}: {found}, {least}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_few_people_never_find_anything() {
+        let few = |of, participants| PowerPlan {
+            participants,
+            ..plan(of, [0.9, 0.05])
+        };
+        assert_eq!(found_share(&few(Difference::Tasks, 5), 200, 1), Ok(0.0));
+        assert!(found_share(&few(Difference::Tasks, 6), 200, 1).unwrap() > 0.5);
+        assert_eq!(found_share(&few(Difference::People, 3), 200, 1), Ok(0.0));
+        assert!(found_share(&few(Difference::People, 4), 200, 1).unwrap() > 0.5);
+    }
+
+    #[test]
+    fn bad_questions_are_refused() {
+        let good = plan(Difference::Samples, [0.6, 0.3]);
+        for bad in [
+            PowerPlan {
+                shares: [0.6, 0.5],
+                ..good.clone()
+            },
+            PowerPlan {
+                shares: [f64::NAN, 0.5],
+                ..good.clone()
+            },
+            PowerPlan {
+                shares: [1.0, 0.5],
+                ..good.clone()
+            },
+            PowerPlan {
+                participants: 1,
+                ..good.clone()
+            },
+            PowerPlan {
+                presentations: [0, 3],
+                ..good.clone()
+            },
+            PowerPlan {
+                logit_sd: f64::INFINITY,
+                ..good.clone()
+            },
+        ] {
+            assert!(found_share(&bad, 100, 1).is_err(), "{bad:?}");
+        }
+    }
+}
