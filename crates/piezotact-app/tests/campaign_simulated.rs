@@ -53,8 +53,29 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     let people = table(&folder.path("exported/participants.csv"));
     assert_eq!(people.len(), 4);
     assert!(people.iter().all(|row| row["judge"] == "thurstone"));
-    let evidence = table(&folder.path("exported/evidence.csv"));
-    assert!(!evidence.is_empty());
+    for file in ["evidence", "trials"] {
+        let rows = table(&folder.path(&format!("exported/{file}.csv")));
+        assert!(!rows.is_empty() && rows.iter().all(|row| row["judge"] == "thurstone"));
+    }
+    // The first page says what was asked, that nobody was asked, what was found and how sure.
+    let status = run(&folder, "campaign status st").out();
+    holds(
+        &status,
+        &["2 of 10 virtual volunteers (no person) completed"],
+    );
+    let matrix = run(&folder, "matrix st --report st.html");
+    holds(&matrix.out(), &["Simulated: ", "of 2 virtual volunteers"]);
+    let page = std::fs::read_to_string(folder.path("st.html")).unwrap();
+    for words in [
+        "2 virtual volunteers of 10 planned",
+        "Simulated: no person touched anything or answered.",
+        "rendering: open loop, one level for all textures.",
+        "What was found, task by task",
+        "fewer than 4 participants decide nothing",
+        "Akaike weight",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
     run(&folder, "campaign run st P09 measurement").expect_failure(
         2,
         &["expected a study with people, found virtual volunteers, such as P01"],
@@ -66,13 +87,22 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         &again.out(),
         &[
             "4 sessions (4 of them were complete before)",
-            "is not compared",
+            // What was felt is kept with the study.
+            "answers of 2 participants do not decide which judge it was",
         ],
     );
     for (line, said) in [
         (
             SIMULATE.replace("--seed 7", "--seed 8"),
             "expected a study of this protocol with the seed 8",
+        ),
+        (
+            SIMULATE.replace("--iterations 0", "--iterations 1"),
+            "expected --iterations 0, with which this simulation was begun, found 1",
+        ),
+        (
+            format!("{SIMULATE} --level fit"),
+            "expected --level common, with which this simulation was begun, found fit",
         ),
         (
             format!("{SIMULATE} --judge guesser"),

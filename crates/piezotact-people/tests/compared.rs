@@ -4,8 +4,8 @@
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact_people::association::{
-    Answer, AnswerTable, Compared, Declared, MatrixConfig, Stimulus, adjusted, compared,
-    compared_studies,
+    Answer, AnswerTable, AssociationConfig, Compared, Declared, MatrixConfig, Stimulus, adjusted,
+    associate, compared, compared_studies,
 };
 use piezotact_people::difference::Difference;
 
@@ -190,4 +190,45 @@ fn several_are_adjusted_and_bad_questions_refused() {
         let refused = compared(&right, &MatrixConfig::default(), &question).unwrap_err();
         assert!(refused.to_string().contains(words), "{refused}");
     }
+}
+
+/// A, presented nine times of fifteen: who always says A, or says A as often as it comes, is no better than chance.
+#[test]
+fn a_preference_for_what_is_presented_most_is_not_above_chance() {
+    let share = |seed: u64, says: &dyn Fn(&mut Random, usize) -> usize| {
+        let names = ["A", "B", "C"];
+        let mut random = Random::stream(seed, 0, "preferences");
+        let mut answers = Vec::new();
+        for person in 0..8 {
+            for trial in 0..15 {
+                let presented = [0, 0, 0, 1, 2][trial % 5];
+                answers.push(Answer {
+                    participant: format!("P{person}"),
+                    task: "3".into(),
+                    trial: trial.to_string(),
+                    presented: names[presented].into(),
+                    answered: names[says(&mut random, presented)].into(),
+                    offered: names.map(Into::into).to_vec(),
+                    ..Answer::default()
+                });
+            }
+        }
+        let table = AnswerTable::new(Declared::plain(&names), answers).unwrap();
+        let found = associate(&table, &AssociationConfig::default()).unwrap();
+        found.expected[0].clone()
+    };
+    let always = share(1, &|_, _| 0);
+    assert_eq!(always.criterion.outcome, Outcome::NotDecided);
+    assert!((always.habit_share - 0.6).abs() < 1e-12);
+    let said = always.words();
+    assert!(
+        said.contains("60.0 % by what people answer whatever is presented: not told from chance"),
+        "{said}"
+    );
+    let matching = |random: &mut Random, _| [0, 0, 0, 1, 2][below(random, 5)];
+    let above = (0..200).filter(|seed| share(*seed, &matching).criterion.outcome == Outcome::Met);
+    // 2.5 % of the intervals lie above.
+    assert!(above.count() <= 12);
+    let right = share(1, &|_, presented| presented);
+    assert_eq!(right.criterion.outcome, Outcome::Met);
 }

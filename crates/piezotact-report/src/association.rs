@@ -5,7 +5,7 @@ use piezotact::criterion::Outcome;
 use piezotact::document::Words;
 use piezotact::doubt::merged;
 use piezotact_people::association::{
-    Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
+    Asked, Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
 };
 
 use crate::felt::felt_section;
@@ -39,6 +39,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
         h1 { (title) }
         section class=(class(found)) {
             p { strong { (found.sentence()) } }
+            @for sentence in found.asked.iter().flat_map(|asked| asked.sentences()) { p { (sentence) } }
             p.soft {
                 "A percentage is how often an association was declared, over how often the stimulus was presented. \
                  Intervals are 95 %, of Clopper and Pearson, with the effective number of answers of Korn and Graubard (1998): they \
@@ -46,6 +47,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
             }
         }
         (doubts_section(&merged(&found.doubts), words))
+        @if let Some(asked) = &found.asked { (tasks(asked)?) }
         (comparisons(found))
         @for section in &sections { (section) }
         (pairs(found)?)
@@ -54,6 +56,28 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
     Ok(document(&title, &body))
+}
+
+/// What was found in each task of a study, and which judge the answers of virtual volunteers show.
+fn tasks(asked: &Asked) -> Result<Markup, DrawError> {
+    Ok(html! {
+        section {
+            h2 { "What was found, task by task" }
+            (drawn_table(&asked.table())?)
+            @if let Some(sentence) = &asked.which_sentence {
+                h3 { "Which judge the answers show" }
+                p { (sentence) "." }
+            }
+            @if let Some(table) = asked.judges_table() {
+                (drawn_table(&table)?)
+                p.soft {
+                    "Judges are ways of answering by what was delivered to the nail; noise, weight and lapses of each are fitted. AICc: \
+                     Akaike's criterion for small samples. A judge is named where its weight is at least 0.99, it predicts participants who \
+                     were held out best, and its fit is not refuted; fewer than four participants decide nothing."
+                }
+            }
+        }
+    })
 }
 
 /// The differences that were asked for.

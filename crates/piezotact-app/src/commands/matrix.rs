@@ -144,12 +144,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     outputs(&[&args.answers], &written)?;
     let AnswersFile { table, doubts } = answers(args, &args.answers)?;
-    let mut found = associate(&table, &config(args)).map_err(|error| refused(args, error))?;
+    let mut found = associated(args, &table)?;
     found.doubts.splice(0..0, doubts);
     if let Some(folder) = &args.felt {
         found = with_felt(args, folder, &table, found)?;
     }
-    found.comparisons = comparisons(args, &table)?;
+    found.comparisons = comparisons(args, &table, &found.config.matrix)?;
+    found = with_study(args, &table, found)?;
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.cells_table())?)?;
     }
@@ -171,6 +172,49 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     Ok(())
 }
 
+/// The matrices. The orders of a study are made with them where no task is selected.
+fn associated(args: &Arguments, table: &AnswerTable) -> Outcome<Association> {
+    let mut asked = config(args);
+    let by_itself = args.ordering.is_empty() && args.task.is_none();
+    if by_itself {
+        asked.ordering_tasks = orders(args)?;
+        let has_answers = |task: &String| table.answers().iter().any(|a| a.task == *task);
+        asked.ordering_tasks.retain(has_answers);
+    }
+    match associate(table, &asked) {
+        Err(AssociationError::Order(_)) if by_itself => associate(table, &config(args)),
+        other => other,
+    }
+    .map_err(|error| refused(args, error))
+}
+
+/// The tasks of a study in which samples are put in order; none of a table of answers.
+fn orders(args: &Arguments) -> Outcome<Vec<String>> {
+    #[cfg(feature = "campaign")]
+    if args.answers.is_dir() {
+        return Ok(super::campaign::study::Study::open(&args.answers)?.orders());
+    }
+    let _a_table_does_not_say = args;
+    Ok(Vec::new())
+}
+
+/// `found` with what the study asked.
+fn with_study(args: &Arguments, table: &AnswerTable, found: Association) -> Outcome<Association> {
+    #[cfg(feature = "campaign")]
+    if args.answers.is_dir() {
+        let study = super::campaign::study::Study::open(&args.answers)?;
+        let simulated = super::campaign::simulated_as(&study)?;
+        // Comparing judges takes seconds; only documents have a place for it.
+        let which = match args.report.is_some() || args.json {
+            true => super::campaign::which_of(&study)?,
+            false => None,
+        };
+        return Ok(found.with_study(table, &study.campaign.protocol, simulated, which));
+    }
+    let _a_table_does_not_say = (args, table);
+    Ok(found)
+}
+
 /// Why there are no matrices: of usage where the options select nothing.
 fn refused(args: &Arguments, error: AssociationError) -> Failure {
     match error {
@@ -184,10 +228,13 @@ fn refused(args: &Arguments, error: AssociationError) -> Failure {
 }
 
 /// The differences that were asked for.
-fn comparisons(args: &Arguments, table: &AnswerTable) -> Outcome<Vec<Compared>> {
-    let config = config(args).matrix;
+fn comparisons(
+    args: &Arguments,
+    table: &AnswerTable,
+    config: &MatrixConfig,
+) -> Outcome<Vec<Compared>> {
     let found = args.compare.iter().map(|one| match one {
-        Comparison::Here(difference) => compared(table, &config, difference).map_err(usage),
+        Comparison::Here(difference) => compared(table, config, difference).map_err(usage),
         Comparison::Other { path, people } => {
             let place = |path: &Path| path.canonicalize().ok();
             if place(path).is_some() && place(path) == place(&args.answers) {
@@ -203,7 +250,7 @@ fn comparisons(args: &Arguments, table: &AnswerTable) -> Outcome<Vec<Compared>> 
                 People::Others => Difference::People(names),
                 People::TheSame => Difference::Tasks(names),
             };
-            compared_studies([table, &other.table], &config, &difference).map_err(|error| {
+            compared_studies([table, &other.table], config, &difference).map_err(|error| {
                 Failure::Data(Error::new(error).context(path.display().to_string()))
             })
         }
@@ -229,21 +276,7 @@ fn answers(args: &Arguments, path: &Path) -> Outcome<AnswersFile> {
             )));
         }
         let study = super::campaign::study::Study::open(path)?;
-        let (declared, mut answers) = study.answers()?;
-        let orders = study.orders();
-        // Places in an order are no associations: each follows from the others.
-        let counts = |answer: &piezotact_people::association::Answer| {
-            !orders.contains(&answer.task)
-                || args.task.as_ref() == Some(&answer.task)
-                || args.ordering.contains(&answer.task)
-        };
-        if answers.iter().any(counts) && !answers.iter().all(counts) {
-            answers.retain(counts);
-            crate::output::say(&format!(
-                "orders are left out of these matrices: --ordering {} makes theirs",
-                orders.join(",")
-            ));
-        }
+        let (declared, answers) = study.answers()?;
         let table = AnswerTable::new(declared, answers).map_err(|error| {
             Failure::Data(Error::new(error).context(path.display().to_string()))
         })?;

@@ -400,7 +400,7 @@ fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), Campa
     }
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_atomically(path, |file| {
         file.write_all(bytes).map_err(WriteError::io(path))
     })
@@ -418,7 +418,7 @@ fn own_text(path: &Path) -> Result<String, CampaignError> {
     Ok(read_input_text(path)?)
 }
 
-fn parsed<T: for<'de> Deserialize<'de>>(
+pub(super) fn parsed<T: for<'de> Deserialize<'de>>(
     path: &Path,
     expected: &'static str,
 ) -> Result<T, CampaignError> {

@@ -11,6 +11,7 @@ mod pseudonym;
 mod running;
 mod schema;
 mod seal;
+mod simulated;
 mod store;
 #[cfg(test)]
 mod tests;

@@ -170,6 +170,8 @@ pub fn compared_studies(
 }
 
 /// `found`, each with its probability adjusted for all of them.
+///
+/// Source: [`holm`].
 #[must_use]
 pub fn adjusted(mut found: Vec<Compared>) -> Vec<Compared> {
     let p_values: Vec<f64> = found.iter().map(|one| one.test.p_value).collect();

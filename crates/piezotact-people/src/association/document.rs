@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use piezotact::Doubt;
+use piezotact::criterion::Outcome;
 use piezotact::discrimination::Model;
 use piezotact::document::Content;
 use piezotact::number::counted;
@@ -10,6 +11,7 @@ use piezotact::page::{Cell as TableCell, Column, Table};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable, Flag};
+use super::asked::Asked;
 use super::compared::Compared;
 use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
 use super::doubt::AssociationDoubt;
@@ -132,8 +134,14 @@ pub struct GroupMatrix {
 pub struct Association {
     /// What was asked for.
     pub config: AssociationConfig,
+    /// What the study asked; absent for a table of answers.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<Asked>,
     /// How many answers count.
     pub answers: usize,
+    /// How many of them virtual volunteers gave.
+    #[serde(default)]
+    pub virtual_answers: usize,
     /// Of how many participants.
     pub participants: usize,
     /// How many rehearsals were excluded.
@@ -218,7 +226,9 @@ pub fn associate(
     let pairs = confused_pairs(table, &config.matrix);
     let participants = different(&|answer| &answer.participant).len();
     Ok(Association {
+        asked: None,
         answers: selected.len(),
+        virtual_answers: selected.iter().filter(|a| a.judge.is_some()).count(),
         participants,
         rehearsals: table.rehearsals(),
         expected: expected_shares(table, &selected),
@@ -330,6 +340,15 @@ fn doubts(
             of,
         });
     }
+    let confused = pairs.iter().filter(|p| p.outcome == PairOutcome::Confused);
+    let confused = confused.count();
+    let share = expected_share(table.declared(), selected, StimulusKind::All);
+    let guessed = share.is_some_and(|share| {
+        share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
+    });
+    if guessed && confused > 0 {
+        found.push(AssociationDoubt::Guesses { pairs: confused });
+    }
     found.into_iter().map(Doubt::from).collect()
 }
 
@@ -412,10 +431,20 @@ impl Association {
             .iter()
             .map(|(outcome, pairs)| format!("{pairs} {}", outcome.word()));
         let pairs: Vec<String> = pairs.collect();
+        let who = match self.virtual_answers {
+            0 => "",
+            all if all == self.answers => "Simulated: ",
+            _ => "Partly simulated: ",
+        };
         format!(
-            "{} answers of {}{expected}. Pairs: {}.",
+            "{who}{} answers of {}{expected}. Pairs: {}.",
             self.answers,
-            counted(self.participants, "participant"),
+            match self.virtual_answers {
+                all if all > 0 && all == self.answers => {
+                    counted(self.participants, "virtual volunteer")
+                }
+                _ => counted(self.participants, "participant"),
+            },
             pairs.join(", ")
         )
     }

@@ -51,6 +51,11 @@ pub enum AssociationDoubt {
     },
     /// The samples were not declared: a sample that was neither presented nor answered is missing.
     SamplesNotDeclared,
+    /// Answers are not shown to be better than guesses, and pairs are called confused.
+    Guesses {
+        /// How many pairs.
+        pairs: usize,
+    },
 }
 
 const FEW: &str = "few_participants";
@@ -60,6 +65,7 @@ const LEFT_OUT: &str = "flagged_trials_left_out";
 const REHEARSALS: &str = "rehearsals_left_out";
 const UNTESTED: &str = "untested_pairs";
 const NOT_DECLARED: &str = "samples_not_declared";
+const GUESSES: &str = "guesses";
 
 impl From<AssociationDoubt> for Doubt {
     fn from(kind: AssociationDoubt) -> Self {
@@ -78,6 +84,7 @@ impl From<AssociationDoubt> for Doubt {
             Kind::Rehearsals { trials } => (REHEARSALS, vec![("trials", trials)]),
             Kind::Untested { pairs, of } => (UNTESTED, vec![("pairs", pairs), ("of", of)]),
             Kind::SamplesNotDeclared => (NOT_DECLARED, vec![]),
+            Kind::Guesses { pairs } => (GUESSES, vec![("pairs", pairs)]),
         };
         let fields = fields.into_iter();
         Self::of_fields(
@@ -127,6 +134,9 @@ impl DoubtKind for AssociationDoubt {
                 of: field("of")?,
             },
             NOT_DECLARED => Self::SamplesNotDeclared,
+            GUESSES => Self::Guesses {
+                pairs: field("pairs")?,
+            },
             _ => return None,
         })
     }
@@ -205,6 +215,15 @@ impl fmt::Display for AssociationDoubt {
                 "the list of samples was not given: a sample that was neither presented nor answered has no row and no column; \
                     state the list",
             ),
+            Self::Guesses { pairs } => write!(
+                f,
+                "answers are not shown to be better than guesses: that {} confused can come of people who guess, or keep to one \
+                 answer, and says nothing of the samples",
+                match pairs {
+                    1 => "1 pair is".to_owned(),
+                    pairs => format!("{pairs} pairs are"),
+                }
+            ),
         }
     }
 }
@@ -232,6 +251,7 @@ mod tests {
             AssociationDoubt::Rehearsals { trials: 1 },
             AssociationDoubt::Untested { pairs: 47, of: 78 },
             AssociationDoubt::SamplesNotDeclared,
+            AssociationDoubt::Guesses { pairs: 2 },
         ] {
             assert_eq!(Doubt::from(kind.clone()).kind(), Some(kind));
         }

@@ -9,6 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::answer::{Answer, Declared};
 use crate::interval::clustered_interval;
 
+/// By how much habits must be above chance to be mentioned.
+const MARKED_SHARE: f64 = 0.03;
+
 /// Of which stimuli the answers are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -49,7 +52,11 @@ pub struct ExpectedShare {
     pub expected: usize,
     /// The mean over answers of 1/number of samples offered, 0–1: what guessing reaches, with or without repeats.
     pub chance_share: f64,
-    /// The share with its 95 % interval over participants, beside chance: met above it, not met below it.
+    /// What answers like these reach whatever is presented, 0–1: for each answer, the share of what others said with the same samples
+    /// on offer that would be as expected here. Above chance where people prefer what is presented most.
+    #[serde(default)]
+    pub habit_share: f64,
+    /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it.
     pub criterion: Criterion<ExpectedCriterion>,
 }
 
@@ -58,7 +65,13 @@ impl ExpectedShare {
     #[must_use]
     pub fn words(&self) -> String {
         let share = 100.0 * self.expected as f64 / self.answers as f64;
-        let chance = format!("chance {:.1} %", 100.0 * self.chance_share);
+        let mut chance = format!("chance {:.1} %", 100.0 * self.chance_share);
+        if self.habit_share > self.chance_share + MARKED_SHARE {
+            chance += &format!(
+                ", {:.1} % by what people answer whatever is presented",
+                100.0 * self.habit_share
+            );
+        }
         let Some([low, high]) = self.criterion.interval else {
             return format!("{share:.1} % as expected ({chance}; no interval: not decided)");
         };
@@ -75,8 +88,50 @@ impl ExpectedShare {
     }
 }
 
+/// How often each sample was said, by each participant.
+type Said<'a> = BTreeMap<&'a str, BTreeMap<&'a str, usize>>;
+
+/// What people say with the same samples on offer, whatever is presented.
+struct Habits<'a> {
+    /// By task and samples on offer.
+    said: BTreeMap<(&'a str, Vec<&'a str>), Said<'a>>,
+}
+
+impl<'a> Habits<'a> {
+    fn of(answers: &[&'a Answer]) -> Self {
+        let mut said: BTreeMap<_, BTreeMap<_, BTreeMap<_, usize>>> = BTreeMap::new();
+        for answer in answers {
+            let by_person = said.entry(Self::key(answer)).or_default();
+            let by_sample = by_person.entry(answer.participant.as_str()).or_default();
+            *by_sample.entry(answer.answered.as_str()).or_default() += 1;
+        }
+        Self { said }
+    }
+
+    fn key(answer: &'a Answer) -> (&'a str, Vec<&'a str>) {
+        let mut offered: Vec<&str> = answer.offered.iter().map(String::as_str).collect();
+        offered.sort_unstable();
+        (&answer.task, offered)
+    }
+
+    /// The share of answers of other participants that name `wanted`: each person's answers depend on each other.
+    fn share(&self, answer: &'a Answer, wanted: &str) -> Option<f64> {
+        let by_person = self.said.get(&Self::key(answer))?;
+        let others = by_person
+            .iter()
+            .filter(|(person, _)| **person != answer.participant);
+        let (mut named, mut all) = (0, 0);
+        for (_, by_sample) in others {
+            named += by_sample.get(wanted).copied().unwrap_or(0);
+            all += by_sample.values().sum::<usize>();
+        }
+        (all > 0).then(|| named as f64 / all as f64)
+    }
+}
+
 /// The share of `answers` to stimuli of `kind` that are as expected; `None` where there are none. Its interval is clustered by
-/// participant.
+/// participant. Who prefers a sample that is presented often is right more often than a guesser and has felt nothing: the limit is the
+/// larger of chance and of that habit.
 ///
 /// Source: decision 0064 of this project; intervals: [`clustered_interval`].
 #[must_use]
@@ -97,7 +152,8 @@ pub(super) fn expected_share(
         })
         .collect();
     let mut people: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
-    let mut guessed = 0.0;
+    let (mut guessed, mut by_habit) = (0.0, 0.0);
+    let habits = Habits::of(answers);
     for answer in answers {
         let Some((wanted, of)) = expected.get(answer.presented.as_str()) else {
             continue;
@@ -112,20 +168,24 @@ pub(super) fn expected_share(
         let person = people.entry(&answer.participant).or_default();
         person.0 += usize::from(answer.answered == *wanted);
         person.1 += 1;
-        guessed += 1.0 / answer.offered.len() as f64;
+        let guess = 1.0 / answer.offered.len() as f64;
+        guessed += guess;
+        by_habit += habits.share(answer, wanted).unwrap_or(guess);
     }
     let each: Vec<(usize, usize)> = people.into_values().collect();
     let found = clustered_interval(&each)?;
     let answers = each.iter().map(|(_, answers)| answers).sum::<usize>();
     let chance_share = guessed / answers as f64;
     let judged = found.interval.unwrap_or([f64::NAN; 2]);
-    let limit = Limit::at_least(chance_share);
+    let habit_share = by_habit / answers as f64;
+    let limit = Limit::at_least(chance_share.max(habit_share));
     let what = ExpectedCriterion::AboveChance;
     Some(ExpectedShare {
         stimuli: kind,
         answers,
         expected: each.iter().map(|(expected, _)| expected).sum(),
         chance_share,
+        habit_share,
         criterion: Criterion {
             interval: found.interval,
             ..Criterion::new(what, "", found.share, Some(judged), limit)

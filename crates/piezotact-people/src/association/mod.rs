@@ -4,6 +4,7 @@
 //! pairs that are confused, and, for tasks in which samples are put in order, places, dominance and Kendall's τ.
 
 mod answer;
+mod asked;
 mod compared;
 mod confused;
 mod document;
@@ -16,6 +17,7 @@ mod order;
 mod tables;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
+pub use asked::{Asked, AskedTask};
 pub use compared::{CompareError, Compared, adjusted, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
 pub use document::{

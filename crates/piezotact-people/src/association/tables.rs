@@ -52,7 +52,7 @@ fn table(names: &[&str]) -> Table {
 }
 
 /// The columns of the table of trials.
-const OF_TRIALS: [&str; 23] = [
+const OF_TRIALS: [&str; 24] = [
     "participant",
     "session",
     "number",
@@ -76,7 +76,13 @@ const OF_TRIALS: [&str; 23] = [
     "confirmed_ms",
     "seconds",
     "rehearsal",
+    "judge",
 ];
+
+/// How a virtual volunteer judges; empty for a person.
+fn judge(state: &State<'_>) -> &'static str {
+    state.participant().judge.map_or("", |judge| judge.name())
+}
 
 /// Every trial of the sessions `states`, answered or not, with a row for each: what was planned and presented, the answer that counts
 /// and the first one, the one that was confirmed,
@@ -132,6 +138,7 @@ pub fn trials_table<'a>(
                 Cell::from(time(of.at_ms[1])),
                 Cell::from(seconds),
                 Cell::from(word_of(purpose)),
+                Cell::from(judge(state)),
             ]);
         }
     }
@@ -179,6 +186,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
         "onset_uncertainty_s",
         "strokes",
         "journal",
+        "judge",
     ]);
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     for state in states {
@@ -206,6 +214,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
                     Cell::from(number(one.onset_uncertainty_s)),
                     Cell::from(one.strokes.to_string()),
                     Cell::from(one.journal.as_deref().unwrap_or("")),
+                    Cell::from(judge(state)),
                 ]);
             }
         }

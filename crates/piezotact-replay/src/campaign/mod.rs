@@ -280,7 +280,14 @@ impl Simulation<'_> {
                             plan: &plan,
                             volunteer: ready,
                         })?;
-                        let Answers { choices, orders } = sit(self, ready, &plan, store)?;
+                        let whole = !is_begun(store, &plan)?;
+                        let answers = sit(self, ready, &plan, store)?;
+                        step(Arrival::Answered {
+                            plan: &plan,
+                            answers: &answers,
+                            whole,
+                        })?;
+                        let Answers { choices, orders } = answers;
                         done.answers.choices.extend(choices);
                         done.answers.orders.extend(orders);
                     }
@@ -318,6 +325,15 @@ pub enum Arrival<'a> {
         /// Who.
         volunteer: &'a VirtualVolunteer,
     },
+    /// A session is over.
+    Answered {
+        /// The plan.
+        plan: &'a Plan,
+        /// What was felt with what was answered, of the trials that were answered now.
+        answers: &'a Answers,
+        /// Whether these are all its trials: it was not begun before.
+        whole: bool,
+    },
     /// All sessions of a volunteer are done.
     Gone,
 }
@@ -341,6 +357,13 @@ fn is_complete(protocol: &Protocol, store: &dyn Store, plan: &Plan) -> Result<bo
         return Ok(false);
     }
     Ok(state_of(store, protocol, plan)?.is_complete())
+}
+
+/// Whether something of the session of `plan` is in `store`.
+fn is_begun(store: &dyn Store, plan: &Plan) -> Result<bool, CampaignError> {
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    let is_there = store.sessions()?.iter().any(|entry| entry.key == key);
+    Ok(is_there && !store.events(&key)?.is_empty())
 }
 
 /// The pseudonym of volunteer `number`.

@@ -42,7 +42,12 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "TASK", requires = "power")]
     task: Option<String>,
     /// How participants differ: the standard deviation of the logits of --shares. Default: that of the protocol's aims.
-    #[arg(long, value_name = "LOGITS", requires = "power", allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "LOGITS",
+        requires = "power",
+        allow_negative_numbers = true
+    )]
     spread: Option<f64>,
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]

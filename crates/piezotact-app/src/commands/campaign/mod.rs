@@ -34,6 +34,16 @@ use piezotact_people::campaign::protocol::{LIBRARY, Protocol, read};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
 
+#[cfg(feature = "campaign")]
+pub(super) use simulate::settings::which_of;
+
+/// How a study was simulated, in words; `None` for one with people.
+#[cfg(feature = "campaign")]
+pub(super) fn simulated_as(study: &study::Study) -> Outcome<Option<String>> {
+    let settings = study.store.simulation::<simulate::settings::Settings>()?;
+    Ok(settings.map(|settings| settings.words()))
+}
+
 #[derive(Debug, Args)]
 pub(crate) struct Campaign {
     #[command(subcommand)]

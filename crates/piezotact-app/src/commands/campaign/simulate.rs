@@ -1,6 +1,7 @@
 //! `piezotact campaign simulate`: a campaign with virtual volunteers.
 
 mod panels;
+pub(super) mod settings;
 
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -8,9 +9,9 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::Decibels;
-use piezotact_dataset::study::{NewCampaign, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{NewCampaign, Pseudonym, SqliteStore, StudyCampaign};
 use piezotact_people::campaign::session::Stage;
-use piezotact_people::judge::{Bounds, Judge, which_judge};
+use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
 
 use super::protocol_text;
@@ -19,6 +20,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::output::print;
 use crate::progress::{Words, Work};
+use settings::{Settings, which_of};
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Arguments {
@@ -130,7 +132,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         done.plans.len(),
         done.taken_up
     ))?;
-    print(&which(&simulation, &done))?;
+    match which_of(&study)? {
+        None => {}
+        Some(Ok(which)) => print(&which.sentence())?,
+        Some(Err(why)) => print(&format!(
+            "which judge the answers show is not compared: {why}"
+        ))?,
+    }
     print(&format!(
         "see what they answered: piezotact matrix {}",
         args.study.display()
@@ -151,12 +159,6 @@ fn asked<'a>(
         ..Simulation::usual(protocol, campaign.protocol_sha, args.seed)
     };
     for (name, sample) in &args.surface {
-        if !protocol.samples.contains(name) {
-            return Err(usage(anyhow!(
-                "--surface {name}={sample}: expected a sample of the protocol ({}), found `{name}`",
-                protocol.samples.join(", ")
-            )));
-        }
         simulation.surfaces.insert(name.clone(), sample.clone());
     }
     let Some(panel) = simulation.panel() else {
@@ -189,6 +191,15 @@ fn simulated(
         match arrival {
             Arrival::Measured { pseudonym: _ } => {}
             Arrival::Planned { plan, .. } => plans.write_plan(plan)?,
+            Arrival::Answered {
+                plan,
+                answers,
+                whole: true,
+            } => {
+                let participant = Pseudonym::new(&plan.participant)?;
+                plans.write_judged(&participant, &plan.session, answers)?;
+            }
+            Arrival::Answered { whole: false, .. } => {}
             Arrival::Gone => gone(),
         }
         Ok(())
@@ -196,21 +207,16 @@ fn simulated(
     simulation.run::<Failure>(1..=u64::from(participants), &mut study.store, &mut step)
 }
 
-/// Which judge the answers show, as an analysis that does not know it finds.
-fn which(simulation: &Simulation<'_>, done: &Simulated) -> String {
-    if done.taken_up > 0 {
-        return "which judge the answers show is not compared: what was felt in sessions of before is not kept"
-            .to_owned();
-    }
-    match which_judge(&done.answers, &simulation.touch, Bounds::of_campaigns()) {
-        Ok(which) => which.sentence(),
-        Err(error) => format!("which judge the answers show is not decided: {error}"),
-    }
-}
-
 /// The study in the folder: a new one, or the one of the same simulation.
 fn study(args: &Arguments) -> Outcome<Study> {
     let (protocol, text) = protocol_text(&args.protocol)?;
+    let mut names = args.surface.iter().map(|(name, _)| name);
+    if let Some(name) = names.find(|name| !protocol.samples.contains(name)) {
+        return Err(usage(anyhow!(
+            "--surface: expected a sample of the protocol ({}), found `{name}`",
+            protocol.samples.join(", ")
+        )));
+    }
     if !piezotact_dataset::reads::is_there(&args.study.join("campaign.json")) {
         let panels = protocol.panel.disjoint_from.iter();
         let new = NewCampaign {
@@ -221,7 +227,6 @@ fn study(args: &Arguments) -> Outcome<Study> {
             program: crate::invocation::PROGRAM,
         };
         StudyCampaign::create(&args.study, &new)?;
-        return Study::open(&args.study);
     }
     let study = Study::open(&args.study)?;
     if study.campaign.seed != args.seed || study.campaign.protocol != protocol {
@@ -246,5 +251,6 @@ fn study(args: &Arguments) -> Outcome<Study> {
             )));
         }
     }
+    Settings::of(args, &protocol).keep(&study)?;
     Ok(study)
 }

@@ -29,10 +29,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         return print(report::csv(&table)?.trim_end());
     }
     print(&format!(
-        "{}: {} of {} participants completed {}",
+        "{}: {} of {} {} completed {}",
         study.campaign.protocol.title,
         completed(&study)?,
         study.campaign.protocol.panel.participants,
+        people(&study)?,
         study.campaign.protocol.aims.session
     ))?;
     match table.rows.is_empty() {
@@ -98,6 +99,16 @@ fn sessions(study: &Study) -> Outcome<Table> {
         ]);
     }
     Ok(table)
+}
+
+/// What the participants are.
+fn people(study: &Study) -> Outcome<&'static str> {
+    for (_, plan) in study.live()? {
+        if study.state(&plan)?.participant().judge.is_some() {
+            return Ok("virtual volunteers (no person)");
+        }
+    }
+    Ok("participants")
 }
 
 /// How many participants completed the session that the campaign is judged by.

@@ -22,7 +22,7 @@ use crate::failure::{Failure, Outcome, sentence, usage};
 /// A study with its campaign.
 pub(crate) struct Study {
     pub(super) store: SqliteStore,
-    pub(super) campaign: StudyCampaign,
+    pub(crate) campaign: StudyCampaign,
 }
 
 /// A session that was begun.

@@ -58,7 +58,11 @@ impl PowerPlan {
         };
         for share in self.shares {
             if !(share > 0.0 && share < 1.0) {
-                return bad("a share of --shares", share, "above 0 and below 1");
+                return bad(
+                    "a share of the stated difference",
+                    share,
+                    "above 0 and below 1",
+                );
             }
         }
         if matches!(self.difference, Difference::Samples(_))
@@ -72,7 +76,11 @@ impl PowerPlan {
         }
         if !(2..=MOST_PARTICIPANTS).contains(&self.participants) {
             let found = self.participants as f64;
-            return bad("the number of participants", found, "2 to 200 for --power");
+            return bad(
+                "the number of participants",
+                found,
+                "2 to 200 for its power",
+            );
         }
         for presentations in self.presentations {
             if !(1..=MOST_PRESENTATIONS).contains(&presentations) {
@@ -80,7 +88,7 @@ impl PowerPlan {
                 return bad(
                     "the number of presentations",
                     found,
-                    "1 to 1000 for --power",
+                    "1 to 1000 for its power",
                 );
             }
         }
