@@ -3,10 +3,12 @@
 
 use piezotact::criterion::Outcome;
 use piezotact_people::association::Answer;
-use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::chain::{Link, Sha};
 use piezotact_people::campaign::plan::{Plan, PlanRequest, plan};
 use piezotact_people::campaign::protocol::{LIBRARY, Protocol, from_library, read};
-use piezotact_people::campaign::store::{MemoryStore, SessionKey, Store as _};
+use piezotact_people::campaign::store::{
+    MemoryStore, NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
+};
 use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{
     Arrival, CampaignError, Playings, Simulated, Simulation, Whose, sit, volunteer,
@@ -46,7 +48,7 @@ fn run(simulation: &Simulation<'_>, people: u64, store: &mut MemoryStore) -> Sim
         .unwrap()
 }
 
-fn answers(simulation: &Simulation<'_>, store: &MemoryStore, plans: &[Plan]) -> Vec<Answer> {
+fn answers(simulation: &Simulation<'_>, store: &dyn Store, plans: &[Plan]) -> Vec<Answer> {
     simulation.answers(store, plans).unwrap().1
 }
 
@@ -170,6 +172,77 @@ fn a_simulation_that_was_stopped_goes_on() {
         answers(&simulation, &store, &done.plans),
         answers(&simulation, &whole, &at_once.plans)
     );
+}
+
+/// A store that takes so many events, and no more.
+struct Stops {
+    store: MemoryStore,
+    left: usize,
+}
+
+impl Store for Stops {
+    fn begin(&mut self, key: &SessionKey, purpose: Purpose) -> Result<(), StoreError> {
+        self.store.begin(key, purpose)
+    }
+
+    fn append(
+        &mut self,
+        key: &SessionKey,
+        known: u64,
+        event: NewEvent<'_>,
+    ) -> Result<Link, StoreError> {
+        if self.left == 0 {
+            return Err(StoreError::Place {
+                why: "stopped".into(),
+                advice: "go on",
+            });
+        }
+        self.left -= 1;
+        self.store.append(key, known, event)
+    }
+
+    fn events(&self, key: &SessionKey) -> Result<Vec<Link>, StoreError> {
+        self.store.events(key)
+    }
+
+    fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
+        self.store.sessions()
+    }
+
+    fn erase(&mut self, participant: &str, at_ms: i64) -> Result<usize, StoreError> {
+        self.store.erase(participant, at_ms)
+    }
+}
+
+/// Stopped in the middle of a session again and again, the answers are the same, and time never goes back.
+#[test]
+fn a_session_that_was_stopped_goes_on_after_its_last_event() {
+    let protocol = two_sets();
+    let simulation = quick(&protocol, Judge::Thurstone);
+    let mut stops = Stops {
+        store: MemoryStore::new(),
+        left: 0,
+    };
+    let mut whole = MemoryStore::new();
+    let at_once = run(&simulation, 1, &mut whole);
+    let mut times = 0;
+    let done = loop {
+        stops.left = 9;
+        times += 1;
+        let step = &mut |_: Arrival<'_>| Ok(());
+        if let Ok(done) = simulation.run::<CampaignError>(1..=1, &mut stops, step) {
+            break done;
+        }
+    };
+    assert!(times > 3);
+    assert_eq!(
+        answers(&simulation, &stops, &done.plans),
+        answers(&simulation, &whole, &at_once.plans)
+    );
+    for entry in stops.sessions().unwrap() {
+        let events = stops.events(&entry.key).unwrap();
+        assert!(events.windows(2).all(|two| two[0].at_ms < two[1].at_ms));
+    }
 }
 
 #[test]

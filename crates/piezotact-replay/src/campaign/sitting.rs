@@ -15,7 +15,7 @@ use piezotact_people::campaign::protocol::{Playing, Protocol, Question, TaskKind
 use piezotact_people::campaign::session::{
     Command, Evidence, Participant as Described, State, Step, TrialState,
 };
-use piezotact_people::campaign::store::{Purpose, Store};
+use piezotact_people::campaign::store::{Purpose, SessionKey, Store};
 use piezotact_people::judge::{
     Answers, ChoiceAnswer, Cues, Judge, JudgeError, Look, Moment, OrderAnswer, Person, Recall,
     Sameness, TouchedTexture,
@@ -83,6 +83,15 @@ pub(super) fn delivered(recording: &Recording, band: Band) -> Result<Cues, Strin
     Cues::of(&felt, band).map_err(|error| error.to_string())
 }
 
+/// When the last event of the session of `plan` was, in ms; 0 where there is none.
+fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, CampaignError> {
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    if !store.sessions()?.iter().any(|entry| entry.key == key) {
+        return Ok(0);
+    }
+    Ok(store.events(&key)?.last().map_or(0, |event| event.at_ms))
+}
+
 /// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it. Gives
 /// what was felt with what was answered, of the trials that were answered now.
 ///
@@ -104,6 +113,8 @@ pub fn sit(
     let place = place.take_while(|one| one.name != plan.session).count();
     let mut now =
         FIRST_MS + BETWEEN_MS * (i64::try_from(volunteer.number).unwrap_or(0) * 8 + place as i64);
+    // Gone on with, its times follow those that are there.
+    now = now.max(last_ms(store, plan)?);
     let mut salts = Random::stream(
         simulation.seed,
         volunteer.number,

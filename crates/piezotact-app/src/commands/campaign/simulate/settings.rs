@@ -61,17 +61,6 @@ impl Settings {
             of.panel
                 .map_or_else(|| "none".to_owned(), |[from, to]| format!("{from}..{to}"))
         };
-        let surfaces = |of: &Self| {
-            let all: Vec<String> = of
-                .surfaces
-                .iter()
-                .map(|(a, b)| format!("{a}={b}"))
-                .collect();
-            match all.is_empty() {
-                true => "none".to_owned(),
-                false => all.join(" "),
-            }
-        };
         let all = [
             [
                 "--judge".into(),
@@ -125,7 +114,29 @@ impl Settings {
         let panel = self.panel.map_or_else(String::new, |[from, to]| {
             format!("; average transfer function of virtual people {from} to {to}, none of whom takes part")
         });
-        format!("{loops}, {level}{panel}")
+        let surfaces = match self.surfaces.is_empty() {
+            true => String::new(),
+            false => format!(
+                "; samples of the twin in place of those of the protocol: {}",
+                surfaces(self)
+            ),
+        };
+        format!(
+            "{loops}, {level}{panel}{surfaces}; judge: {}",
+            self.judge.name()
+        )
+    }
+}
+
+/// The samples of the twin that stand for others, in words.
+fn surfaces(of: &Settings) -> String {
+    let all = of.surfaces.iter();
+    let all: Vec<String> = all
+        .map(|(name, sample)| format!("{name}={sample}"))
+        .collect();
+    match all.is_empty() {
+        true => "none".to_owned(),
+        false => all.join(" "),
     }
 }
 
