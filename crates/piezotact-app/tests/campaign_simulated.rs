@@ -69,7 +69,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     for words in [
         "2 virtual volunteers of 10 planned",
         "Simulated: no person touched anything or answered.",
-        "rendering: open loop, one level for all textures.",
+        "rendering: open loop, one level for all textures; samples of the twin",
         "What was found, task by task",
         "fewer than 4 participants decide nothing",
         "Akaike weight",
@@ -78,8 +78,13 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     }
     run(&folder, "campaign run st P09 measurement").expect_failure(
         2,
-        &["expected a study with people, found virtual volunteers, such as P01"],
+        &["expected a study with people, found one that was simulated"],
     );
+    let plan = folder.path("st/participants/P01/discrimination/plan.json");
+    let text = std::fs::read(&plan).unwrap();
+    std::fs::remove_file(&plan).unwrap();
+    run(&folder, SIMULATE).expect_failure(1, &["the plan of session discrimination of P01"]);
+    std::fs::write(&plan, text).unwrap();
     // The same command finds everything done; another simulation goes elsewhere.
     let again = run(&folder, SIMULATE);
     again.expect_success();

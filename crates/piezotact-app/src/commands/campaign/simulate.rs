@@ -236,7 +236,15 @@ fn study(args: &Arguments) -> Outcome<Study> {
             args.seed
         )));
     }
-    for Begun { entry, plan, .. } in study.sessions()? {
+    for Begun {
+        entry,
+        plan,
+        unreadable,
+    } in study.sessions()?
+    {
+        if let Some(why) = unreadable {
+            return Err(why);
+        }
         let Some(plan) = plan else { continue };
         let state = study.state(&plan)?;
         let judge = state.participant().judge;

@@ -81,6 +81,13 @@ impl Study {
 
     /// Refuses a study of virtual volunteers, where a person would be counted among them.
     pub(super) fn require_people(&self) -> Outcome {
+        // Also where all of them have withdrawn.
+        if super::simulated_as(self)?.is_some() {
+            return Err(usage(anyhow!(
+                "{}: expected a study with people, found one that was simulated; make a study of its own for people",
+                self.store.folder().display()
+            )));
+        }
         for (entry, plan) in self.live()? {
             if self.state(&plan)?.participant().judge.is_some() {
                 return Err(usage(anyhow!(
