@@ -69,7 +69,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     for words in [
         "2 virtual volunteers of 10 planned",
         "Simulated: no person touched anything or answered.",
-        "rendering: open loop, one level for all textures; samples of the twin",
+        "rendering: open loop, one level for all textures; judge: thurstone.",
         "What was found, task by task",
         "fewer than 4 participants decide nothing",
         "Akaike weight",
