@@ -1,6 +1,8 @@
 //! Campaigns with virtual volunteers.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact_dataset::study::SqliteStore;
+
 use crate::campaign_drives::two_sets;
 use crate::campaign_session::{holds, run, study, whole};
 use crate::support::Folder;
@@ -50,6 +52,8 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         &exported.err(),
         &["virtual volunteers who judge as `thurstone` answered in 2 sessions, no person"],
     );
+    let orders = run(&folder, "matrix exported/orders.csv");
+    holds(&orders.err(), &["answered in 2 sessions, no person"]);
     let people = table(&folder.path("exported/participants.csv"));
     assert_eq!(people.len(), 4);
     assert!(people.iter().all(|row| row["judge"] == "thurstone"));
@@ -80,6 +84,10 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         2,
         &["expected a study with people, found one that was simulated"],
     );
+    let open = SqliteStore::open(&folder.path("st")).unwrap();
+    let other = open.simulate_alone().unwrap();
+    run(&folder, SIMULATE).expect_failure(1, &["another program simulates this study"]);
+    drop((other, open));
     let plan = folder.path("st/participants/P01/discrimination/plan.json");
     let text = std::fs::read(&plan).unwrap();
     std::fs::remove_file(&plan).unwrap();
@@ -100,6 +108,10 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         (
             SIMULATE.replace("--seed 7", "--seed 8"),
             "expected a study of this protocol with the seed 8",
+        ),
+        (
+            SIMULATE.replace("--participants 2", "--participants 1"),
+            "expected at least the 2 volunteers that this study has, found 1",
         ),
         (
             SIMULATE.replace("--iterations 0", "--iterations 1"),

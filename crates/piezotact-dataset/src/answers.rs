@@ -11,7 +11,7 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact_people::association::{
-    Answer, AnswerTable, AssociationDoubt, Declared, Flag, Purpose, Stimulus,
+    Answer, AnswerTable, AssociationDoubt, Declared, Flag, Purpose, REPETITION, Stimulus,
 };
 
 use piezotact_people::campaign::session::CampaignDoubt;
@@ -129,7 +129,12 @@ fn virtual_volunteers(answers: &[Answer]) -> Vec<Doubt> {
     let mut sessions: BTreeMap<&str, BTreeSet<[&str; 2]>> = BTreeMap::new();
     for answer in answers {
         if let Some(judge) = &answer.judge {
-            let session = [answer.participant.as_str(), &answer.session];
+            // Repetitions of an order are of one session.
+            let (session, _) = answer
+                .session
+                .split_once(REPETITION)
+                .unwrap_or((&answer.session, ""));
+            let session = [answer.participant.as_str(), session];
             sessions.entry(judge).or_default().insert(session);
         }
     }

@@ -5,6 +5,8 @@ use crate::lock::{Lock, LockError, LockFile};
 
 /// The file that is locked while a session runs.
 const RUNNING: &str = ".running";
+/// The file that is locked while a study is simulated.
+const SIMULATING: &str = ".simulating";
 
 /// The exclusive right to run a session, until it is dropped or its program ends for any reason.
 #[derive(Debug)]
@@ -27,6 +29,16 @@ pub enum RunningError {
         /// Who runs it.
         by: String,
     },
+    /// Another program simulates the study.
+    #[error(
+        "{}: another program simulates this study ({by}): end it there, or wait until it has ended", folder.display()
+    )]
+    Simulated {
+        /// The study.
+        folder: std::path::PathBuf,
+        /// Who does.
+        by: String,
+    },
     /// Its folder cannot be had.
     #[error(transparent)]
     Folder(#[from] CampaignError),
@@ -41,6 +53,23 @@ pub enum RunningError {
 }
 
 impl SqliteStore {
+    /// Takes the exclusive right to simulate the study: two programs would mix what they present.
+    ///
+    /// # Errors
+    /// [`RunningError::Simulated`] while another program has it.
+    pub fn simulate_alone(&self) -> Result<SessionLock, RunningError> {
+        let path = self.folder.join(SIMULATING);
+        let lock = Lock::take(&path, LockFile::Goes);
+        lock.map(|lock| SessionLock { _lock: lock })
+            .map_err(|error| match error {
+                LockError::Held(by) => RunningError::Simulated {
+                    folder: self.folder.clone(),
+                    by,
+                },
+                LockError::Io(source) => RunningError::Io { path, source },
+            })
+    }
+
     /// Takes the exclusive right to run `session` of `participant`: what is played and recorded there is not replaced by a second
     /// program.
     ///

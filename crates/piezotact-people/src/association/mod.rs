@@ -32,7 +32,7 @@ pub use felt::{
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };
-pub use of_session::{answers_of, declared};
+pub use of_session::{REPETITION, answers_of, declared};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
 pub use tables::{
     THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,

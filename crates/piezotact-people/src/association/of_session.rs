@@ -8,6 +8,9 @@ use crate::campaign::protocol::{OrderKey, Protocol, TaskKind};
 use crate::campaign::session::{Evidence, State, TrialState};
 use crate::campaign::store;
 
+/// Between the name of a session and the number of a repetition of an order in it, from the second on.
+pub const REPETITION: &str = ", repetition ";
+
 /// What `protocol` declares: its samples, and its stimuli with the answer that is expected for each.
 ///
 /// Source: thesis 2.6 and 4.4; decision 0064 of this project.
@@ -96,7 +99,7 @@ fn of_trial(
             let mut rows: Vec<Answer> = rows.collect();
             if repetition > 1 {
                 // Each order is a repetition of its own.
-                let name = format!("{}, repetition {repetition}", state.plan().session);
+                let name = format!("{}{REPETITION}{repetition}", state.plan().session);
                 rows.iter_mut()
                     .for_each(|row| row.session.clone_from(&name));
             }

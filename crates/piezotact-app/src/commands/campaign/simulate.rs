@@ -3,13 +3,14 @@
 mod panels;
 pub(super) mod settings;
 
+use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::Decibels;
-use piezotact_dataset::study::{NewCampaign, Pseudonym, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, SqliteStore, StudyCampaign};
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
@@ -113,7 +114,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(count) = args.panels {
         return panels::run(args, count);
     }
-    let mut study = study(args)?;
+    let (mut study, _alone) = study(args)?;
     let participants = args
         .participants
         .unwrap_or(study.campaign.protocol.panel.participants);
@@ -139,10 +140,15 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "which judge the answers show is not compared: {why}"
         ))?,
     }
-    print(&format!(
-        "see what they answered: piezotact matrix {}",
-        args.study.display()
-    ))
+    let study_at = args.study.display();
+    match study.associations()?.is_empty() && study.places()?.is_empty() {
+        false => print(&format!(
+            "see what they answered: piezotact matrix {study_at}"
+        )),
+        true => print(&format!(
+            "see what they answered: piezotact campaign export {study_at} --out FOLDER"
+        )),
+    }
 }
 
 /// What is to be simulated, with the average of its panel where it is rendered with one.
@@ -207,9 +213,15 @@ fn simulated(
     simulation.run::<Failure>(1..=u64::from(participants), &mut study.store, &mut step)
 }
 
-/// The study in the folder: a new one, or the one of the same simulation.
-fn study(args: &Arguments) -> Outcome<Study> {
+/// The study in the folder: a new one, or the one of the same simulation, with the exclusive right to simulate it.
+fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
     let (protocol, text) = protocol_text(&args.protocol)?;
+    let mut stated = BTreeSet::new();
+    if let Some((name, _)) = args.surface.iter().find(|(name, _)| !stated.insert(name)) {
+        return Err(usage(anyhow!(
+            "--surface: expected {name} once, found it twice; state one sample of the twin for it"
+        )));
+    }
     let mut names = args.surface.iter().map(|(name, _)| name);
     if let Some(name) = names.find(|name| !protocol.samples.contains(name)) {
         return Err(usage(anyhow!(
@@ -229,6 +241,7 @@ fn study(args: &Arguments) -> Outcome<Study> {
         StudyCampaign::create(&args.study, &new)?;
     }
     let study = Study::open(&args.study)?;
+    let alone = study.store.simulate_alone()?;
     if study.campaign.seed != args.seed || study.campaign.protocol != protocol {
         return Err(usage(anyhow!(
             "{}: expected a study of this protocol with the seed {}, found another; name another folder",
@@ -236,11 +249,21 @@ fn study(args: &Arguments) -> Outcome<Study> {
             args.seed
         )));
     }
+    let sessions = study.sessions()?;
+    let people = sessions.iter().map(|begun| &begun.entry.key.participant);
+    let people = people.collect::<BTreeSet<_>>().len();
+    let wanted = args.participants.unwrap_or(protocol.panel.participants);
+    if people > wanted as usize {
+        return Err(usage(anyhow!(
+            "{}: expected at least the {people} volunteers that this study has, found {wanted}; state --participants {people} or more, or name another folder",
+            args.study.display()
+        )));
+    }
     for Begun {
         entry,
         plan,
         unreadable,
-    } in study.sessions()?
+    } in sessions
     {
         if let Some(why) = unreadable {
             return Err(why);
@@ -260,5 +283,5 @@ fn study(args: &Arguments) -> Outcome<Study> {
         }
     }
     Settings::of(args, &protocol).keep(&study)?;
-    Ok(study)
+    Ok((study, alone))
 }

@@ -96,7 +96,7 @@ fn panel(args: &Arguments, place: u32) -> Outcome<Panel> {
         panels: None,
         ..args.clone()
     };
-    let mut made = study(&own)?;
+    let (mut made, _alone) = study(&own)?;
     let campaign = made.campaign.clone();
     let participants = own
         .participants

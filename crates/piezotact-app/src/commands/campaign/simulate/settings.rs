@@ -162,7 +162,8 @@ pub(crate) fn which_of(study: &Study) -> Outcome<Option<Result<Which, String>>> 
         answers.choices.extend(judged.choices);
         answers.orders.extend(judged.orders);
     }
-    if virtual_sessions == 0 {
+    // Pairs that are compared and ratings name no judge.
+    if virtual_sessions == 0 || answers.is_empty() {
         return Ok(None);
     }
     let which = which_judge(&answers, &Touch::mean_person(), Bounds::of_campaigns());
