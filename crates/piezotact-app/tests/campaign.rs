@@ -343,7 +343,10 @@ fn the_power_for_a_stated_difference_is_shown() {
     for (rest, words) in [
         ("--power samples:S4,S5 --shares 75,20", "which never are"),
         ("--power samples:S2,S3 --shares 75,40", "at most 1"),
-        ("--power tasks:task2,task3 --shares 75,40", "found `task2`"),
+        (
+            "--power tasks:task2,task3 --shares 75,40",
+            "found task3 alone; compare samples or people",
+        ),
         (
             "--power people:own,averaged --shares 75,40 --spread -1",
             "0 to 10",
@@ -351,6 +354,14 @@ fn the_power_for_a_stated_difference_is_shown() {
         (
             "--power people:own,averaged --shares 75,400",
             "above 0 and below 100",
+        ),
+        (
+            "--power samples:S2,S3 --shares 0.75,0.20",
+            "expected two percentages such as 85,70",
+        ),
+        (
+            "--power samples:S2,S3 --shares 40,40",
+            "two shares that differ",
         ),
         ("--power samples:S2,S3", "--shares"),
         ("--power other:S2,S3 --shares 75,20", "expected samples:A,B"),

@@ -373,8 +373,8 @@ fn differences_are_tested_over_people() {
         "report.html",
     ]);
     found.expect_success();
-    let told = "SA and SB: right 100.0 %, taken for each other 0.0 % (means of 8 participants); difference 100.0 points, 95 %: 100.0 to \
-                100.0; permutation of participants, p = 0.0078: told apart.";
+    let told = "SA: right 100.0 %, called SB 0.0 %; SB: right 100.0 %, called SA 0.0 % (means of 8 participants); right less called the \
+                other 100.0 points; permutation of participants, p = 0.0078: told apart better than by guessing.";
     assert!(found.out().contains(told), "{}", found.out());
     let page = std::fs::read_to_string(folder.path("report.html")).unwrap();
     assert!(page.contains("told apart") && page.contains("<h2>Differences</h2>"));
@@ -403,12 +403,21 @@ fn differences_are_tested_over_people() {
         "again:other.csv",
     ]);
     for words in [
-        "means of 8 and 8 other participants",
+        "means of groups of 8 and 8 participants",
         "means of 8 participants",
         "they differ",
     ] {
         assert!(found.out().contains(words), "{}", found.out());
     }
+    // The same pseudonyms are not two groups of people.
+    let same = "the two groups have 8 pseudonyms in common";
+    assert!(found.err().contains(same), "{}", found.err());
+    let page = ["--compare", "people:other.csv", "--report", "same.html"];
+    of(&page).expect_success();
+    let page = std::fs::read_to_string(folder.path("same.html")).unwrap();
+    assert!(page.contains(same));
+    let again = of(&["--compare", "again:other.csv"]);
+    assert!(!again.err().contains(same));
     of(&["--compare", "people:answers.csv"]).expect_failure(2, &["found answers.csv again"]);
     of(&["--compare", "samples:SA,SZ"]).expect_failure(2, &["of SA, SB, found `SZ`"]);
     of(&["--compare", "samples:SA"]).expect_failure(2, &["expected samples:A,B"]);

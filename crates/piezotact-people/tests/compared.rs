@@ -4,8 +4,8 @@
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact_people::association::{
-    Answer, AnswerTable, AssociationConfig, Compared, Declared, MatrixConfig, Stimulus, adjusted,
-    associate, compared, compared_studies,
+    Answer, AnswerTable, Association, AssociationConfig, Compared, Declared, MatrixConfig,
+    Stimulus, associate, compared, compared_studies,
 };
 use piezotact_people::difference::Difference;
 
@@ -53,6 +53,12 @@ fn of(table: &AnswerTable, difference: &Difference) -> Compared {
     compared(table, &MatrixConfig::default(), difference).unwrap()
 }
 
+/// The matrices of `table` with comparisons.
+fn with(table: &AnswerTable, found: Vec<Compared>) -> Association {
+    let matrices = associate(table, &AssociationConfig::default()).unwrap();
+    matrices.with_comparisons(found)
+}
+
 fn below(random: &mut Random, n: usize) -> usize {
     (random.uniform() * n as f64) as usize
 }
@@ -89,7 +95,13 @@ fn constant_answers_tell_nothing_apart_and_right_ones_do() {
     assert_eq!(always.verdict(), "not decided");
     let right = table(10, &["naming"], 3, |_, _, presented| presented);
     let right = of(&right, &samples("S1", "S2"));
-    assert_eq!((right.shares, right.verdict()), ([1.0, 0.0], "told apart"));
+    assert_eq!(
+        (right.shares, right.verdict()),
+        ([1.0, 0.0], "told apart better than by guessing")
+    );
+    assert_eq!(right.by_sample, Some([[1.0, 0.0]; 2]));
+    // All alike: nothing says how people differ.
+    assert_eq!(right.interval, None);
     assert!((right.test.p_value - 2f64.powi(-9)).abs() < 1e-12);
     let swapped = table(10, &["naming"], 3, |_, _, presented| match presented {
         0 => 1,
@@ -97,17 +109,14 @@ fn constant_answers_tell_nothing_apart_and_right_ones_do() {
         other => other,
     });
     let swapped = of(&swapped, &samples("S1", "S2"));
-    assert_eq!(
-        swapped.verdict(),
-        "taken for each other more often than not"
-    );
+    assert_eq!(swapped.verdict(), "called the other more often than right");
     // Five people cannot show it, however right they are.
     let few = table(5, &["naming"], 9, |_, _, presented| presented);
     let few = of(&few, &samples("S1", "S2"));
     assert_eq!(few.outcome(), Outcome::NotDecided);
     assert!(
         few.sentence()
-            .contains("so few participants can show no difference"),
+            .contains("not decided: with so few participants no difference reaches 5 %"),
         "{}",
         few.sentence()
     );
@@ -153,7 +162,7 @@ fn groups_differ_over_people() {
         ([8, 9], "they differ")
     );
     assert!(
-        apart.sentence().contains("8 and 9 other participants"),
+        apart.sentence().contains("groups of 8 and 9 participants"),
         "{}",
         apart.sentence()
     );
@@ -161,7 +170,7 @@ fn groups_differ_over_people() {
     let again = of(
         &guessers,
         &right,
-        &Difference::Tasks(two("own", "averaged")),
+        &Difference::Again(two("own", "averaged")),
     );
     assert_eq!((again.participants, again.left_out), ([8, 8], 1));
 }
@@ -175,7 +184,7 @@ fn several_are_adjusted_and_bad_questions_refused() {
         samples("S2", "S3"),
     ];
     let found = questions.iter().map(|question| of(&right, question));
-    let found = adjusted(found.collect());
+    let found = with(&right, found.collect()).comparisons;
     for one in &found {
         // 2/64 alone would be below 5 %.
         assert!((one.p_adjusted - 3.0 / 32.0).abs() < 1e-12);

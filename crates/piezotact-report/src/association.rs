@@ -7,6 +7,7 @@ use piezotact::doubt::merged;
 use piezotact_people::association::{
     Asked, Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
 };
+use piezotact_people::difference::Difference;
 
 use crate::felt::felt_section;
 use crate::grid::{Grid, Shade, Square};
@@ -73,7 +74,8 @@ fn tasks(asked: &Asked) -> Result<Markup, DrawError> {
                 p.soft {
                     "Judges are ways of answering by what was delivered to the nail; noise, weight and lapses of each are fitted. AICc: \
                      Akaike's criterion for small samples. A judge is named where its weight is at least 0.99, it predicts participants who \
-                     were held out best, and its fit is not refuted; fewer than four participants decide nothing."
+                     were held out best, and its fit is not refuted; fewer than four participants decide nothing. An order counts as one \
+                     answer."
                 }
             }
         }
@@ -82,6 +84,8 @@ fn tasks(asked: &Asked) -> Result<Markup, DrawError> {
 
 /// The differences that were asked for.
 fn comparisons(found: &Association) -> Markup {
+    let mut differences = found.comparisons.iter().map(|one| &one.difference);
+    let of_samples = differences.any(|of| matches!(of, Difference::Samples(_)));
     html! {
         @if !found.comparisons.is_empty() {
             section {
@@ -89,7 +93,11 @@ fn comparisons(found: &Association) -> Markup {
                 ul { @for one in &found.comparisons { li { (one.sentence()) } } }
                 p.soft {
                     "Each participant is one number; signs of paired differences, or groups of people, are exchanged in all ways, or in \
-                     99 999. Participants who answer alike are never shown to be alike by it."
+                     99 999. That nothing is decided does not show that two are alike."
+                    @if of_samples {
+                        " Told apart better than by guessing: right answers are more frequent than the other's name, over both samples \
+                         together. A pair can be that and still be confused: one of the two may often be called the other."
+                    }
                 }
             }
         }

@@ -261,6 +261,7 @@ fn power(study: &PowerStudy) -> Result<Markup, DrawError> {
             @for sentence in study.sentences() { p { (sentence) } }
             (figure(&chart::svg(&found, 320)?, "How often the difference is found, over the number of participants. Line: what is wanted."))
             (figure(&chart::svg(&precision, 320)?, "The mean half-width of the 95 % interval of a cell of the association matrix, for the first of the two shares."))
+            p.soft { "Each point: " (study.planned.campaigns) " simulated campaigns." }
             details {
                 summary { "The same as a table" }
                 (drawn_table(&study.table())?)

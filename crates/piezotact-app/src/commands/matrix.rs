@@ -1,16 +1,19 @@
 //! `piezotact matrix`: association matrices of participants' answers.
 
+mod source;
+
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
+use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
-use piezotact_dataset::{AnswersFile, felt_files, read_answers};
+use piezotact_dataset::{AnswersFile, felt_files};
 use piezotact_people::association::{
     AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
-    FlaggedTrials, Grouping, MatrixConfig, OrderError, Selection, adjusted, associate, compared,
+    FlaggedTrials, Grouping, MatrixConfig, OrderError, Selection, associate, compared,
     compared_studies, felt_part, felt_samples,
 };
 use piezotact_people::difference::Difference;
@@ -18,6 +21,8 @@ use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 
 use super::{outputs, read, score};
+use source::{Judged, Source};
+
 use crate::advice::OptionWords;
 use crate::cli::{Feeling, Reading};
 use crate::failure::{Failure, Outcome, sentence, usage};
@@ -42,8 +47,8 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TASKS", value_delimiter = ',')]
     ordering: Vec<String>,
     /// Whether two differ, by a permutation of participants at 5 %, once for each; several are adjusted by Holm. `samples:S2,S3`: right
-    /// answers against those that name the other; `tasks:task2,task3`: shares of answers as expected; `people:OTHER`: this study
-    /// against another, of different people; `again:OTHER`: against another of the same people.
+    /// answers against those that name the other; `tasks:A,B`: shares of answers as expected in two tasks of the same people;
+    /// `people:OTHER`: this study against another, of different people; `again:OTHER`: against another of the same people.
     #[arg(long, value_name = "WHAT:OF")]
     compare: Vec<Comparison>,
     /// Leaves out trials in which the stimulus missed its target or was not measured, or the wrong sample was handed over.
@@ -78,49 +83,25 @@ pub(crate) struct Arguments {
 /// A difference that is asked for.
 #[derive(Clone, Debug)]
 enum Comparison {
-    /// Of two samples or tasks.
+    /// Within these answers.
     Here(Difference),
-    /// Of this study and another.
-    Other { path: PathBuf, people: People },
-}
-
-/// Who took part in another study.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum People {
-    Others,
-    TheSame,
+    /// Of this study and another, by their names.
+    Other(PathBuf, fn([String; 2]) -> Difference),
 }
 
 impl FromStr for Comparison {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || {
-            format!(
-                "expected samples:A,B, tasks:A,B, people:OTHER or again:OTHER, found `{text}`; OTHER is a study or a table of answers"
-            )
-        };
-        let (what, of) = text.split_once(':').ok_or_else(expected)?;
-        let other = |people| Self::Other {
-            path: of.into(),
-            people,
-        };
-        match (what, of) {
-            (_, "") => Err(expected()),
-            ("people", _) => Ok(other(People::Others)),
-            ("again", _) => Ok(other(People::TheSame)),
-            ("samples" | "tasks", _) => {
-                let names: Vec<&str> = of.split(',').map(str::trim).collect();
-                let [a, b] = names[..] else {
-                    return Err(expected());
-                };
-                let names = [a.to_owned(), b.to_owned()];
-                Ok(Self::Here(match what {
-                    "samples" => Difference::Samples(names),
-                    _ => Difference::Tasks(names),
-                }))
+        match text.split_once(':') {
+            Some(("people", of)) if !of.is_empty() => {
+                Ok(Self::Other(of.into(), Difference::People))
             }
-            _ => Err(expected()),
+            Some(("again", of)) if !of.is_empty() => Ok(Self::Other(of.into(), Difference::Again)),
+            Some(("samples" | "tasks", _)) => text.parse().map(Self::Here),
+            _ => Err(format!(
+                "expected samples:A,B, tasks:A,B, people:OTHER or again:OTHER, found `{text}`; OTHER is a study or a table of answers"
+            )),
         }
     }
 }
@@ -143,14 +124,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     outputs(&[&args.answers], &written)?;
-    let AnswersFile { table, doubts } = answers(args, &args.answers)?;
-    let mut found = associated(args, &table)?;
-    found.doubts.splice(0..0, doubts);
-    if let Some(folder) = &args.felt {
-        found = with_felt(args, folder, &table, found)?;
-    }
-    found.comparisons = comparisons(args, &table, &found.config.matrix)?;
-    found = with_study(args, &table, found)?;
+    let source = Source::open(&args.answers, &args.samples)?;
+    let found = associations(args, &source)?;
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.cells_table())?)?;
     }
@@ -172,12 +147,32 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     Ok(())
 }
 
+/// All that is asked for.
+fn associations(args: &Arguments, source: &Source) -> Outcome<Association> {
+    let AnswersFile { table, doubts } = &source.file;
+    let mut found = associated(args, source)?;
+    found.doubts.splice(0..0, doubts.iter().cloned());
+    if let Some(folder) = &args.felt {
+        found = with_felt(args, folder, table, found)?;
+    }
+    let (compared, doubts) = comparisons(args, table, &found.config.matrix)?;
+    found = found.with_comparisons(compared);
+    found.doubts.extend(doubts);
+    // Only documents have a place for it.
+    let judged = match args.report.is_some() || args.json {
+        true => Judged::Compared,
+        false => Judged::LeftOut,
+    };
+    source.with_study(found, judged)
+}
+
 /// The matrices. The orders of a study are made with them where no task is selected.
-fn associated(args: &Arguments, table: &AnswerTable) -> Outcome<Association> {
+fn associated(args: &Arguments, source: &Source) -> Outcome<Association> {
+    let table = &source.file.table;
     let mut asked = config(args);
     let by_itself = args.ordering.is_empty() && args.task.is_none();
     if by_itself {
-        asked.ordering_tasks = orders(args)?;
+        asked.ordering_tasks = source.orders();
         let has_answers = |task: &String| table.answers().iter().any(|a| a.task == *task);
         asked.ordering_tasks.retain(has_answers);
     }
@@ -186,33 +181,6 @@ fn associated(args: &Arguments, table: &AnswerTable) -> Outcome<Association> {
         other => other,
     }
     .map_err(|error| refused(args, error))
-}
-
-/// The tasks of a study in which samples are put in order; none of a table of answers.
-fn orders(args: &Arguments) -> Outcome<Vec<String>> {
-    #[cfg(feature = "campaign")]
-    if args.answers.is_dir() {
-        return Ok(super::campaign::study::Study::open(&args.answers)?.orders());
-    }
-    let _a_table_does_not_say = args;
-    Ok(Vec::new())
-}
-
-/// `found` with what the study asked.
-fn with_study(args: &Arguments, table: &AnswerTable, found: Association) -> Outcome<Association> {
-    #[cfg(feature = "campaign")]
-    if args.answers.is_dir() {
-        let study = super::campaign::study::Study::open(&args.answers)?;
-        let simulated = super::campaign::simulated_as(&study)?;
-        // Comparing judges takes seconds; only documents have a place for it.
-        let which = match args.report.is_some() || args.json {
-            true => super::campaign::which_of(&study)?,
-            false => None,
-        };
-        return Ok(found.with_study(table, &study.campaign.protocol, simulated, which));
-    }
-    let _a_table_does_not_say = (args, table);
-    Ok(found)
 }
 
 /// Why there are no matrices: of usage where the options select nothing.
@@ -227,15 +195,16 @@ fn refused(args: &Arguments, error: AssociationError) -> Failure {
     }
 }
 
-/// The differences that were asked for.
+/// The differences that were asked for, and doubts about the other studies.
 fn comparisons(
     args: &Arguments,
     table: &AnswerTable,
     config: &MatrixConfig,
-) -> Outcome<Vec<Compared>> {
+) -> Outcome<(Vec<Compared>, Vec<Doubt>)> {
+    let mut doubts = Vec::new();
     let found = args.compare.iter().map(|one| match one {
         Comparison::Here(difference) => compared(table, config, difference).map_err(usage),
-        Comparison::Other { path, people } => {
+        Comparison::Other(path, difference) => {
             let place = |path: &Path| path.canonicalize().ok();
             if place(path).is_some() && place(path) == place(&args.answers) {
                 return Err(usage(anyhow::anyhow!(
@@ -243,46 +212,16 @@ fn comparisons(
                     path.display()
                 )));
             }
-            let other = answers(args, path)?;
-            say_doubts(&other.doubts);
+            let other = Source::open(path, &args.samples)?;
+            doubts.extend(other.file.doubts);
             let names = [&args.answers, path].map(|path| crate::report::name(path));
-            let difference = match people {
-                People::Others => Difference::People(names),
-                People::TheSame => Difference::Tasks(names),
-            };
-            compared_studies([table, &other.table], config, &difference).map_err(|error| {
+            let tables = [table, &other.file.table];
+            compared_studies(tables, config, &difference(names)).map_err(|error| {
                 Failure::Data(Error::new(error).context(path.display().to_string()))
             })
         }
     });
-    Ok(adjusted(found.collect::<Outcome<_>>()?))
-}
-
-/// The answers of a table or of a study.
-fn answers(args: &Arguments, path: &Path) -> Outcome<AnswersFile> {
-    if !path.is_dir() {
-        return Ok(read_answers(path, &args.samples)?);
-    }
-    #[cfg(not(feature = "campaign"))]
-    return Err(usage(anyhow::anyhow!(
-        "{}: expected a table of answers, found a folder; this build reads no studies: build piezotact with ./x build",
-        path.display()
-    )));
-    #[cfg(feature = "campaign")]
-    {
-        if !args.samples.is_empty() {
-            return Err(usage(anyhow::anyhow!(
-                "the samples of a study are those of its protocol; leave --samples out"
-            )));
-        }
-        let study = super::campaign::study::Study::open(path)?;
-        let (declared, answers) = study.answers()?;
-        let table = AnswerTable::new(declared, answers).map_err(|error| {
-            Failure::Data(Error::new(error).context(path.display().to_string()))
-        })?;
-        let doubts = study.doubts()?;
-        Ok(AnswersFile { table, doubts })
-    }
+    Ok((found.collect::<Outcome<_>>()?, doubts))
 }
 
 fn config(args: &Arguments) -> AssociationConfig {

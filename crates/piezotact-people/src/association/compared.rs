@@ -4,12 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::criterion::Outcome;
 use piezotact::number::counted;
-use piezotact::statistics::{Permuted, holm, mean, mean_interval, t_quantile};
+use piezotact::statistics::{Permuted, holm, mean, mean_interval, sign_flip_test, t_quantile};
 use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
+use super::document::Association;
+use super::doubt::AssociationDoubt;
 use super::matrix::{MatrixConfig, selected};
-use crate::difference::{Difference, LEVEL_SHARE, between_people, within_people};
+use crate::difference::{Difference, LEVEL_SHARE, between_people};
 use crate::interval::MIN_PARTICIPANTS;
 
 /// Divisions that are drawn where there are too many to try all.
@@ -25,14 +27,21 @@ pub struct Compared {
     pub participants: [usize; 2],
     /// The people who have answers of one of both only, and do not count.
     pub left_out: usize,
+    /// Pseudonyms that stand in both of two groups, which are taken for different people.
+    #[serde(default)]
+    pub in_both: usize,
     /// The mean of people's shares, 0–1: as expected in each of two tasks or groups; of two samples, right and taken for the other.
     pub shares: [f64; 2],
+    /// Of two samples, presented with each of them: right, and taken for the other; means of people's shares, 0–1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by_sample: Option<[[f64; 2]; 2]>,
     /// What guessing reaches of each, 0–1; absent for two samples.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chance_shares: Option<[f64; 2]>,
     /// The first less the second.
     pub less_share: f64,
-    /// Its 95 % interval over people; `None` for fewer than [`MIN_PARTICIPANTS`].
+    /// Its 95 % interval over people, of Student's t, for this difference alone and at most from −1 to 1; `None` for fewer than
+    /// [`MIN_PARTICIPANTS`], and for people who are all alike.
     pub interval: Option<[f64; 2]>,
     /// The permutation of people.
     pub test: Permuted,
@@ -95,7 +104,7 @@ impl Counts {
 /// both could be answered, which is zero for whoever answers both alike; of tasks, the difference of the shares of answers as
 /// expected, among those in which what is expected was offered.
 ///
-/// Source: decision 0074 of this project; [`within_people`].
+/// Source: decision 0074 of this project; [`sign_flip_test`].
 ///
 /// # Errors
 /// [`CompareError`].
@@ -109,12 +118,21 @@ pub fn compared(
         Difference::Samples(names) => {
             known("samples", names, &table.declared().samples)?;
             let conditions = [0, 1].map(|i| told_apart(&answers, [&names[i], &names[1 - i]]));
-            paired(difference, &conditions, |[a, b]| {
+            let mut found = paired(difference, &conditions, |[a, b]| {
                 let half = |of: fn(&Counts) -> f64| (of(a) / a.all + of(b) / b.all) / 2.0;
                 [half(|c| c.right), half(|c| c.other)]
-            })
+            })?;
+            let [a, b] = &conditions;
+            let of_both = |own: &BTreeMap<&str, Counts>, other: &BTreeMap<&str, Counts>| {
+                let people = own.iter().filter(|(person, _)| other.contains_key(*person));
+                let shares = people.map(|(_, c)| [c.right / c.all, c.other / c.all]);
+                let shares: Vec<[f64; 2]> = shares.collect();
+                [0, 1].map(|i| mean(&shares.iter().map(|s| s[i]).collect::<Vec<f64>>()))
+            };
+            found.by_sample = Some([of_both(a, b), of_both(b, a)]);
+            Ok(found)
         }
-        Difference::Tasks(names) | Difference::People(names) => {
+        Difference::Tasks(names) | Difference::Again(names) | Difference::People(names) => {
             let tasks: BTreeSet<&str> = answers.iter().map(|a| a.task.as_str()).collect();
             let tasks: Vec<String> = tasks.into_iter().map(Into::into).collect();
             known("tasks", names, &tasks)?;
@@ -132,7 +150,7 @@ pub fn compared(
 }
 
 /// The difference between two studies: of different people ([`Difference::People`]), or of the same ones by their pseudonyms
-/// ([`Difference::Tasks`]).
+/// ([`Difference::Again`]).
 ///
 /// Source: as [`compared`]; [`between_people`].
 ///
@@ -150,6 +168,9 @@ pub fn compared_studies(
         });
     }
     let chance = [0, 1].map(|i| chance_share(&conditions[i]));
+    let in_both = conditions[0].keys();
+    let in_both = in_both.filter(|person| conditions[1].contains_key(*person));
+    let in_both = in_both.count();
     let [a, b] =
         conditions.map(|people| -> Vec<f64> { people.values().map(Counts::right_share).collect() });
     let test = between_people(&a, &b, DRAWS, 1).ok_or_else(|| nobody(difference, ""))?;
@@ -158,6 +179,8 @@ pub fn compared_studies(
         difference: difference.clone(),
         participants: [a.len(), b.len()],
         left_out: 0,
+        in_both,
+        by_sample: None,
         shares,
         chance_shares: Some(chance),
         less_share: shares[0] - shares[1],
@@ -169,18 +192,26 @@ pub fn compared_studies(
     })
 }
 
-/// `found`, each with its probability adjusted for all of them.
-///
-/// Source: [`holm`].
-#[must_use]
-pub fn adjusted(mut found: Vec<Compared>) -> Vec<Compared> {
-    let p_values: Vec<f64> = found.iter().map(|one| one.test.p_value).collect();
-    let of = found.len();
-    for (one, p) in found.iter_mut().zip(holm(&p_values)) {
-        one.p_adjusted = p;
-        one.of = of;
+impl Association {
+    /// The same with the differences `found`, their probabilities adjusted for all of them.
+    ///
+    /// Source: [`holm`].
+    #[must_use]
+    pub fn with_comparisons(mut self, mut found: Vec<Compared>) -> Self {
+        let p_values: Vec<f64> = found.iter().map(|one| one.test.p_value).collect();
+        let of = found.len();
+        for (one, p) in found.iter_mut().zip(holm(&p_values)) {
+            one.p_adjusted = p;
+            one.of = of;
+            if one.in_both > 0 {
+                let people = one.in_both;
+                self.doubts
+                    .push(AssociationDoubt::SamePseudonyms { people }.into());
+            }
+        }
+        self.comparisons = found;
+        self
     }
-    found
 }
 
 fn known(what: &'static str, names: &[String; 2], all: &[String]) -> Result<(), CompareError> {
@@ -206,7 +237,9 @@ fn nobody(difference: &Difference, both: &'static str) -> CompareError {
             Difference::Samples(_) => {
                 "both samples must be presented in trials in which both can be answered"
             }
-            Difference::Tasks(_) => "compare different people where they are not the same",
+            Difference::Tasks(_) | Difference::Again(_) => {
+                "compare different people where they are not the same"
+            }
             Difference::People(_) => "check the study and the task",
         },
     }
@@ -267,7 +300,7 @@ fn paired(
     let everybody: BTreeSet<&&str> = first.keys().chain(second.keys()).collect();
     let differences: Vec<f64> = both.iter().map(|[a, b]| a - b).collect();
     let test =
-        within_people(&differences, DRAWS, 1).ok_or_else(|| nobody(difference, " with both"))?;
+        sign_flip_test(&differences, DRAWS, 1).ok_or_else(|| nobody(difference, " with both"))?;
     let people = both.len();
     let chance = [0, 1].map(|i| chance_share(&conditions[i]));
     let shares = [0, 1].map(|i| both.iter().map(|shares| shares[i]).sum::<f64>() / people as f64);
@@ -275,10 +308,14 @@ fn paired(
         difference: difference.clone(),
         participants: [people; 2],
         left_out: everybody.len() - people,
+        in_both: 0,
+        by_sample: None,
         shares,
         chance_shares: (!matches!(difference, Difference::Samples(_))).then_some(chance),
         less_share: shares[0] - shares[1],
-        interval: mean_interval(&differences).filter(|_| people >= MIN_PARTICIPANTS),
+        interval: mean_interval(&differences)
+            .filter(|_| people >= MIN_PARTICIPANTS)
+            .and_then(possible),
         p_adjusted: test.p_value,
         smallest_p: difference.smallest_p([people; 2]),
         test,
@@ -304,7 +341,12 @@ fn welch_interval(a: &[f64], b: &[f64]) -> Option<[f64; 2]> {
     };
     let reach = t_quantile(smaller - 1)? * (error_squared(a) + error_squared(b)).sqrt();
     let less = mean(a) - mean(b);
-    Some([less - reach, less + reach])
+    possible([less - reach, less + reach])
+}
+
+/// An interval of a difference of shares; `None` where it has no width, as people who are all alike do not say how people differ.
+fn possible([low, high]: [f64; 2]) -> Option<[f64; 2]> {
+    (high > low).then(|| [low.max(-1.0), high.min(1.0)])
 }
 
 impl Compared {
@@ -320,26 +362,37 @@ impl Compared {
     /// What was found, in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let [a, b] = self.shares.map(|share| format!("{:.1} %", 100.0 * share));
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        let [a, b] = self.shares.map(percent);
         let [one, two] = self.difference.names();
-        let shares = match &self.difference {
-            Difference::Samples(_) => {
-                format!("{one} and {two}: right {a}, taken for each other {b}")
-            }
-            Difference::Tasks(_) | Difference::People(_) => {
-                format!("{one} {a}, {two} {b} as expected")
-            }
+        let shares = match &self.by_sample {
+            Some([first, second]) => format!(
+                "{one}: right {}, called {two} {}; {two}: right {}, called {one} {}",
+                percent(first[0]),
+                percent(first[1]),
+                percent(second[0]),
+                percent(second[1])
+            ),
+            None => format!("{one} {a}, {two} {b} as expected"),
+        };
+        let what = match &self.difference {
+            Difference::Samples(_) => "right less called the other",
+            _ => "difference",
         };
         let people = match &self.difference {
             Difference::People(_) => format!(
-                "means of {} and {}",
+                "means of groups of {} and {}",
                 self.participants[0],
-                counted(self.participants[1], "other participant")
+                counted(self.participants[1], "participant")
             ),
             _ => format!("means of {}", counted(self.participants[0], "participant")),
         };
         let interval = self.interval.map_or_else(String::new, |[low, high]| {
-            format!(", 95 %: {:.1} to {:.1}", 100.0 * low, 100.0 * high)
+            format!(
+                ", 95 % of Student's t {:.1} to {:.1}",
+                100.0 * low,
+                100.0 * high
+            )
         });
         let left_out = match self.left_out {
             0 => String::new(),
@@ -349,15 +402,13 @@ impl Compared {
             ),
         };
         let chance = match self.chance_shares {
-            Some([a, b]) if (a - b).abs() > 0.005 => format!(
-                " Guessing differs as well: {:.1} % and {:.1} %.",
-                100.0 * a,
-                100.0 * b
-            ),
+            Some([a, b]) if self.guessing_differs() => {
+                format!(" Guessing reaches {} and {}.", percent(a), percent(b))
+            }
             _ => String::new(),
         };
         format!(
-            "{shares} ({people}{left_out}); difference {:.1} points{interval}; permutation of participants, p = {}{}: {}.{chance}",
+            "{shares} ({people}{left_out}); {what} {:.1} points{interval}; permutation of participants, p = {}{}: {}.{chance}",
             100.0 * self.less_share,
             p_text(self.p_adjusted),
             match self.of {
@@ -374,13 +425,20 @@ impl Compared {
         let differs = self.outcome() == Outcome::Met;
         match &self.difference {
             _ if !differs && self.smallest_p > LEVEL_SHARE => {
-                "not decided, so few participants can show no difference"
+                "not decided: with so few participants no difference reaches 5 %"
             }
             _ if !differs => "not decided",
-            Difference::Samples(_) if self.less_share > 0.0 => "told apart",
-            Difference::Samples(_) => "taken for each other more often than not",
-            Difference::Tasks(_) | Difference::People(_) => "they differ",
+            Difference::Samples(_) if self.less_share > 0.0 => "told apart better than by guessing",
+            Difference::Samples(_) => "called the other more often than right",
+            _ if self.guessing_differs() => "they differ, and so does guessing: not decided why",
+            _ => "they differ",
         }
+    }
+
+    /// Whether guessers reach different shares in both.
+    fn guessing_differs(&self) -> bool {
+        self.chance_shares
+            .is_some_and(|[a, b]| (a - b).abs() > 0.005)
     }
 }
 

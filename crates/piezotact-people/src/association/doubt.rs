@@ -51,6 +51,11 @@ pub enum AssociationDoubt {
     },
     /// The samples were not declared: a sample that was neither presented nor answered is missing.
     SamplesNotDeclared,
+    /// Two groups that are compared as different people have pseudonyms in common.
+    SamePseudonyms {
+        /// How many.
+        people: usize,
+    },
     /// Answers are not shown to be better than guesses, and pairs are called confused.
     Guesses {
         /// How many pairs.
@@ -66,6 +71,7 @@ const REHEARSALS: &str = "rehearsals_left_out";
 const UNTESTED: &str = "untested_pairs";
 const NOT_DECLARED: &str = "samples_not_declared";
 const GUESSES: &str = "guesses";
+const SAME_PSEUDONYMS: &str = "same_pseudonyms";
 
 impl From<AssociationDoubt> for Doubt {
     fn from(kind: AssociationDoubt) -> Self {
@@ -85,6 +91,7 @@ impl From<AssociationDoubt> for Doubt {
             Kind::Untested { pairs, of } => (UNTESTED, vec![("pairs", pairs), ("of", of)]),
             Kind::SamplesNotDeclared => (NOT_DECLARED, vec![]),
             Kind::Guesses { pairs } => (GUESSES, vec![("pairs", pairs)]),
+            Kind::SamePseudonyms { people } => (SAME_PSEUDONYMS, vec![("people", people)]),
         };
         let fields = fields.into_iter();
         Self::of_fields(
@@ -134,6 +141,9 @@ impl DoubtKind for AssociationDoubt {
                 of: field("of")?,
             },
             NOT_DECLARED => Self::SamplesNotDeclared,
+            SAME_PSEUDONYMS => Self::SamePseudonyms {
+                people: field("people")?,
+            },
             GUESSES => Self::Guesses {
                 pairs: field("pairs")?,
             },
@@ -215,6 +225,11 @@ impl fmt::Display for AssociationDoubt {
                 "the list of samples was not given: a sample that was neither presented nor answered has no row and no column; \
                     state the list",
             ),
+            Self::SamePseudonyms { people } => write!(
+                f,
+                "the two groups have {} in common, and are compared as different people: if they are the same, compare them as the same",
+                of(*people, "pseudonym")
+            ),
             Self::Guesses { pairs } => write!(
                 f,
                 "answers are not shown to be better than guesses: that {} confused can come of people who guess, or keep to one \
@@ -252,6 +267,7 @@ mod tests {
             AssociationDoubt::Untested { pairs: 47, of: 78 },
             AssociationDoubt::SamplesNotDeclared,
             AssociationDoubt::Guesses { pairs: 2 },
+            AssociationDoubt::SamePseudonyms { people: 10 },
         ] {
             assert_eq!(Doubt::from(kind.clone()).kind(), Some(kind));
         }

@@ -18,7 +18,7 @@ mod tables;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use asked::{Asked, AskedTask};
-pub use compared::{CompareError, Compared, adjusted, compared, compared_studies};
+pub use compared::{CompareError, Compared, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
 pub use document::{
     Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,

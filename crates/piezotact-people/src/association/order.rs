@@ -93,7 +93,7 @@ impl Ordering {
             orders => format!("; {orders} with flagged trials left out"),
         };
         format!(
-            "task {}: {count} order{}: {tau}; {} of {} samples in their declared place{left_out}",
+            "task {}: {count} order{}: {tau}; {} of {} samples in their place (guessing: {count} on average){left_out}",
             self.task,
             if count == 1 { "" } else { "s" },
             self.in_place,

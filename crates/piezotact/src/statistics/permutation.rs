@@ -186,7 +186,12 @@ fn next_combination(chosen: &mut [usize], count: usize) -> bool {
 }
 
 /// The smallest probability that divisions of groups of `a` and `b` units can give; of groups of one size both ways to name them count.
-pub(crate) fn smallest_p(a: usize, b: usize) -> f64 {
+///
+/// Formula: 1 over the number of divisions, twice that for groups of one size.
+///
+/// Source: as [`permutation_test`].
+#[must_use]
+pub fn smallest_p(a: usize, b: usize) -> f64 {
     let same = if a == b { 2.0 } else { 1.0 };
     same / divisions(a + b, a) as f64
 }

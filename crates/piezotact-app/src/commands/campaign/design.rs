@@ -30,10 +30,10 @@ pub(super) struct Arguments {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// How many participants, repeats and sets find a difference, by a permutation of participants at 5 %, in simulated campaigns.
-    /// `samples:A,B`: two samples are told apart; `tasks:A,B`: two tasks differ; `people:A,B`: two groups of people differ, such as
-    /// `people:own,averaged`.
+    /// `samples:A,B`: two samples are told apart; `tasks:A,B`: two tasks differ; `again:own,averaged`: the same people with two ways of
+    /// rendering; `people:own,averaged`: two groups of people.
     #[arg(long, value_name = "WHAT:A,B", requires = "shares")]
-    power: Option<PowerOf>,
+    power: Option<Difference>,
     /// The difference of --power, in percent: answers as expected in A and in B; of two samples, right answers and those that name
     /// the other. Of the median participant.
     #[arg(long, value_name = "PERCENT,PERCENT", requires = "power")]
@@ -57,30 +57,6 @@ pub(super) struct Arguments {
     json: bool,
 }
 
-/// What --power looks for.
-#[derive(Clone, Debug)]
-struct PowerOf(Difference);
-
-impl FromStr for PowerOf {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let expected = || format!("expected samples:A,B, tasks:A,B or people:A,B, found `{text}`");
-        let (what, of) = text.split_once(':').ok_or_else(expected)?;
-        let names: Vec<&str> = of.split(',').map(str::trim).collect();
-        let names = match names[..] {
-            [a, b] if !a.is_empty() && !b.is_empty() => [a.to_owned(), b.to_owned()],
-            _ => return Err(expected()),
-        };
-        match what {
-            "samples" => Ok(Self(Difference::Samples(names))),
-            "tasks" => Ok(Self(Difference::Tasks(names))),
-            "people" => Ok(Self(Difference::People(names))),
-            _ => Err(expected()),
-        }
-    }
-}
-
 /// Two shares, given in percent.
 #[derive(Clone, Copy, Debug)]
 struct Shares([f64; 2]);
@@ -94,6 +70,9 @@ impl FromStr for Shares {
             .map(|part| part.trim().parse().ok())
             .collect();
         match numbers.as_deref() {
+            Some([a, b]) if *a <= 1.0 && *b <= 1.0 => Err(format!(
+                "expected two percentages such as 85,70, found fractions or less than one percent: `{text}`"
+            )),
             Some([a, b]) if [a, b].iter().all(|p| **p > 0.0 && **p < 100.0) => {
                 Ok(Self([a / 100.0, b / 100.0]))
             }
@@ -125,7 +104,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     let mut design = campaign_design(&protocol, args.seed).map_err(|error| {
         Failure::Data(Error::new(error).context(args.protocol.display().to_string()))
     })?;
-    if let (Some(PowerOf(difference)), Some(Shares(shares))) = (&args.power, args.shares) {
+    if let (Some(difference), Some(Shares(shares))) = (&args.power, args.shares) {
         let question = PowerQuestion {
             difference: difference.clone(),
             task: args.task.clone(),

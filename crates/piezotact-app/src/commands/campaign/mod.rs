@@ -35,7 +35,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
 
 #[cfg(feature = "campaign")]
-pub(super) use simulate::settings::which_of;
+pub(super) use simulate::which::which_of;
 
 /// How a study was simulated, in words; `None` for one with people.
 #[cfg(feature = "campaign")]

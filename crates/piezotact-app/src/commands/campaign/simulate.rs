@@ -2,6 +2,7 @@
 
 mod panels;
 pub(super) mod settings;
+pub(super) mod which;
 
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
@@ -21,7 +22,8 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::output::print;
 use crate::progress::{Words, Work};
-use settings::{Settings, which_of};
+use settings::Settings;
+use which::which_of;
 
 #[derive(Clone, Debug, Args)]
 pub(crate) struct Arguments {
@@ -188,15 +190,20 @@ fn simulated(
     gone: &dyn Fn(),
 ) -> Outcome<Simulated> {
     let plans = SqliteStore::open(&args.study)?;
+    // Only where something is still to be done; what was answered is kept first.
+    let goes_on = || match interrupted() {
+        true => Err(Failure::Data(anyhow!(
+            "the simulation is not over; what was done is stored, and the same command goes on with it"
+        ))),
+        false => Ok(()),
+    };
     let mut step = |arrival: Arrival<'_>| -> Outcome {
-        if interrupted() {
-            return Err(Failure::Data(anyhow!(
-                "the simulation is not over; what was done is stored, and the same command goes on with it"
-            )));
-        }
         match arrival {
-            Arrival::Measured { pseudonym: _ } => {}
-            Arrival::Planned { plan, .. } => plans.write_plan(plan)?,
+            Arrival::Measured { pseudonym: _ } => goes_on()?,
+            Arrival::Planned { plan, .. } => {
+                goes_on()?;
+                plans.write_plan(plan)?;
+            }
             Arrival::Answered {
                 plan,
                 answers,

@@ -162,14 +162,28 @@ pub enum DesignError {
         /// The two.
         pair: Box<[String; 2]>,
     },
+    /// Too few tasks to compare.
+    #[error(
+        "expected two tasks of which answers name a sample, found {}; compare samples or people", match .known[..] { [] => "none".to_owned(), _ => format!("{} alone", .known.join(", ")) }
+    )]
+    TooFewToCompare {
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// Several tasks can be meant.
+    #[error("expected the task whose answers count, one of {known}, found none; name it")]
+    WhichTask {
+        /// Those that can.
+        known: String,
+    },
     /// A task or sample that cannot be compared.
     #[error(
         "expected a {what} of which answers name a sample, one of {known}, found `{name}`; name it"
     )]
     NotToCompare {
-        /// "task", "other task" or "sample".
+        /// "task", "other task" or "sample, each once,".
         what: &'static str,
-        /// The name; empty where none was given.
+        /// The name.
         name: String,
         /// Those that can.
         known: String,

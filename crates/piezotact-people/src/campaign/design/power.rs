@@ -1,31 +1,31 @@
 //! How many people find a stated difference: the test of [`crate::difference`], on simulated campaigns.
 
 use piezotact::statistics::random::Random;
+use piezotact::statistics::{mean, sign_flip_test};
 use serde::{Deserialize, Serialize};
 
 use super::error::DesignError;
-use super::precision::{CellPlan, CellPrecision, cell_precision};
-use crate::difference::{Difference, LEVEL_SHARE, between_people, within_people};
+use crate::difference::{Difference, LEVEL_SHARE, between_people};
 
 /// Divisions drawn for each simulated campaign where they are too many to try all: (k + 1)/400 can be 5 %.
 const DRAWS: usize = 399;
 /// The correlation over people of the logits of a person's shares in two tasks.
-const CORRELATION: f64 = 0.5;
+pub(super) const CORRELATION: f64 = 0.5;
 /// The most participants (of each group) that are looked for.
 pub(super) const MOST_PARTICIPANTS: usize = 200;
 /// The most presentations to a participant in each of the two.
 pub(super) const MOST_PRESENTATIONS: usize = 1000;
 
 /// What is to be found, and what is assumed about people.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PowerPlan {
     /// The difference.
     pub difference: Difference,
     /// Participants; of each group where groups are compared.
     pub participants: usize,
-    /// Presentations to each participant, of each of the two samples or in each of the two tasks or groups.
-    pub presentations: [usize; 2],
+    /// What a participant may be presented with, each as probable: how often each of the two samples, or in each of the two tasks or
+    /// groups. Who has none of one of the two does not count, as in the test of answers.
+    pub presentations: Vec<[usize; 2]>,
     /// Shares of the median participant, above 0 and below 1: as expected in each of two tasks or groups; of two samples, right and
     /// taken for the other.
     pub shares: [f64; 2],
@@ -82,15 +82,17 @@ impl PowerPlan {
                 "2 to 200 for its power",
             );
         }
-        for presentations in self.presentations {
-            if !(1..=MOST_PRESENTATIONS).contains(&presentations) {
-                let found = presentations as f64;
-                return bad(
-                    "the number of presentations",
-                    found,
-                    "1 to 1000 for its power",
-                );
-            }
+        let counts = self.presentations.iter().flatten();
+        if let Some(found) = counts.copied().find(|n| *n > MOST_PRESENTATIONS) {
+            let found = found as f64;
+            return bad(
+                "the number of presentations",
+                found,
+                "at most 1000 for its power",
+            );
+        }
+        if !self.presentations.iter().any(|[n, m]| *n > 0 && *m > 0) {
+            return bad("the number of presentations of both", 0.0, "at least 1");
         }
         if !(0.0..=10.0).contains(&self.logit_sd) {
             let found = self.logit_sd;
@@ -99,50 +101,87 @@ impl PowerPlan {
         Ok(())
     }
 
-    /// One value for each person of a simulated campaign, or two groups of shares.
-    fn people(&self, random: &mut Random) -> [Vec<f64>; 2] {
-        let one = |random: &mut Random, own: &dyn Fn(&mut Random) -> f64| {
-            let values = (0..self.participants).map(|_| own(random));
-            values.collect::<Vec<f64>>()
+    /// What a participant is presented with.
+    fn presented(&self, random: &mut Random) -> [usize; 2] {
+        match self.presentations[..] {
+            [all] => all,
+            ref drawn => drawn[(random.uniform() * drawn.len() as f64) as usize],
+        }
+    }
+
+    /// The differences of the people of a simulated campaign, of one who is presented with both.
+    fn differences(&self, random: &mut Random) -> Vec<f64> {
+        let mut people = Vec::with_capacity(self.participants);
+        for _ in 0..self.participants {
+            let [n, m] = self.presented(random);
+            let own = match self.difference {
+                Difference::Samples(_) => self.told_apart(random, [n, m]),
+                _ => self.two_tasks(random, [n, m]),
+            };
+            if n > 0 && m > 0 {
+                people.push(own);
+            }
+        }
+        people
+    }
+
+    /// Right answers less those that name the other sample, of one person.
+    fn told_apart(&self, random: &mut Random, presented: [usize; 2]) -> f64 {
+        let [a, b] = self.shares;
+        let right = moved(a, self.logit_sd * random.normal());
+        let other = (1.0 - right) * b / (1.0 - a);
+        let of = presented.map(|n| {
+            let answers = (0..n).map(|_| match random.uniform() {
+                u if u < right => 1.0,
+                u if u < right + other => -1.0,
+                _ => 0.0,
+            });
+            answers.sum::<f64>() / n as f64
+        });
+        (of[0] + of[1]) / 2.0
+    }
+
+    /// The difference of the shares of one person in two tasks.
+    fn two_tasks(&self, random: &mut Random, [n, m]: [usize; 2]) -> f64 {
+        let [a, b] = self.shares;
+        let shared = self.logit_sd * CORRELATION.sqrt() * random.normal();
+        let apart = self.logit_sd * (1.0 - CORRELATION).sqrt();
+        let [x, y] = [random.normal(), random.normal()];
+        share_of(random, moved(a, shared + apart * x), n)
+            - share_of(random, moved(b, shared + apart * y), m)
+    }
+
+    /// The shares of the people of both groups of a simulated campaign.
+    fn groups(&self, random: &mut Random) -> [Vec<f64>; 2] {
+        [0, 1].map(|group| {
+            let mut people = Vec::with_capacity(self.participants);
+            for _ in 0..self.participants {
+                let n = self.presented(random)[group];
+                let share = moved(self.shares[group], self.logit_sd * random.normal());
+                let found = share_of(random, share, n);
+                if n > 0 {
+                    people.push(found);
+                }
+            }
+            people
+        })
+    }
+
+    /// Whether a simulated campaign finds the difference, in its direction where there is one.
+    fn is_found(&self, random: &mut Random, seed: u64) -> bool {
+        let (test, less) = match self.difference {
+            Difference::People(_) => {
+                let [a, b] = self.groups(random);
+                (between_people(&a, &b, DRAWS, seed), mean(&a) - mean(&b))
+            }
+            _ => {
+                let people = self.differences(random);
+                (sign_flip_test(&people, DRAWS, seed), mean(&people))
+            }
         };
         let [a, b] = self.shares;
-        let [n, m] = self.presentations;
-        match self.difference {
-            Difference::Samples(_) => {
-                let own = |random: &mut Random| {
-                    let right = moved(a, self.logit_sd * random.normal());
-                    let other = (1.0 - right) * b / (1.0 - a);
-                    let of = |random: &mut Random, n: usize| {
-                        let answers = (0..n).map(|_| match random.uniform() {
-                            u if u < right => 1.0,
-                            u if u < right + other => -1.0,
-                            _ => 0.0,
-                        });
-                        answers.sum::<f64>() / n as f64
-                    };
-                    (of(random, n) + of(random, m)) / 2.0
-                };
-                [one(random, &own), Vec::new()]
-            }
-            Difference::Tasks(_) => {
-                let shared = self.logit_sd * CORRELATION.sqrt();
-                let apart = self.logit_sd * (1.0 - CORRELATION).sqrt();
-                let own = |random: &mut Random| {
-                    let both = shared * random.normal();
-                    let [x, y] = [random.normal(), random.normal()];
-                    share_of(random, moved(a, both + apart * x), n)
-                        - share_of(random, moved(b, both + apart * y), m)
-                };
-                [one(random, &own), Vec::new()]
-            }
-            Difference::People(_) => [(a, n), (b, m)].map(|(share, n)| {
-                let own = |random: &mut Random| {
-                    let z = self.logit_sd * random.normal();
-                    share_of(random, moved(share, z), n)
-                };
-                one(random, &own)
-            }),
-        }
+        let is_its_direction = a == b || (less > 0.0) == (a > b);
+        is_its_direction && test.is_some_and(|test| test.p_value <= LEVEL_SHARE)
     }
 }
 
@@ -156,9 +195,9 @@ fn share_of(random: &mut Random, share: f64, n: usize) -> f64 {
     (0..n).filter(|_| random.uniform() < share).count() as f64 / n as f64
 }
 
-/// The share of `campaigns` simulated campaigns in which a permutation of participants finds the difference at 5 %, two-sided, in
-/// whichever direction. People differ: the logits of their shares are normal; those of one person in two tasks correlate by 0.5; right
-/// answers and those that name the other sample share what a person is better by.
+/// The share of `campaigns` simulated campaigns in which a permutation of participants finds the difference at 5 %, two-sided and in
+/// its direction; of two equal shares in any. People differ: the logits of their shares are normal; those of one person in two tasks
+/// correlate by 0.5; right answers and those that name the other sample share what a person is better by.
 ///
 /// Source: decision 0074 of this project; test: [`crate::difference`].
 ///
@@ -166,39 +205,14 @@ fn share_of(random: &mut Random, share: f64, n: usize) -> f64 {
 /// [`DesignError::OutOfRange`].
 pub fn found_share(plan: &PowerPlan, campaigns: usize, seed: u64) -> Result<f64, DesignError> {
     plan.check()?;
-    let mut found = 0_usize;
     if plan.difference.smallest_p([plan.participants; 2]) > LEVEL_SHARE {
         return Ok(0.0);
     }
-    for number in 0..campaigns as u64 {
-        let mut random = Random::stream(seed, number, "power");
-        let [a, b] = plan.people(&mut random);
-        let seed = seed ^ number.rotate_left(32);
-        let test = match plan.difference {
-            Difference::People(_) => between_people(&a, &b, DRAWS, seed),
-            Difference::Samples(_) | Difference::Tasks(_) => within_people(&a, DRAWS, seed),
-        };
-        found += usize::from(test.is_some_and(|test| test.p_value <= LEVEL_SHARE));
-    }
-    Ok(found as f64 / campaigns.max(1) as f64)
-}
-
-/// The interval of a cell of the first of the two, with so many participants.
-///
-/// # Errors
-/// As [`cell_precision`].
-pub(super) fn cell_of(
-    plan: &PowerPlan,
-    studies: usize,
-    seed: u64,
-) -> Result<CellPrecision, DesignError> {
-    let cell = CellPlan {
-        participants: plan.participants,
-        presentations: plan.presentations[0],
-        share: plan.shares[0],
-        logit_sd: plan.logit_sd,
-    };
-    cell_precision(&cell, studies, seed)
+    let found = (0..campaigns as u64).filter(|number| {
+        let mut random = Random::stream(seed, *number, "power");
+        plan.is_found(&mut random, seed ^ number.rotate_left(32))
+    });
+    Ok(found.count() as f64 / campaigns.max(1) as f64)
 }
 
 #[cfg(test)]
@@ -209,7 +223,7 @@ mod tests {
         PowerPlan {
             difference: difference(["a".into(), "b".into()]),
             participants: 10,
-            presentations: [12, 12],
+            presentations: vec![[12, 12]],
             shares,
             logit_sd: 0.9,
         }
@@ -221,13 +235,14 @@ mod tests {
         for (of, shares) in [
             (Difference::Samples as fn(_) -> _, [0.4, 0.4]),
             (Difference::Tasks, [0.7, 0.7]),
+            (Difference::Again, [0.7, 0.7]),
             (Difference::People, [0.7, 0.7]),
         ] {
             for (presentations, logit_sd, participants) in
                 [([12, 12], 0.9, 10), ([2, 2], 2.0, 8), ([3, 3], 0.0, 18)]
             {
                 let plan = PowerPlan {
-                    presentations,
+                    presentations: vec![presentations],
                     logit_sd,
                     participants,
                     ..plan(of, shares)
@@ -256,7 +271,7 @@ mod tests {
         ] {
             let power = |plan: &PowerPlan| found_share(plan, 400, 5).unwrap();
             let base = PowerPlan {
-                presentations: [2, 2],
+                presentations: vec![[2, 2]],
                 ..plan(of, [0.65, 0.3])
             };
             let more = PowerPlan {
@@ -264,7 +279,7 @@ mod tests {
                 ..base.clone()
             };
             let repeats = PowerPlan {
-                presentations: [60, 60],
+                presentations: vec![[60, 60]],
                 ..base.clone()
             };
             let larger = PowerPlan {
@@ -312,7 +327,7 @@ mod tests {
                 ..good.clone()
             },
             PowerPlan {
-                presentations: [0, 3],
+                presentations: vec![[0, 3]],
                 ..good.clone()
             },
             PowerPlan {

@@ -42,7 +42,7 @@ use crate::output::{print, say};
 use crate::progress;
 use drives::Drives;
 use shown::{PlayedBy, said, shown};
-use terminal::{Terminal, Typed};
+use terminal::{MOST_COUNTED, Terminal, Typed};
 use words::{Asked, HELP, understood};
 
 #[derive(Debug, Args)]
@@ -657,7 +657,8 @@ fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Out
     match terminal.not_asked_for() {
         0 => Ok(()),
         lines => terminal.say(&format!(
-            "  {} after the end: not taken. A session that is over takes no corrections; mend a copy of its exported tables, and say so beside them.",
+            "  {}{} after the end: not taken. A session that is over takes no corrections; mend a copy of its exported tables, and say so beside them.",
+            if lines < MOST_COUNTED { "" } else { "at least " },
             counted(lines, "line")
         )),
     }

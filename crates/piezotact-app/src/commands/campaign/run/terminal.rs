@@ -13,6 +13,8 @@ const LOOK: Duration = Duration::from_millis(50);
 
 /// The longest line that is taken, in bytes; a note is the longest that a person types.
 const LONGEST: u64 = 16_384;
+/// Lines after the end of a session that are counted: a pipe may have no end.
+pub(super) const MOST_COUNTED: usize = 1000;
 
 /// What came from the keyboard.
 pub(super) enum Typed {
@@ -89,6 +91,7 @@ impl Terminal {
         let typed = std::iter::from_fn(|| self.lines.recv_timeout(LOOK).ok());
         typed
             .filter(|typed| !matches!(typed, Ok(Typed::Line(line)) if line.is_empty()))
+            .take(MOST_COUNTED)
             .count()
     }
 }

@@ -1,16 +1,18 @@
 //! The same campaign with several panels of virtual volunteers, on all cores.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::mpsc::channel;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use anyhow::anyhow;
 use piezotact::number::counted;
 use piezotact_people::association::{AnswerTable, AssociationConfig, associate};
+use piezotact_people::judge::Verdict;
 
 use super::super::study::Study;
+use super::which::which_of;
 use super::{Arguments, SIMULATING, asked, simulated, study};
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::Between;
 use crate::output::{print, say};
 use crate::progress::{Words, Work};
@@ -27,10 +29,20 @@ struct Panel {
     /// The share of expected associations, %.
     expected_percent: f64,
     said: String,
+    /// Which judge the answers show; `None` where they are not compared.
+    judged: Option<Verdict>,
 }
 
 /// Does `count` campaigns, and says what each found and how they differ.
 pub(super) fn run(args: &Arguments, count: u32) -> Outcome {
+    let last = args.seed.checked_add(u64::from(count) - 1);
+    last.ok_or_else(|| {
+        usage(anyhow!(
+            "--seed: expected one that {} can follow, found {}; state a smaller one",
+            counted(count as usize - 1, "other"),
+            args.seed
+        ))
+    })?;
     let work = Work::of_sizes(PANELS, vec![1.0; count as usize]);
     let between = Between::items("volunteer");
     let mut panels = Vec::new();
@@ -83,13 +95,7 @@ fn locked(places: &Mutex<VecDeque<u32>>) -> MutexGuard<'_, VecDeque<u32>> {
 
 /// The campaign of the panel at `place`, whose study is a folder of its own.
 fn panel(args: &Arguments, place: u32) -> Outcome<Panel> {
-    let seed = args.seed.checked_add(u64::from(place)).ok_or_else(|| {
-        Failure::Usage(anyhow!(
-            "expected a seed that {} can follow, found {}; state a smaller one",
-            counted(place as usize, "other"),
-            args.seed
-        ))
-    })?;
+    let seed = args.seed + u64::from(place);
     let own = Arguments {
         study: args.study.join(format!("seed-{seed}")),
         seed,
@@ -103,11 +109,21 @@ fn panel(args: &Arguments, place: u32) -> Outcome<Panel> {
         .unwrap_or(campaign.protocol.panel.participants);
     let simulation = asked(&own, &campaign, participants)?;
     simulated(&own, &simulation, participants, &mut made, &|| {})?;
-    let (expected_percent, said) = found(&made)?;
+    let (expected_percent, mut said) = found(&made)?;
+    let mut judged = None;
+    match which_of(&made)? {
+        Some(Ok(which)) => {
+            said = format!("{said} {}", which.sentence());
+            judged = Some(which.verdict);
+        }
+        Some(Err(why)) => said = format!("{said} Judges are not compared: {why}."),
+        None => {}
+    }
     Ok(Panel {
         seed,
         expected_percent,
         said,
+        judged,
     })
 }
 
@@ -151,9 +167,31 @@ fn summary(args: &Arguments, panels: &[Panel]) -> String {
         }
     };
     format!(
-        "{}: {} of virtual volunteers who judge as {}; {spread}",
+        "{}: {} of virtual volunteers who judge as {}; {spread}{}",
         args.study.display(),
         counted(panels.len(), "panel"),
-        args.judge.name()
+        args.judge.name(),
+        judged(panels)
     )
+}
+
+/// How many panels show which judge.
+fn judged(panels: &[Panel]) -> String {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for verdict in panels.iter().filter_map(|panel| panel.judged) {
+        let shown = match verdict {
+            Verdict::Named { judge } => format!("show {}", judge.name()),
+            Verdict::NoneFits => "show none of the judges".to_owned(),
+            Verdict::NotDecided => "do not decide".to_owned(),
+        };
+        *counts.entry(shown).or_default() += 1;
+    }
+    if counts.is_empty() {
+        return String::new();
+    }
+    let counts: Vec<String> = counts
+        .iter()
+        .map(|(shown, count)| format!("{count} {shown}"))
+        .collect();
+    format!("; which judge it was: {}", counts.join(", "))
 }

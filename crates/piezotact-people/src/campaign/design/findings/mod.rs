@@ -3,6 +3,7 @@
 mod answers;
 mod check;
 mod compared;
+mod met;
 mod pairs;
 mod power;
 mod precision;

@@ -7,16 +7,16 @@ use serde::{Deserialize, Serialize};
 use super::super::description::{CampaignDescription, TaskDescription, TaskKind};
 use super::super::error::DesignError;
 use super::super::power::{
-    FoundShare, MOST_PARTICIPANTS, MOST_PRESENTATIONS, PowerPlan, cell_of, found_share,
+    CORRELATION, FoundShare, MOST_PARTICIPANTS, MOST_PRESENTATIONS, PowerPlan, found_share,
 };
-use super::presented::tests;
+use super::super::precision::{CellPlan, cell_precision};
+use super::met::Met;
 use super::{Work, checked_sets, fewest};
-use crate::difference::Difference;
+use crate::difference::{Difference, LEVEL_SHARE};
 use crate::interval::clopper_pearson;
 
-/// Simulated campaigns for a number that is stated, and for a point of a curve.
+/// Simulated campaigns for each number of participants and repeats.
 const CAMPAIGNS: usize = 1000;
-const CAMPAIGNS_OF_A_POINT: usize = 400;
 /// Simulated studies for the interval of a cell.
 const STUDIES: usize = 200;
 /// The most repeats that are looked for.
@@ -58,10 +58,12 @@ pub struct PowerPoint {
 pub struct PowerStudy {
     /// What was asked.
     pub question: PowerQuestion,
-    /// What was simulated, as it is designed.
-    pub plan: PowerPlan,
-    /// The mean number of presentations to each participant, before rounding.
+    /// The standard deviation over participants, of the logits of the shares.
+    pub logit_sd: f64,
+    /// The mean number of presentations to each participant.
     pub presentations: [f64; 2],
+    /// The share of participants who are presented with one of the two only, and do not count.
+    pub one_only_share: f64,
     /// Of two samples: how many sets have both, and how many sets there are.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sets: Option<[usize; 2]>,
@@ -69,20 +71,27 @@ pub struct PowerStudy {
     pub wanted_share: f64,
     /// As it is designed.
     pub planned: FoundShare,
-    /// The share of campaigns that find a difference where there is none, and people do not differ from each other in it.
+    /// The smallest probability that the planned participants can give.
+    pub smallest_p: f64,
+    /// The share of campaigns that find a difference where there is none.
     pub without_difference_share: f64,
     /// The smallest number of participants that suffices; absent above 200.
     pub participants_needed: Option<usize>,
-    /// The smallest number of times the presentations that suffices with the planned participants; absent above 60.
+    /// The smallest number of times the presentations that suffices with the planned participants; absent where none of
+    /// [`Self::most_times`] does.
     pub times_needed: Option<usize>,
+    /// The largest number of times that was looked at.
+    pub most_times: usize,
     /// Power and precision over participants, one row for each number of times the presentations.
     pub curves: Vec<Vec<PowerPoint>>,
 }
 
-/// The power of `campaign` for a stated difference, by simulated campaigns that end in the test of [`crate::difference`].
+/// The power of `campaign` for a stated difference, by simulated campaigns that end in the test of [`crate::difference`]. Participants
+/// are presented with what the rules of the design draw for them.
 ///
 /// # Errors
-/// [`DesignError`] for names that the campaign does not have, two samples that no set has both of, and numbers out of range.
+/// [`DesignError`] for names that the campaign does not have, two samples that no set has both of, shares that do not differ, and numbers
+/// out of range.
 ///
 /// Source: decision 0074 of this project.
 pub fn power_study(
@@ -90,175 +99,184 @@ pub fn power_study(
     question: &PowerQuestion,
     seed: u64,
 ) -> Result<PowerStudy, DesignError> {
+    let [a, b] = question.shares;
+    if a == b {
+        return Err(DesignError::OutOfRange {
+            what: "the difference between the two stated shares",
+            found: 0.0,
+            expected: "two shares that differ",
+        });
+    }
     let sets = checked_sets(campaign)?;
     let work = Work::new(campaign, sets.as_ref(), seed);
-    let (presentations, sets) = work.presentations_of(question)?;
-    let plan = PowerPlan {
-        difference: question.difference.clone(),
-        participants: campaign.participants,
-        presentations: presentations.map(|n| (n.round() as usize).max(1)),
-        shares: question.shares,
-        logit_sd: question.logit_sd.unwrap_or(campaign.aims.logit_sd),
+    let met = work.asked(question)?;
+    let logit_sd = question.logit_sd.unwrap_or(campaign.aims.logit_sd);
+    let simulation = Simulation {
+        plan: PowerPlan {
+            difference: question.difference.clone(),
+            participants: campaign.participants,
+            presentations: met.drawn(1),
+            shares: question.shares,
+            logit_sd,
+        },
+        met: &met,
+        seed,
     };
-    let of = |participants: usize, times: usize| PowerPlan {
-        participants,
-        presentations: presentations.map(|n| ((n * times as f64).round() as usize).max(1)),
-        ..plan.clone()
-    };
-    let share = |participants, times, campaigns| {
-        let power_share = found_share(&of(participants, times), campaigns, seed)?;
-        Ok::<_, DesignError>(FoundShare {
-            participants,
-            times,
-            power_share,
-            campaigns,
-        })
-    };
-    let planned = share(campaign.participants, 1, CAMPAIGNS)?;
+    let planned = simulation.share(campaign.participants, 1)?;
     let wanted_share = campaign.aims.power_share;
     let too_few =
-        |participants, times| Ok(share(participants, times, CAMPAIGNS)?.power_share < wanted_share);
+        |participants, times| Ok(simulation.share(participants, times)?.power_share < wanted_share);
     let participants_needed = match too_few(MOST_PARTICIPANTS, 1)? {
         true => None,
         false => Some(fewest(1, MOST_PARTICIPANTS, |n| too_few(n.max(2), 1))?),
     };
-    let most = presentations[0].max(presentations[1]).max(1.0);
-    let in_reach = ((MOST_PRESENTATIONS as f64 / most) as usize).clamp(1, MOST_TIMES);
-    let times_needed = match too_few(campaign.participants, in_reach)? {
+    let counts = simulation.plan.presentations.iter().flatten();
+    let most = counts.copied().max().unwrap_or(1).max(1);
+    let most_times = (MOST_PRESENTATIONS / most).clamp(1, MOST_TIMES);
+    let times_needed = match too_few(campaign.participants, most_times)? {
         true => None,
-        false => Some(fewest(0, in_reach, |n| too_few(campaign.participants, n))?),
+        false => Some(fewest(0, most_times, |n| {
+            too_few(campaign.participants, n)
+        })?),
     };
-    let middle = (question.shares[0] + question.shares[1]) / 2.0;
-    let none = PowerPlan {
-        shares: [middle; 2],
-        logit_sd: match question.difference {
-            // Who are right and wrong as often do not differ in it.
-            Difference::Samples(_) => 0.0,
-            _ => plan.logit_sd,
-        },
-        ..plan.clone()
-    };
-    let times = TIMES.into_iter().filter(|times| *times <= in_reach);
-    let curve = |times| {
-        let points = PARTICIPANTS.into_iter().map(|participants| {
-            Ok(PowerPoint {
-                found: share(participants, times, CAMPAIGNS_OF_A_POINT)?,
-                half_width_share: cell_of(&of(participants, times), STUDIES, seed)?
-                    .half_width_share,
-            })
-        });
-        points.collect::<Result<Vec<_>, DesignError>>()
-    };
+    let times = TIMES.into_iter().filter(|times| *times <= most_times);
+    let curves = times.map(|times| simulation.curve(times));
+    let one_only = |[n, m]: &&[usize; 2]| (*n == 0) != (*m == 0);
+    let drawn = &simulation.plan.presentations;
     Ok(PowerStudy {
         question: question.clone(),
-        presentations,
-        sets,
+        logit_sd,
+        presentations: met.mean(),
+        one_only_share: drawn.iter().filter(one_only).count() as f64 / drawn.len().max(1) as f64,
+        sets: work.sets_with(question),
         wanted_share,
-        planned,
-        without_difference_share: found_share(&none, CAMPAIGNS, seed)?,
+        smallest_p: question.difference.smallest_p([campaign.participants; 2]),
+        without_difference_share: simulation.without_difference()?,
         participants_needed,
         times_needed,
-        curves: times.map(curve).collect::<Result<_, _>>()?,
-        plan,
+        most_times,
+        curves: curves.collect::<Result<_, _>>()?,
+        planned,
     })
 }
 
+/// Simulated campaigns of a design.
+struct Simulation<'a> {
+    plan: PowerPlan,
+    met: &'a Met<'a>,
+    seed: u64,
+}
+
+impl Simulation<'_> {
+    fn of(&self, participants: usize, times: usize) -> PowerPlan {
+        PowerPlan {
+            participants,
+            presentations: self.met.drawn(times),
+            ..self.plan.clone()
+        }
+    }
+
+    fn share(&self, participants: usize, times: usize) -> Result<FoundShare, DesignError> {
+        Ok(FoundShare {
+            participants,
+            times,
+            power_share: found_share(&self.of(participants, times), CAMPAIGNS, self.seed)?,
+            campaigns: CAMPAIGNS,
+        })
+    }
+
+    /// How often a difference is found where there is none.
+    fn without_difference(&self) -> Result<f64, DesignError> {
+        let middle = (self.plan.shares[0] + self.plan.shares[1]) / 2.0;
+        let none = PowerPlan {
+            shares: [middle; 2],
+            logit_sd: match self.plan.difference {
+                // Who are right and wrong as often do not differ in it.
+                Difference::Samples(_) => 0.0,
+                _ => self.plan.logit_sd,
+            },
+            ..self.plan.clone()
+        };
+        found_share(&none, CAMPAIGNS, self.seed)
+    }
+
+    /// Power, and the interval of a cell of the first of the two, over participants.
+    fn curve(&self, times: usize) -> Result<Vec<PowerPoint>, DesignError> {
+        let presentations = (self.met.mean()[0] * times as f64).round() as usize;
+        let point = |participants| {
+            let cell = CellPlan {
+                participants,
+                presentations: presentations.max(1),
+                share: self.plan.shares[0],
+                logit_sd: self.plan.logit_sd,
+            };
+            Ok(PowerPoint {
+                found: self.share(participants, times)?,
+                half_width_share: cell_precision(&cell, STUDIES, self.seed)?.half_width_share,
+            })
+        };
+        PARTICIPANTS.into_iter().map(point).collect()
+    }
+}
+
 impl Work<'_> {
-    /// Presentations to each participant of both that are compared; of samples, in how many of how many sets both are.
-    fn presentations_of(
-        &self,
-        question: &PowerQuestion,
-    ) -> Result<([f64; 2], Option<[usize; 2]>), DesignError> {
-        let tasks = &self.campaign.tasks;
-        let judged: Vec<&TaskDescription> = tasks.iter().filter(|task| names(task)).collect();
+    /// How often participants meet both of what is asked for.
+    fn asked(&self, question: &PowerQuestion) -> Result<Met<'_>, DesignError> {
+        let tasks = self.campaign.tasks.iter();
+        let judged: Vec<&TaskDescription> = tasks.filter(|task| names(task)).collect();
+        let known = || judged.iter().map(|task| &task.name);
         let task = |name: &String| {
             let found = judged.iter().find(|task| task.name == *name);
-            found
-                .copied()
-                .ok_or_else(|| unknown("task", name, judged.iter().map(|t| &t.name)))
+            found.copied().ok_or_else(|| unknown("task", name, known()))
         };
         let chosen = match &question.task {
             Some(name) => vec![task(name)?],
             None => judged.clone(),
         };
-        match &question.difference {
+        let difference = &question.difference;
+        match difference {
             Difference::Tasks([a, b]) => {
+                if judged.len() < 2 {
+                    return Err(DesignError::TooFewToCompare {
+                        known: known().cloned().collect(),
+                    });
+                }
+                let [first, second] = [task(a)?, task(b)?];
                 if a == b {
-                    return Err(unknown("other task", b, judged.iter().map(|t| &t.name)));
+                    return Err(unknown("other task", b, known()));
                 }
-                Ok(([self.trials(task(a)?)?, self.trials(task(b)?)?], None))
+                self.met(difference, [&[first], &[second]])
             }
-            Difference::People(_) => match chosen[..] {
-                [task] => Ok(([self.trials(task)?; 2], None)),
-                _ => {
-                    let none = String::new();
-                    Err(unknown("task", &none, judged.iter().map(|t| &t.name)))
-                }
+            Difference::People(_) | Difference::Again(_) => match chosen[..] {
+                [_] => self.met(difference, [&chosen, &[]]),
+                _ => Err(DesignError::WhichTask {
+                    known: known().cloned().collect::<Vec<_>>().join(", "),
+                }),
             },
             Difference::Samples(both) => {
                 let samples = &self.campaign.samples;
-                if let Some(name) = both.iter().find(|name| !samples.contains(name)) {
-                    return Err(unknown("sample", name, samples.iter()));
+                let other = (both[0] == both[1]).then_some(&both[1]);
+                if let Some(name) = both.iter().find(|name| !samples.contains(name)).or(other) {
+                    return Err(unknown("sample, each once,", name, samples.iter()));
                 }
-                let [a, b] = both
-                    .each_ref()
-                    .map(|name| samples.iter().position(|s| s == name));
-                let has_both = |set: &&Vec<usize>| {
-                    let has = |one: Option<usize>| one.is_some_and(|one| set.contains(&one));
-                    has(a) && has(b)
-                };
-                let sets = self.blocks.iter().filter(has_both).count();
-                if sets == 0 || a == b {
+                if self.sets_with(question).is_none_or(|[sets, _]| sets == 0) {
                     return Err(DesignError::NeverTogether {
                         pair: both.clone().into(),
                     });
                 }
-                let mut counts = [0.0; 2];
-                for task in chosen {
-                    for (count, name) in counts.iter_mut().zip(both) {
-                        *count += self.times_in_sets_with(task, name, both)?;
-                    }
-                }
-                Ok((counts, Some([sets, self.blocks.len()])))
+                self.met(difference, [&chosen, &[]])
             }
         }
     }
 
-    /// How often a participant meets `sample` in `task` where both of a pair are on offer.
-    fn times_in_sets_with(
-        &self,
-        task: &TaskDescription,
-        sample: &str,
-        both: &[String; 2],
-    ) -> Result<f64, DesignError> {
-        let samples = &self.campaign.samples;
-        let holds = |block: &[usize]| {
-            both.iter()
-                .all(|name| block.iter().any(|i| samples[*i] == *name))
+    /// Of two samples: how many sets have both, and how many sets there are.
+    fn sets_with(&self, question: &PowerQuestion) -> Option<[usize; 2]> {
+        let Difference::Samples([a, b]) = &question.difference else {
+            return None;
         };
-        let times = match &task.task {
-            TaskKind::IdentifyFromMemory => {
-                self.blocks.iter().filter(|block| holds(block)).count() as f64
-            }
-            TaskKind::Associate { sequence } => {
-                let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
-                let of = |test: &super::presented::Test| {
-                    let block = &self.blocks[test.set];
-                    if !holds(block) {
-                        return 0.0;
-                    }
-                    if !test.stimuli.is_empty() {
-                        let plain = test.stimuli.iter().filter(|name| **name == sample);
-                        return plain.count() as f64;
-                    }
-                    let place = block.iter().position(|i| samples[*i] == sample);
-                    place.map_or(0.0, |place| test.presentations[place])
-                };
-                tests.iter().map(of).sum()
-            }
-            _ => 0.0,
-        };
-        Ok(times * self.share() * task.repeats as f64)
+        let sets = 0..self.blocks.len();
+        let both = sets.filter(|set| self.has(*set, a) && self.has(*set, b));
+        Some([both.count(), self.blocks.len()])
     }
 }
 
@@ -294,17 +312,30 @@ impl PowerStudy {
         let [one, two] = self.question.difference.names();
         let (shares, people) = match self.question.difference {
             Difference::Samples(_) => (format!("right {a}, taken for the other {b}"), ""),
-            Difference::Tasks(_) => (format!("as expected {a} and {b}"), ""),
+            Difference::Tasks(_) | Difference::Again(_) => (
+                format!(
+                    "as expected {a} and {b}, the logits of one person correlated by {CORRELATION}"
+                ),
+                "",
+            ),
             Difference::People(_) => (format!("as expected {a} and {b}"), " in each group"),
         };
         let [n, m] = self.presentations.map(|n| format!("{n:.1}"));
         let sets = self.sets.map_or_else(String::new, |[both, all]| {
             format!(", in {both} of {}", counted(all, "set"))
         });
+        let one_only = match self.one_only_share {
+            share if share > 0.0 => format!(
+                "; {} of participants meet one of the two only, and do not count",
+                percent(share)
+            ),
+            _ => String::new(),
+        };
         let asked = format!(
             "Asked: to find that {one} and {two} differ, by a permutation of participants at 5 %. Assumed: {shares}, of the median \
-             participant; standard deviation over participants {} of the logit; {n} and {m} presentations to each participant{sets}.",
-            self.plan.logit_sd
+             participant; standard deviation over participants {} of the logit. On average {n} and {m} presentations to each \
+             participant{sets}{one_only}.",
+            self.logit_sd
         );
         let planned = &self.planned;
         let found = (planned.power_share * planned.campaigns as f64).round() as usize;
@@ -324,29 +355,38 @@ impl PowerStudy {
 
     fn needed(&self, people: &str) -> String {
         let more = match self.participants_needed {
-            Some(needed) => format!("Needed: {needed} participants{people}"),
-            None => "Not even 200 participants suffice".to_owned(),
+            Some(needed) => format!("Needed: about {needed} participants{people}"),
+            None => format!("Not even {MOST_PARTICIPANTS} participants{people} suffice"),
         };
-        let repeats = match self.times_needed {
-            Some(1) => format!(
-                "; the presentations are enough with {} participants",
-                self.planned.participants
-            ),
+        format!("{more}; {}.", self.needed_repeats())
+    }
+
+    /// What more presentations do with the planned participants.
+    fn needed_repeats(&self) -> String {
+        let people = self.planned.participants;
+        match self.times_needed {
+            Some(1) => format!("{people} participants have presentations enough"),
             Some(times) => {
                 let sets = self.sets.map_or_else(String::new, |[both, _]| {
                     format!(", in {} with both", counted(both * times, "set"))
                 });
                 format!(
-                    "; or {times} times as many presentations with {} participants, by repeats{sets}",
-                    self.planned.participants
+                    "or {times} times as many presentations with {people} participants, by repeats{sets}"
                 )
             }
-            None => format!(
-                "; more repeats do not suffice with {} participants, who differ from each other",
-                self.planned.participants
+            None if self.smallest_p > LEVEL_SHARE => format!(
+                "with {people} participants no test of people reaches 5 %, however often each answers: the smallest p is {:.3}",
+                self.smallest_p
             ),
-        };
-        format!("{more}{repeats}.")
+            None => format!(
+                "up to {} times as many presentations do not suffice with {people} participants{}",
+                self.most_times,
+                match self.logit_sd > 0.0 {
+                    true => ", who differ from each other",
+                    false => "",
+                }
+            ),
+        }
     }
 
     /// Power and precision over participants.

@@ -1,0 +1,98 @@
+//! Where answers come from: a table, or a study.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact_dataset::{AnswersFile, read_answers};
+use piezotact_people::association::Association;
+
+#[cfg(feature = "campaign")]
+use crate::commands::campaign::{self, study::Study};
+use crate::failure::{Outcome, usage};
+
+/// Answers, and the study that they are of.
+pub(super) struct Source {
+    pub(super) file: AnswersFile,
+    #[cfg(feature = "campaign")]
+    study: Option<Study>,
+}
+
+impl Source {
+    /// The answers of the table at `path`, with `samples` where any are given, or of the study in this folder.
+    pub(super) fn open(path: &Path, samples: &[String]) -> Outcome<Self> {
+        if path.is_dir() {
+            return Self::of_study(path, samples);
+        }
+        Ok(Self {
+            file: read_answers(path, samples)?,
+            #[cfg(feature = "campaign")]
+            study: None,
+        })
+    }
+
+    #[cfg(not(feature = "campaign"))]
+    fn of_study(path: &Path, _: &[String]) -> Outcome<Self> {
+        Err(usage(anyhow!(
+            "{}: expected a table of answers, found a folder; this build reads no studies: build piezotact with ./x build",
+            path.display()
+        )))
+    }
+
+    #[cfg(feature = "campaign")]
+    fn of_study(path: &Path, samples: &[String]) -> Outcome<Self> {
+        use piezotact_people::association::AnswerTable;
+
+        if !samples.is_empty() {
+            return Err(usage(anyhow!(
+                "the samples of a study are those of its protocol; leave --samples out"
+            )));
+        }
+        let study = Study::open(path)?;
+        let (declared, answers) = study.answers()?;
+        let table = AnswerTable::new(declared, answers).map_err(|error| {
+            let named = anyhow::Error::new(error).context(path.display().to_string());
+            crate::failure::Failure::Data(named)
+        })?;
+        let doubts = study.doubts()?;
+        Ok(Self {
+            file: AnswersFile { table, doubts },
+            study: Some(study),
+        })
+    }
+
+    /// The tasks of a study in which samples are put in order; a table of answers does not say.
+    pub(super) fn orders(&self) -> Vec<String> {
+        #[cfg(feature = "campaign")]
+        if let Some(study) = &self.study {
+            return study.orders();
+        }
+        Vec::new()
+    }
+
+    /// `found` with what the study asked; which judge answered a simulated one, where that is `judged`.
+    pub(super) fn with_study(&self, found: Association, judged: Judged) -> Outcome<Association> {
+        #[cfg(feature = "campaign")]
+        if let Some(study) = &self.study {
+            let simulated = campaign::simulated_as(study)?;
+            let which = match judged {
+                Judged::Compared => campaign::which_of(study)?,
+                Judged::LeftOut => None,
+            };
+            return Ok(found.with_study(
+                &self.file.table,
+                &study.campaign.protocol,
+                simulated,
+                which,
+            ));
+        }
+        let _a_table_does_not_say = judged;
+        Ok(found)
+    }
+}
+
+/// Whether the judges of a simulated study are compared, which takes seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Judged {
+    Compared,
+    LeftOut,
+}
