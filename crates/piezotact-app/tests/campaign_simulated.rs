@@ -197,3 +197,24 @@ fn panels_are_other_people_and_stay_the_same() {
     let line = "campaign simulate averaged_transfer_function --study av --participants 4 --seed 7 --panel 3..5";
     run(&folder, line).expect_failure(2, &["found volunteer 3 in both"]);
 }
+
+/// Nothing is made where the twin has no such sample, and a link that leads nowhere is no folder.
+#[test]
+fn what_cannot_be_simulated_leaves_no_folder() {
+    let folder = Folder::new();
+    let line = "campaign simulate isotropic_triplets --study made --participants 1 --seed 1 --surface S2=S99";
+    folder
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .expect_failure(1, &["expected a sample of the twin", "found `S99`"]);
+    assert!(!folder.path("made").exists());
+    let line = "campaign simulate isotropic_triplets --study made --participants 1 --seed 18446744073709551615 --panels 2";
+    folder
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .expect_failure(2, &["expected one that 1 other can follow"]);
+    assert!(!folder.path("made").exists());
+    std::os::unix::fs::symlink("nowhere", folder.path("link")).unwrap();
+    let line = "campaign simulate isotropic_triplets --study link --participants 1 --seed 1";
+    folder
+        .run(&line.split(' ').collect::<Vec<_>>())
+        .expect_failure(1, &["a link that leads nowhere", "name another folder"]);
+}

@@ -34,7 +34,12 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
             .expected
             .as_ref()
             .map(|share| format!("{} answers: {}.", share.answers, share.words()));
-        sections.push(matrix_section(&heading, share.as_deref(), &group.matrix)?);
+        sections.push(matrix_section(
+            found,
+            &heading,
+            share.as_deref(),
+            &group.matrix,
+        )?);
     }
     let body = html! {
         h1 { (title) }
@@ -121,10 +126,11 @@ pub fn svg(found: &Association) -> Result<String, DrawError> {
     let matrix = found.all().ok_or_else(|| DrawError::Drawing {
         reason: "expected a matrix, found none".into(),
     })?;
-    Ok(grid_of(matrix).single())
+    Ok(grid_of(found, matrix).single())
 }
 
 fn matrix_section(
+    found: &Association,
     heading: &str,
     share: Option<&str>,
     matrix: &AssociationMatrix,
@@ -145,7 +151,7 @@ fn matrix_section(
         section {
             h2 { (heading) }
             @if let Some(share) = share { p { strong { (share) } } }
-            (figure(&grid_of(matrix).svg(), &format!(
+            (figure(&grid_of(found, matrix).svg(), &format!(
                 "Rows: the stimulus that was presented. Columns: the sample that it was declared to be. Numbers: %. Outlined: the \
                  expected association.{hatched}{flagged}"
             )))
@@ -155,7 +161,7 @@ fn matrix_section(
     })
 }
 
-fn grid_of(matrix: &AssociationMatrix) -> Grid {
+fn grid_of(found: &Association, matrix: &AssociationMatrix) -> Grid {
     let square = |row: &Row, cell: &Cell| Square {
         shade: cell.percent.map_or(Shade::Untested, Shade::Percent),
         outlined: cell.answered == row.stimulus.expected,
@@ -173,7 +179,11 @@ fn grid_of(matrix: &AssociationMatrix) -> Grid {
             .iter()
             .map(|row| row.cells.iter().map(|cell| square(row, cell)).collect())
             .collect(),
-        row_label: "presented".into(),
+        row_label: match found.virtual_answers {
+            0 => "presented".into(),
+            all if all == found.answers => "presented to virtual volunteers".into(),
+            _ => "presented, in part to virtual volunteers".into(),
+        },
         column_label: "declared as".into(),
         scale_label: "association, %".into(),
         hatched_label: "untested".into(),

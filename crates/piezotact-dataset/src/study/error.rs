@@ -113,16 +113,18 @@ pub(super) fn advice_on_io(error: &std::io::Error) -> &'static str {
     match error.kind() {
         std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => FREE_SPACE,
         std::io::ErrorKind::PermissionDenied | std::io::ErrorKind::ReadOnlyFilesystem => WRITABLE,
+        std::io::ErrorKind::AlreadyExists | std::io::ErrorKind::NotADirectory => OTHER_NAME,
         _ => CHECK_DISK,
     }
 }
 
-const FREE_SPACE: &str = "free space on the disk, then give the same answer again";
+const OTHER_NAME: &str =
+    "a file or a link that leads nowhere has this name: name another folder, or remove it";
+const FREE_SPACE: &str = "free space on the disk, then do the same again";
 const WRITABLE: &str =
     "make the folder and its files writable for this user, or copy the folder to a disk that is";
 const CHECK_DISK: &str = "check the disk and the folder, then open the study again";
-const END_OTHER: &str =
-    "end the other program that uses this study, then give the same answer again";
+const END_OTHER: &str = "end the other program that uses this study, then do the same again";
 const RESTORE: &str = "restore the whole folder from a copy";
 
 /// SQLite's code of a file that is no database.
@@ -150,9 +152,7 @@ fn said(error: &sqlx::Error) -> (String, &'static str) {
         // CORRUPT
         Some(11 | NOT_A_DATABASE) => RESTORE,
         // IOERR: also a limit on the size of files
-        Some(10) => {
-            "check the free space and the health of the disk, then give the same answer again"
-        }
+        Some(10) => "check the free space and the health of the disk, then do the same again",
         // Values that are not of the schema.
         None => RESTORE,
         _ => CHECK_DISK,

@@ -510,6 +510,9 @@ impl Association {
         ];
         let felt = self.felt.as_ref().map(|_| FELT_COLUMNS);
         let names = names.into_iter().chain(felt.into_iter().flatten());
+        let virtual_answers = (self.virtual_answers > 0).then_some(self.virtual_answers);
+        let names = names
+            .chain(virtual_answers.map(|_| ("virtual answers, all", "virtual_answers_of_all")));
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
         for GroupMatrix { group, matrix, .. } in &self.matrices {
             for row in &matrix.rows {
@@ -531,7 +534,8 @@ impl Association {
                         count(cell.flagged),
                     ];
                     let felt = self.felt_cells(&row.stimulus.name, &cell.answered);
-                    known.into_iter().chain(felt).collect()
+                    let simulated = virtual_answers.map(count);
+                    known.into_iter().chain(felt).chain(simulated).collect()
                 }));
             }
         }

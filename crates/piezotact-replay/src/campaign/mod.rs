@@ -23,7 +23,7 @@ use piezotact_people::campaign::protocol::{Protocol, TaskKind, TransferFunctionU
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
 use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
 use piezotact_session::{RunError, state_of};
-use piezotact_twin::{Participant, TwinParameters};
+use piezotact_twin::{Participant, Sample, TwinParameters};
 
 use super::ReplayError;
 
@@ -193,6 +193,16 @@ impl Simulation<'_> {
                 .map(|[name, sample]| (name.to_owned(), sample.to_owned()))
                 .into(),
         }
+    }
+
+    /// The surface of the twin that the protocol's sample `name` is.
+    ///
+    /// # Errors
+    /// What the twin does not have.
+    pub fn surface(&self, name: &str) -> Result<&Sample, CampaignError> {
+        let known = self.surfaces.get(name).map_or(name, String::as_str);
+        let sample = self.parameters.sample(known);
+        Ok(sample.map_err(ReplayError::from)?)
     }
 
     /// The panel whose average the protocol renders with; `None` where everybody has the own transfer function.

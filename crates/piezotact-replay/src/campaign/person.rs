@@ -176,8 +176,7 @@ fn touch(
     number: u64,
     name: &str,
 ) -> Result<Touched, CampaignError> {
-    let known = simulation.surfaces.get(name).map_or(name, String::as_str);
-    let sample = replay.parameters.sample(known).map_err(ReplayError::from)?;
+    let sample = simulation.surface(name)?;
     let person = Participant::of(number, simulation.seed, &simulation.parameters);
     let what = || format!("{name}, touched by {}", person.pseudonym());
     let protocol = ActiveProtocol {

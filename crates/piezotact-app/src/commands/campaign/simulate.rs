@@ -12,6 +12,8 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::Decibels;
 use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, SqliteStore, StudyCampaign};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
@@ -160,15 +162,7 @@ fn asked<'a>(
     participants: u32,
 ) -> Outcome<Simulation<'a>> {
     let protocol = &campaign.protocol;
-    let mut simulation = Simulation {
-        judge: args.judge,
-        level: args.level,
-        iterations: usize::from(args.iterations),
-        ..Simulation::usual(protocol, campaign.protocol_sha, args.seed)
-    };
-    for (name, sample) in &args.surface {
-        simulation.surfaces.insert(name.clone(), sample.clone());
-    }
+    let simulation = simulation(args, protocol, campaign.protocol_sha);
     let Some(panel) = simulation.panel() else {
         return Ok(simulation);
     };
@@ -179,6 +173,19 @@ fn asked<'a>(
         CampaignError::Overlap { .. } => usage(error),
         error => Failure::from(error),
     })
+}
+
+fn simulation<'a>(args: &Arguments, protocol: &'a Protocol, protocol_sha: Sha) -> Simulation<'a> {
+    let mut simulation = Simulation {
+        judge: args.judge,
+        level: args.level,
+        iterations: usize::from(args.iterations),
+        ..Simulation::usual(protocol, protocol_sha, args.seed)
+    };
+    for (name, sample) in &args.surface {
+        simulation.surfaces.insert(name.clone(), sample.clone());
+    }
+    simulation
 }
 
 /// The campaign, from where the study has it.
@@ -237,6 +244,10 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
         )));
     }
     if !piezotact_dataset::reads::is_there(&args.study.join("campaign.json")) {
+        let wanted = simulation(args, &protocol, Sha::of(text.as_bytes()));
+        for name in &protocol.samples {
+            wanted.surface(name)?;
+        }
         let panels = protocol.panel.disjoint_from.iter();
         let new = NewCampaign {
             protocol: &text,
