@@ -20,7 +20,7 @@ const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 11] = [
+const ARROWS: [(&str, &[&str]); 12] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
@@ -46,12 +46,17 @@ const ARROWS: [(&str, &[&str]); 11] = [
         ],
     ),
     (
+        "piezotact-web",
+        &["piezotact", "piezotact-people", "piezotact-session"],
+    ),
+    (
         "piezotact-app",
         &[
             "piezotact",
             "piezotact-people",
             "piezotact-bench",
             "piezotact-session",
+            "piezotact-web",
             "piezotact-twin",
             "piezotact-replay",
             "piezotact-report",

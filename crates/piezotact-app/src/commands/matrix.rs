@@ -21,6 +21,8 @@ use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 
 use super::{outputs, read, score};
+#[cfg(feature = "web")]
+pub(crate) use source::report_of;
 use source::{Judged, Source};
 
 use crate::advice::OptionWords;

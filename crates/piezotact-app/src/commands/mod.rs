@@ -17,6 +17,7 @@ mod replay;
 pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
+mod serve;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
@@ -184,6 +185,11 @@ commands! {
     Matrix(matrix::Arguments) => matrix::run,
     /// Designs campaigns with volunteers: protocols, the check of a design, the data dictionary.
     Campaign(campaign::Campaign) => campaign::run,
+    /// Leads a session with a participant on pages of a browser: one for the experimenter, one for the participant, one to look on.
+    #[command(
+        after_help = "It is the same session as that of `piezotact campaign run`, which goes on with it, and the other way round. The pages are\nserved on this machine only; the addresses that are printed hold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7"
+    )]
+    Serve(serve::Arguments) => serve::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.

@@ -63,6 +63,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     Ok(())
 }
 
+/// All answers that name a sample, as the text of a table.
+#[cfg(feature = "web")]
+pub(crate) fn answers_of(folder: &Path) -> Outcome<String> {
+    let study = Study::open(folder)?;
+    let declared = declared(&study.campaign.protocol);
+    Ok(report::csv(&answers_table(
+        &declared,
+        &study.associations()?,
+    ))?)
+}
+
 /// The tables with the names of their files.
 fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static str, Table); 6]> {
     let declared = declared(&study.campaign.protocol);

@@ -3,7 +3,7 @@
 mod design;
 mod dictionary;
 #[cfg(feature = "campaign")]
-mod export;
+pub(super) mod export;
 #[cfg(feature = "campaign")]
 mod identity;
 #[cfg(feature = "campaign")]
@@ -12,7 +12,7 @@ mod new;
 mod plan;
 mod protocol;
 #[cfg(feature = "campaign")]
-mod run;
+pub(super) mod run;
 #[cfg(feature = "campaign")]
 mod simulate;
 #[cfg(feature = "campaign")]

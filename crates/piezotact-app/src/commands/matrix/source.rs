@@ -90,6 +90,31 @@ impl Source {
     }
 }
 
+/// The report of the study in `folder`: all answers, and the orders.
+#[cfg(feature = "web")]
+pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
+    use piezotact_people::association::{AssociationConfig, MatrixConfig, associate};
+
+    let source = Source::open(folder, &[])?;
+    let AnswersFile { table, doubts } = &source.file;
+    let mut ordering_tasks = source.orders();
+    ordering_tasks.retain(|task| table.answers().iter().any(|a| a.task == *task));
+    let asked = AssociationConfig {
+        matrix: MatrixConfig::default(),
+        by: None,
+        ordering_tasks,
+    };
+    let mut found = associate(table, &asked).map_err(anyhow::Error::new)?;
+    found.doubts.splice(0..0, doubts.iter().cloned());
+    let found = source.with_study(found, Judged::LeftOut)?;
+    let name = crate::report::name(folder);
+    Ok(piezotact_report::association::html(
+        &name,
+        &found,
+        &crate::advice::OptionWords,
+    )?)
+}
+
 /// Whether the judges of a simulated study are compared, which takes seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Judged {

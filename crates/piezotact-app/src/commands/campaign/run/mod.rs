@@ -49,11 +49,11 @@ use words::{Asked, HELP, understood};
 pub(crate) struct Arguments {
     /// The folder of the study.
     #[arg(value_name = "STUDY")]
-    study: PathBuf,
+    pub(crate) study: PathBuf,
     /// The participant's pseudonym.
-    participant: String,
+    pub(crate) participant: String,
     /// The session, by its name in the protocol.
-    session: String,
+    pub(crate) session: String,
     /// The tag of the experimenter, kept with the session.
     #[arg(long, value_name = "TAG", default_value = "experimenter", value_parser = short)]
     experimenter: String,
@@ -62,7 +62,7 @@ pub(crate) struct Arguments {
     bench: Option<BenchSpec>,
     /// Rendered textures are played by hand, on another system: nothing is known of what was felt.
     #[arg(long, conflicts_with_all = ["bench", "drives"])]
-    by_hand: bool,
+    pub(crate) by_hand: bool,
     /// The folder of the participant's drives that `piezotact prepare` wrote; it is copied into the study.
     #[arg(long, value_name = "FOLDER")]
     drives: Option<PathBuf>,
@@ -104,6 +104,42 @@ enum Handedness {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
+    lead(args, &mut Typing)
+}
+
+/// Where the experimenter leads a session: the terminal, or a page.
+pub(crate) trait Front {
+    /// The bench, whose playing is shown.
+    fn shown(&self, bench: BenchStimulator<'static>) -> Box<dyn Stimulator>;
+
+    /// The session of `runner` from where it stands, until it is left.
+    fn lead(&mut self, runner: Runner<'_>, args: &Arguments, about: About<'_>) -> Outcome;
+}
+
+/// What a front end shows of a session beside its state.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct About<'a> {
+    /// The text that consent is given to.
+    pub(crate) consent: Option<&'a str>,
+    /// The folder of the session.
+    pub(crate) folder: &'a Path,
+}
+
+/// The terminal.
+struct Typing;
+
+impl Front for Typing {
+    fn shown(&self, bench: BenchStimulator<'static>) -> Box<dyn Stimulator> {
+        Box::new(Announced(bench))
+    }
+
+    fn lead(&mut self, runner: Runner<'_>, args: &Arguments, about: About<'_>) -> Outcome {
+        session(runner, args, about.consent)
+    }
+}
+
+/// The session that `args` name, led at `front`.
+pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let mut study = Study::open(&args.study)?;
     let participant = study.participant(&args.participant)?;
     study.require_people()?;
@@ -122,23 +158,23 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
-    played(&mut study, &plan, args, (bench, drives, &folder))
+    played((&mut study, &plan), args, (bench, drives, &folder), front)
 }
 
 /// The session of `plan` with its stimuli on `bench`.
 fn played(
-    study: &mut Study,
-    plan: &Plan,
+    (study, plan): (&mut Study, &Plan),
     args: &Arguments,
     (bench, drives, folder): (Option<Bench>, Drives, &Path),
+    front: &mut dyn Front,
 ) -> Outcome {
     let taken = drives.given.clone();
     let mut bench = match bench {
-        Some(bench) => Some(Announced(stimulator(study, bench, drives, folder)?)),
+        Some(bench) => Some(front.shown(stimulator(study, bench, drives, folder)?)),
         None => None,
     };
     let stimuli = match (&mut bench, args.by_hand) {
-        (Some(bench), _) => Stimuli::On(bench),
+        (Some(bench), _) => Stimuli::On(bench.as_mut()),
         (None, true) => Stimuli::ByHand,
         (None, false) => Stimuli::Nowhere,
     };
@@ -157,7 +193,8 @@ fn played(
         outside,
     )?;
     drives::keep(&taken, folder)?;
-    session(runner, args, consent.as_deref())
+    let consent = consent.as_deref();
+    front.lead(runner, args, About { consent, folder })
 }
 
 fn purpose(args: &Arguments) -> Purpose {
@@ -459,42 +496,20 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
 
 /// Begins the session, or goes on with one that was cut off.
 fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outcome {
-    let experimenter = args.experimenter.clone();
-    let command = match runner.state().stage() {
-        Stage::New => Command::Begin {
-            experimenter,
-            program: crate::invocation::PROGRAM.to_owned(),
-            purpose: purpose(args),
-            participant: Participant {
-                sex: args.sex.clone(),
-                age_years: args.age,
-                handedness: args.handedness.map(|hand| {
-                    let word = hand.to_possible_value();
-                    word.map_or(String::new(), |word| word.get_name().to_owned())
-                }),
-                finger: args.finger.clone(),
-                language: args.language.clone(),
-                judge: None,
-            },
-        },
-        Stage::Consent | Stage::Running | Stage::Paused => {
-            let now_ms = runner.now_ms();
-            terminal.say(&format!(
-                "The session goes on where it was left: {}.",
-                status(runner)
-            ))?;
-            if args.by_hand && was_measured(runner.state()) {
-                terminal.say(
-                    "Until now textures were played on a bench. From here on they are played by hand: nothing is measured, and each such answer is flagged `not_measured`.",
-                )?;
-            }
-            Command::Resume {
-                experimenter,
-                now_ms,
-            }
-        }
-        Stage::Stopped | Stage::Ended | Stage::Withdrawn => return Ok(()),
+    let Some(command) = first_command(runner, args) else {
+        return Ok(());
     };
+    if matches!(command, Command::Resume { .. }) {
+        terminal.say(&format!(
+            "The session goes on where it was left: {}.",
+            status(runner)
+        ))?;
+        if args.by_hand && was_measured(runner.state()) {
+            terminal.say(
+                "Until now textures were played on a bench. From here on they are played by hand: nothing is measured, and each such answer is flagged `not_measured`.",
+            )?;
+        }
+    }
     if let Command::Begin { participant, .. } = &command {
         let missing = not_stated(participant);
         if !missing.is_empty() {
@@ -509,6 +524,34 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
             "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
         )),
         _ => Ok(()),
+    }
+}
+
+/// The command that begins the session, or goes on with one that was cut off; none for one that is over.
+pub(crate) fn first_command(runner: &mut Runner<'_>, args: &Arguments) -> Option<Command> {
+    let experimenter = args.experimenter.clone();
+    match runner.state().stage() {
+        Stage::New => Some(Command::Begin {
+            experimenter,
+            program: crate::invocation::PROGRAM.to_owned(),
+            purpose: purpose(args),
+            participant: Participant {
+                sex: args.sex.clone(),
+                age_years: args.age,
+                handedness: args.handedness.map(|hand| {
+                    let word = hand.to_possible_value();
+                    word.map_or(String::new(), |word| word.get_name().to_owned())
+                }),
+                finger: args.finger.clone(),
+                language: args.language.clone(),
+                judge: None,
+            },
+        }),
+        Stage::Consent | Stage::Running | Stage::Paused => Some(Command::Resume {
+            experimenter,
+            now_ms: runner.now_ms(),
+        }),
+        Stage::Stopped | Stage::Ended | Stage::Withdrawn => None,
     }
 }
 
@@ -607,7 +650,7 @@ fn withdraw(runner: &mut Runner<'_>, terminal: &Terminal) -> Outcome {
     }
 }
 
-fn status(runner: &Runner<'_>) -> String {
+pub(crate) fn status(runner: &Runner<'_>) -> String {
     let progress = runner.state().progress().into_iter();
     let tasks: Vec<String> = progress
         .map(|(task, (confirmed, planned))| format!("{task}: {confirmed} of {planned} trials"))
@@ -615,8 +658,8 @@ fn status(runner: &Runner<'_>) -> String {
     tasks.join(", ")
 }
 
-/// That the terminal is left before the end.
-fn left(runner: &Runner<'_>) -> String {
+/// That the session is left before its end.
+pub(crate) fn left(runner: &Runner<'_>) -> String {
     let quoted = |word: String| match word.contains(char::is_whitespace) {
         true => format!("\"{word}\""),
         false => word,

@@ -1,0 +1,315 @@
+//! Who may do what: codes that let a page in once or as long as the program runs, and the marks by which it is known afterwards.
+//!
+//! A page that entered a code gets a random mark as a cookie. Only its checksum is kept, in a file of the study, so that pages go on after
+//! the program was started again. A page sends a second mark, derived from the first, with every request that changes something: another
+//! site that makes the browser send the cookie does not know it.
+
+use std::collections::VecDeque;
+use std::fmt;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use piezotact_people::campaign::chain::Sha;
+use serde::{Deserialize, Serialize};
+
+/// The name of the cookie.
+pub(crate) const COOKIE: &str = "piezotact";
+/// So many wrong codes are taken in [`WINDOW_MS`].
+const MOST_WRONG: usize = 5;
+/// In ms.
+const WINDOW_MS: i64 = 60_000;
+/// The most pages of experimenters and viewers that are known at once.
+const MOST_PAGES: usize = 32;
+/// Letters and digits that are not taken for each other.
+const ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
+
+/// Who a page is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Leads the session.
+    Experimenter,
+    /// Feels and answers.
+    Participant,
+    /// Looks at it, as the experimenter sees it, and changes nothing.
+    Viewer,
+}
+
+/// The pages that were let in, by the checksums of their marks.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Pages {
+    /// The session that they belong to.
+    session: String,
+    pages: Vec<(Role, Sha)>,
+}
+
+/// Codes that are valid now.
+#[derive(Clone, Debug, Default)]
+struct Codes {
+    experimenter: String,
+    viewer: String,
+    /// Valid once.
+    participant: Option<String>,
+    wrong_ms: VecDeque<i64>,
+}
+
+/// Keeps the marks of pages, as JSON, where they are found after a restart.
+pub type KeepPages = Box<dyn Fn(&str) -> Result<(), String> + Send + Sync>;
+
+/// Who is let in.
+pub struct Access {
+    pages: Mutex<Pages>,
+    codes: Mutex<Codes>,
+    keep: KeepPages,
+}
+
+impl fmt::Debug for Access {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Access").finish_non_exhaustive()
+    }
+}
+
+/// Why a page is not let in.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AccessError {
+    /// Not a code that is valid now.
+    #[error("the code is not valid (any more)")]
+    WrongCode,
+    /// Too many wrong codes.
+    #[error("too many wrong codes: wait a minute")]
+    TooMany,
+    /// No random numbers, or the file of pages could not be written.
+    #[error("the page could not be let in: {0}; try again")]
+    NotKept(String),
+}
+
+impl Access {
+    /// Lets in whom `kept` names for the session named `session`, and whoever has one of the new codes.
+    ///
+    /// # Errors
+    /// [`AccessError::NotKept`] without random numbers.
+    pub fn new(session: &str, kept: Option<&str>, keep: KeepPages) -> Result<Self, AccessError> {
+        let known: Option<Pages> = kept.and_then(|kept| serde_json::from_str(kept).ok());
+        // Pages of another session stay outside.
+        let known = known.filter(|pages| pages.session == session);
+        let pages = known.unwrap_or_else(|| Pages {
+            session: session.to_owned(),
+            pages: Vec::new(),
+        });
+        Ok(Self {
+            pages: Mutex::new(pages),
+            codes: Mutex::new(Codes {
+                experimenter: code()?,
+                viewer: code()?,
+                participant: None,
+                wrong_ms: VecDeque::new(),
+            }),
+            keep,
+        })
+    }
+
+    /// The code of `role` that is valid now; none of a participant before one was made.
+    #[must_use]
+    pub fn code(&self, role: Role) -> Option<String> {
+        let codes = locked(&self.codes);
+        match role {
+            Role::Experimenter => Some(codes.experimenter.clone()),
+            Role::Viewer => Some(codes.viewer.clone()),
+            Role::Participant => codes.participant.clone(),
+        }
+    }
+
+    /// A new code for the participant's device, valid once; an earlier one that was not used is valid no more.
+    ///
+    /// # Errors
+    /// [`AccessError::NotKept`] without random numbers.
+    pub fn new_participant_code(&self) -> Result<String, AccessError> {
+        let new = code()?;
+        locked(&self.codes).participant = Some(new.clone());
+        Ok(new)
+    }
+
+    /// Whether a device of the participant was let in.
+    #[must_use]
+    pub fn has_participant(&self) -> bool {
+        let pages = locked(&self.pages);
+        pages
+            .pages
+            .iter()
+            .any(|(role, _)| *role == Role::Participant)
+    }
+
+    /// Lets a page in with `code` at `now_ms`: its role and its mark. A second device of the participant takes the place of the first.
+    ///
+    /// # Errors
+    /// [`AccessError`].
+    pub fn enter(&self, given: &str, now_ms: i64) -> Result<(Role, String), AccessError> {
+        let given = given.trim().to_lowercase();
+        let role = {
+            let mut codes = locked(&self.codes);
+            while codes
+                .wrong_ms
+                .front()
+                .is_some_and(|at| now_ms - at > WINDOW_MS)
+            {
+                codes.wrong_ms.pop_front();
+            }
+            if codes.wrong_ms.len() >= MOST_WRONG {
+                return Err(AccessError::TooMany);
+            }
+            let role = if same(&given, &codes.experimenter) {
+                Role::Experimenter
+            } else if same(&given, &codes.viewer) {
+                Role::Viewer
+            } else if codes
+                .participant
+                .as_ref()
+                .is_some_and(|code| same(&given, code))
+            {
+                codes.participant = None;
+                Role::Participant
+            } else {
+                codes.wrong_ms.push_back(now_ms);
+                return Err(AccessError::WrongCode);
+            };
+            role
+        };
+        let mark = hex(&random::<32>()?);
+        let mut pages = locked(&self.pages);
+        let mut after = pages.clone();
+        if role == Role::Participant {
+            after.pages.retain(|(other, _)| *other != Role::Participant);
+        }
+        after.pages.push((role, Sha::of(mark.as_bytes())));
+        let too_many = after.pages.len().saturating_sub(MOST_PAGES);
+        after.pages.drain(..too_many);
+        let json = serde_json::to_string(&after)
+            .map_err(|error| AccessError::NotKept(error.to_string()))?;
+        (self.keep)(&json).map_err(AccessError::NotKept)?;
+        *pages = after;
+        Ok((role, mark))
+    }
+
+    /// The role of the page with `mark`; none of one that was never let in, or is replaced.
+    #[must_use]
+    pub fn role(&self, mark: &str) -> Option<Role> {
+        let sha = Sha::of(mark.as_bytes());
+        let pages = locked(&self.pages);
+        let found = pages.pages.iter().find(|(_, known)| *known == sha);
+        found.map(|(role, _)| *role)
+    }
+}
+
+/// The second mark of the page with `mark`.
+pub(crate) fn second_mark(mark: &str) -> String {
+    Sha::of(format!("request of {mark}").as_bytes()).to_string()
+}
+
+/// Whether `mark` is the second one of the page with the cookie `cookie`.
+pub(crate) fn is_second_mark(mark: &str, cookie: &str) -> bool {
+    same(mark, &second_mark(cookie))
+}
+
+/// Whether both are the same, in a time that does not say where they differ.
+fn same(a: &str, b: &str) -> bool {
+    a.len() == b.len()
+        && a.bytes()
+            .zip(b.bytes())
+            .fold(0, |all, (x, y)| all | (x ^ y))
+            == 0
+}
+
+fn random<const N: usize>() -> Result<[u8; N], AccessError> {
+    let mut bytes = [0; N];
+    getrandom::fill(&mut bytes).map_err(|error| AccessError::NotKept(error.to_string()))?;
+    Ok(bytes)
+}
+
+/// Ten letters of 31: 2^49 codes, of which five can be tried in a minute.
+fn code() -> Result<String, AccessError> {
+    let letters =
+        random::<10>()?.map(|byte| char::from(ALPHABET[usize::from(byte) % ALPHABET.len()]));
+    Ok(letters.iter().collect())
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
+    of.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+
+    fn access(session: &str, kept: Option<&str>) -> (Access, Arc<Mutex<String>>) {
+        let file = Arc::new(Mutex::new(String::new()));
+        let written = Arc::clone(&file);
+        let keep = Box::new(move |json: &str| {
+            *locked(&written) = json.to_owned();
+            Ok(())
+        });
+        (Access::new(session, kept, keep).unwrap(), file)
+    }
+
+    #[test]
+    fn pages_are_known_after_a_restart_of_the_same_session_only() {
+        let (first, file) = access("P01 discrimination", None);
+        let code = first.code(Role::Experimenter).unwrap();
+        let (role, mark) = first
+            .enter(&format!(" {} ", code.to_uppercase()), 0)
+            .unwrap();
+        assert_eq!(role, Role::Experimenter);
+        let kept = locked(&file).clone();
+        assert!(!kept.contains(&mark), "only its checksum is kept");
+        let (again, _) = access("P01 discrimination", Some(&kept));
+        assert_eq!(again.role(&mark), Some(Role::Experimenter));
+        let (other, _) = access("P02 discrimination", Some(&kept));
+        assert_eq!(other.role(&mark), None);
+        // The code of an earlier start is valid no more.
+        assert_eq!(again.enter(&code, 0), Err(AccessError::WrongCode));
+    }
+
+    #[test]
+    fn a_code_of_a_participant_is_valid_once_and_the_last_device_counts() {
+        let (access, _) = access("s", None);
+        assert_eq!(access.code(Role::Participant), None);
+        let code = access.new_participant_code().unwrap();
+        let (_, first) = access.enter(&code, 0).unwrap();
+        assert_eq!(access.enter(&code, 0), Err(AccessError::WrongCode));
+        let code = access.new_participant_code().unwrap();
+        let (_, second) = access.enter(&code, 0).unwrap();
+        assert_eq!(access.role(&first), None);
+        assert_eq!(access.role(&second), Some(Role::Participant));
+    }
+
+    #[test]
+    fn codes_cannot_be_tried_out() {
+        let (access, _) = access("s", None);
+        let right = access.code(Role::Experimenter).unwrap();
+        for _ in 0..MOST_WRONG {
+            assert_eq!(
+                access.enter("aaaaaaaaaa", 1000),
+                Err(AccessError::WrongCode)
+            );
+        }
+        assert_eq!(access.enter(&right, 2000), Err(AccessError::TooMany));
+        assert!(access.enter(&right, 2000 + WINDOW_MS).is_ok());
+    }
+
+    #[test]
+    fn what_cannot_be_kept_is_not_let_in() {
+        let keep = Box::new(|_: &str| Err("the disk is full".to_owned()));
+        let access = Access::new("s", None, keep).unwrap();
+        let code = access.code(Role::Viewer).unwrap();
+        let refused = access.enter(&code, 0).unwrap_err();
+        assert!(
+            refused.to_string().contains("the disk is full"),
+            "{refused}"
+        );
+    }
+}

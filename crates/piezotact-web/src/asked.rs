@@ -1,0 +1,116 @@
+//! What a page may ask for, by its role.
+
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::session::Command;
+use serde::Deserialize;
+
+use crate::access::Role;
+
+/// A request as a page sends it.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Asked {
+    /// An id that the page made.
+    pub(crate) id: String,
+    /// The mark of the step that the page showed.
+    pub(crate) at: String,
+    /// What is asked.
+    #[serde(flatten)]
+    pub(crate) what: What,
+}
+
+/// What is asked.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub(crate) enum What {
+    /// The participant gives consent.
+    Consent,
+    /// The participant does not.
+    RefuseConsent,
+    /// An item of the checklist.
+    Check,
+    /// The trial was presented, or is to be played.
+    Present,
+    /// Others were presented.
+    PresentInstead {
+        names: Vec<String>,
+    },
+    /// An element once more, from 1.
+    Play {
+        element: usize,
+    },
+    Answer {
+        words: Vec<String>,
+    },
+    Confirm,
+    /// Corrects the trial with this number, from 1.
+    Correct {
+        trial: String,
+        words: Vec<String>,
+        why: String,
+    },
+    Pause,
+    GoOn,
+    Note {
+        text: String,
+    },
+    Stop {
+        why: String,
+    },
+    Withdraw,
+    End,
+}
+
+impl What {
+    /// Whether `role` may ask for it.
+    pub(crate) fn is_for(&self, role: Role) -> bool {
+        match role {
+            Role::Experimenter => true,
+            Role::Participant => {
+                matches!(
+                    self,
+                    Self::Answer { .. } | Self::Confirm | Self::Play { .. }
+                )
+            }
+            Role::Viewer => false,
+        }
+    }
+
+    /// Whether it fits any step, so that another one does not make it late.
+    pub(crate) fn fits_any_step(&self) -> bool {
+        matches!(
+            self,
+            Self::Note { .. } | Self::Correct { .. } | Self::Withdraw | Self::Stop { .. }
+        )
+    }
+
+    /// As a command; `consent` is the checksum of the text that consent is given to.
+    pub(crate) fn command(self, consent: Sha) -> Command {
+        match self {
+            Self::Consent => Command::Consent { text: consent },
+            Self::RefuseConsent => Command::RefuseConsent,
+            Self::Check => Command::Check,
+            Self::Present => Command::Present {
+                evidence: Vec::new(),
+            },
+            Self::PresentInstead { names } => Command::PresentInstead {
+                names,
+                evidence: Vec::new(),
+            },
+            Self::Play { element } => Command::Play {
+                // 0 is no element; the session refuses it.
+                element: element.checked_sub(1).unwrap_or(usize::MAX - 1),
+                evidence: None,
+            },
+            Self::Answer { words } => Command::Answer { words },
+            Self::Confirm => Command::Confirm,
+            Self::Correct { trial, words, why } => Command::Correct { trial, words, why },
+            Self::Pause => Command::Pause,
+            Self::GoOn => Command::GoOn,
+            Self::Note { text } => Command::Note { text },
+            Self::Stop { why } => Command::Stop { why },
+            Self::Withdraw => Command::Withdraw,
+            Self::End => Command::End,
+        }
+    }
+}

@@ -1,0 +1,236 @@
+// A page of a session: shows the steps that the server sends, and sends what is pressed. It decides nothing.
+"use strict";
+
+const page = document.getElementById("page");
+const meta = (name) => document.querySelector(`meta[name="piezotact-${name}"]`).content;
+const alerts = (name, shown) => { document.getElementById(name).hidden = !shown; };
+
+// ---- What is being sent. It is kept until the server has stored or refused it, also when the page is loaded again.
+
+const PENDING = `piezotact pending ${location.pathname}`;
+let pending = JSON.parse(localStorage.getItem(PENDING) || "null");
+let sending = false;
+let pairing = false;
+
+function keep(next) {
+  pending = next;
+  if (next) localStorage.setItem(PENDING, JSON.stringify(next));
+  else localStorage.removeItem(PENDING);
+  page.classList.toggle("busy", Boolean(next));
+}
+
+const mark = () => page.querySelector("[data-mark]").dataset.mark;
+
+// Asks for `what` at the step that is shown. One at a time: what is pressed meanwhile is a second press.
+function ask(what) {
+  if (pending) return;
+  for (const one of ["moved-on", "refused"]) alerts(one, false);
+  const id = [...crypto.getRandomValues(new Uint8Array(12))].map((b) => b.toString(16).padStart(2, "0")).join("");
+  keep({ id, at: mark(), ...what });
+  send();
+}
+
+async function send() {
+  if (!pending || sending) return;
+  sending = true;
+  let again = 0;
+  try {
+    const reply = await fetch("/ask", {
+      method: "POST",
+      headers: { "content-type": "application/json", "x-piezotact-mark": meta("mark") },
+      body: JSON.stringify(pending),
+    });
+    alerts("not-connected", false);
+    alerts("not-stored", false);
+    if (reply.status === 204) {
+      forget(pending);
+      keep(null);
+    } else if (reply.status === 409) {
+      keep(null);
+      alerts("moved-on", true);
+    } else if (reply.status === 507) {
+      document.querySelector("#not-stored span").textContent = await reply.text();
+      alerts("not-stored", true);
+      again = 2000;
+    } else if (reply.status === 503) {
+      again = 1000;
+    } else if (reply.status === 401 || reply.status === 403) {
+      keep(null);
+      alerts("not-yours", true);
+    } else {
+      keep(null);
+      const why = document.getElementById("refused");
+      why.textContent = (await reply.text()) || "–";
+      alerts("refused", true);
+    }
+  } catch (_) {
+    alerts("not-connected", true);
+    again = 1000;
+  }
+  sending = false;
+  if (again) setTimeout(send, again);
+}
+
+// ---- The steps.
+
+let stream;
+function follow() {
+  stream = new EventSource(meta("stream"));
+  stream.addEventListener("step", (event) => { alerts("not-connected", false); show(event.data); });
+  stream.addEventListener("open", () => { alerts("not-connected", false); send(); });
+  stream.addEventListener("error", () => {
+    // Refused for good: another device took this place, or the page belongs to another session.
+    if (stream.readyState === EventSource.CLOSED) {
+      fetch(location.pathname, { method: "HEAD", redirect: "manual" }).then(
+        (reply) => { if (reply.type === "opaqueredirect" || reply.status === 403) alerts("not-yours", true); else setTimeout(follow, 1000); },
+        () => { alerts("not-connected", true); setTimeout(follow, 1000); },
+      );
+    } else alerts("not-connected", true);
+  });
+}
+
+const inForms = () => [...page.querySelectorAll("form input, form select")];
+const nameOf = (field) => `${field.form.className} ${inForms().filter((f) => f.form === field.form).indexOf(field)}`;
+const summaryOf = (details) => details.querySelector("summary").textContent.replace(/\d+/g, "");
+
+// Puts a step in its place; what a person has opened or typed stays.
+function show(html) {
+  const before = page.querySelector("[data-mark]")?.dataset.mark;
+  const open = [...page.querySelectorAll("details[open]")].map(summaryOf);
+  const typed = new Map(inForms().filter((f) => f.tagName === "INPUT").map((f) => [nameOf(f), f.value]));
+  const active = document.activeElement;
+  const focus = page.contains(active) && active.form ? nameOf(active) : null;
+  page.innerHTML = html;
+  const isSame = before === mark();
+  for (const details of page.querySelectorAll("details")) {
+    if (open.includes(summaryOf(details)) && (isSame || !details.closest(".step"))) details.open = true;
+  }
+  for (const field of inForms()) {
+    if (field.tagName === "INPUT" && typed.get(nameOf(field))) field.value = typed.get(nameOf(field));
+    if (focus && nameOf(field) === focus) field.focus();
+  }
+  ready();
+}
+
+function ready() {
+  for (const time of page.querySelectorAll("time[data-ms]")) {
+    const at = new Date(Number(time.dataset.ms));
+    time.dateTime = at.toISOString();
+    time.textContent = at.toLocaleTimeString(document.documentElement.lang);
+  }
+  for (const draft of page.querySelectorAll("[data-draft]")) drawDraft(draft);
+}
+
+// ---- The answer that is being made. It stays through a reload, until it is sent.
+
+const DRAFT = `piezotact draft ${location.pathname}`;
+function chosen(draft) {
+  const kept = JSON.parse(localStorage.getItem(DRAFT) || "null");
+  return kept && kept.at === draft.dataset.draft ? kept.words : [];
+}
+function choose(draft, words) {
+  localStorage.setItem(DRAFT, JSON.stringify({ at: draft.dataset.draft, words }));
+  drawDraft(draft);
+}
+function forget(sent) {
+  if (sent.do === "answer") localStorage.removeItem(DRAFT);
+}
+
+function drawDraft(draft) {
+  const words = chosen(draft);
+  const [least, most] = [Number(draft.dataset.least), Number(draft.dataset.most)];
+  draft.querySelectorAll("[data-slot]").forEach((slot, i) => {
+    slot.textContent = words[i] ?? "–";
+    slot.classList.toggle("next", i === words.length);
+  });
+  for (const choice of draft.querySelectorAll("[data-choice]")) {
+    const used = draft.dataset.choose === "once" && words.includes(choice.dataset.choice);
+    choice.disabled = used || words.length >= most;
+  }
+  const send = draft.querySelector("[data-send]");
+  draft.querySelector("[data-undo]").disabled = words.length === 0;
+  send.disabled = words.length < least;
+  const lost = document.activeElement === document.body || document.activeElement?.disabled;
+  if (lost && words.length >= most) send.focus();
+  else if (lost && words.length > 0) draft.querySelector("[data-choice]:not(:disabled)")?.focus();
+}
+
+// ---- What is pressed.
+
+page.addEventListener("click", (event) => {
+  const button = event.target.closest("button");
+  if (!button || button.disabled || button.type === "submit") return;
+  const draft = button.closest("[data-draft]");
+  if (button.dataset.choice !== undefined) choose(draft, [...chosen(draft), button.dataset.choice]);
+  else if (button.dataset.undo !== undefined) choose(draft, chosen(draft).slice(0, -1));
+  else if (button.dataset.send !== undefined) ask({ do: "answer", words: chosen(draft) });
+  else if (button.dataset.post) post(button.dataset.post);
+  else if (button.dataset.twice && !button.dataset.pressed) {
+    // A double click is one press.
+    button.dataset.pressed = event.timeStamp;
+    button.dataset.text = button.textContent;
+    button.textContent = button.dataset.twice;
+    setTimeout(() => { delete button.dataset.pressed; button.textContent = button.dataset.text; }, 5000);
+  } else if (button.dataset.ask) {
+    if (button.dataset.pressed && event.timeStamp - Number(button.dataset.pressed) < 400) return;
+    ask(JSON.parse(button.dataset.ask));
+  }
+});
+
+async function post(where) {
+  if (pairing) return;
+  pairing = true;
+  try { await fetch(where, { method: "POST", headers: { "x-piezotact-mark": meta("mark") } }); } catch (_) { alerts("not-connected", true); }
+  pairing = false;
+}
+
+page.addEventListener("submit", (event) => {
+  event.preventDefault();
+  const form = event.target;
+  const field = (name) => form.elements[name].value.trim();
+  if (form.dataset.text) ask({ do: "note", text: field("text") });
+  else if (form.dataset.why) ask({ do: "stop", why: field("text") });
+  else if (form.dataset.names) ask({ do: "present_instead", names: [...form.querySelectorAll("select")].map((s) => s.value) });
+  else if (form.dataset.correct !== undefined) {
+    const said = field("words");
+    const words = said.includes(",") ? said.split(",").map((w) => w.trim()) : said.split(/\s+/);
+    ask({ do: "correct", trial: field("trial"), words: words.filter(Boolean), why: field("why") });
+  }
+  for (const input of form.querySelectorAll("input")) input.value = "";
+});
+
+// Arrows move between what can be pressed, Enter presses, Backspace takes back; a choice has a key of its own.
+document.addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
+  const draft = [...page.querySelectorAll("[data-draft]")].find((one) => one.offsetParent !== null);
+  if (event.key === "Backspace" && draft) {
+    event.preventDefault();
+    draft.querySelector("[data-undo]").click();
+    return;
+  }
+  const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
+  if (step) {
+    const all = [...page.querySelectorAll("button:not(:disabled), summary, a[href]")].filter((one) => one.offsetParent !== null);
+    const own = page.classList.contains("participant") ? all : all.filter((one) => one.closest(".step"));
+    const at = own.indexOf(document.activeElement);
+    const next = at < 0 ? (step > 0 ? 0 : own.length - 1) : (at + step + own.length) % own.length;
+    own[next]?.focus();
+    event.preventDefault();
+    return;
+  }
+  if (event.repeat) { if (event.key === "Enter") event.preventDefault(); return; }
+  if (event.key === "Enter" && !event.target.closest("button, summary, a")) {
+    const main = draft?.querySelector("[data-send]:not(:disabled)") ?? page.querySelector(".step > button.main, main > button.main");
+    if (main && !(draft && main.dataset.ask === undefined && main.disabled)) { event.preventDefault(); main.click(); }
+    return;
+  }
+  if (!draft || event.key.length !== 1) return;
+  const key = event.key.toLowerCase();
+  const choice = [...draft.querySelectorAll("[data-key]")].find((one) => one.dataset.key === key);
+  if (choice && !choice.disabled) { event.preventDefault(); choice.click(); }
+});
+
+keep(pending);
+ready();
+follow();
+send();

@@ -1,0 +1,258 @@
+//! Where pages and the runner of a session meet: requests in, views out.
+//!
+//! The runner works on the thread that owns store and bench; pages wait for its answer. A view holds everything that a page shows, so a
+//! page that was away has nothing to catch up with, and one that hangs keeps only its own view waiting.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use piezotact_people::campaign::session::{Command, Event, Evidence, Stage};
+use piezotact_people::campaign::store::StoreError;
+use piezotact_session::{Given, PlayError, Played, RunError, Runner, Stimulator};
+use tokio::sync::{oneshot, watch};
+
+use crate::view::{OpenStep, PlayedBy, View};
+use crate::words::Word;
+
+/// As many of the last events are listed.
+const LISTED: usize = 30;
+/// As many answered requests are known by their ids: what a page sends again is not done again.
+const KNOWN: usize = 256;
+/// How often the end is looked for.
+const LOOK: Duration = Duration::from_millis(50);
+
+/// What a page asks for.
+#[derive(Debug)]
+pub(crate) struct Request {
+    /// An id that the page made: the same one again is the same request again.
+    pub(crate) id: String,
+    /// The mark of the step at which it was asked, [`crate::view::Open::mark`]; none where it fits any step.
+    pub(crate) at: Option<String>,
+    pub(crate) command: Command,
+    pub(crate) reply: oneshot::Sender<Reply>,
+}
+
+/// What came of a request.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Reply {
+    /// It is stored.
+    Stored,
+    /// The session is at another step than the page showed; nothing was stored.
+    MovedOn,
+    /// Nothing was stored; why is for the experimenter alone.
+    Refused(String),
+    /// It could not be stored: it can be sent again.
+    NotStored(String),
+}
+
+/// The pages' side.
+#[derive(Clone, Debug)]
+pub(crate) struct Asking {
+    pub(crate) requests: Sender<Request>,
+    pub(crate) views: watch::Receiver<View>,
+}
+
+/// The runner's side.
+#[derive(Debug)]
+pub struct Desk {
+    requests: Receiver<Request>,
+    views: watch::Sender<View>,
+    consent: Option<String>,
+    played_by: PlayedBy,
+    log: VecDeque<(i64, String)>,
+    answered: VecDeque<(String, Reply)>,
+    notice: Option<(Word, String)>,
+}
+
+/// Where a stimulator shows what it plays: on the pages of a desk, as soon as there is one.
+#[derive(Clone, Debug, Default)]
+pub struct Screen(Arc<OnceLock<watch::Sender<View>>>);
+
+impl Screen {
+    /// Shows it on the pages of `desk` from now on. A screen shows one desk.
+    pub fn shows(&self, desk: &Desk) {
+        let _shows_another = self.0.set(desk.views.clone());
+    }
+}
+
+/// A stimulator whose playing the pages show.
+#[derive(Debug)]
+pub struct Shown<S> {
+    inner: S,
+    screen: Screen,
+}
+
+impl<S> Shown<S> {
+    /// `inner`, which shows what it plays on `screen`: the number of the element, never the stimulus.
+    pub fn new(inner: S, screen: Screen) -> Self {
+        Self { inner, screen }
+    }
+}
+
+impl<S: Stimulator> Stimulator for Shown<S> {
+    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+        self.inner.check(stimulus)
+    }
+
+    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+        if let Some(views) = self.screen.0.get() {
+            let element = played.element + 1;
+            views.send_modify(|view| view.open.step = OpenStep::Playing(element));
+        }
+        self.inner.play(played)
+    }
+}
+
+impl Desk {
+    /// A desk for a session that shows `view` first, with the pages' side.
+    pub(crate) fn new(view: View, consent: Option<String>, played_by: PlayedBy) -> (Self, Asking) {
+        let (requests, received) = channel();
+        let (views, seen) = watch::channel(view);
+        let asking = Asking {
+            requests,
+            views: seen,
+        };
+        let desk = Self {
+            requests: received,
+            views,
+            consent,
+            played_by,
+            log: VecDeque::new(),
+            answered: VecDeque::new(),
+            notice: None,
+        };
+        (desk, asking)
+    }
+
+    /// Answers requests with `runner` until `is_over` or all pages are closed. What is refused or cannot be stored leaves the session
+    /// where it is.
+    ///
+    /// # Errors
+    /// [`RunError`] with what makes it impossible to go on: a store that was changed.
+    pub fn run(
+        &mut self,
+        runner: &mut Runner<'_>,
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<(), RunError> {
+        self.show(runner);
+        while !is_over() {
+            let request = match self.requests.recv_timeout(LOOK) {
+                Ok(request) => request,
+                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            };
+            let reply = match self.known(&request.id) {
+                Some(reply) => reply,
+                None => self.give(runner, &request)?,
+            };
+            if reply == Reply::Stored {
+                self.answered.push_front((request.id, reply.clone()));
+                self.answered.truncate(KNOWN);
+            }
+            self.show(runner);
+            // A page that has gone asks again.
+            let _gone = request.reply.send(reply);
+        }
+        Ok(())
+    }
+
+    fn known(&self, id: &str) -> Option<Reply> {
+        let known = self.answered.iter().find(|(known, _)| known == id);
+        known.map(|(_, reply)| reply.clone())
+    }
+
+    /// Shows where the session stands.
+    fn show(&mut self, runner: &Runner<'_>) {
+        let mut view = View::of(runner.state(), self.consent.as_deref(), self.played_by);
+        view.closed.log = self.log.iter().cloned().collect();
+        view.closed.notice.clone_from(&self.notice);
+        self.views.send_if_modified(|shown| {
+            let is_new = *shown != view;
+            *shown = view;
+            is_new
+        });
+    }
+
+    fn give(&mut self, runner: &mut Runner<'_>, request: &Request) -> Result<Reply, RunError> {
+        let now = View::of(runner.state(), None, self.played_by).open.mark;
+        if request.at.as_ref().is_some_and(|at| *at != now) {
+            return Ok(Reply::MovedOn);
+        }
+        if is_over(runner.state().stage()) {
+            return Ok(Reply::Refused("the session is over".to_owned()));
+        }
+        let given = runner.give(request.command.clone());
+        let at_ms = runner.state().last_ms().unwrap_or_default();
+        match given {
+            Ok(Given::Done(event)) => {
+                self.notice = notice(runner, &event);
+                self.keep(at_ms, words(&event));
+                Ok(Reply::Stored)
+            }
+            Ok(Given::Void { why }) => {
+                self.notice = Some((Word::Void, why.clone()));
+                self.keep(at_ms, format!("void: {why}"));
+                Ok(Reply::Stored)
+            }
+            Err(RunError::Store(error @ StoreError::Place { .. })) => {
+                Ok(Reply::NotStored(error.to_string()))
+            }
+            Err(RunError::Salt(error)) => Ok(Reply::NotStored(error.to_string())),
+            Err(RunError::Refused(refusal)) => Ok(Reply::Refused(refusal.to_string())),
+            Err(error @ (RunError::NoDrive(_) | RunError::NoBench { .. })) => {
+                Ok(Reply::Refused(error.to_string()))
+            }
+            Err(error) => Err(error),
+        }
+    }
+
+    fn keep(&mut self, at_ms: i64, what: String) {
+        self.log.push_front((at_ms, what));
+        self.log.truncate(LISTED);
+    }
+}
+
+fn is_over(stage: Stage) -> bool {
+    matches!(stage, Stage::Stopped | Stage::Ended | Stage::Withdrawn)
+}
+
+/// What is to be known at once after `event`.
+fn notice(runner: &Runner<'_>, event: &Event) -> Option<(Word, String)> {
+    let Event::Confirmed { trial } = event else {
+        return None;
+    };
+    let mut trials = runner.state().plan().trials.iter();
+    let trial = trials.find(|one| one.name == *trial)?;
+    let right = runner.state().feedback(trial)?;
+    Some((Word::RightAnswer, right.join(", ")))
+}
+
+/// An event in a few words: its kind, its trial, and what it says, never what was presented.
+fn words(event: &Event) -> String {
+    match event {
+        Event::Begun { .. } => "begun".to_owned(),
+        Event::ConsentGiven { .. } => "consent".to_owned(),
+        Event::ConsentRefused => "consent refused".to_owned(),
+        Event::Checked { item, .. } => format!("checked: {item}"),
+        Event::Presented { trial, instead, .. } => match instead {
+            None => format!("presented: {trial}"),
+            Some(_) => format!("presented, others than planned: {trial}"),
+        },
+        Event::Voided { trial, .. } => format!("void: {trial}"),
+        Event::Played { trial, element, .. } => format!("once more: {trial}, {}", element + 1),
+        Event::Answered { trial, .. } => format!("answered: {trial}"),
+        Event::Confirmed { trial } => format!("confirmed: {trial}"),
+        Event::Corrected { trial, .. } => format!("corrected: {trial}"),
+        Event::Paused => "pause".to_owned(),
+        Event::WentOn => "end of the pause".to_owned(),
+        Event::Resumed { .. } => "resumed".to_owned(),
+        Event::ResumeRefused { .. } => "not resumed: too late".to_owned(),
+        Event::Note { text } => format!("note: {text}"),
+        Event::Stopped { why } => format!("stopped: {why}"),
+        Event::ConsentWithdrawn => "consent withdrawn".to_owned(),
+        Event::Ended => "ended".to_owned(),
+        Event::Ignored { command, why } => format!("without effect: {command} ({why})"),
+    }
+}

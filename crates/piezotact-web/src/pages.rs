@@ -1,0 +1,517 @@
+//! The pages as HTML. A step is drawn here as a whole; the script of a page only puts it in its place and sends what is pressed.
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use piezotact::criterion::Outcome;
+
+use crate::access::{Role, second_mark};
+use crate::view::{Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, Repeats, View};
+use crate::words::{Language, Word};
+
+/// Whether an experimenter's page hides what is played.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sight {
+    Blind,
+    Open,
+}
+
+/// How many letters keys have for choices: 1 to 9, then a to z without those of other keys.
+const KEYS: &str = "123456789abcdefghijklmoqrstuvwxyz";
+
+fn page(language: Language, title: &str, meta: &Markup, body: &Markup) -> Markup {
+    html! {
+        (DOCTYPE)
+        html lang=(language.tag()) {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (title) }
+                (meta)
+                link rel="stylesheet" href="/assets/session.css";
+            }
+            body { (body) }
+        }
+    }
+}
+
+/// The page where a code is entered.
+pub(crate) fn enter(language: Language, code: &str, refused: Option<Word>) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let body = html! {
+        main.enter {
+            h1 { "Piezotact" }
+            @if let Some(refused) = refused { p.alert role="alert" { (w(refused)) } }
+            p { (w(Word::EnterCode)) }
+            form method="post" action="/enter" {
+                label { (w(Word::Code)) " "
+                    input name="code" value=(code) autocomplete="off" autocapitalize="none" spellcheck="false" required;
+                }
+                button.main type="submit" { (w(Word::Enter)) }
+            }
+        }
+    };
+    page(language, "Piezotact", &html! {}, &body)
+}
+
+/// The frame of a page that follows the session, with its first `step`.
+pub(crate) fn frame(
+    (role, cookie): (Role, &str),
+    language: Language,
+    stream: &str,
+    step: &Markup,
+) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let title = match role {
+        Role::Participant => w(Word::ParticipantWord),
+        Role::Experimenter | Role::Viewer => w(Word::Experimenter),
+    };
+    let meta = html! {
+        meta name="piezotact-mark" content=(second_mark(cookie));
+        meta name="piezotact-stream" content=(stream);
+        script src="/assets/session.js" defer {}
+    };
+    let class = match role {
+        Role::Participant => "participant",
+        Role::Experimenter | Role::Viewer => "experimenter",
+    };
+    let body = html! {
+        div #alerts role="alert" aria-live="assertive" {
+            p #not-connected hidden { (w(Word::NotConnected)) }
+            p #not-stored hidden { (w(Word::NotStored)) " " span {} }
+            p #moved-on hidden { (w(Word::MovedOn)) }
+            p #not-yours hidden { (w(Word::NotYours)) }
+            p #refused hidden {}
+        }
+        div #page class=(class) { (step) }
+    };
+    page(language, title, &meta, &body)
+}
+
+/// A button that asks for `what`, which is JSON.
+fn ask(what: &str, text: &str, class: &str) -> Markup {
+    html! { button type="button" class=(class) data-ask=(what) { (text) } }
+}
+
+/// A button that has to be pressed twice.
+fn ask_twice(what: &str, text: &str, again: &str) -> Markup {
+    html! { button.main type="button" data-ask=(what) data-twice=(again) { (text) } }
+}
+
+/// What an answer is made with: the choices, the places that they fill, and the buttons to take back and to send.
+fn form(form: &Form, mark: &str, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let [least, most] = form.count;
+    let distinct = match form.repeats {
+        Repeats::Once => "once",
+        Repeats::Any => "any",
+    };
+    html! {
+        @if !form.felt.is_empty() {
+            ul.felt {
+                @for (i, felt) in form.felt.iter().enumerate() {
+                    li {
+                        (w(Word::Texture)) " " (i + 1) ": " (w(Word::Felt)) " " (felt) "× "
+                        (ask(&format!(r#"{{"do":"play","element":{}}}"#, i + 1), w(Word::PlayAgain), "small"))
+                    }
+                }
+            }
+        }
+        @if most == 0 {
+            (ask(r#"{"do":"confirm"}"#, w(Word::DoneWord), "main"))
+        } @else {
+            div.draft data-draft=(mark) data-least=(least) data-most=(most) data-choose=(distinct) {
+                p.ask { (w(form.ask)) " " (form.more) }
+                ol.slots aria-live="polite" {
+                    @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
+                }
+                div.choices role="group" aria-label=(w(form.ask)) {
+                    @for (i, choice) in form.choices.iter().enumerate() {
+                        @let key = key(i, &form.choices);
+                        button.choice type="button" data-choice=(choice) data-key=[key.clone()] {
+                            (choice)
+                            @if let Some(key) = key { @if key != choice.to_lowercase() { kbd aria-hidden="true" { (key) } } }
+                        }
+                    }
+                }
+                div.ends {
+                    button type="button" data-undo="" disabled { (w(Word::Undo)) }
+                    button.main type="button" data-send="" disabled { (w(Word::ThisIsIt)) }
+                }
+            }
+        }
+    }
+}
+
+/// The key of choice `i`: its own letter where all choices are letters, else 1, 2, 3 …
+fn key(i: usize, choices: &[String]) -> Option<String> {
+    match choices.iter().all(|choice| choice.chars().count() == 1) {
+        true => choices.get(i).map(|choice| choice.to_lowercase()),
+        false => KEYS.chars().nth(i).map(String::from),
+    }
+}
+
+/// The participant's step. It is made from what the participant may see, and from nothing else.
+pub(crate) fn participant(open: &Open, language: Language) -> Markup {
+    let language = open
+        .language
+        .as_deref()
+        .and_then(Language::of)
+        .unwrap_or(language);
+    let w = |word: Word| word.in_language(language);
+    let [done, all] = open.progress;
+    html! {
+        main lang=(language.tag()) data-mark=(open.mark) {
+            h1.quiet { (w(Word::Progress)) ": " (done) " " (w(Word::Of)) " " (all) }
+            progress value=(done) max=(all.max(1)) aria-label=(w(Word::Progress)) {}
+            @match &open.step {
+                OpenStep::Wait => { p.big { (w(Word::Wait)) } },
+                OpenStep::Pause => { p.big { (w(Word::InPause)) } },
+                OpenStep::Over => { p.big { (w(Word::Over)) } },
+                OpenStep::Playing(_) => { p.big { (w(Word::Playing)) } },
+                OpenStep::Answer(answer) => {
+                    @if let Some(instruction) = &open.instruction { p.instruction { (instruction) } }
+                    (form(answer, &open.mark, language))
+                    p.soft { (w(Word::KeysHelp)) }
+                },
+                OpenStep::Confirm { said, form: answer } => {
+                    p.big { (w(Word::Noted)) " " b { (said) } }
+                    (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
+                    details {
+                        summary { (w(Word::Change)) }
+                        (form(answer, &open.mark, language))
+                    }
+                },
+            }
+        }
+    }
+}
+
+/// The experimenter's step; `pairing` is how the participant's device is let in, `pages` the number of experimenters' pages.
+pub(crate) fn experimenter(
+    view: &View,
+    sight: Sight,
+    language: Language,
+    role: Role,
+    (pairing, pages): (&Pairing, usize),
+) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let View { open, closed } = view;
+    html! {
+        header {
+            h1 { (closed.participant) " · " (closed.session) @if closed.is_rehearsal { " · rehearsal" } }
+            p.soft {
+                (w(Word::Stored)) ": " b { (closed.events) } " " (w(Word::EventsStored))
+                @if let Some(at_ms) = closed.last_ms { ", " (w(Word::LastAt)) " " time data-ms=(at_ms) {} }
+                @if pages > 1 { " · " b { (pages) " " (w(Word::PagesOpen)) } }
+            }
+        }
+        main data-mark=(open.mark) {
+            section.step {
+                @if let Some((word, text)) = &closed.notice { p.notice role="status" { (w(*word)) " " (text) } }
+                @if let Some(heading) = &closed.heading { (title(heading, language)) }
+                @if matches!(open.step, OpenStep::Playing(_)) {
+                    p.big { (w(Word::Playing)) " " @if let OpenStep::Playing(element) = open.step { (element) } }
+                } @else if role == Role::Viewer {
+                    p.big { (sentence(closed, open, language)) }
+                } @else {
+                    (step(closed, open, sight, language))
+                }
+            }
+            @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Withdrawn) {
+                section.aside { (aside(open, closed, language)) }
+            }
+            section.facts {
+                (facts(closed, sight, role, language))
+                @if role == Role::Experimenter { (paired(pairing, language)) }
+                p {
+                    a href="/matrix" target="_blank" { (w(Word::Matrix)) } " · "
+                    a href="/answers.csv" { (w(Word::AnswersTable)) }
+                }
+            }
+        }
+    }
+}
+
+fn title(heading: &Heading, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    html! {
+        h2 {
+            (w(Word::Trial)) " " (heading.number) " " (w(Word::Of)) " " (heading.of) " · " (heading.task)
+            @if let Some(set) = &heading.set { " · " (set) }
+            @if heading.is_training { " · training" }
+            @if heading.attempt > 1 { " · #" (heading.attempt) }
+        }
+    }
+}
+
+/// The step in one sentence, for a page that only looks.
+fn sentence(closed: &Closed, open: &Open, language: Language) -> String {
+    let w = |word: Word| word.in_language(language);
+    match (&closed.step, &open.step) {
+        (_, OpenStep::Pause) => w(Word::InPause).to_owned(),
+        (_, OpenStep::Confirm { said, .. }) => format!("{} {said}", w(Word::Noted)),
+        (ClosedStep::Consent(_), _) => w(Word::AskConsent).to_owned(),
+        (ClosedStep::Check(item), _) => format!("{} {item}", w(Word::Check)),
+        (ClosedStep::LayOut(samples), _) => format!("{} {}", w(Word::LayOut), samples.join(", ")),
+        (ClosedStep::HandOver(sample), _) => format!("{} {sample}", w(Word::HandOver)),
+        (ClosedStep::Play(count), _) => format!("{} {count}", w(Word::TexturesOnDevice)),
+        (ClosedStep::PlayByHand(_), _) => w(Word::PlayByHand).to_owned(),
+        (ClosedStep::Answer, OpenStep::Answer(form)) => w(form.ask).to_owned(),
+        (ClosedStep::Answer, _) => w(Word::Wait).to_owned(),
+        (ClosedStep::End, _) => w(Word::AllDone).to_owned(),
+        (ClosedStep::Over, _) => w(Word::Over).to_owned(),
+        (ClosedStep::Withdrawn, _) => w(Word::Withdrawn).to_owned(),
+    }
+}
+
+fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let present = r#"{"do":"present"}"#;
+    let again = w(Word::PressAgain);
+    html! {
+        @if let OpenStep::Pause = open.step {
+            p.big { (w(Word::InPause)) }
+            (ask(r#"{"do":"go_on"}"#, w(Word::GoOn), "main"))
+        } @else {
+            @match &closed.step {
+                ClosedStep::Consent(text) => {
+                    div.consent { @match text {
+                        Some(text) => { @for line in text.lines() { p { (line) } } },
+                        None => { p { (w(Word::ConsentInWords)) } },
+                    } }
+                    p.big { (w(Word::AskConsent)) }
+                    (ask_twice(r#"{"do":"consent"}"#, w(Word::Yes), again))
+                    (ask(r#"{"do":"refuse_consent"}"#, w(Word::No), ""))
+                },
+                ClosedStep::Check(item) => {
+                    p.big { (w(Word::Check)) " " (item) }
+                    (ask(r#"{"do":"check"}"#, w(Word::ItIsSo), "main"))
+                },
+                ClosedStep::LayOut(samples) => {
+                    (instruction(open))
+                    p.big { (w(Word::LayOut)) }
+                    ol.tray { @for sample in samples { li { (sample) } } }
+                    (ask(present, w(Word::LaidOut), "main"))
+                    (instead(closed, language))
+                },
+                ClosedStep::HandOver(sample) => {
+                    (instruction(open))
+                    p.big { (w(Word::HandOver)) " " b.sample { (sample) } }
+                    (ask_twice(present, &format!("{}: {sample}", w(Word::HandedOver)), again))
+                    (instead(closed, language))
+                },
+                ClosedStep::Play(count) => {
+                    (instruction(open))
+                    (own_order(closed, language))
+                    p.big { (w(Word::TexturesOnDevice)) " " (count) @if sight == Sight::Open { ": " (closed.presented.join(", ")) } }
+                    (ask(present, w(Word::PlayThem), "main"))
+                },
+                ClosedStep::PlayByHand(names) => {
+                    (instruction(open))
+                    (own_order(closed, language))
+                    p.big { (w(Word::PlayByHand)) }
+                    ol.tray { @for name in names { li { (name) } } }
+                    (ask(present, w(Word::Played), "main"))
+                    (instead(closed, language))
+                },
+                ClosedStep::Answer => { (answer(closed, open, language)) },
+                ClosedStep::End => {
+                    p.big { (w(Word::AllDone)) }
+                    (ask(r#"{"do":"end"}"#, w(Word::EndSession), "main"))
+                },
+                ClosedStep::Over => { p.big { (w(Word::Over)) } },
+                ClosedStep::Withdrawn => { p.big { (w(Word::Withdrawn)) } },
+            }
+        }
+    }
+}
+
+fn instruction(open: &Open) -> Markup {
+    html! { @if let Some(text) = &open.instruction { blockquote { (text) } } }
+}
+
+fn answer(closed: &Closed, open: &Open, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    html! {
+        (own_order(closed, language))
+        @match &open.step {
+            OpenStep::Answer(answer) => { (form(answer, &open.mark, language)) },
+            OpenStep::Confirm { said, form: answer } => {
+                p.big { (w(Word::Noted)) " " b { (said) } }
+                (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
+                details { summary { (w(Word::Change)) } (form(answer, &open.mark, language)) }
+            },
+            _ => { p.big { (w(Word::Wait)) } },
+        }
+    }
+}
+
+fn own_order(closed: &Closed, language: Language) -> Markup {
+    html! {
+        @if !closed.own_order.is_empty() {
+            p { (Word::OwnOrder.in_language(language)) }
+            ol.tray.lettered { @for (letter, sample) in &closed.own_order { li { b { (letter) } " " (sample) } } }
+        }
+    }
+}
+
+/// Other samples than planned were presented.
+fn instead(closed: &Closed, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let wanted = closed.presented.len();
+    html! {
+        details {
+            summary { (w(Word::AnotherOne)) }
+            form.instead data-names="present_instead" {
+                fieldset {
+                    legend { (w(Word::WhichOnes)) }
+                    @for i in 0..wanted {
+                        select aria-label=(format!("{} {}", w(Word::WhichOnes), i + 1)) {
+                            @for sample in &closed.samples {
+                                option value=(sample) selected[closed.presented.get(i) == Some(sample)] { (sample) }
+                            }
+                        }
+                    }
+                }
+                button type="submit" { (w(Word::AnotherOne)) }
+            }
+        }
+    }
+}
+
+/// What can be done at any step.
+fn aside(open: &Open, closed: &Closed, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let confirmed = &closed.answered;
+    html! {
+        @if !matches!(open.step, OpenStep::Pause) && closed.heading.is_some() {
+            (ask(r#"{"do":"pause"}"#, w(Word::Pause), "small"))
+        }
+        form.note data-text="note" {
+            label { (w(Word::Note)) " " input name="text" autocomplete="off" required; }
+            button type="submit" { (w(Word::KeepNote)) }
+        }
+        @if !confirmed.is_empty() {
+            details {
+                summary { (w(Word::Correct)) }
+                form.correct data-correct="" {
+                    label { (w(Word::Trial)) " "
+                        select name="trial" {
+                            @for one in confirmed {
+                                option value=(one.name) { (one.number) " · " (one.task) " · " (one.said) }
+                            }
+                        }
+                    }
+                    label { (w(Word::NewAnswer)) " " input name="words" autocomplete="off" required; }
+                    label { (w(Word::Why)) " " input name="why" autocomplete="off" required; }
+                    button type="submit" { (w(Word::KeepCorrection)) }
+                }
+            }
+        }
+        details {
+            summary { (w(Word::Stop)) " · " (w(Word::Withdraw)) }
+            form data-why="stop" {
+                label { (w(Word::Why)) " " input name="text" autocomplete="off" required; }
+                button type="submit" { (w(Word::Stop)) }
+            }
+            (ask_twice(r#"{"do":"withdraw"}"#, w(Word::Withdraw), w(Word::PressAgain)))
+        }
+    }
+}
+
+fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    html! {
+        h2 { (w(Word::Progress)) }
+        ul.tasks {
+            @for (task, done, planned) in &closed.tasks {
+                li { (task) ": " (done) " " (w(Word::Of)) " " (planned)
+                    progress value=(done) max=((*planned).max(1)) aria-label=(task) {}
+                }
+            }
+        }
+        @if !closed.evidence.is_empty() {
+            h2 { (w(Word::LastStimulus)) }
+            ul.evidence { @for one in &closed.evidence { (measured(one, language)) } }
+        }
+        @if !closed.answered.is_empty() {
+            details {
+                summary { (w(Word::Answers)) " (" (closed.answered.len()) ")" }
+                ul.answers {
+                    @for one in &closed.answered {
+                        li { (one.number) " · " (one.task) ": " (one.said) @if one.is_corrected { " *" } }
+                    }
+                }
+            }
+        }
+        @if !closed.log.is_empty() {
+            details {
+                summary { (w(Word::Log)) }
+                ul.log { @for (at_ms, what) in &closed.log { li { time data-ms=(at_ms) {} " " (what) } } }
+            }
+        }
+        @if role == Role::Experimenter {
+            p.soft {
+                @match sight {
+                    Sight::Blind => { (w(Word::Blind)) " " a href="/experimenter?sight=open" { (w(Word::ShowPlayed)) } },
+                    Sight::Open => { a href="/experimenter" { (w(Word::HidePlayed)) } },
+                }
+            }
+        }
+    }
+}
+
+fn measured(one: &Measured, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    let (class, reached) = match one.reached {
+        Outcome::Met => ("", Word::TargetMet),
+        Outcome::NotMet => ("bad", Word::TargetNotMet),
+        Outcome::NotDecided => ("", Word::TargetOpen),
+    };
+    html! {
+        li class=(class) {
+            (w(Word::Texture)) " " (one.element) ": " (w(reached))
+            @if let Some(level) = one.level_db { ", " (w(Word::Level)) " " (format!("{level:+.1} dB").replace('-', "−")) }
+            @if let Some(force) = one.force_n { ", " (w(Word::ForceWord)) " " (format!("{force:.2} N")) }
+        }
+    }
+}
+
+/// How the participant's device is let in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Pairing {
+    /// Where the code is entered, with the code; none before one was made, or after it was used.
+    pub(crate) address: Option<String>,
+    /// Whether a device is connected.
+    pub(crate) is_paired: bool,
+}
+
+fn paired(pairing: &Pairing, language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    html! {
+        details open[pairing.address.is_some()] {
+            summary { (w(Word::ParticipantPage)) }
+            p { (w(match pairing.is_paired { true => Word::Paired, false => Word::NotPaired })) }
+            @if let Some(address) = &pairing.address {
+                p { (w(Word::PairingHelp)) }
+                p { code { (address) } }
+                (square(address))
+            }
+            button type="button" data-post="/pairing" { (w(Word::NewCode)) }
+        }
+    }
+}
+
+/// `text` as a QR code.
+fn square(text: &str) -> Markup {
+    let Ok(code) = qrcode::QrCode::new(text.as_bytes()) else {
+        return html! {};
+    };
+    let svg = code
+        .render::<qrcode::render::svg::Color<'_>>()
+        .min_dimensions(180, 180)
+        .build();
+    let svg = svg
+        .split_once("?>")
+        .map_or(svg.clone(), |(_, svg)| svg.to_owned());
+    html! { div.qr aria-hidden="true" { (PreEscaped(svg)) } }
+}

@@ -1,0 +1,437 @@
+//! What pages show of a session: what everybody may see, and what only the experimenter may.
+
+use piezotact::criterion::Outcome;
+use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
+use piezotact_people::campaign::session::{Answer, Stage, State, Step, TrialState, letters};
+
+use crate::words::Word;
+
+/// What a session shows. A participant's page is made from [`View::open`] alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct View {
+    /// What the participant may see.
+    pub open: Open,
+    /// What only the experimenter may see.
+    pub closed: Closed,
+}
+
+/// What the participant may see: nothing of it follows from what is presented, from conditions, keys, seeds or other participants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Open {
+    /// At which step the session is, as a mark that changes with every step: a command that was given at another one is late.
+    pub mark: String,
+    /// The language that the participant stated.
+    pub language: Option<String>,
+    /// How many trials are confirmed, and how many there are.
+    pub progress: [usize; 2],
+    /// What the participant is asked, word for word, while a trial runs.
+    pub instruction: Option<String>,
+    /// The step.
+    pub step: OpenStep,
+}
+
+/// A step as the participant sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum OpenStep {
+    /// Nothing is to be done.
+    Wait,
+    /// Element `0` is played, from 1.
+    Playing(usize),
+    /// An answer is awaited.
+    Answer(Form),
+    /// An answer is noted, and can be changed.
+    Confirm {
+        /// As it was said.
+        said: String,
+        /// How it is changed.
+        form: Form,
+    },
+    /// A pause.
+    Pause,
+    /// The session is over.
+    Over,
+}
+
+/// How a trial is answered.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Form {
+    /// What is asked.
+    pub ask: Word,
+    /// More of it: the ends of an order, or how many at most.
+    pub more: String,
+    /// What can be chosen.
+    pub choices: Vec<String>,
+    /// The smallest and the largest number of choices.
+    pub count: [usize; 2],
+    /// Whether each can be chosen once only.
+    pub repeats: Repeats,
+    /// How often each element was felt; none where it is not played here.
+    pub felt: Vec<u32>,
+}
+
+/// Whether a choice can be made again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Repeats {
+    /// Once.
+    Once,
+    /// Any number of times.
+    Any,
+}
+
+/// What only the experimenter may see.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closed {
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// The session.
+    pub session: String,
+    /// A rehearsal, or a session with a volunteer.
+    pub is_rehearsal: bool,
+    /// How many events are stored.
+    pub events: u64,
+    /// When the last was stored, in ms since 1970-01-01 00:00 UTC.
+    pub last_ms: Option<i64>,
+    /// The heading of the trial.
+    pub heading: Option<Heading>,
+    /// The step.
+    pub step: ClosedStep,
+    /// Where the participant's own letters lie.
+    pub own_order: Vec<(String, String)>,
+    /// What is presented, element by element: hidden in the blind mode where it is rendered.
+    pub presented: Vec<String>,
+    /// All samples of the protocol.
+    pub samples: Vec<String>,
+    /// What was measured while each element was played.
+    pub evidence: Vec<Measured>,
+    /// The confirmed trials, the last first.
+    pub answered: Vec<Answered>,
+    /// By task: confirmed and planned.
+    pub tasks: Vec<(String, usize, usize)>,
+    /// What was stored since the page was begun, the last first.
+    pub log: Vec<(i64, String)>,
+    /// What is to be known at once.
+    pub notice: Option<(Word, String)>,
+}
+
+/// Which trial it is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heading {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Of how many.
+    pub of: usize,
+    /// The title of its task.
+    pub task: String,
+    /// Its set.
+    pub set: Option<String>,
+    /// A training trial.
+    pub is_training: bool,
+    /// Which attempt, from 1.
+    pub attempt: u32,
+}
+
+/// A step as the experimenter sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ClosedStep {
+    /// The participant is asked for consent, with this text.
+    Consent(Option<String>),
+    /// An item of a checklist.
+    Check(String),
+    /// The samples are laid out.
+    LayOut(Vec<String>),
+    /// A sample is handed over.
+    HandOver(String),
+    /// So many textures are played on the bench.
+    Play(usize),
+    /// They are played by hand.
+    PlayByHand(Vec<String>),
+    /// As the participant's step.
+    Answer,
+    /// All trials are done.
+    End,
+    /// The session is over.
+    Over,
+    /// The participant has withdrawn.
+    Withdrawn,
+}
+
+/// What was measured while an element was played.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The element, from 1.
+    pub element: usize,
+    /// Whether the target was reached.
+    pub reached: Outcome,
+    /// The level in dB re the target.
+    pub level_db: Option<f64>,
+    /// The mean normal force in N.
+    pub force_n: Option<f64>,
+}
+
+/// A confirmed trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answered {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Its name.
+    pub name: String,
+    /// The task.
+    pub task: String,
+    /// The answer as it was said.
+    pub said: String,
+    /// Whether it was corrected.
+    pub is_corrected: bool,
+}
+
+/// Who plays rendered textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PlayedBy {
+    /// A bench.
+    Bench,
+    /// The experimenter, on another system.
+    Hand,
+}
+
+impl View {
+    /// What `state` shows; `consent` is the text that consent is given to.
+    #[must_use]
+    pub fn of(state: &State<'_>, consent: Option<&str>, played_by: PlayedBy) -> Self {
+        let step = state.step();
+        let progress = state.progress();
+        let sum = |of: fn(&(usize, usize)) -> usize| progress.values().map(of).sum();
+        let current = state.current();
+        let trial = current.map(|(trial, _)| trial);
+        let runs = matches!(state.stage(), Stage::Running);
+        let task = trial.and_then(|trial| state.protocol().task(&trial.task));
+        let open = Open {
+            mark: mark(state),
+            language: state.participant().language.clone(),
+            progress: [sum(|(done, _)| *done), sum(|(_, planned)| *planned)],
+            instruction: task.filter(|_| runs).map(|task| task.instruction.clone()),
+            step: open_step(state, &step, played_by),
+        };
+        let own_order =
+            trial.filter(|trial| runs && matches!(trial.answer, AnswerForm::EachOfOrder { .. }));
+        let tasks = progress.iter();
+        let closed = Closed {
+            participant: state.plan().participant.clone(),
+            session: state.plan().session.clone(),
+            is_rehearsal: state.purpose()
+                == Some(piezotact_people::campaign::store::Purpose::Rehearsal),
+            events: state.events(),
+            last_ms: state.last_ms(),
+            heading: current
+                .filter(|_| runs)
+                .map(|(trial, of)| heading(state, trial, of)),
+            step: closed_step(state, &step, consent, played_by),
+            own_order: own_order.map_or_else(Vec::new, |trial| state.choices(trial)),
+            presented: trial
+                .filter(|_| runs)
+                .map_or_else(Vec::new, |t| state.presented(t)),
+            samples: state.protocol().samples.clone(),
+            evidence: current.map_or_else(Vec::new, |(_, of)| measured(of)),
+            answered: answered(state),
+            tasks: tasks
+                .map(|(task, (done, planned))| ((*task).to_owned(), *done, *planned))
+                .collect(),
+            log: Vec::new(),
+            notice: None,
+        };
+        Self { open, closed }
+    }
+}
+
+/// A mark that changes with every step, and with nothing else: notes and corrections leave it.
+fn mark(state: &State<'_>) -> String {
+    let stage = match state.stage() {
+        Stage::New => "new",
+        Stage::Consent => "consent",
+        Stage::Running => "running",
+        Stage::Paused => "paused",
+        Stage::Stopped | Stage::Ended | Stage::Withdrawn => "over",
+    };
+    let Some((trial, of)) = state.current() else {
+        return stage.to_owned();
+    };
+    let item = match state.step() {
+        Step::Check { item, .. } => {
+            let task = state.protocol().task(&trial.task);
+            let at = task.and_then(|task| task.checklist.iter().position(|one| one == item));
+            at.map_or(0, |at| at + 1)
+        }
+        _ => 0,
+    };
+    format!(
+        "{stage}-{}-{}-{}-{}-{item}",
+        state.number(&trial.name),
+        of.attempts,
+        of.plays.iter().sum::<u32>(),
+        of.answers.len()
+    )
+}
+
+fn open_step(state: &State<'_>, step: &Step<'_>, played_by: PlayedBy) -> OpenStep {
+    match step {
+        Step::Begin | Step::AskConsent | Step::Check { .. } | Step::Present { .. } | Step::End => {
+            OpenStep::Wait
+        }
+        Step::Answer { trial, state: of } => OpenStep::Answer(form(state, trial, of, played_by)),
+        Step::Confirm { trial, answer } => {
+            let of = state.current().map(|(_, of)| of);
+            let form = match of {
+                Some(of) => form(state, trial, of, played_by),
+                None => return OpenStep::Wait,
+            };
+            OpenStep::Confirm {
+                said: said(answer),
+                form,
+            }
+        }
+        Step::GoOn => OpenStep::Pause,
+        Step::Nothing => OpenStep::Over,
+    }
+}
+
+fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) -> Form {
+    let choices = state.choices(trial).into_iter();
+    let choices: Vec<String> = choices.map(|(said, _)| said).collect();
+    let elements = of.plays.len();
+    let is_played = matches!(
+        trial.presented,
+        Presented::Rendered { .. } | Presented::Chosen { .. }
+    );
+    let (ask, more, choices, count, repeats) = match &trial.answer {
+        AnswerForm::Done => (
+            Word::TouchNow,
+            String::new(),
+            choices,
+            [0, 0],
+            Repeats::Once,
+        ),
+        AnswerForm::OneOf { .. } => (Word::Choose, String::new(), choices, [1, 1], Repeats::Once),
+        AnswerForm::Each { .. } | AnswerForm::EachOfOrder { .. } => (
+            Word::ChooseForEach,
+            String::new(),
+            choices,
+            [elements; 2],
+            Repeats::Any,
+        ),
+        AnswerForm::Order { from, to, .. } => {
+            let all = choices.len();
+            let ends = format!("{from} → {to}");
+            (Word::PutInOrder, ends, choices, [all; 2], Repeats::Once)
+        }
+        AnswerForm::Some { at_most, .. } => {
+            let most = at_most.to_string();
+            (
+                Word::ChooseUpTo,
+                most,
+                choices,
+                [1, *at_most],
+                Repeats::Once,
+            )
+        }
+        AnswerForm::Scale { from, to } => {
+            let numbers = (*from..=*to).map(|number| number.to_string());
+            let numbers = numbers.take(MOST_NUMBERS).collect();
+            (Word::ANumber, String::new(), numbers, [1, 1], Repeats::Once)
+        }
+    };
+    Form {
+        ask,
+        more,
+        choices,
+        count,
+        repeats,
+        felt: match is_played && played_by == PlayedBy::Bench {
+            true => of.plays.clone(),
+            false => Vec::new(),
+        },
+    }
+}
+
+/// Scales have at most so many numbers on a page.
+const MOST_NUMBERS: usize = 101;
+
+fn closed_step(
+    state: &State<'_>,
+    step: &Step<'_>,
+    consent: Option<&str>,
+    played_by: PlayedBy,
+) -> ClosedStep {
+    match step {
+        Step::Begin | Step::AskConsent => ClosedStep::Consent(consent.map(str::to_owned)),
+        Step::Check { item, .. } => ClosedStep::Check((*item).to_owned()),
+        Step::Present { trial, .. } => match &trial.presented {
+            Presented::Tray { samples } => ClosedStep::LayOut(samples.clone()),
+            Presented::Sample { sample } => ClosedStep::HandOver(sample.clone()),
+            Presented::Rendered { .. } | Presented::Chosen { .. } => {
+                let names = state.presented(trial);
+                match played_by {
+                    PlayedBy::Bench => ClosedStep::Play(names.len()),
+                    PlayedBy::Hand => ClosedStep::PlayByHand(names),
+                }
+            }
+        },
+        Step::Answer { .. } | Step::Confirm { .. } | Step::GoOn => ClosedStep::Answer,
+        Step::End => ClosedStep::End,
+        Step::Nothing if state.stage() == Stage::Withdrawn => ClosedStep::Withdrawn,
+        Step::Nothing => ClosedStep::Over,
+    }
+}
+
+fn heading(state: &State<'_>, trial: &Trial, of: &TrialState) -> Heading {
+    let task = state.protocol().task(&trial.task);
+    Heading {
+        number: state.number(&trial.name),
+        of: state.plan().trials.len(),
+        task: task.map_or_else(|| trial.task.clone(), |task| task.title.clone()),
+        set: trial.set.clone(),
+        // A catch trial is not to be known as one.
+        is_training: matches!(trial.kind, TrialKind::Training { .. }),
+        attempt: of.attempts + u32::from(of.plays.is_empty()),
+    }
+}
+
+fn measured(of: &TrialState) -> Vec<Measured> {
+    let each = of.evidence.iter().map(|(element, evidence)| Measured {
+        element: element + 1,
+        reached: match evidence.missed() {
+            true => Outcome::NotMet,
+            false => evidence.reached,
+        },
+        level_db: evidence.level_re_target_db,
+        force_n: evidence.normal_force_n,
+    });
+    each.collect()
+}
+
+fn answered(state: &State<'_>) -> Vec<Answered> {
+    let trials = state.trials().enumerate();
+    let answered = trials.filter_map(|(at, (trial, of))| {
+        let answer = of.answer().filter(|_| of.confirmed)?;
+        Some(Answered {
+            number: at + 1,
+            name: trial.name.clone(),
+            task: trial.task.clone(),
+            said: said(answer),
+            is_corrected: !of.corrections.is_empty(),
+        })
+    });
+    let mut answered: Vec<Answered> = answered.collect();
+    answered.reverse();
+    answered
+}
+
+/// An answer as it was said: the participant's own letters stay letters.
+fn said(answer: &Answer) -> String {
+    match answer {
+        Answer::Done => "✓".to_owned(),
+        Answer::Number(number) => number.to_string(),
+        Answer::Names(names) => names.join(", "),
+        Answer::Places(places) => {
+            let said = places.iter().filter_map(|place| letters().nth(*place));
+            said.collect::<Vec<_>>().join(", ")
+        }
+    }
+}

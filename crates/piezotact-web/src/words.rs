@@ -1,0 +1,229 @@
+//! All words of the pages, in each language, in one table.
+
+/// A language of the pages.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Language {
+    /// English.
+    #[default]
+    English,
+    /// French.
+    French,
+    /// Italian.
+    Italian,
+}
+
+impl Language {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::English, Self::French, Self::Italian];
+
+    /// Its tag, as in BCP 47.
+    #[must_use]
+    pub fn tag(self) -> &'static str {
+        match self {
+            Self::English => "en",
+            Self::French => "fr",
+            Self::Italian => "it",
+        }
+    }
+
+    /// The first of `tags` that is one of the languages, as in the header `Accept-Language` or a participant's `fr-CH`.
+    #[must_use]
+    pub fn of(tags: &str) -> Option<Self> {
+        tags.split(',').find_map(|tag| {
+            let tag = tag
+                .split(';')
+                .next()
+                .unwrap_or_default()
+                .trim()
+                .to_lowercase();
+            let base = tag.split(['-', '_']).next().unwrap_or_default();
+            Self::ALL.into_iter().find(|one| one.tag() == base)
+        })
+    }
+}
+
+macro_rules! words {
+    ($($(#[$about:meta])* $name:ident: $english:literal, $french:literal, $italian:literal;)*) => {
+        /// A word or sentence of the pages.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Word {
+            $(
+                #[doc = $english]
+                $name,
+            )*
+        }
+
+        impl Word {
+            /// All of them.
+            pub const ALL: &'static [Self] = &[$(Self::$name),*];
+
+            /// It in `language`.
+            #[must_use]
+            pub fn in_language(self, language: Language) -> &'static str {
+                let words = match self {
+                    $(Self::$name => [$english, $french, $italian],)*
+                };
+                words[language as usize]
+            }
+        }
+    };
+}
+
+words! {
+    Experimenter: "Experimenter", "Expérimentateur", "Sperimentatore";
+    ParticipantWord: "Participant", "Participant", "Partecipante";
+    Session: "Session", "Session", "Sessione";
+    NextStep: "Next step", "Étape suivante", "Passo successivo";
+    Progress: "Progress", "Avancement", "Avanzamento";
+    Trials: "trials", "essais", "prove";
+    Trial: "Trial", "Essai", "Prova";
+    Of: "of", "sur", "di";
+    Stored: "Stored", "Enregistré", "Salvato";
+    EventsStored: "events are on the disk", "événements sont sur le disque", "eventi sono sul disco";
+    LastAt: "the last at", "le dernier à", "l'ultimo alle";
+    NotBegun: "The session begins.", "La session commence.", "La sessione comincia.";
+    AskConsent: "Does the participant consent?", "Le participant consent-il ?", "Il partecipante dà il consenso?";
+    ConsentInWords: "Ask the participant for consent, in your own words.",
+        "Demandez le consentement du participant avec vos propres mots.",
+        "Chieda il consenso al partecipante con parole sue.";
+    Yes: "Yes", "Oui", "Sì";
+    No: "No", "Non", "No";
+    Check: "Check:", "Vérifier :", "Verificare:";
+    ItIsSo: "It is so", "C'est fait", "È così";
+    LayOut: "Lay the samples out, from the left:", "Disposez les échantillons, de gauche à droite :",
+        "Disponga i campioni, da sinistra:";
+    LaidOut: "They are laid out", "Ils sont en place", "Sono disposti";
+    HandOver: "Hand over:", "Donnez :", "Consegni:";
+    HandedOver: "Handed over", "Donné", "Consegnato";
+    PressAgain: "Press again to confirm", "Appuyez encore pour confirmer", "Prema ancora per confermare";
+    AnotherOne: "Another one was handed over", "Un autre a été donné", "È stato consegnato un altro";
+    WhichOnes: "Which ones, in their order", "Lesquels, dans l'ordre", "Quali, nell'ordine";
+    Note: "Note", "Note", "Nota";
+    KeepNote: "Keep the note", "Garder la note", "Conservare la nota";
+    Pause: "Pause", "Pause", "Pausa";
+    GoOn: "Go on", "Reprendre", "Riprendere";
+    InPause: "The session is paused.", "La session est en pause.", "La sessione è in pausa.";
+    Stop: "Stop the session", "Arrêter la session", "Fermare la sessione";
+    Why: "Why", "Pourquoi", "Perché";
+    Withdraw: "The participant withdraws", "Le participant se retire", "Il partecipante si ritira";
+    TexturesOnDevice: "Textures on the device:", "Textures sur le dispositif :", "Texture sul dispositivo:";
+    PlayThem: "Play them", "Les jouer", "Riprodurle";
+    PlayByHand: "Play by hand, one after the other:", "Jouez à la main, l'une après l'autre :",
+        "Riproduca a mano, una dopo l'altra:";
+    Played: "They were played", "Elles ont été jouées", "Sono state riprodotte";
+    Playing: "A texture is played …", "Une texture est jouée …", "Una texture viene riprodotta …";
+    OwnOrder: "On the tray, in the participant's order:", "Sur le plateau, dans l'ordre du participant :",
+        "Sul vassoio, nell'ordine del partecipante:";
+    PlayAgain: "Once more", "Encore une fois", "Ancora una volta";
+    Felt: "felt", "ressentie", "sentita";
+    Times: "times", "fois", "volte";
+    Texture: "Texture", "Texture", "Texture";
+    Choose: "Choose:", "Choisissez :", "Scelga:";
+    ChooseForEach: "For each texture, choose:", "Pour chaque texture, choisissez :", "Per ogni texture, scelga:";
+    PutInOrder: "Put them in order, from the first to the last:", "Mettez-les dans l'ordre, du premier au dernier :",
+        "Li metta in ordine, dal primo all'ultimo:";
+    ChooseUpTo: "Choose up to", "Choisissez au plus", "Scelga al massimo";
+    ANumber: "Choose a number:", "Choisissez un nombre :", "Scelga un numero:";
+    DoneWord: "Done", "Fait", "Fatto";
+    Undo: "Take back", "Annuler", "Annulla";
+    ThisIsIt: "This is the answer", "C'est la réponse", "Questa è la risposta";
+    Noted: "Noted:", "Noté :", "Annotato:";
+    Final: "It is final", "C'est définitif", "È definitivo";
+    Change: "Change it", "Changer", "Cambiare";
+    AllDone: "All trials are done.", "Tous les essais sont faits.", "Tutte le prove sono fatte.";
+    EndSession: "End the session", "Terminer la session", "Terminare la sessione";
+    Over: "The session is over. Thank you.", "La session est terminée. Merci.", "La sessione è terminata. Grazie.";
+    Withdrawn: "The participant has withdrawn: erase everything now with piezotact campaign withdraw.",
+        "Le participant s'est retiré : effacez tout maintenant avec piezotact campaign withdraw.",
+        "Il partecipante si è ritirato: cancelli tutto ora con piezotact campaign withdraw.";
+    Wait: "Please wait.", "Veuillez patienter.", "Attenda, per favore.";
+    TouchNow: "Touch what is in front of you.", "Touchez ce qui est devant vous.", "Tocchi ciò che ha davanti.";
+    Correct: "Correct an answer", "Corriger une réponse", "Correggere una risposta";
+    NewAnswer: "The answer as it was said", "La réponse telle qu'elle a été dite", "La risposta come è stata detta";
+    KeepCorrection: "Keep the correction", "Garder la correction", "Conservare la correzione";
+    Answers: "Answers", "Réponses", "Risposte";
+    Log: "What was stored", "Ce qui a été enregistré", "Che cosa è stato salvato";
+    LastStimulus: "Last stimulus", "Dernier stimulus", "Ultimo stimolo";
+    TargetMet: "target met", "cible atteinte", "obiettivo raggiunto";
+    TargetNotMet: "MISSED ITS TARGET", "CIBLE MANQUÉE", "OBIETTIVO MANCATO";
+    TargetOpen: "target not decided", "cible non décidée", "obiettivo non deciso";
+    ForceWord: "normal force", "force normale", "forza normale";
+    Level: "level", "niveau", "livello";
+    ParticipantPage: "The participant's page", "La page du participant", "La pagina del partecipante";
+    PairingHelp: "Open this address on the participant's device, once:",
+        "Ouvrez cette adresse sur l'appareil du participant, une seule fois :",
+        "Apra questo indirizzo sul dispositivo del partecipante, una sola volta:";
+    NewCode: "Make a new code", "Créer un nouveau code", "Creare un nuovo codice";
+    Paired: "A device of the participant is connected.", "Un appareil du participant est connecté.",
+        "Un dispositivo del partecipante è collegato.";
+    NotPaired: "No device of the participant is connected; the answers that are said aloud are entered here.",
+        "Aucun appareil du participant n'est connecté ; les réponses dites à voix haute sont saisies ici.",
+        "Nessun dispositivo del partecipante è collegato; le risposte dette a voce si inseriscono qui.";
+    PagesOpen: "experimenter pages are open", "pages d'expérimentateur sont ouvertes", "pagine di sperimentatore sono aperte";
+    Blind: "What is played is hidden.", "Ce qui est joué est caché.", "Ciò che viene riprodotto è nascosto.";
+    ShowPlayed: "Show what is played", "Montrer ce qui est joué", "Mostrare ciò che viene riprodotto";
+    HidePlayed: "Hide what is played", "Cacher ce qui est joué", "Nascondere ciò che viene riprodotto";
+    Matrix: "Matrices of all answers", "Matrices de toutes les réponses", "Matrici di tutte le risposte";
+    AnswersTable: "Answers as a table", "Réponses en tableau", "Risposte in tabella";
+    NotConnected: "No connection: nothing is stored until it is back. Your last entry is kept and sent again.",
+        "Pas de connexion : rien n'est enregistré tant qu'elle n'est pas rétablie. Votre dernière saisie est gardée et renvoyée.",
+        "Nessuna connessione: nulla viene salvato finché non torna. L'ultimo inserimento è conservato e inviato di nuovo.";
+    NotStored: "NOT STORED. Your entry is kept on this page and is sent again.",
+        "NON ENREGISTRÉ. Votre saisie est gardée sur cette page et sera renvoyée.",
+        "NON SALVATO. L'inserimento è conservato su questa pagina e viene inviato di nuovo.";
+    MovedOn: "The session has moved on meanwhile: look at what is noted, and enter it again where it is missing.",
+        "La session a avancé entre-temps : regardez ce qui est noté, et saisissez à nouveau ce qui manque.",
+        "La sessione è andata avanti nel frattempo: guardi che cosa è annotato, e inserisca di nuovo ciò che manca.";
+    NotYours: "This page belongs to another session or was replaced by another device. Ask the experimenter for a new code.",
+        "Cette page appartient à une autre session ou a été remplacée par un autre appareil. Demandez un nouveau code à l'expérimentateur.",
+        "Questa pagina appartiene a un'altra sessione o è stata sostituita da un altro dispositivo. Chieda un nuovo codice allo sperimentatore.";
+    Code: "Code", "Code", "Codice";
+    Enter: "Enter", "Entrer", "Entrare";
+    EnterCode: "Type the code that the program or the experimenter shows.",
+        "Tapez le code que montre le programme ou l'expérimentateur.",
+        "Digiti il codice mostrato dal programma o dallo sperimentatore.";
+    WrongCode: "This code is not valid (any more).", "Ce code n'est pas (ou plus) valable.", "Questo codice non è (più) valido.";
+    TooMany: "Too many wrong codes: wait a minute.", "Trop de codes erronés : attendez une minute.",
+        "Troppi codici errati: attenda un minuto.";
+    Void: "THE TRIAL IS VOID and is presented again:", "L'ESSAI EST NUL et sera présenté à nouveau :",
+        "LA PROVA È NULLA e viene presentata di nuovo:";
+    KeysHelp: "Keys: arrows move, Enter chooses, Backspace takes back.",
+        "Touches : les flèches déplacent, Entrée choisit, Retour arrière annule.",
+        "Tasti: le frecce spostano, Invio sceglie, Backspace annulla.";
+    RightAnswer: "The right answer was:", "La bonne réponse était :", "La risposta giusta era:";
+    CutOff: "The session was cut off and goes on here.", "La session a été interrompue et continue ici.",
+        "La sessione è stata interrotta e continua qui.";
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// No word is missing in a language, or was left in English by mistake.
+    #[test]
+    fn every_word_stands_in_every_language() {
+        for word in Word::ALL {
+            for language in Language::ALL {
+                let text = word.in_language(language);
+                assert!(!text.trim().is_empty(), "{word:?} in {}", language.tag());
+                assert_eq!(text.trim(), text, "{word:?} in {}", language.tag());
+            }
+            let long = word.in_language(Language::English).len() > 12;
+            let same = word.in_language(Language::French) == word.in_language(Language::English);
+            assert!(!(long && same), "{word:?} is not translated");
+        }
+    }
+
+    #[test]
+    fn the_first_known_language_is_taken() {
+        for (tags, found) in [
+            ("fr-CH, fr;q=0.9, en;q=0.8", Some(Language::French)),
+            ("ja, it;q=0.5", Some(Language::Italian)),
+            ("ja", None),
+            ("", None),
+            ("EN_us", Some(Language::English)),
+        ] {
+            assert_eq!(Language::of(tags), found, "{tags}");
+        }
+    }
+}
