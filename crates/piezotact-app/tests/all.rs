@@ -8,6 +8,8 @@ mod campaign_session;
 mod campaign_simulated;
 mod campaign_trust;
 mod characterise;
+#[path = "../../piezotact-web/tests/client/http.rs"]
+mod client;
 mod closed_loop;
 mod command_line;
 mod conclusions;
@@ -38,6 +40,7 @@ mod rerun;
 mod roughness;
 mod score;
 mod script;
+mod serve;
 mod snapshots;
 mod support;
 mod surfcom;

@@ -53,6 +53,36 @@ struct Codes {
     wrong_ms: VecDeque<i64>,
 }
 
+impl Codes {
+    /// Whom `given` lets in at `now_ms`. A participant's code is used up.
+    fn role_of(&mut self, given: &str, now_ms: i64) -> Result<Role, AccessError> {
+        while let Some(at) = self.wrong_ms.front()
+            && now_ms - at > WINDOW_MS
+        {
+            self.wrong_ms.pop_front();
+        }
+        if self.wrong_ms.len() >= MOST_WRONG {
+            return Err(AccessError::TooMany);
+        }
+        if same(given, &self.experimenter) {
+            return Ok(Role::Experimenter);
+        }
+        if same(given, &self.viewer) {
+            return Ok(Role::Viewer);
+        }
+        match &self.participant {
+            Some(code) if same(given, code) => {
+                self.participant = None;
+                Ok(Role::Participant)
+            }
+            _ => {
+                self.wrong_ms.push_back(now_ms);
+                Err(AccessError::WrongCode)
+            }
+        }
+    }
+}
+
 /// Keeps the marks of pages, as JSON, where they are found after a restart.
 pub type KeepPages = Box<dyn Fn(&str) -> Result<(), String> + Send + Sync>;
 
@@ -144,36 +174,7 @@ impl Access {
     /// # Errors
     /// [`AccessError`].
     pub fn enter(&self, given: &str, now_ms: i64) -> Result<(Role, String), AccessError> {
-        let given = given.trim().to_lowercase();
-        let role = {
-            let mut codes = locked(&self.codes);
-            while codes
-                .wrong_ms
-                .front()
-                .is_some_and(|at| now_ms - at > WINDOW_MS)
-            {
-                codes.wrong_ms.pop_front();
-            }
-            if codes.wrong_ms.len() >= MOST_WRONG {
-                return Err(AccessError::TooMany);
-            }
-            let role = if same(&given, &codes.experimenter) {
-                Role::Experimenter
-            } else if same(&given, &codes.viewer) {
-                Role::Viewer
-            } else if codes
-                .participant
-                .as_ref()
-                .is_some_and(|code| same(&given, code))
-            {
-                codes.participant = None;
-                Role::Participant
-            } else {
-                codes.wrong_ms.push_back(now_ms);
-                return Err(AccessError::WrongCode);
-            };
-            role
-        };
+        let role = locked(&self.codes).role_of(&given.trim().to_lowercase(), now_ms)?;
         let mark = hex(&random::<32>()?);
         let mut pages = locked(&self.pages);
         let mut after = pages.clone();

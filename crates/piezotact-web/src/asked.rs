@@ -8,7 +8,6 @@ use crate::access::Role;
 
 /// A request as a page sends it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct Asked {
     /// An id that the page made.
     pub(crate) id: String,
@@ -82,6 +81,22 @@ impl What {
             self,
             Self::Note { .. } | Self::Correct { .. } | Self::Withdraw | Self::Stop { .. }
         )
+    }
+
+    /// The samples that lie in `places`, instead of their numbers, which a participant answers with.
+    pub(crate) fn name_places(&mut self, places: &[String]) {
+        let Self::Answer { words } = self else {
+            return;
+        };
+        if places.is_empty() {
+            return;
+        }
+        for word in words {
+            let number = word.parse::<usize>().ok();
+            let place = number.and_then(|number| places.get(number.checked_sub(1)?));
+            // A name that is typed past the page is not taken.
+            *word = place.cloned().unwrap_or_default();
+        }
     }
 
     /// As a command; `consent` is the checksum of the text that consent is given to.

@@ -1,6 +1,6 @@
 //! The pages as HTML. A step is drawn here as a whole; the script of a page only puts it in its place and sends what is pressed.
 
-use maud::{DOCTYPE, Markup, PreEscaped, html};
+use maud::{DOCTYPE, Markup, html};
 use piezotact::criterion::Outcome;
 
 use crate::access::{Role, second_mark};
@@ -86,6 +86,15 @@ pub(crate) fn frame(
     page(language, title, &meta, &body)
 }
 
+/// A colon with its space.
+fn colon(language: Language) -> &'static str {
+    match language {
+        Language::English | Language::Italian => ": ",
+        // A space that does not break stands before it.
+        Language::French => "\u{a0}: ",
+    }
+}
+
 /// A button that asks for `what`, which is JSON.
 fn ask(what: &str, text: &str, class: &str) -> Markup {
     html! { button type="button" class=(class) data-ask=(what) { (text) } }
@@ -109,7 +118,7 @@ fn form(form: &Form, mark: &str, language: Language) -> Markup {
             ul.felt {
                 @for (i, felt) in form.felt.iter().enumerate() {
                     li {
-                        (w(Word::Texture)) " " (i + 1) ": " (w(Word::Felt)) " " (felt) "× "
+                        (w(Word::Texture)) " " (i + 1) (colon(language)) (w(Word::Felt)) " " (felt) "× "
                         (ask(&format!(r#"{{"do":"play","element":{}}}"#, i + 1), w(Word::PlayAgain), "small"))
                     }
                 }
@@ -160,7 +169,7 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
     let [done, all] = open.progress;
     html! {
         main lang=(language.tag()) data-mark=(open.mark) {
-            h1.quiet { (w(Word::Progress)) ": " (done) " " (w(Word::Of)) " " (all) }
+            h1.quiet { (w(Word::Progress)) (colon(language)) (done) " " (w(Word::Of)) " " (all) }
             progress value=(done) max=(all.max(1)) aria-label=(w(Word::Progress)) {}
             @match &open.step {
                 OpenStep::Wait => { p.big { (w(Word::Wait)) } },
@@ -197,9 +206,9 @@ pub(crate) fn experimenter(
     let View { open, closed } = view;
     html! {
         header {
-            h1 { (closed.participant) " · " (closed.session) @if closed.is_rehearsal { " · rehearsal" } }
+            h1 { (closed.participant) " · " (closed.session) @if closed.is_rehearsal { " · " (w(Word::Rehearsal)) } }
             p.soft {
-                (w(Word::Stored)) ": " b { (closed.events) } " " (w(Word::EventsStored))
+                (w(Word::Stored)) (colon(language)) b { (closed.events) } " " (w(Word::EventsStored))
                 @if let Some(at_ms) = closed.last_ms { ", " (w(Word::LastAt)) " " time data-ms=(at_ms) {} }
                 @if pages > 1 { " · " b { (pages) " " (w(Word::PagesOpen)) } }
             }
@@ -234,10 +243,10 @@ pub(crate) fn experimenter(
 fn title(heading: &Heading, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     html! {
-        h2 {
+        h2 data-trial=(heading.number) {
             (w(Word::Trial)) " " (heading.number) " " (w(Word::Of)) " " (heading.of) " · " (heading.task)
             @if let Some(set) = &heading.set { " · " (set) }
-            @if heading.is_training { " · training" }
+            @if heading.is_training { " · " (w(Word::Training)) }
             @if heading.attempt > 1 { " · #" (heading.attempt) }
         }
     }
@@ -246,17 +255,17 @@ fn title(heading: &Heading, language: Language) -> Markup {
 /// The step in one sentence, for a page that only looks.
 fn sentence(closed: &Closed, open: &Open, language: Language) -> String {
     let w = |word: Word| word.in_language(language);
-    match (&closed.step, &open.step) {
-        (_, OpenStep::Pause) => w(Word::InPause).to_owned(),
-        (_, OpenStep::Confirm { said, .. }) => format!("{} {said}", w(Word::Noted)),
+    match (&closed.step, &closed.answer) {
+        _ if open.step == OpenStep::Pause => w(Word::InPause).to_owned(),
+        (_, Some((_, Some(said)))) => format!("{} {said}", w(Word::Noted)),
         (ClosedStep::Consent(_), _) => w(Word::AskConsent).to_owned(),
         (ClosedStep::Check(item), _) => format!("{} {item}", w(Word::Check)),
         (ClosedStep::LayOut(samples), _) => format!("{} {}", w(Word::LayOut), samples.join(", ")),
         (ClosedStep::HandOver(sample), _) => format!("{} {sample}", w(Word::HandOver)),
         (ClosedStep::Play(count), _) => format!("{} {count}", w(Word::TexturesOnDevice)),
         (ClosedStep::PlayByHand(_), _) => w(Word::PlayByHand).to_owned(),
-        (ClosedStep::Answer, OpenStep::Answer(form)) => w(form.ask).to_owned(),
-        (ClosedStep::Answer, _) => w(Word::Wait).to_owned(),
+        (ClosedStep::Answer, Some((form, None))) => w(form.ask).to_owned(),
+        (ClosedStep::Answer, None) => w(Word::Wait).to_owned(),
         (ClosedStep::End, _) => w(Word::AllDone).to_owned(),
         (ClosedStep::Over, _) => w(Word::Over).to_owned(),
         (ClosedStep::Withdrawn, _) => w(Word::Withdrawn).to_owned(),
@@ -289,14 +298,14 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                 ClosedStep::LayOut(samples) => {
                     (instruction(open))
                     p.big { (w(Word::LayOut)) }
-                    ol.tray { @for sample in samples { li { (sample) } } }
+                    ol.tray.places { @for sample in samples { li { (sample) } } }
                     (ask(present, w(Word::LaidOut), "main"))
                     (instead(closed, language))
                 },
                 ClosedStep::HandOver(sample) => {
                     (instruction(open))
                     p.big { (w(Word::HandOver)) " " b.sample { (sample) } }
-                    (ask_twice(present, &format!("{}: {sample}", w(Word::HandedOver)), again))
+                    (ask_twice(present, &format!("{}{}{sample}", w(Word::HandedOver), colon(language)), again))
                     (instead(closed, language))
                 },
                 ClosedStep::Play(count) => {
@@ -333,14 +342,14 @@ fn answer(closed: &Closed, open: &Open, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     html! {
         (own_order(closed, language))
-        @match &open.step {
-            OpenStep::Answer(answer) => { (form(answer, &open.mark, language)) },
-            OpenStep::Confirm { said, form: answer } => {
+        @match &closed.answer {
+            Some((answer, None)) => { (form(answer, &open.mark, language)) },
+            Some((answer, Some(said))) => {
                 p.big { (w(Word::Noted)) " " b { (said) } }
                 (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                 details { summary { (w(Word::Change)) } (form(answer, &open.mark, language)) }
             },
-            _ => { p.big { (w(Word::Wait)) } },
+            None => { p.big { (w(Word::Wait)) } },
         }
     }
 }
@@ -409,7 +418,7 @@ fn aside(open: &Open, closed: &Closed, language: Language) -> Markup {
         }
         details {
             summary { (w(Word::Stop)) " · " (w(Word::Withdraw)) }
-            form data-why="stop" {
+            form.stop data-why="stop" {
                 label { (w(Word::Why)) " " input name="text" autocomplete="off" required; }
                 button type="submit" { (w(Word::Stop)) }
             }
@@ -424,7 +433,7 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
         h2 { (w(Word::Progress)) }
         ul.tasks {
             @for (task, done, planned) in &closed.tasks {
-                li { (task) ": " (done) " " (w(Word::Of)) " " (planned)
+                li { (task) (colon(language)) (done) " " (w(Word::Of)) " " (planned)
                     progress value=(done) max=((*planned).max(1)) aria-label=(task) {}
                 }
             }
@@ -469,10 +478,18 @@ fn measured(one: &Measured, language: Language) -> Markup {
     };
     html! {
         li class=(class) {
-            (w(Word::Texture)) " " (one.element) ": " (w(reached))
-            @if let Some(level) = one.level_db { ", " (w(Word::Level)) " " (format!("{level:+.1} dB").replace('-', "−")) }
+            (w(Word::Texture)) " " (one.element) (colon(language)) (w(reached))
+            @if let Some(level) = one.level_db { ", " (w(Word::Level)) " " (decibels(level)) }
             @if let Some(force) = one.force_n { ", " (w(Word::ForceWord)) " " (format!("{force:.2} N")) }
         }
+    }
+}
+
+/// A level with its sign; zero has none.
+fn decibels(level_db: f64) -> String {
+    match format!("{level_db:+.1}").as_str() {
+        "+0.0" | "-0.0" => "0.0 dB".to_owned(),
+        signed => format!("{signed} dB").replace('-', "−"),
     }
 }
 
@@ -494,24 +511,8 @@ fn paired(pairing: &Pairing, language: Language) -> Markup {
             @if let Some(address) = &pairing.address {
                 p { (w(Word::PairingHelp)) }
                 p { code { (address) } }
-                (square(address))
             }
             button type="button" data-post="/pairing" { (w(Word::NewCode)) }
         }
     }
-}
-
-/// `text` as a QR code.
-fn square(text: &str) -> Markup {
-    let Ok(code) = qrcode::QrCode::new(text.as_bytes()) else {
-        return html! {};
-    };
-    let svg = code
-        .render::<qrcode::render::svg::Color<'_>>()
-        .min_dimensions(180, 180)
-        .build();
-    let svg = svg
-        .split_once("?>")
-        .map_or(svg.clone(), |(_, svg)| svg.to_owned());
-    html! { div.qr aria-hidden="true" { (PreEscaped(svg)) } }
 }

@@ -547,6 +547,12 @@ async fn ask(
         return (StatusCode::FORBIDDEN, "not for this page").into_response();
     }
     let (reply, answered) = oneshot::channel();
+    let mut asked = asked;
+    if page.role == Role::Participant {
+        asked
+            .what
+            .name_places(&site.asking.views.borrow().closed.places);
+    }
     let request = Request {
         // Pages do not know each other's ids.
         id: format!("{} {}", crate::access::second_mark(&page.cookie), asked.id),

@@ -95,6 +95,10 @@ pub struct Closed {
     pub heading: Option<Heading>,
     /// The step.
     pub step: ClosedStep,
+    /// How the trial is answered, and what is noted, by names.
+    pub answer: Option<(Form, Option<String>)>,
+    /// What lies in each place of the tray, which the participant names by its number.
+    pub places: Vec<String>,
     /// Where the participant's own letters lie.
     pub own_order: Vec<(String, String)>,
     /// What is presented, element by element: hidden in the blind mode where it is rendered.
@@ -224,6 +228,8 @@ impl View {
                 .filter(|_| runs)
                 .map(|(trial, of)| heading(state, trial, of)),
             step: closed_step(state, &step, consent, played_by),
+            answer: named_answer(state, &step, played_by),
+            places: trial.map_or_else(Vec::new, |trial| places(state, trial)),
             own_order: own_order.map_or_else(Vec::new, |trial| state.choices(trial)),
             presented: trial
                 .filter(|_| runs)
@@ -270,21 +276,72 @@ fn mark(state: &State<'_>) -> String {
     )
 }
 
+/// The samples on the tray that are put in order, from the left. On the participant's page they are numbers: their names stand for an order.
+fn places(state: &State<'_>, trial: &Trial) -> Vec<String> {
+    match (&trial.presented, &trial.answer) {
+        (Presented::Tray { .. }, AnswerForm::Order { .. }) => state.presented(trial),
+        _ => Vec::new(),
+    }
+}
+
+/// The numbers of `names` among `places`, from 1; as they are where there are no places.
+fn numbered(places: &[String], names: &[String]) -> Vec<String> {
+    let number = |name: &String| match places.iter().position(|place| place == name) {
+        Some(at) => (at + 1).to_string(),
+        None => name.clone(),
+    };
+    names.iter().map(number).collect()
+}
+
+/// How the trial is answered, and what is noted, by names.
+fn named_answer(
+    state: &State<'_>,
+    step: &Step<'_>,
+    played_by: PlayedBy,
+) -> Option<(Form, Option<String>)> {
+    match step {
+        Step::Answer { trial, state: of } => Some((form(state, trial, of, played_by), None)),
+        Step::Confirm { trial, answer } => {
+            let (_, of) = state.current()?;
+            Some((form(state, trial, of, played_by), Some(said(answer))))
+        }
+        _ => None,
+    }
+}
+
+/// `form` with the numbers of places, where samples on the tray are put in order.
+fn with_numbers(state: &State<'_>, trial: &Trial, mut form: Form) -> Form {
+    let places = places(state, trial);
+    if !places.is_empty() {
+        form.ask = Word::PutPlacesInOrder;
+        form.choices = (1..=places.len())
+            .map(|number| number.to_string())
+            .collect();
+    }
+    form
+}
+
 fn open_step(state: &State<'_>, step: &Step<'_>, played_by: PlayedBy) -> OpenStep {
     match step {
         Step::Begin | Step::AskConsent | Step::Check { .. } | Step::Present { .. } | Step::End => {
             OpenStep::Wait
         }
-        Step::Answer { trial, state: of } => OpenStep::Answer(form(state, trial, of, played_by)),
+        Step::Answer { trial, state: of } => {
+            let form = form(state, trial, of, played_by);
+            OpenStep::Answer(with_numbers(state, trial, form))
+        }
         Step::Confirm { trial, answer } => {
-            let of = state.current().map(|(_, of)| of);
-            let form = match of {
-                Some(of) => form(state, trial, of, played_by),
-                None => return OpenStep::Wait,
+            let Some((_, of)) = state.current() else {
+                return OpenStep::Wait;
             };
+            let said = match answer {
+                Answer::Names(names) => numbered(&places(state, trial), names).join(", "),
+                other => said(other),
+            };
+            let form = form(state, trial, of, played_by);
             OpenStep::Confirm {
-                said: said(answer),
-                form,
+                said,
+                form: with_numbers(state, trial, form),
             }
         }
         Step::GoOn => OpenStep::Pause,

@@ -72,16 +72,14 @@ macro_rules! words {
 words! {
     Experimenter: "Experimenter", "Expérimentateur", "Sperimentatore";
     ParticipantWord: "Participant", "Participant", "Partecipante";
-    Session: "Session", "Session", "Sessione";
-    NextStep: "Next step", "Étape suivante", "Passo successivo";
+    Rehearsal: "rehearsal", "répétition", "prova generale";
+    Training: "training", "entraînement", "allenamento";
     Progress: "Progress", "Avancement", "Avanzamento";
-    Trials: "trials", "essais", "prove";
     Trial: "Trial", "Essai", "Prova";
     Of: "of", "sur", "di";
     Stored: "Stored", "Enregistré", "Salvato";
     EventsStored: "events are on the disk", "événements sont sur le disque", "eventi sono sul disco";
     LastAt: "the last at", "le dernier à", "l'ultimo alle";
-    NotBegun: "The session begins.", "La session commence.", "La sessione comincia.";
     AskConsent: "Does the participant consent?", "Le participant consent-il ?", "Il partecipante dà il consenso?";
     ConsentInWords: "Ask the participant for consent, in your own words.",
         "Demandez le consentement du participant avec vos propres mots.",
@@ -116,12 +114,14 @@ words! {
         "Sul vassoio, nell'ordine del partecipante:";
     PlayAgain: "Once more", "Encore une fois", "Ancora una volta";
     Felt: "felt", "ressentie", "sentita";
-    Times: "times", "fois", "volte";
     Texture: "Texture", "Texture", "Texture";
     Choose: "Choose:", "Choisissez :", "Scelga:";
     ChooseForEach: "For each texture, choose:", "Pour chaque texture, choisissez :", "Per ogni texture, scelga:";
     PutInOrder: "Put them in order, from the first to the last:", "Mettez-les dans l'ordre, du premier au dernier :",
         "Li metta in ordine, dal primo all'ultimo:";
+    PutPlacesInOrder: "Put the samples in order. The numbers are their places on the tray, from the left:",
+        "Mettez les échantillons dans l'ordre. Les nombres sont leurs places sur le plateau, de gauche à droite :",
+        "Metta i campioni in ordine. I numeri sono i loro posti sul vassoio, da sinistra:";
     ChooseUpTo: "Choose up to", "Choisissez au plus", "Scelga al massimo";
     ANumber: "Choose a number:", "Choisissez un nombre :", "Scelga un numero:";
     DoneWord: "Done", "Fait", "Fatto";
@@ -191,8 +191,6 @@ words! {
         "Touches : les flèches déplacent, Entrée choisit, Retour arrière annule.",
         "Tasti: le frecce spostano, Invio sceglie, Backspace annulla.";
     RightAnswer: "The right answer was:", "La bonne réponse était :", "La risposta giusta era:";
-    CutOff: "The session was cut off and goes on here.", "La session a été interrompue et continue ici.",
-        "La sessione è stata interrotta e continua qui.";
 }
 
 #[cfg(test)]

@@ -11,6 +11,8 @@ const PENDING = `piezotact pending ${location.pathname}`;
 let pending = JSON.parse(localStorage.getItem(PENDING) || "null");
 let sending = false;
 let pairing = false;
+// The form that asked, which is emptied once that is stored.
+let asking = null;
 
 function keep(next) {
   pending = next;
@@ -45,6 +47,8 @@ async function send() {
     if (reply.status === 204) {
       forget(pending);
       keep(null);
+      for (const field of inForms()) if (field.tagName === "INPUT" && field.form.className === asking) field.value = "";
+      asking = null;
     } else if (reply.status === 409) {
       keep(null);
       alerts("moved-on", true);
@@ -187,6 +191,7 @@ async function post(where) {
 page.addEventListener("submit", (event) => {
   event.preventDefault();
   const form = event.target;
+  asking = form.className;
   const field = (name) => form.elements[name].value.trim();
   if (form.dataset.text) ask({ do: "note", text: field("text") });
   else if (form.dataset.why) ask({ do: "stop", why: field("text") });
@@ -196,7 +201,6 @@ page.addEventListener("submit", (event) => {
     const words = said.includes(",") ? said.split(",").map((w) => w.trim()) : said.split(/\s+/);
     ask({ do: "correct", trial: field("trial"), words: words.filter(Boolean), why: field("why") });
   }
-  for (const input of form.querySelectorAll("input")) input.value = "";
 });
 
 // Arrows move between what can be pressed, Enter presses, Backspace takes back; a choice has a key of its own.

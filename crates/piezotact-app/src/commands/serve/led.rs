@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
+use piezotact_dataset::{read_input_text, reads};
 use piezotact_people::campaign::session::Event;
 use piezotact_session::{BenchStimulator, Given, Runner, Stimulator};
 use piezotact_web::{Access, PlayedBy, Role, Screen, Shown, Site, StudyPages, View};
@@ -106,7 +107,9 @@ impl Front for Pages {
 /// Who is let in: pages that were let in before, and whoever has one of the new codes.
 fn access(args: &session::Arguments, kept: &Path) -> Outcome<Access> {
     let name = format!("{} {}", args.participant, args.session);
-    let known = std::fs::read_to_string(kept).ok();
+    // Where it cannot be read, pages enter their codes again.
+    let known = reads::is_there(kept).then(|| read_input_text(kept).ok());
+    let known = known.flatten();
     let kept = kept.to_owned();
     let keep = move |json: &str| keep(&kept, json).map_err(|error| error.to_string());
     let access = Access::new(&name, known.as_deref(), Box::new(keep));

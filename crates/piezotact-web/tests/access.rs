@@ -1,0 +1,282 @@
+//! Who may do what: every route with every role, and what attackers try.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use piezotact_web::{For, ROUTES, Role};
+
+use crate::client::{Page, Pages, with_pages};
+use crate::support::{Bed, isotropic};
+
+fn served(act: impl FnOnce(&Pages) + Send) {
+    let (protocol, plan) = isotropic();
+    with_pages(&mut Bed::new(), (&protocol, &plan), act);
+}
+
+/// The status of a route; of a stream without reading it to its end.
+fn status(
+    pages: &Pages,
+    (method, path): (&str, &str),
+    page: Option<&Page>,
+    mark: Option<&str>,
+) -> u16 {
+    let mut headers = vec![("content-type", "application/json")];
+    if let Some(page) = page {
+        headers.push(("cookie", &page.cookie));
+    }
+    if let Some(mark) = mark {
+        headers.push(("x-piezotact-mark", mark));
+    }
+    if !path.ends_with("/stream") {
+        return pages.send(method, path, &headers, "{}").status;
+    }
+    let mut stream = TcpStream::connect(pages.at).unwrap();
+    stream
+        .set_read_timeout(Some(Duration::from_secs(10)))
+        .unwrap();
+    let headers: String = headers
+        .iter()
+        .map(|(name, value)| format!("{name}: {value}\r\n"))
+        .collect();
+    write!(
+        stream,
+        "{method} {path} HTTP/1.1\r\nhost: {}\r\n{headers}\r\n",
+        pages.at
+    )
+    .unwrap();
+    let mut head = [0; 12];
+    stream.read_exact(&mut head).unwrap();
+    std::str::from_utf8(&head[9..]).unwrap().parse().unwrap()
+}
+
+#[test]
+fn every_route_is_for_its_roles_alone() {
+    served(|pages| {
+        let experimenter = pages.experimenter();
+        let known = [
+            (Role::Viewer, pages.enter(&pages.viewer)),
+            (Role::Participant, pages.participant(&experimenter)),
+            (Role::Experimenter, experimenter),
+        ];
+        let mut checked = 0;
+        for route in ROUTES {
+            let to = (route.method, route.path);
+            let For::Roles(roles) = route.whose else {
+                // Everybody sees no more than that there is a door.
+                let reply = pages.send(
+                    route.method,
+                    route.path,
+                    &[("content-type", "application/x-www-form-urlencoded")],
+                    "code=x",
+                );
+                assert!([200, 303, 403].contains(&reply.status), "{to:?} {reply:?}");
+                assert!(!reply.body.contains("data-mark=\""), "{to:?}");
+                continue;
+            };
+            assert!(
+                [303, 401].contains(&status(pages, to, None, None)),
+                "{to:?}"
+            );
+            let forged = Page {
+                cookie: format!("piezotact={}", "0".repeat(64)),
+                ..known[2].1.clone()
+            };
+            assert!(
+                [303, 401].contains(&status(pages, to, Some(&forged), Some(&forged.mark))),
+                "{to:?}"
+            );
+            for (role, page) in &known {
+                let found = status(pages, to, Some(page), Some(&page.mark));
+                let may = roles.contains(role);
+                // 400, 422: let in, and asked for nothing that there is.
+                let is_let_in = [200, 204, 400, 422].contains(&found);
+                assert_eq!(is_let_in, may, "{to:?} as {role:?}: {found}");
+                assert_eq!(found == 403, !may, "{to:?} as {role:?}: {found}");
+                if route.method == "POST" {
+                    for mark in [
+                        None,
+                        Some(""),
+                        Some("0"),
+                        Some(known[0].1.mark.as_str()).filter(|m| *m != page.mark),
+                    ] {
+                        assert_eq!(
+                            status(pages, to, Some(page), mark),
+                            403,
+                            "{to:?} as {role:?} with {mark:?}"
+                        );
+                    }
+                }
+                checked += 1;
+            }
+        }
+        assert!(checked >= 24);
+    });
+}
+
+#[test]
+fn a_participant_and_who_looks_on_command_nothing() {
+    served(|pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        let viewer = pages.enter(&pages.viewer);
+        let before = pages.mark(&experimenter);
+        for what in [
+            r#""do":"consent""#,
+            r#""do":"refuse_consent""#,
+            r#""do":"check""#,
+            r#""do":"present""#,
+            r#""do":"present_instead","names":["S1"]"#,
+            r#""do":"correct","trial":"x","words":["S1"],"why":"x""#,
+            r#""do":"pause""#,
+            r#""do":"go_on""#,
+            r#""do":"note","text":"x""#,
+            r#""do":"stop","why":"x""#,
+            r#""do":"withdraw""#,
+            r#""do":"end""#,
+        ] {
+            assert_eq!(pages.ask(&participant, what).status, 403, "{what}");
+            assert_eq!(
+                pages.ask_as(&viewer, ("1", &before), what).status,
+                403,
+                "{what}"
+            );
+        }
+        // What is refused to a participant is refused without a reason: it would name what is presented.
+        let refused = pages.ask(&participant, r#""do":"answer","words":["S1"]"#);
+        assert_eq!((refused.status, refused.body.as_str()), (422, ""));
+        assert_eq!(pages.mark(&experimenter), before);
+    });
+}
+
+#[test]
+fn what_attackers_send_is_refused() {
+    served(|pages| {
+        let page = pages.experimenter();
+        let cookie = ("cookie", page.cookie.as_str());
+        // Another name for the same machine, as of a site that resolves to it.
+        for host in ["evil.example", "127.0.0.1", "localhost:1", ""] {
+            assert_eq!(
+                pages
+                    .send("GET", "/experimenter", &[("host", host), cookie], "")
+                    .status,
+                421,
+                "{host}"
+            );
+        }
+        let local = format!("localhost:{}", pages.at.port());
+        assert_eq!(
+            pages
+                .send("GET", "/experimenter", &[("host", &local), cookie], "")
+                .status,
+            200
+        );
+        for path in [
+            "/assets/../Cargo.toml",
+            "/assets/%2e%2e/x",
+            "/../../etc/passwd",
+            "/assets/session.js/..",
+            "//",
+            "/study.sqlite",
+        ] {
+            let reply = pages.send("GET", path, &[cookie], "");
+            assert_eq!(reply.status, 404, "{path}: {reply:?}");
+        }
+        let large = format!(
+            r#"{{"id":"1","at":"x","do":"note","text":"{}"}}"#,
+            "a".repeat(100_000)
+        );
+        let headers = [
+            cookie,
+            ("x-piezotact-mark", page.mark.as_str()),
+            ("content-type", "application/json"),
+        ];
+        assert!([413, 0].contains(&pages.send("POST", "/ask", &headers, &large).status));
+        for body in [
+            "",
+            "{",
+            "[]",
+            "null",
+            r#"{"do":"check"}"#,
+            r#"{"id":"1","at":"x","do":"erase"}"#,
+            r#"{"id":1,"at":"x","do":"check"}"#,
+            "\u{0}",
+        ] {
+            let found = pages.send("POST", "/ask", &headers, body).status;
+            assert!([400, 422].contains(&found), "{body}: {found}");
+        }
+        // A mark that was there before entering counts for nothing, and another one is given.
+        let fixed = "piezotact=attackersattackersattackersattackers";
+        let form = [
+            ("cookie", fixed),
+            ("content-type", "application/x-www-form-urlencoded"),
+        ];
+        let entered = pages.send(
+            "POST",
+            "/enter",
+            &form,
+            &format!("code={}", pages.experimenter),
+        );
+        assert_eq!(entered.status, 303);
+        assert!(!entered.head.contains("attackers"));
+        assert_eq!(
+            pages
+                .send("GET", "/experimenter", &[("cookie", fixed)], "")
+                .status,
+            303
+        );
+        // A pairing code is valid once.
+        let _device = pages.participant(&page);
+        let headers = [cookie, ("x-piezotact-mark", page.mark.as_str())];
+        assert_eq!(pages.send("POST", "/pairing", &headers, "").status, 204);
+        let code = pages.pairing_code(&page);
+        let form = [("content-type", "application/x-www-form-urlencoded")];
+        let enter = |code: &str| {
+            pages
+                .send("POST", "/enter", &form, &format!("code={code}"))
+                .status
+        };
+        assert_eq!([enter(&code), enter(&code)], [303, 403]);
+        // Codes cannot be tried out.
+        let tried: Vec<u16> = (0..8).map(|i| enter(&format!("aaaaaaaaa{i}"))).collect();
+        assert_eq!(
+            tried.iter().filter(|status| **status == 403).count(),
+            4,
+            "{tried:?}"
+        );
+        assert_eq!(tried.last(), Some(&429));
+        assert_eq!(
+            pages.send("GET", "/experimenter", &[cookie], "").status,
+            200,
+            "who is in stays in"
+        );
+    });
+}
+
+/// A body that never comes holds nobody up, and is given up.
+#[test]
+fn a_slow_body_holds_nobody_up() {
+    served(|pages| {
+        let page = pages.experimenter();
+        let mut slow: Vec<TcpStream> = (0..20)
+            .map(|_| {
+                let mut stream = TcpStream::connect(pages.at).unwrap();
+                stream
+                    .set_read_timeout(Some(Duration::from_secs(20)))
+                    .unwrap();
+                write!(
+                    stream,
+                    "POST /ask HTTP/1.1\r\nhost: {}\r\ncookie: {}\r\ncontent-length: 100\r\n\r\n{{",
+                    pages.at, page.cookie
+                )
+                .unwrap();
+                stream
+            })
+            .collect();
+        assert_eq!(pages.ask(&page, r#""do":"consent""#).status, 204);
+        let mut head = [0; 12];
+        slow[0].read_exact(&mut head).unwrap();
+        assert_eq!(&head[9..], b"408");
+    });
+}

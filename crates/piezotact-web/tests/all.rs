@@ -1,0 +1,8 @@
+//! All tests of the pages.
+
+mod access;
+mod client;
+mod session;
+#[path = "../../piezotact-session/tests/support/mod.rs"]
+#[allow(dead_code, reason = "a part of it is for the tests of the runner")]
+mod support;

@@ -1,0 +1,247 @@
+//! A session over the pages: each answer once, what participants are sent, and pages that come late or hang.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
+
+use piezotact_people::campaign::plan::{Plan, Presented};
+use piezotact_people::campaign::session::Event;
+
+use crate::client::{Page, Pages, with_pages, with_pages_after};
+use crate::support::{Bed, isotropic};
+
+/// Takes the session on by one step, as the pages show it; false where the participant can answer.
+fn step(pages: &Pages, experimenter: &Page) -> bool {
+    let shown = pages.shown(experimenter);
+    let (_, step) = shown.split_once("class=\"step\"").unwrap();
+    for (words, what) in [
+        ("&quot;consent&quot;", r#""do":"consent""#),
+        ("&quot;check&quot;", r#""do":"check""#),
+        ("&quot;present&quot;", r#""do":"present""#),
+    ] {
+        if step.contains(words) {
+            let reply = pages.ask(experimenter, what);
+            assert_eq!(reply.status, 204, "{what}: {reply:?}");
+            return true;
+        }
+    }
+    false
+}
+
+/// The choices that a page shows, and how many are wanted.
+fn draft(shown: &str) -> (Vec<String>, usize, bool) {
+    let (_, draft) = shown.split_once("data-most=\"").unwrap();
+    let most = draft.split('"').next().unwrap().parse().unwrap();
+    let choices = draft.split("data-choice=\"").skip(1);
+    let choices = choices.map(|rest| rest.split('"').next().unwrap().to_owned());
+    (
+        choices.collect(),
+        most,
+        draft.contains("data-choose=\"once\""),
+    )
+}
+
+/// Answers the current trial with the choices in turn from number `from`, and confirms.
+fn answers(pages: &Pages, page: &Page, from: usize) {
+    let (choices, most, once) = draft(&pages.shown(page));
+    let shift = if once { 0 } else { from };
+    let words: Vec<String> = (0..most)
+        .map(|i| format!("\"{}\"", choices[(i + shift) % choices.len()]))
+        .collect();
+    let answer = format!(r#""do":"answer","words":[{}]"#, words.join(","));
+    assert_eq!(pages.ask(page, &answer).status, 204, "{answer}");
+    assert_eq!(pages.ask(page, r#""do":"confirm""#).status, 204);
+}
+
+/// A session with `trials` answers of the participant; what the participant's page was sent.
+fn session(plan: &Plan, trials: usize) -> (Vec<String>, Bed) {
+    let (protocol, _) = isotropic();
+    let mut bed = Bed::new();
+    let sent = with_pages(&mut bed, (&protocol, plan), |pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        let mut sent = vec![pages.shown(&participant).replace(&participant.mark, "")];
+        for trial in 0..trials {
+            while step(pages, &experimenter) {
+                sent.push(pages.shown(&participant).replace(&participant.mark, ""));
+            }
+            sent.push(pages.shown(&participant).replace(&participant.mark, ""));
+            answers(pages, &participant, trial);
+            sent.push(pages.shown(&participant).replace(&participant.mark, ""));
+        }
+        sent
+    });
+    (sent, bed)
+}
+
+/// Other textures, another tray, other participants and seeds: the participant is sent the same, byte for byte.
+#[test]
+fn what_is_hidden_reaches_no_participant() {
+    let (_, plan) = isotropic();
+    let mut other = plan.clone();
+    other.seed = 99;
+    "P77".clone_into(&mut other.participant);
+    for trial in &mut other.trials {
+        match &mut trial.presented {
+            Presented::Tray { samples } => samples.reverse(),
+            Presented::Rendered { stimuli } => stimuli.rotate_left(1),
+            Presented::Sample { .. } | Presented::Chosen { .. } => {}
+        }
+    }
+    assert_ne!(plan.trials, other.trials);
+    let trials = 7;
+    let (first, bed) = session(&plan, trials);
+    let (second, _) = session(&other, trials);
+    assert!(first.len() > 2 * trials);
+    assert_eq!(first, second);
+    // It would be found: the experimenter's own events differ.
+    let presented = bed.events(&plan).into_iter();
+    let presented = presented.filter(|event| matches!(event, Event::Presented { .. }));
+    assert_eq!(presented.count(), trials);
+    for page in &first {
+        for hidden in ["P01", "S10", "discrimination", "triplets"] {
+            assert!(!page.contains(hidden), "{hidden}: {page}");
+        }
+    }
+}
+
+/// What is pressed twice, sent again, or comes late, is stored once.
+#[test]
+fn each_request_is_stored_once() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let page = pages.experimenter();
+        let at = pages.mark(&page);
+        let consent = r#""do":"consent""#;
+        assert_eq!(pages.ask_as(&page, ("a", &at), consent).status, 204);
+        // Sent again, as its acknowledgement was lost.
+        assert_eq!(pages.ask_as(&page, ("a", &at), consent).status, 204);
+        // A second press, and a page that shows an earlier step.
+        assert_eq!(pages.ask_as(&page, ("b", &at), consent).status, 409);
+        let other = pages.experimenter();
+        assert_eq!(
+            pages.ask_as(&other, ("a", &at), consent).status,
+            409,
+            "ids of pages are their own"
+        );
+        // A note fits any step, and is kept once for each id.
+        for id in ["n", "n", "m"] {
+            assert_eq!(
+                pages
+                    .ask_as(&page, (id, &at), r#""do":"note","text":"quiet""#)
+                    .status,
+                204
+            );
+        }
+        // Two experimenters at once: one of them does it.
+        let at = pages.mark(&page);
+        let both: Vec<u16> = std::thread::scope(|scope| {
+            let ask = |page: Page, at: String| {
+                move || pages.ask_as(&page, ("c", &at), r#""do":"check""#).status
+            };
+            let threads =
+                [page.clone(), other.clone()].map(|page| scope.spawn(ask(page, at.clone())));
+            threads.map(|thread| thread.join().unwrap()).to_vec()
+        });
+        assert!(both == [204, 409] || both == [409, 204], "{both:?}");
+    });
+    let events = bed.events(&plan);
+    let count = |is: fn(&Event) -> bool| events.iter().filter(|event| is(event)).count();
+    assert_eq!(
+        count(|event| matches!(event, Event::ConsentGiven { .. })),
+        1
+    );
+    assert_eq!(count(|event| matches!(event, Event::Note { .. })), 2);
+    assert_eq!(count(|event| matches!(event, Event::Checked { .. })), 1);
+}
+
+/// A full disk: the page is told, keeps its answer, and sends it again.
+#[test]
+fn what_cannot_be_stored_is_said_and_can_be_sent_again() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    bed.volunteer((&protocol, &plan), |runner| {
+        let command = crate::support::next(runner.state()).unwrap();
+        runner.give(command).unwrap();
+    });
+    let key_events = bed.events(&plan).len();
+    with_pages_after(
+        &mut bed,
+        (&protocol, &plan),
+        |store| store.set(3),
+        |pages| {
+            let page = pages.experimenter();
+            let at = pages.mark(&page);
+            let consent = r#""do":"consent""#;
+            let found: Vec<u16> = (0..4)
+                .map(|_| pages.ask_as(&page, ("a", &at), consent).status)
+                .collect();
+            assert_eq!(found, [507, 507, 507, 204]);
+            let said = pages.ask_as(&page, ("a", &at), consent);
+            assert_eq!(said.status, 204);
+        },
+    );
+    let events = bed.events(&plan);
+    // Resumed, and consent once.
+    assert_eq!(events.len(), key_events + 2);
+}
+
+/// A page that is opened late has the whole state, one that hangs slows nothing, and a stream ends with the program.
+#[test]
+fn pages_follow_hang_and_come_late() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let mut last = with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let hanging: Vec<_> = (0..30).map(|_| pages.follow(&experimenter)).collect();
+        let mut early = pages.follow(&experimenter);
+        assert!(early.step().unwrap().contains("consent"));
+        while step(pages, &experimenter) {}
+        for i in 0..40 {
+            let note = format!(r#""do":"note","text":"note {i}""#);
+            assert_eq!(pages.ask(&experimenter, &note).status, 204);
+        }
+        assert!(early.until("note: note 39").len() > 3);
+        let mut late = pages.follow(&experimenter);
+        let whole = late.step().unwrap();
+        assert!(
+            whole.contains("note: note 39") && whole.contains("data-draft"),
+            "{whole}"
+        );
+        assert!(
+            whole.contains("33 experimenter pages are open")
+                || whole.contains("32 experimenter pages are open"),
+            "{whole}"
+        );
+        drop(hanging);
+        late
+    });
+    while last.step().is_some() {}
+}
+
+/// A second device of the participant takes the place of the first, whose stream ends.
+#[test]
+fn the_last_device_of_a_participant_counts() {
+    let (protocol, plan) = isotropic();
+    with_pages(&mut Bed::new(), (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let first = pages.participant(&experimenter);
+        let mut stream = pages.follow(&first);
+        assert!(stream.step().is_some());
+        let second = pages.participant(&experimenter);
+        assert!(stream.step().is_none());
+        assert_eq!(
+            pages
+                .send("GET", "/participant", &[("cookie", &first.cookie)], "")
+                .status,
+            303
+        );
+        while step(pages, &experimenter) {}
+        // In a pause nothing is answered.
+        assert_eq!(pages.ask(&experimenter, r#""do":"pause""#).status, 204);
+        assert_eq!(
+            pages.ask(&second, r#""do":"answer","words":["1"]"#).status,
+            422
+        );
+        assert_eq!(pages.ask(&experimenter, r#""do":"go_on""#).status, 204);
+        answers(pages, &second, 0);
+    });
+}

@@ -1,0 +1,337 @@
+// A whole session on two pages: node session.mjs PROGRAM [FOLDER for pictures]. What was answered on the pages must be what is stored.
+import { execFileSync, spawn } from "node:child_process";
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { chromium } from "playwright-core";
+
+const [given, pictures] = process.argv.slice(2);
+if (!given) {
+  console.error("usage: node session.mjs PROGRAM [FOLDER for pictures]");
+  process.exit(2);
+}
+const program = resolve(given);
+const shots = pictures ? resolve(pictures) : undefined;
+if (shots) mkdirSync(shots, { recursive: true });
+// Of the experimenter and of the participant.
+const locales = (process.env.LOCALES ?? "en-GB,fr-FR").split(",");
+const offlineS = Number(process.env.OFFLINE_S ?? 5);
+const folder = mkdtempSync(join(tmpdir(), "piezotact-session-"));
+const run = (line) => execFileSync(program, line.split(" "), { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
+
+/// The server of the session, and its addresses.
+async function serve(line) {
+  const child = spawn(program, line.split(" "), { cwd: folder, stdio: ["ignore", "pipe", "pipe"] });
+  let out = "";
+  let err = "";
+  child.stderr.on("data", (text) => { err += text; });
+  await new Promise((found, lost) => {
+    child.stdout.on("data", (text) => { out += text; if (out.includes("Ctrl-C ends")) found(); });
+    child.on("exit", () => lost(new Error(`the server ended: ${out}${err}`)));
+  });
+  const [experimenter, viewer] = [...out.matchAll(/http\S+/g)].map((all) => all[0]);
+  return { child, experimenter, viewer, ended: new Promise((ended) => child.on("exit", (code) => ended({ code, err }))) };
+}
+
+const expect = (is, what) => { if (!is) throw new Error(what); };
+const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
+/// The same numbers in every run.
+let seed = 7;
+const drawn = (n) => { seed = (seed * 1103515245 + 12345) % 2147483648; return Math.floor((seed / 2147483648) * n); };
+
+async function enter(browser, address, options = {}) {
+  const context = await browser.newContext({ viewport: { width: 1366, height: 768 }, ...options });
+  const page = await context.newPage();
+  page.on("pageerror", (error) => { console.error(`page: ${error.message}`); process.exitCode = 1; });
+  page.on("console", (message) => { if (/Content Security Policy/.test(message.text())) { console.error(message.text()); process.exitCode = 1; } });
+  await page.goto(address);
+  await page.click("button[type=submit]");
+  await page.waitForSelector("#page [data-mark]");
+  return { context, page };
+}
+
+const mark = (page) => page.getAttribute("[data-mark]", "data-mark");
+/// Waits until the page shows another step than `before`.
+const moved = (page, before) => page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout: 120_000 });
+
+/// One picture for each kind of step, on every width.
+const seen = new Set();
+const axe = readFileSync(new URL("node_modules/axe-core/axe.min.js", import.meta.url), "utf8");
+let checked = 0;
+async function picture(page, name) {
+  if (seen.has(name)) return;
+  seen.add(name);
+  for (const [width, height] of [[1366, 768], [1024, 768], [390, 844]]) {
+    await page.setViewportSize({ width, height });
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+    // Reports are measured by run.mjs.
+    if (name !== "matrix") expect(wide <= 0, `${name} scrolls sideways at ${width} px, by ${wide} px`);
+    if (shots) await page.screenshot({ path: join(shots, `${name}-${width}.png`), fullPage: true });
+  }
+  if (name !== "matrix") {
+    await page.evaluate(axe);
+    const found = await page.evaluate(async () => (await globalThis.axe.run(document)).violations.map((one) => `${one.impact}: ${one.help}: ${one.nodes[0].html}`));
+    for (const fault of found) { console.error(`${name}: ${fault}`); process.exitCode = 1; }
+    checked += 1;
+  }
+  await page.setViewportSize({ width: 1366, height: 768 });
+}
+
+/// What is answered to the draft that `page` shows.
+async function words(page) {
+  const choices = await page.$$eval(".draft [data-choice]", (all) => all.map((one) => one.dataset.choice));
+  const [most, once] = await page.$eval(".draft", (draft) => [Number(draft.dataset.most), draft.dataset.choose === "once"]);
+  const left = [...choices];
+  return Array.from({ length: most }, () => {
+    const at = drawn(left.length);
+    return once ? left.splice(at, 1)[0] : left[at];
+  });
+}
+
+/// Chooses `all` one after the other, by keys or by pointer, and sends them.
+async function answer(page, all, how) {
+  const before = await mark(page);
+  for (const word of all) {
+    const choice = page.locator(`.draft [data-choice="${word}"]:visible`).first();
+    if (how === "keys") await page.keyboard.press(await choice.getAttribute("data-key"));
+    else await choice.click();
+  }
+  const send = page.locator("[data-send]:visible").first();
+  if (how === "keys") await page.keyboard.press("Enter");
+  else await send.dblclick();
+  await moved(page, before);
+}
+
+/// The study with its measurement session, and a verified drive for each of its thirteen textures.
+function prepare() {
+  run("campaign protocol isotropic_triplets --out library.toml");
+  // Both sessions on one day.
+  const protocol = readFileSync(join(folder, "library.toml"), "utf8");
+  expect(protocol.includes('when = "another_day"'), "the protocol has no session on another day");
+  writeFileSync(join(folder, "own.toml"), protocol.replace('when = "another_day"', 'when = "any_time"'));
+  run("campaign new study --protocol own.toml --seed 7");
+  const samples = Array.from({ length: 13 }, (_, i) => `S${i + 1}`);
+  for (const sample of samples) run(`twin record --bench acttouch --sample ${sample} --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out ${sample}.parquet`);
+  run("characterise --bench twin:participant=1,seed=7 --out tf.json");
+  run(`prepare ${samples.map((sample) => `${sample}.parquet`).join(" ")} --transfer tf.json --bench twin:participant=1,seed=7 --mode texture --out drives`);
+  const typed = `yes\n${"\n".repeat(100)}`;
+  execFileSync(program, ["campaign", "run", "study", "P01", "measurement"], { cwd: folder, input: typed, stdio: ["pipe", "pipe", "pipe"] });
+}
+
+/// A page with faults: what does not find them proves nothing.
+async function requireFaults(browser) {
+  const page = await browser.newPage();
+  await page.setContent("<title>x</title><button></button><p style='color:#ccc;background:#fff'>pale</p><img src='x'>");
+  await page.evaluate(axe);
+  const found = await page.evaluate(async () => (await globalThis.axe.run(document)).violations.map((one) => one.id));
+  for (const fault of ["button-name", "color-contrast", "image-alt"]) expect(found.includes(fault), `axe does not find ${fault}`);
+  await page.close();
+}
+
+async function main(browser) {
+  await requireFaults(browser);
+  prepare();
+  const line = "serve study P01 discrimination --drives drives --bench twin:participant=1,seed=7 --port 0";
+  let server = await serve(line);
+  const { page } = await enter(browser, server.experimenter, { locale: locales[0] });
+  // The participant's own device.
+  await page.click("details:has([data-post='/pairing']) > summary");
+  await picture(page, "experimenter-consent");
+  await page.click("[data-post='/pairing']");
+  const address = await page.locator(".facts code").textContent();
+  await picture(page, "experimenter-pairing");
+  const { context: away, page: participant } = await enter(browser, address, { locale: locales[1] });
+  await picture(participant, "participant-wait");
+
+  const said = [];
+  let tray;
+  const done = { reload: false, offline: false, pause: false, change: false, instead: false, keys: false };
+  for (let steps = 0; steps < 2000; steps += 1) {
+    const before = await mark(page);
+    if (before === "over") break;
+    if (before.startsWith("paused")) {
+      await participant.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark === before, before);
+      await picture(participant, "participant-pause");
+      await picture(page, "experimenter-pause");
+      await page.click("[data-ask*='go_on']");
+      await moved(page, before);
+      continue;
+    }
+    const draft = await page.$(".step > .draft");
+    const heading = await page.evaluate(() => document.querySelector(".step h2")?.dataset.trial ?? "");
+    if (await page.$(".step .places")) tray = await page.$$eval(".step .places li", (all) => all.map((one) => one.textContent));
+    if (!draft) {
+      const main = page.locator(".step > button.main").first();
+      const asked = JSON.parse(await main.getAttribute("data-ask")).do;
+      const kind = asked === "present" ? ((await page.$(".tray")) ? "layout" : "present") : asked;
+      await picture(page, `experimenter-${kind}`);
+      if (!done.keys && asked === "present") {
+        // Keys between trials, on both pages, do nothing.
+        done.keys = true;
+        for (const key of ["1", "a", "Backspace", "x", "ArrowRight"]) { await participant.keyboard.press(key); }
+        expect((await mark(page)) === before, "a key between trials did something");
+      }
+      if (await main.getAttribute("data-twice")) {
+        await main.dblclick();
+        expect((await mark(page)) === before, "a double click confirmed what has to be confirmed twice");
+        await sleep(450);
+        await main.click();
+      } else await main.dblclick();
+      await moved(page, before);
+      continue;
+    }
+    // Now the participant answers, now the experimenter enters what is said aloud.
+    const other = await participant.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark === before, before);
+    expect(other, "the participant's page follows");
+    const own = said.length % 3 === 2 ? page : participant;
+    const all = await words(own);
+    await picture(page, `experimenter-answer-${all.length}`);
+    await picture(participant, `participant-answer-${all.length}`);
+    if (!done.reload) {
+      // Both pages are loaded again in the middle of an answer: it is still there.
+      done.reload = true;
+      await own.locator(`.draft [data-choice="${all[0]}"]:visible`).first().click();
+      await Promise.all([page.reload(), participant.reload()]);
+      await own.waitForSelector(".draft");
+      expect((await own.locator("[data-slot='0']").first().textContent()) === all[0], "an answer that was begun is lost by a reload");
+      await own.click("[data-undo]");
+    }
+    if (!done.offline && own === participant) {
+      done.offline = true;
+      for (const word of all) await own.locator(`.draft [data-choice="${word}"]:visible`).first().click();
+      await away.setOffline(true);
+      await own.locator("[data-send]:visible").first().dblclick();
+      await own.waitForSelector("#not-connected:not([hidden])");
+      await picture(own, "participant-offline");
+      await sleep(1000 * offlineS);
+      expect((await mark(page)) === before, "an answer was stored without a connection");
+      await away.setOffline(false);
+      await moved(page, before);
+    } else await answer(own, all, said.length % 2 ? "keys" : "pointer");
+    await moved(page, before);
+    const noted = await mark(page);
+    await participant.waitForFunction((noted) => document.querySelector("[data-mark]").dataset.mark === noted, noted);
+    await picture(page, `experimenter-noted-${all.length}`);
+    await picture(participant, `participant-noted-${all.length}`);
+    let final = all;
+    if (!done.change && all.length > 2) {
+      done.change = true;
+      await own.click("summary:visible >> nth=0");
+      final = await words(own);
+      await answer(own, final, "pointer");
+    }
+    const last = await mark(page);
+    await own.locator("[data-ask*='confirm']:visible").first().dblclick();
+    await moved(page, last);
+    // The participant names places on the tray, the experimenter samples.
+    const trial = Number(heading);
+    if (own === participant && tray) final = final.map((place) => tray[Number(place) - 1]);
+    said.push(final);
+    expect(said.length === trial, `trial ${trial} after ${said.length - 1} answers`);
+    tray = undefined;
+    if (!done.pause && said.length === 4) {
+      done.pause = true;
+      await page.click("[data-ask*='pause']");
+    }
+    if (said.length === 5) {
+      // Misheard: the last answer is corrected.
+      await page.click("details:has(form.correct) > summary");
+      const right = [...final].reverse();
+      await page.fill("form.correct input[name=words]", right.join(", "));
+      await page.fill("form.correct input[name=why]", "misheard");
+      await picture(page, "experimenter-correct");
+      await page.click("form.correct button");
+      await page.waitForFunction((text) => document.querySelector(".answers")?.textContent.includes(text), `${right.join(", ")} *`);
+      said[said.length - 1] = right;
+    }
+    if (said.length === 6) {
+      // The program is killed, and begun again: the pages go on by themselves, where they were.
+      const port = new URL(server.experimenter).port;
+      const killed = server.ended;
+      server.child.kill("SIGKILL");
+      await killed;
+      await page.waitForSelector("#not-connected:not([hidden])");
+      await picture(page, "experimenter-not-connected");
+      server = await serve(line.replace("--port 0", `--port ${port}`));
+      await Promise.all([page, participant].map((one) => one.waitForSelector("#not-connected", { state: "hidden" })));
+    }
+  }
+  await picture(page, "experimenter-over");
+  await picture(participant, "participant-over");
+  expect(Object.values(done).filter(Boolean).length >= 5, `not all incidents came: ${JSON.stringify(done)}`);
+  const viewer = await enter(browser, server.viewer);
+  expect((await viewer.page.$$(".step button, .aside")).length === 0, "who looks on can press something");
+  await picture(viewer.page, "viewer");
+  await page.goto(`${new URL(server.experimenter).origin}/matrix`);
+  await picture(page, "matrix");
+  server.child.kill("SIGINT");
+  const began = Date.now();
+  const { code, err } = await server.ended;
+  expect(Date.now() - began < 2000, "the server takes longer than 2 s to end");
+  run("campaign verify-journal study");
+  run("campaign export study --out exported");
+  stored(said);
+  const inMatrix = counted();
+  if (process.exitCode) throw new Error("faults of accessibility: see above");
+  console.log(`a session on two pages: ${said.length} answers, each stored once, ${checked} steps without faults of accessibility, ${inMatrix} associations in the matrix (exit ${code}; ${err.trim().split("\n").pop()})`);
+}
+
+/// Compares the tables with what was said: trials in their order, each once.
+function stored(said) {
+  const lines = readFileSync(join(folder, "exported/trials.csv"), "utf8").trim().split("\n");
+  const names = lines[0].split(",");
+  const trials = lines.slice(1).map((line) => Object.fromEntries(cells(line).map((cell, i) => [names[i], cell])));
+  const answered = trials.filter((trial) => trial.answer && trial.session === "discrimination");
+  expect(answered.length === said.length, `expected ${said.length} answered trials, found ${answered.length}: ${names}`);
+  const parts = (trial) => trial.answer.split(/[ ;|]+/);
+  answered.forEach((trial, i) => {
+    // Letters stand for the participant's own order of the same set.
+    const order = answered.find((other) => other.trial === trial.trial.replace("task3", "task2"));
+    const meant = said[i].map((word) => (trial.task === "task3" && word.length === 1 ? parts(order)[word.charCodeAt(0) - 65] : word));
+    expect(parts(trial).join(" ") === meant.join(" "), `trial ${trial.trial}: expected ${meant.join(" ")}, found ${trial.answer}`);
+  });
+}
+
+/// Compares the association matrix with what was said to each texture that was presented.
+function counted() {
+  run("matrix study --csv cells.csv");
+  const rows = (name) => {
+    const lines = readFileSync(join(folder, name), "utf8").trim().split("\n");
+    const names = cells(lines[0]);
+    return lines.slice(1).map((line) => Object.fromEntries(cells(line).map((cell, i) => [names[i], cell])));
+  };
+  const said = new Map();
+  for (const trial of rows("exported/trials.csv").filter((one) => one.task === "task3")) {
+    const words = trial.answer.split(/[ ;|]+/);
+    trial.presented.split("|").forEach((presented, i) => said.set(`${presented} ${words[i]}`, (said.get(`${presented} ${words[i]}`) ?? 0) + 1));
+  }
+  let all = 0;
+  for (const cell of rows("cells.csv").filter((one) => one.group === "all")) {
+    expect(Number(cell.declared) === (said.get(`${cell.presented} ${cell.answered}`) ?? 0), `${cell.presented} called ${cell.answered}: ${cell.declared} in the matrix`);
+    all += Number(cell.declared);
+  }
+  expect(all === [...said.values()].reduce((a, b) => a + b, 0) && all >= 36, `${all} answers in the matrix`);
+  return all;
+}
+
+/// The cells of a line of CSV.
+function cells(line) {
+  return [...line.matchAll(/(?:^|,)(?:"((?:[^"]|"")*)"|([^,]*))/g)].map((found) => found[1]?.replaceAll('""', '"') ?? found[2]);
+}
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  headless: true,
+  args: ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking"],
+});
+try {
+  await main(browser);
+  rmSync(folder, { recursive: true });
+} catch (error) {
+  console.error(`${error.message}\nthe study is in ${folder}`);
+  process.exitCode = 1;
+  if (shots) for (const context of browser.contexts()) for (const [i, page] of context.pages().entries()) await page.screenshot({ path: join(shots, `fault-${browser.contexts().indexOf(context)}-${i}.png`), fullPage: true }).catch(() => {});
+} finally {
+  await browser.close();
+  process.exit();
+}
