@@ -245,7 +245,7 @@ fn title(heading: &Heading, language: Language) -> Markup {
     html! {
         h2 data-trial=(heading.number) {
             (w(Word::Trial)) " " (heading.number) " " (w(Word::Of)) " " (heading.of) " · " (heading.task)
-            @if let Some(set) = &heading.set { " · " (set) }
+            @if let Some(set) = &heading.set { " · " (w(Word::Set)) " " (set) }
             @if heading.is_training { " · " (w(Word::Training)) }
             @if heading.attempt > 1 { " · #" (heading.attempt) }
         }

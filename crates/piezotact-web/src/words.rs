@@ -72,6 +72,7 @@ macro_rules! words {
 words! {
     Experimenter: "Experimenter", "Expérimentateur", "Sperimentatore";
     ParticipantWord: "Participant", "Participant", "Partecipante";
+    Set: "set", "groupe", "gruppo";
     Rehearsal: "rehearsal", "répétition", "prova generale";
     Training: "training", "entraînement", "allenamento";
     Progress: "Progress", "Avancement", "Avanzamento";

@@ -245,3 +245,36 @@ fn the_last_device_of_a_participant_counts() {
         answers(pages, &second, 0);
     });
 }
+
+/// A bench that fails while a texture plays: the trial is void, which the page says, and is presented again.
+#[test]
+fn a_bench_that_fails_voids_the_trial() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let fails = std::rc::Rc::clone(&bed.tape.fails_after);
+    fails.set(Some(1));
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let page = pages.experimenter();
+        for trial in 0..4 {
+            while step(pages, &page) {}
+            answers(pages, &page, trial);
+        }
+        // Task 3: the second of its textures is not played to its end.
+        while !pages.shown(&page).contains("THE TRIAL IS VOID") {
+            assert!(step(pages, &page));
+        }
+        let shown = pages.shown(&page);
+        assert!(
+            shown.contains("the cable came off") && shown.contains("#2"),
+            "{shown}"
+        );
+        while step(pages, &page) {}
+        let shown = pages.shown(&page);
+        assert!(!shown.contains("VOID") && shown.contains("data-draft"));
+        assert!(shown.contains("target met"), "{shown}");
+        answers(pages, &page, 0);
+    });
+    let voided = bed.events(&plan).into_iter();
+    let voided = voided.filter(|event| matches!(event, Event::Voided { .. }));
+    assert_eq!(voided.count(), 1);
+}

@@ -30,6 +30,7 @@ pub(crate) const COMMANDS: &[&str] = &[
     "verify",
     "prepare",
     "score",
+    "serve",
     "segment",
     "analyse",
     "compare",

@@ -90,9 +90,10 @@ impl Front for Pages {
         let at = listener.local_addr()?;
         let served = site.serve(listener).map_err(anyhow::Error::new)?;
         let [experimenter, viewer] = codes.map(Option::unwrap_or_default);
-        print(&format!(
+        // Whoever reads may have gone, as behind `head -1`: the pages go on.
+        let _reader_gone = print(&format!(
             "experimenter:  http://{at}/enter?code={experimenter}\nto look on:    http://{at}/enter?code={viewer}\nThe participant's code is made on the experimenter's page. Ctrl-C ends the pages; everything that was noted is stored."
-        ))?;
+        ));
         let done = desk.run(&mut runner, &interrupted);
         drop(served);
         done?;
