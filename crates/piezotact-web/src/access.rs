@@ -11,8 +11,6 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use piezotact_people::campaign::chain::Sha;
 use serde::{Deserialize, Serialize};
 
-/// The name of the cookie.
-pub(crate) const COOKIE: &str = "piezotact";
 /// So many wrong codes are taken in [`WINDOW_MS`].
 const MOST_WRONG: usize = 5;
 /// In ms.
@@ -147,6 +145,17 @@ impl Access {
             Role::Viewer => Some(codes.viewer.clone()),
             Role::Participant => codes.participant.clone(),
         }
+    }
+
+    /// The name of the cookie of `role`: one browser may hold pages of several roles, and of sessions on several ports, which share cookies.
+    pub(crate) fn cookie(&self, role: Role) -> String {
+        let role = match role {
+            Role::Experimenter => "experimenter",
+            Role::Participant => "participant",
+            Role::Viewer => "viewer",
+        };
+        let session = Sha::of(locked(&self.pages).session.as_bytes()).to_string();
+        format!("piezotact_{role}_{}", &session[..8])
     }
 
     /// A new code for the participant's device, valid once; an earlier one that was not used is valid no more.

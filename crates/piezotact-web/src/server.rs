@@ -22,7 +22,7 @@ use piezotact_people::campaign::chain::Sha;
 use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 
-use crate::access::{Access, AccessError, COOKIE, Role, is_second_mark};
+use crate::access::{Access, AccessError, Role, is_second_mark};
 use crate::asked::Asked;
 use crate::desk::{Asking, Reply, Request};
 use crate::pages::{self, Pairing, Sight};
@@ -209,26 +209,23 @@ fn guarded(route: &Route, handler: MethodRouter<Site>) -> MethodRouter<Site> {
             let Some(site) = request.extensions().get::<Site>().cloned() else {
                 return StatusCode::INTERNAL_SERVER_ERROR.into_response();
             };
-            let Some(page) = page(&site, request.headers()) else {
+            // One browser may hold the pages of several roles, on two screens.
+            let all = pages_of(&site, request.headers());
+            if all.is_empty() {
                 return match changes || request.uri().path().ends_with("/stream") {
                     true => (StatusCode::UNAUTHORIZED, "no page of this session").into_response(),
                     false => to("/enter"),
                 };
+            }
+            let mark = request.headers().get(MARK);
+            let mark = mark.and_then(|mark| mark.to_str().ok()).unwrap_or_default();
+            let is_it = |page: &&Page| {
+                roles.contains(&page.role) && (!changes || is_second_mark(mark, &page.cookie))
             };
-            if !roles.contains(&page.role) {
-                return (StatusCode::FORBIDDEN, "not for this page").into_response();
-            }
-            let mark = request
-                .headers()
-                .get(MARK)
-                .and_then(|mark| mark.to_str().ok());
-            if changes && !mark.is_some_and(|mark| is_second_mark(mark, &page.cookie)) {
-                return (
-                    StatusCode::FORBIDDEN,
-                    "the request does not come from this page",
-                )
+            let Some(page) = all.iter().find(is_it).cloned() else {
+                return (StatusCode::FORBIDDEN, "not for this page, or not from it")
                     .into_response();
-            }
+            };
             let mut request = request;
             request.extensions_mut().insert(page);
             next.run(request).await
@@ -236,17 +233,21 @@ fn guarded(route: &Route, handler: MethodRouter<Site>) -> MethodRouter<Site> {
     ))
 }
 
-fn page(site: &Pages, headers: &HeaderMap) -> Option<Page> {
+/// The pages of this session whose cookies a request has, that of the experimenter first.
+fn pages_of(site: &Pages, headers: &HeaderMap) -> Vec<Page> {
     let cookies = headers.get_all(COOKIES).iter();
-    let mut cookies = cookies
-        .filter_map(|all| all.to_str().ok())
-        .flat_map(|all| all.split(';'));
-    let cookie = cookies.find_map(|one| one.trim().strip_prefix(COOKIE)?.strip_prefix('='))?;
-    let role = site.access.role(cookie)?;
-    Some(Page {
-        role,
-        cookie: cookie.to_owned(),
-    })
+    let cookies = cookies.filter_map(|all| all.to_str().ok());
+    let known = cookies.flat_map(|all| all.split(';')).filter_map(|one| {
+        let (name, cookie) = one.trim().split_once('=')?;
+        let role = site.access.role(cookie)?;
+        (name == site.access.cookie(role)).then(|| Page {
+            role,
+            cookie: cookie.to_owned(),
+        })
+    });
+    let mut known: Vec<Page> = known.collect();
+    known.sort_by_key(|page| page.role as u8);
+    known
 }
 
 /// Another way to the same place: what a page of another site can make a browser ask for has another host.
@@ -301,11 +302,13 @@ fn language(headers: &HeaderMap) -> Language {
 }
 
 async fn start(Shared(site): Shared<Site>, headers: HeaderMap) -> Response {
-    to(match page(&site, &headers).map(|page| page.role) {
-        None => "/enter",
-        Some(Role::Participant) => "/participant",
-        Some(Role::Experimenter | Role::Viewer) => "/experimenter",
-    })
+    to(
+        match pages_of(&site, &headers).first().map(|page| page.role) {
+            None => "/enter",
+            Some(Role::Participant) => "/participant",
+            Some(Role::Experimenter | Role::Viewer) => "/experimenter",
+        },
+    )
 }
 
 #[derive(Debug, Deserialize)]
@@ -331,8 +334,10 @@ async fn enter(Shared(site): Shared<Site>, headers: HeaderMap, Form(code): Form<
                 Role::Experimenter | Role::Viewer => "/experimenter",
             };
             // A new mark for every page that enters: one that was there before counts for nothing.
-            let cookie =
-                format!("{COOKIE}={mark}; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400");
+            let cookie = format!(
+                "{}={mark}; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400",
+                site.access.cookie(role)
+            );
             (
                 StatusCode::SEE_OTHER,
                 [(LOCATION, to.to_owned()), (SET_COOKIE, cookie)],

@@ -80,7 +80,7 @@ fn every_route_is_for_its_roles_alone() {
                 "{to:?}"
             );
             let forged = Page {
-                cookie: format!("piezotact={}", "0".repeat(64)),
+                cookie: known[2].1.cookie.replace(char::is_numeric, "0"),
                 ..known[2].1.clone()
             };
             assert!(
@@ -207,7 +207,7 @@ fn what_attackers_send_is_refused() {
             assert!([400, 422].contains(&found), "{body}: {found}");
         }
         // A mark that was there before entering counts for nothing, and another one is given.
-        let fixed = "piezotact=attackersattackersattackersattackers";
+        let fixed = "piezotact_experimenter=attackersattackersattackersattackers";
         let form = [
             ("cookie", fixed),
             ("content-type", "application/x-www-form-urlencoded"),
@@ -278,5 +278,29 @@ fn a_slow_body_holds_nobody_up() {
         let mut head = [0; 12];
         slow[0].read_exact(&mut head).unwrap();
         assert_eq!(&head[9..], b"408");
+    });
+}
+
+/// The pages of the experimenter and of the participant on two screens of one machine, in one browser.
+#[test]
+fn one_browser_holds_both_pages() {
+    served(|pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        let device = participant.clone();
+        let both = format!("{}; {}", participant.cookie, experimenter.cookie);
+        let of = |page: &Page| Page {
+            cookie: both.clone(),
+            ..page.clone()
+        };
+        let (experimenter, participant) = (of(&experimenter), of(&participant));
+        assert_eq!(pages.ask(&experimenter, r#""do":"consent""#).status, 204);
+        // By its mark a request is the participant's.
+        assert_eq!(pages.ask(&participant, r#""do":"check""#).status, 403);
+        assert_eq!(pages.ask(&experimenter, r#""do":"check""#).status, 204);
+        // A cookie under the name of another role is none.
+        let renamed = device.cookie.replace("participant", "experimenter");
+        let shown = pages.send("GET", "/experimenter", &[("cookie", &renamed)], "");
+        assert_eq!(shown.status, 303);
     });
 }

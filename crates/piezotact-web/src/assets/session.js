@@ -7,7 +7,9 @@ const alerts = (name, shown) => { document.getElementById(name).hidden = !shown;
 
 // ---- What is being sent. It is kept until the server has stored or refused it, also when the page is loaded again.
 
-const PENDING = `piezotact pending ${location.pathname}`;
+// Of this page in this session: yesterday's is not sent today.
+const own = meta("mark").slice(0, 16);
+const PENDING = `piezotact pending ${own}`;
 let pending = JSON.parse(localStorage.getItem(PENDING) || "null");
 let sending = false;
 let pairing = false;
@@ -127,7 +129,7 @@ function ready() {
 
 // ---- The answer that is being made. It stays through a reload, until it is sent.
 
-const DRAFT = `piezotact draft ${location.pathname}`;
+const DRAFT = `piezotact draft ${own}`;
 function chosen(draft) {
   const kept = JSON.parse(localStorage.getItem(DRAFT) || "null");
   return kept && kept.at === draft.dataset.draft ? kept.words : [];
@@ -215,10 +217,10 @@ document.addEventListener("keydown", (event) => {
   const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
   if (step) {
     const all = [...page.querySelectorAll("button:not(:disabled), summary, a[href]")].filter((one) => one.offsetParent !== null);
-    const own = page.classList.contains("participant") ? all : all.filter((one) => one.closest(".step"));
-    const at = own.indexOf(document.activeElement);
-    const next = at < 0 ? (step > 0 ? 0 : own.length - 1) : (at + step + own.length) % own.length;
-    own[next]?.focus();
+    const those = page.classList.contains("participant") ? all : all.filter((one) => one.closest(".step"));
+    const at = those.indexOf(document.activeElement);
+    const next = at < 0 ? (step > 0 ? 0 : those.length - 1) : (at + step + those.length) % those.length;
+    those[next]?.focus();
     event.preventDefault();
     return;
   }
