@@ -51,8 +51,11 @@ async function enter(browser, address, options = {}) {
 }
 
 const mark = (page) => page.getAttribute("[data-mark]", "data-mark");
-/// Waits until the page shows another step than `before`.
-const moved = (page, before) => page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout: 120_000 });
+/// Waits until the page shows another step than `before`, and takes keys again.
+const moved = async (page, before) => {
+  await page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout: 120_000 });
+  await sleep(500);
+};
 
 /// One picture for each kind of step, on every width.
 const seen = new Set();
@@ -88,16 +91,32 @@ async function words(page) {
   });
 }
 
+/// Goes to `button` by arrows and presses it by Enter, with the four keys of a participant; a press that bounces does nothing more.
+async function press(page, button) {
+  for (let steps = 0; steps < 80; steps += 1) {
+    if (await button.evaluate((one) => one === document.activeElement)) {
+      await page.keyboard.press("Enter");
+      return;
+    }
+    await page.keyboard.press("ArrowRight");
+  }
+  throw new Error("a button is not reached by arrows");
+}
+
 /// Chooses `all` one after the other, by keys or by pointer, and sends them.
 async function answer(page, all, how) {
   const before = await mark(page);
+  // What was noted is there to be changed.
+  for (const undo = page.locator("[data-undo]:visible").first(); await undo.isEnabled(); ) await undo.click();
   for (const word of all) {
     const choice = page.locator(`.draft [data-choice="${word}"]:visible`).first();
-    if (how === "keys") await page.keyboard.press(await choice.getAttribute("data-key"));
+    const own = await choice.getAttribute("data-key");
+    if (how === "keys" && own) await page.keyboard.press(own);
+    else if (how === "keys") await press(page, choice);
     else await choice.click();
   }
   const send = page.locator("[data-send]:visible").first();
-  if (how === "keys") await page.keyboard.press("Enter");
+  if (how === "keys") await press(page, send);
   else await send.dblclick();
   await moved(page, before);
 }
@@ -183,6 +202,7 @@ async function main(browser) {
     // Now the participant answers, now the experimenter enters what is said aloud.
     const other = await participant.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark === before, before);
     expect(other, "the participant's page follows");
+    await sleep(500);
     const own = said.length % 3 === 2 ? page : participant;
     const all = await words(own);
     await picture(page, `experimenter-answer-${all.length}`);
@@ -211,6 +231,7 @@ async function main(browser) {
     await moved(page, before);
     const noted = await mark(page);
     await participant.waitForFunction((noted) => document.querySelector("[data-mark]").dataset.mark === noted, noted);
+    await sleep(500);
     await picture(page, `experimenter-noted-${all.length}`);
     await picture(participant, `participant-noted-${all.length}`);
     let final = all;
@@ -231,12 +252,15 @@ async function main(browser) {
     tray = undefined;
     if (!done.pause && said.length === 4) {
       done.pause = true;
+      const running = await mark(page);
       await page.click("[data-ask*='pause']");
+      await moved(page, running);
     }
     if (said.length === 5) {
       // Misheard: the last answer is corrected.
       await page.click("details:has(form.correct) > summary");
       const right = [...final].reverse();
+      await page.selectOption("form.correct select", { index: 1 });
       await page.fill("form.correct input[name=words]", right.join(", "));
       await page.fill("form.correct input[name=why]", "misheard");
       await picture(page, "experimenter-correct");
@@ -328,7 +352,7 @@ try {
   await main(browser);
   rmSync(folder, { recursive: true });
 } catch (error) {
-  console.error(`${error.message}\nthe study is in ${folder}`);
+  console.error(`${error.stack}\nthe study is in ${folder}`);
   process.exitCode = 1;
   if (shots) for (const context of browser.contexts()) for (const [i, page] of context.pages().entries()) await page.screenshot({ path: join(shots, `fault-${browser.contexts().indexOf(context)}-${i}.png`), fullPage: true }).catch(() => {});
 } finally {

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use piezotact_people::campaign::chain::{ChainError, Salt};
+use piezotact_people::campaign::chain::{ChainError, Link, Salt};
 use piezotact_people::campaign::plan::{Plan, Presented};
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::{
@@ -219,6 +219,14 @@ impl<'a> Runner<'a> {
     #[must_use]
     pub fn is_cut_off(&self) -> bool {
         self.is_cut_off && is_under_way(self.state.stage())
+    }
+
+    /// What is stored of the session: each event with its time in ms since 1970-01-01 00:00 UTC.
+    ///
+    /// # Errors
+    /// [`RunError`] where the store refuses, or an event cannot be read.
+    pub fn events(&self) -> Result<Vec<(i64, Event)>, RunError> {
+        read(&self.key, &self.store.events(&self.key)?)
     }
 
     /// The time now, in ms since 1970-01-01 00:00 UTC.
@@ -488,18 +496,8 @@ pub fn state_of<'a>(
     let listed = listed.ok_or_else(|| StoreError::Unknown { key: key.clone() })?;
     listed.verify(&links)?;
     let mut state = State::new(protocol, plan);
-    for link in &links {
-        let Some(payload) = &link.payload else {
-            return Err(RunError::Store(StoreError::Withdrawn {
-                participant: key.participant,
-            }));
-        };
-        let event: Event =
-            serde_json::from_str(&payload.json).map_err(|error| RunError::Event {
-                number: link.number,
-                why: error.to_string(),
-            })?;
-        state.apply(link.at_ms, &event)?;
+    for (at_ms, event) in read(&key, &links)? {
+        state.apply(at_ms, &event)?;
     }
     if let Some(begun) = state.purpose()
         && begun != listed.purpose
@@ -511,4 +509,20 @@ pub fn state_of<'a>(
         });
     }
     Ok(state)
+}
+
+/// The events of the session `key` with their times.
+fn read(key: &SessionKey, links: &[Link]) -> Result<Vec<(i64, Event)>, RunError> {
+    let each = links.iter().map(|link| {
+        let Some(payload) = &link.payload else {
+            let participant = key.participant.clone();
+            return Err(RunError::Store(StoreError::Withdrawn { participant }));
+        };
+        let event = serde_json::from_str(&payload.json).map_err(|error| RunError::Event {
+            number: link.number,
+            why: error.to_string(),
+        })?;
+        Ok((link.at_ms, event))
+    });
+    each.collect()
 }

@@ -13,6 +13,9 @@ pub(crate) struct Asked {
     pub(crate) id: String,
     /// The mark of the step that the page showed.
     pub(crate) at: String,
+    /// How many events were stored when the page showed it.
+    #[serde(default)]
+    pub(crate) seen: Option<u64>,
     /// What is asked.
     #[serde(flatten)]
     pub(crate) what: What,
@@ -72,6 +75,14 @@ impl What {
                 )
             }
             Role::Viewer => false,
+        }
+    }
+
+    /// Whether nothing that it needs is empty.
+    pub(crate) fn is_whole(&self) -> bool {
+        match self {
+            Self::Note { text } => !text.trim().is_empty(),
+            _ => true,
         }
     }
 

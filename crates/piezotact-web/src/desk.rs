@@ -30,6 +30,8 @@ pub(crate) struct Request {
     pub(crate) id: String,
     /// The mark of the step at which it was asked, [`crate::view::Open::mark`]; none where it fits any step.
     pub(crate) at: Option<String>,
+    /// How many events were stored when the page showed it.
+    pub(crate) seen: Option<u64>,
     pub(crate) command: Command,
     pub(crate) reply: oneshot::Sender<Reply>,
 }
@@ -62,7 +64,10 @@ pub struct Desk {
     consent: Option<String>,
     played_by: PlayedBy,
     log: VecDeque<(i64, String)>,
-    answered: VecDeque<(String, Reply)>,
+    /// What was stored, by the ids of the requests.
+    answered: VecDeque<(String, Command)>,
+    /// What was stored before this program began, in order: requests of pages that were cut off then are known by it.
+    earlier: Vec<Event>,
     notice: Option<(Word, String)>,
 }
 
@@ -107,7 +112,12 @@ impl<S: Stimulator> Stimulator for Shown<S> {
 
 impl Desk {
     /// A desk for a session that shows `view` first, with the pages' side.
-    pub(crate) fn new(view: View, consent: Option<String>, played_by: PlayedBy) -> (Self, Asking) {
+    pub(crate) fn new(
+        view: View,
+        consent: Option<String>,
+        played_by: PlayedBy,
+        earlier: Vec<(i64, Event)>,
+    ) -> (Self, Asking) {
         let (requests, received) = channel();
         let (views, seen) = watch::channel(view);
         let asking = Asking {
@@ -119,7 +129,13 @@ impl Desk {
             views,
             consent,
             played_by,
-            log: VecDeque::new(),
+            log: earlier
+                .iter()
+                .rev()
+                .take(LISTED)
+                .map(|(at_ms, event)| (*at_ms, words(event)))
+                .collect(),
+            earlier: earlier.into_iter().map(|(_, event)| event).collect(),
             answered: VecDeque::new(),
             notice: None,
         };
@@ -143,12 +159,12 @@ impl Desk {
                 Err(RecvTimeoutError::Timeout) => continue,
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             };
-            let reply = match self.known(&request.id) {
+            let reply = match self.known(&request) {
                 Some(reply) => reply,
                 None => self.give(runner, &request)?,
             };
             if reply == Reply::Stored {
-                self.answered.push_front((request.id, reply.clone()));
+                self.answered.push_front((request.id, request.command));
                 self.answered.truncate(KNOWN);
             }
             self.show(runner);
@@ -158,9 +174,22 @@ impl Desk {
         Ok(())
     }
 
-    fn known(&self, id: &str) -> Option<Reply> {
-        let known = self.answered.iter().find(|(known, _)| known == id);
-        known.map(|(_, reply)| reply.clone())
+    /// What came of the same request before, where it was stored.
+    fn known(&self, request: &Request) -> Option<Reply> {
+        let known = self.answered.iter().find(|(id, _)| *id == request.id);
+        match known {
+            Some((_, command)) if *command == request.command => Some(Reply::Stored),
+            Some(_) => Some(Reply::Refused(
+                "another request had the same id; load the page again".to_owned(),
+            )),
+            None => {
+                // What fits any step is known by what it says: nobody else noted the same since the page saw the session.
+                let seen = usize::try_from(request.seen?).ok()?;
+                let since = self.earlier.get(seen..)?;
+                let is_it = since.iter().any(|event| is_of(event, &request.command));
+                is_it.then_some(Reply::Stored)
+            }
+        }
     }
 
     /// Shows where the session stands.
@@ -214,6 +243,23 @@ impl Desk {
     }
 }
 
+/// Whether `event` is what `command`, which fits any step, made happen.
+fn is_of(event: &Event, command: &Command) -> bool {
+    match (event, command) {
+        (Event::Note { text }, Command::Note { text: asked }) => text == asked,
+        (
+            Event::Corrected { trial, why, .. },
+            Command::Correct {
+                trial: asked,
+                why: because,
+                ..
+            },
+        ) => trial == asked && why == because,
+        (Event::Stopped { .. }, Command::Stop { .. }) => true,
+        _ => false,
+    }
+}
+
 fn is_over(stage: Stage) -> bool {
     matches!(stage, Stage::Stopped | Stage::Ended | Stage::Withdrawn)
 }
@@ -226,7 +272,11 @@ fn notice(runner: &Runner<'_>, event: &Event) -> Option<(Word, String)> {
     let mut trials = runner.state().plan().trials.iter();
     let trial = trials.find(|one| one.name == *trial)?;
     let right = runner.state().feedback(trial)?;
-    Some((Word::RightAnswer, right.join(", ")))
+    let number = runner.state().number(&trial.name);
+    Some((
+        Word::RightAnswer,
+        format!("{} (#{number})", right.join(", ")),
+    ))
 }
 
 /// An event in a few words: its kind, its trial, and what it says, never what was presented.

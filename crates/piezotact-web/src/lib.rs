@@ -17,6 +17,7 @@ use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::session::Event;
 use tokio::sync::watch;
 
 pub use access::{Access, AccessError, KeepPages, Role};
@@ -55,17 +56,18 @@ pub struct Served {
 pub struct ServeError(#[from] std::io::Error);
 
 impl Site {
-    /// The pages of the session that shows `view` first, and the desk at which they are answered.
+    /// The pages of the session that shows `view` first, and the desk at which they are answered; `earlier` is what was stored of it until
+    /// now, with the time of each event in ms since 1970-01-01 00:00 UTC.
     #[must_use]
     pub fn new(
-        view: View,
+        (view, earlier): (View, Vec<(i64, Event)>),
         consent: Option<String>,
         played_by: PlayedBy,
         access: Access,
         study: Box<dyn StudyPages>,
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
-        let (desk, asking) = Desk::new(view, consent, played_by);
+        let (desk, asking) = Desk::new(view, consent, played_by, earlier);
         let (ends, end) = watch::channel(false);
         let pages = server::Pages {
             asking,

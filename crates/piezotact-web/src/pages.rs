@@ -4,7 +4,9 @@ use maud::{DOCTYPE, Markup, html};
 use piezotact::criterion::Outcome;
 
 use crate::access::{Role, second_mark};
-use crate::view::{Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, Repeats, View};
+use crate::view::{
+    Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
+};
 use crate::words::{Language, Word};
 
 /// Whether an experimenter's page hides what is played.
@@ -105,8 +107,15 @@ fn ask_twice(what: &str, text: &str, again: &str) -> Markup {
     html! { button.main type="button" data-ask=(what) data-twice=(again) { (text) } }
 }
 
+/// Whether each choice has a key of its own: on the experimenter's page, where what is said aloud is entered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Keys {
+    Own,
+    None,
+}
+
 /// What an answer is made with: the choices, the places that they fill, and the buttons to take back and to send.
-fn form(form: &Form, mark: &str, language: Language) -> Markup {
+fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
     let w = |word: Word| word.in_language(language);
     let [least, most] = form.count;
     let distinct = match form.repeats {
@@ -127,14 +136,14 @@ fn form(form: &Form, mark: &str, language: Language) -> Markup {
         @if most == 0 {
             (ask(r#"{"do":"confirm"}"#, w(Word::DoneWord), "main"))
         } @else {
-            div.draft data-draft=(mark) data-least=(least) data-most=(most) data-choose=(distinct) {
+            div.draft data-draft=(mark) data-noted=(form.noted.join("\n")) data-least=(least) data-most=(most) data-choose=(distinct) {
                 p.ask { (w(form.ask)) " " (form.more) }
                 ol.slots aria-live="polite" {
                     @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
                 }
                 div.choices role="group" aria-label=(w(form.ask)) {
                     @for (i, choice) in form.choices.iter().enumerate() {
-                        @let key = key(i, &form.choices);
+                        @let key = key(i, &form.choices).filter(|_| keys == Keys::Own);
                         button.choice type="button" data-choice=(choice) data-key=[key.clone()] {
                             (choice)
                             @if let Some(key) = key { @if key != choice.to_lowercase() { kbd aria-hidden="true" { (key) } } }
@@ -172,21 +181,26 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
             h1.quiet { (w(Word::Progress)) (colon(language)) (done) " " (w(Word::Of)) " " (all) }
             progress value=(done) max=(all.max(1)) aria-label=(w(Word::Progress)) {}
             @match &open.step {
-                OpenStep::Wait => { p.big { (w(Word::Wait)) } },
+                OpenStep::Wait | OpenStep::Consent(None) => { p.big { (w(Word::Wait)) } },
+                OpenStep::Consent(Some(text)) => {
+                    div.consent tabindex="0" { @for line in text.lines() { p { (line) } } }
+                    p.big { (w(Word::AskConsent)) }
+                },
                 OpenStep::Pause => { p.big { (w(Word::InPause)) } },
                 OpenStep::Over => { p.big { (w(Word::Over)) } },
                 OpenStep::Playing(_) => { p.big { (w(Word::Playing)) } },
                 OpenStep::Answer(answer) => {
                     @if let Some(instruction) = &open.instruction { p.instruction { (instruction) } }
-                    (form(answer, &open.mark, language))
+                    (form(answer, &open.mark, language, Keys::None))
                     p.soft { (w(Word::KeysHelp)) }
                 },
                 OpenStep::Confirm { said, form: answer } => {
                     p.big { (w(Word::Noted)) " " b { (said) } }
+                    @if answer.repeats == Repeats::Once { p.soft { (answer.more) } }
                     (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                     details {
                         summary { (w(Word::Change)) }
-                        (form(answer, &open.mark, language))
+                        (form(answer, &open.mark, language, Keys::None))
                     }
                 },
             }
@@ -208,12 +222,12 @@ pub(crate) fn experimenter(
         header {
             h1 { (closed.participant) " · " (closed.session) @if closed.is_rehearsal { " · " (w(Word::Rehearsal)) } }
             p.soft {
-                (w(Word::Stored)) (colon(language)) b { (closed.events) } " " (w(Word::EventsStored))
+                (w(Word::EventsStored)) (colon(language)) b { (closed.events) }
                 @if let Some(at_ms) = closed.last_ms { ", " (w(Word::LastAt)) " " time data-ms=(at_ms) {} }
                 @if pages > 1 { " · " b { (pages) " " (w(Word::PagesOpen)) } }
             }
         }
-        main data-mark=(open.mark) {
+        main data-mark=(open.mark) data-events=(closed.events) {
             section.step {
                 @if let Some((word, text)) = &closed.notice { p.notice role="status" { (w(*word)) " " (text) } }
                 @if let Some(heading) = &closed.heading { (title(heading, language)) }
@@ -283,7 +297,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
         } @else {
             @match &closed.step {
                 ClosedStep::Consent(text) => {
-                    div.consent { @match text {
+                    div.consent tabindex="0" { @match text {
                         Some(text) => { @for line in text.lines() { p { (line) } } },
                         None => { p { (w(Word::ConsentInWords)) } },
                     } }
@@ -322,7 +336,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     (ask(present, w(Word::Played), "main"))
                     (instead(closed, language))
                 },
-                ClosedStep::Answer => { (answer(closed, open, language)) },
+                ClosedStep::Answer => { (answer(closed, open, sight, language)) },
                 ClosedStep::End => {
                     p.big { (w(Word::AllDone)) }
                     (ask(r#"{"do":"end"}"#, w(Word::EndSession), "main"))
@@ -338,16 +352,27 @@ fn instruction(open: &Open) -> Markup {
     html! { @if let Some(text) = &open.instruction { blockquote { (text) } } }
 }
 
-fn answer(closed: &Closed, open: &Open, language: Language) -> Markup {
+/// What is played: by hand it is needed to play it again, and on a bench it is shown where it was asked for.
+fn played(closed: &Closed, sight: Sight) -> Markup {
+    let is_shown = match closed.played_by {
+        Some(PlayedBy::Hand) => true,
+        Some(PlayedBy::Bench) => sight == Sight::Open,
+        None => false,
+    };
+    html! { @if is_shown { ol.tray { @for name in &closed.presented { li { (name) } } } } }
+}
+
+fn answer(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     html! {
         (own_order(closed, language))
+        (played(closed, sight))
         @match &closed.answer {
-            Some((answer, None)) => { (form(answer, &open.mark, language)) },
+            Some((answer, None)) => { (form(answer, &open.mark, language, Keys::Own)) },
             Some((answer, Some(said))) => {
                 p.big { (w(Word::Noted)) " " b { (said) } }
                 (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
-                details { summary { (w(Word::Change)) } (form(answer, &open.mark, language)) }
+                details { summary { (w(Word::Change)) } (form(answer, &open.mark, language, Keys::Own)) }
             },
             None => { p.big { (w(Word::Wait)) } },
         }
@@ -404,7 +429,9 @@ fn aside(open: &Open, closed: &Closed, language: Language) -> Markup {
                 summary { (w(Word::Correct)) }
                 form.correct data-correct="" {
                     label { (w(Word::Trial)) " "
-                        select name="trial" {
+                        select name="trial" required {
+                            // None is chosen: the newest changes while something is typed.
+                            option value="" { "–" }
                             @for one in confirmed {
                                 option value=(one.name) { (one.number) " · " (one.task) " · " (one.said) }
                             }
@@ -458,7 +485,7 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
                 ul.log { @for (at_ms, what) in &closed.log { li { time data-ms=(at_ms) {} " " (what) } } }
             }
         }
-        @if role == Role::Experimenter {
+        @if role == Role::Experimenter && closed.played_by != Some(PlayedBy::Hand) {
             p.soft {
                 @match sight {
                     Sight::Blind => { (w(Word::Blind)) " " a href="/experimenter?sight=open" { (w(Word::ShowPlayed)) } },

@@ -9,7 +9,7 @@ use axum::body::Body;
 use axum::extract::{DefaultBodyLimit, Form, Json, Query, Request as HttpRequest, State as Shared};
 use axum::http::header::{
     ACCEPT_LANGUAGE, CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE,
-    COOKIE as COOKIES, HOST, LOCATION, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
+    COOKIE as COOKIES, HOST, LOCATION, ORIGIN, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn, from_fn_with_state};
@@ -23,7 +23,7 @@ use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 
 use crate::access::{Access, AccessError, Role, is_second_mark};
-use crate::asked::Asked;
+use crate::asked::{Asked, What};
 use crate::desk::{Asking, Reply, Request};
 use crate::pages::{self, Pairing, Sight};
 use crate::view::View;
@@ -259,6 +259,16 @@ async fn known_host(Shared(site): Shared<Site>, mut request: HttpRequest, next: 
     if !host.is_some_and(|host| site.hosts.iter().any(|known| known == host)) {
         return (StatusCode::MISDIRECTED_REQUEST, "unknown host").into_response();
     }
+    // What a page of another site sends is not even a wrong code.
+    let origin = request.headers().get(ORIGIN);
+    let origin = origin.map(|origin| origin.to_str().unwrap_or_default());
+    let is_own = |origin: &str| {
+        let host = origin.strip_prefix("http://");
+        host.is_some_and(|host| site.hosts.iter().any(|known| known == host))
+    };
+    if !origin.is_none_or(is_own) {
+        return (StatusCode::FORBIDDEN, "from another site").into_response();
+    }
     request.extensions_mut().insert(site);
     next.run(request).await
 }
@@ -283,7 +293,7 @@ async fn hardened(request: HttpRequest, next: Next) -> Response {
         "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
     ));
     headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    headers.insert(REFERRER_POLICY, HeaderValue::from_static("same-origin"));
     headers
         .entry(CACHE_CONTROL)
         .or_insert(HeaderValue::from_static("no-store"));
@@ -551,9 +561,16 @@ async fn ask(
     if !asked.what.is_for(page.role) {
         return (StatusCode::FORBIDDEN, "not for this page").into_response();
     }
+    if !asked.what.is_whole() {
+        return (StatusCode::UNPROCESSABLE_ENTITY, "the text is empty").into_response();
+    }
     let (reply, answered) = oneshot::channel();
     let mut asked = asked;
     if page.role == Role::Participant {
+        let plays = matches!(asked.what, What::Play { .. });
+        if plays && !site.asking.views.borrow().open.step.is_played() {
+            return StatusCode::UNPROCESSABLE_ENTITY.into_response();
+        }
         asked
             .what
             .name_places(&site.asking.views.borrow().closed.places);
@@ -562,6 +579,7 @@ async fn ask(
         // Pages do not know each other's ids.
         id: format!("{} {}", crate::access::second_mark(&page.cookie), asked.id),
         at: (!asked.what.fits_any_step()).then_some(asked.at),
+        seen: asked.seen,
         command: asked.what.command(site.consent),
         reply,
     };

@@ -35,6 +35,8 @@ pub struct Open {
 pub enum OpenStep {
     /// Nothing is to be done.
     Wait,
+    /// The participant is asked for consent, with this text.
+    Consent(Option<String>),
     /// Element `0` is played, from 1.
     Playing(usize),
     /// An answer is awaited.
@@ -52,6 +54,17 @@ pub enum OpenStep {
     Over,
 }
 
+impl OpenStep {
+    /// Whether its elements can be played again here.
+    #[must_use]
+    pub fn is_played(&self) -> bool {
+        match self {
+            Self::Answer(form) | Self::Confirm { form, .. } => !form.felt.is_empty(),
+            _ => false,
+        }
+    }
+}
+
 /// How a trial is answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
@@ -67,6 +80,8 @@ pub struct Form {
     pub repeats: Repeats,
     /// How often each element was felt; none where it is not played here.
     pub felt: Vec<u32>,
+    /// What is noted until now.
+    pub noted: Vec<String>,
 }
 
 /// Whether a choice can be made again.
@@ -103,6 +118,8 @@ pub struct Closed {
     pub own_order: Vec<(String, String)>,
     /// What is presented, element by element: hidden in the blind mode where it is rendered.
     pub presented: Vec<String>,
+    /// Whether textures are presented, and by whom they are played.
+    pub played_by: Option<PlayedBy>,
     /// All samples of the protocol.
     pub samples: Vec<String>,
     /// What was measured while each element was played.
@@ -212,7 +229,7 @@ impl View {
             language: state.participant().language.clone(),
             progress: [sum(|(done, _)| *done), sum(|(_, planned)| *planned)],
             instruction: task.filter(|_| runs).map(|task| task.instruction.clone()),
-            step: open_step(state, &step, played_by),
+            step: open_step(state, &step, consent, played_by),
         };
         let own_order =
             trial.filter(|trial| runs && matches!(trial.answer, AnswerForm::EachOfOrder { .. }));
@@ -234,6 +251,7 @@ impl View {
             presented: trial
                 .filter(|_| runs)
                 .map_or_else(Vec::new, |t| state.presented(t)),
+            played_by: trial.filter(|trial| is_rendered(trial)).map(|_| played_by),
             samples: state.protocol().samples.clone(),
             evidence: current.map_or_else(Vec::new, |(_, of)| measured(of)),
             answered: answered(state),
@@ -299,11 +317,20 @@ fn named_answer(
     step: &Step<'_>,
     played_by: PlayedBy,
 ) -> Option<(Form, Option<String>)> {
+    let on_tray = |trial: &Trial, of: &TrialState| {
+        let mut form = form(state, trial, of, played_by);
+        let places = places(state, trial);
+        if !places.is_empty() {
+            // As they lie: the list of the protocol is their order.
+            form.choices = places;
+        }
+        form
+    };
     match step {
-        Step::Answer { trial, state: of } => Some((form(state, trial, of, played_by), None)),
+        Step::Answer { trial, state: of } => Some((on_tray(trial, of), None)),
         Step::Confirm { trial, answer } => {
             let (_, of) = state.current()?;
-            Some((form(state, trial, of, played_by), Some(said(answer))))
+            Some((on_tray(trial, of), Some(said(answer))))
         }
         _ => None,
     }
@@ -314,6 +341,7 @@ fn with_numbers(state: &State<'_>, trial: &Trial, mut form: Form) -> Form {
     let places = places(state, trial);
     if !places.is_empty() {
         form.ask = Word::PutPlacesInOrder;
+        form.noted = numbered(&places, &form.noted);
         form.choices = (1..=places.len())
             .map(|number| number.to_string())
             .collect();
@@ -321,11 +349,15 @@ fn with_numbers(state: &State<'_>, trial: &Trial, mut form: Form) -> Form {
     form
 }
 
-fn open_step(state: &State<'_>, step: &Step<'_>, played_by: PlayedBy) -> OpenStep {
+fn open_step(
+    state: &State<'_>,
+    step: &Step<'_>,
+    consent: Option<&str>,
+    played_by: PlayedBy,
+) -> OpenStep {
     match step {
-        Step::Begin | Step::AskConsent | Step::Check { .. } | Step::Present { .. } | Step::End => {
-            OpenStep::Wait
-        }
+        Step::AskConsent => OpenStep::Consent(consent.map(str::to_owned)),
+        Step::Begin | Step::Check { .. } | Step::Present { .. } | Step::End => OpenStep::Wait,
         Step::Answer { trial, state: of } => {
             let form = form(state, trial, of, played_by);
             OpenStep::Answer(with_numbers(state, trial, form))
@@ -353,10 +385,7 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
     let choices = state.choices(trial).into_iter();
     let choices: Vec<String> = choices.map(|(said, _)| said).collect();
     let elements = of.plays.len();
-    let is_played = matches!(
-        trial.presented,
-        Presented::Rendered { .. } | Presented::Chosen { .. }
-    );
+    let is_played = is_rendered(trial);
     let (ask, more, choices, count, repeats) = match &trial.answer {
         AnswerForm::Done => (
             Word::TouchNow,
@@ -366,7 +395,14 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
             Repeats::Once,
         ),
         AnswerForm::OneOf { .. } => (Word::Choose, String::new(), choices, [1, 1], Repeats::Once),
-        AnswerForm::Each { .. } | AnswerForm::EachOfOrder { .. } => (
+        AnswerForm::EachOfOrder { .. } => (
+            Word::ChooseLetters,
+            String::new(),
+            choices,
+            [elements; 2],
+            Repeats::Any,
+        ),
+        AnswerForm::Each { .. } => (
             Word::ChooseForEach,
             String::new(),
             choices,
@@ -404,7 +440,15 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
             true => of.plays.clone(),
             false => Vec::new(),
         },
+        noted: of.answers.last().map_or_else(Vec::new, words_of),
     }
+}
+
+fn is_rendered(trial: &Trial) -> bool {
+    matches!(
+        trial.presented,
+        Presented::Rendered { .. } | Presented::Chosen { .. }
+    )
 }
 
 /// Scales have at most so many numbers on a page.
@@ -480,15 +524,23 @@ fn answered(state: &State<'_>) -> Vec<Answered> {
     answered
 }
 
-/// An answer as it was said: the participant's own letters stay letters.
+/// The words of an answer: the participant's own letters stay letters.
+fn words_of(answer: &Answer) -> Vec<String> {
+    match answer {
+        Answer::Done => Vec::new(),
+        Answer::Number(number) => vec![number.to_string()],
+        Answer::Names(names) => names.clone(),
+        Answer::Places(places) => {
+            let said = places.iter().filter_map(|place| letters().nth(*place));
+            said.collect()
+        }
+    }
+}
+
+/// An answer as it was said.
 fn said(answer: &Answer) -> String {
     match answer {
         Answer::Done => "✓".to_owned(),
-        Answer::Number(number) => number.to_string(),
-        Answer::Names(names) => names.join(", "),
-        Answer::Places(places) => {
-            let said = places.iter().filter_map(|place| letters().nth(*place));
-            said.collect::<Vec<_>>().join(", ")
-        }
+        other => words_of(other).join(", "),
     }
 }

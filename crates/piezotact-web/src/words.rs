@@ -73,13 +73,12 @@ words! {
     Experimenter: "Experimenter", "Expérimentateur", "Sperimentatore";
     ParticipantWord: "Participant", "Participant", "Partecipante";
     Set: "set", "groupe", "gruppo";
-    Rehearsal: "rehearsal", "répétition", "prova generale";
+    Rehearsal: "rehearsal", "essai à blanc", "prova generale";
     Training: "training", "entraînement", "allenamento";
     Progress: "Progress", "Avancement", "Avanzamento";
     Trial: "Trial", "Essai", "Prova";
     Of: "of", "sur", "di";
-    Stored: "Stored", "Enregistré", "Salvato";
-    EventsStored: "events are on the disk", "événements sont sur le disque", "eventi sono sul disco";
+    EventsStored: "Events stored", "Événements enregistrés", "Eventi salvati";
     LastAt: "the last at", "le dernier à", "l'ultimo alle";
     AskConsent: "Does the participant consent?", "Le participant consent-il ?", "Il partecipante dà il consenso?";
     ConsentInWords: "Ask the participant for consent, in your own words.",
@@ -118,6 +117,9 @@ words! {
     Texture: "Texture", "Texture", "Texture";
     Choose: "Choose:", "Choisissez :", "Scelga:";
     ChooseForEach: "For each texture, choose:", "Pour chaque texture, choisissez :", "Per ogni texture, scelga:";
+    ChooseLetters: "For each texture, in the order in which they were felt, choose a sample of your own order (A is the first):",
+        "Pour chaque texture, dans l'ordre où elles ont été ressenties, choisissez un échantillon de votre propre ordre (A est le premier) :",
+        "Per ogni texture, nell'ordine in cui sono state sentite, scelga un campione del suo ordine (A è il primo):";
     PutInOrder: "Put them in order, from the first to the last:", "Mettez-les dans l'ordre, du premier au dernier :",
         "Li metta in ordine, dal primo all'ultimo:";
     PutPlacesInOrder: "Put the samples in order. The numbers are their places on the tray, from the left:",
@@ -126,7 +128,7 @@ words! {
     ChooseUpTo: "Choose up to", "Choisissez au plus", "Scelga al massimo";
     ANumber: "Choose a number:", "Choisissez un nombre :", "Scelga un numero:";
     DoneWord: "Done", "Fait", "Fatto";
-    Undo: "Take back", "Annuler", "Annulla";
+    Undo: "Take back", "Retirer", "Togli";
     ThisIsIt: "This is the answer", "C'est la réponse", "Questa è la risposta";
     Noted: "Noted:", "Noté :", "Annotato:";
     Final: "It is final", "C'est définitif", "È definitivo";
@@ -151,9 +153,9 @@ words! {
     ForceWord: "normal force", "force normale", "forza normale";
     Level: "level", "niveau", "livello";
     ParticipantPage: "The participant's page", "La page du participant", "La pagina del partecipante";
-    PairingHelp: "Open this address on the participant's device, once:",
-        "Ouvrez cette adresse sur l'appareil du participant, une seule fois :",
-        "Apra questo indirizzo sul dispositivo del partecipante, una sola volta:";
+    PairingHelp: "Open this address once, on the participant's screen: another window or browser of this computer.",
+        "Ouvrez cette adresse une seule fois, sur l'écran du participant : une autre fenêtre ou un autre navigateur de cet ordinateur.",
+        "Apra questo indirizzo una sola volta, sullo schermo del partecipante: un'altra finestra o un altro browser di questo computer.";
     NewCode: "Make a new code", "Créer un nouveau code", "Creare un nuovo codice";
     Paired: "A device of the participant is connected.", "Un appareil du participant est connecté.",
         "Un dispositivo del partecipante è collegato.";

@@ -165,6 +165,21 @@ fn what_attackers_send_is_refused() {
                 "{host}"
             );
         }
+        // Posts of other sites are refused before a code is looked at.
+        let form = ("content-type", "application/x-www-form-urlencoded");
+        for origin in ["http://evil.example", "null", "https://127.0.0.1"] {
+            for _ in 0..6 {
+                let posted = pages.send("POST", "/enter", &[("origin", origin), form], "code=x");
+                assert_eq!(
+                    (posted.status, posted.body.as_str()),
+                    (403, "from another site")
+                );
+            }
+        }
+        let own = format!("http://{}", pages.at);
+        let code = format!("code={}", pages.viewer);
+        let posted = pages.send("POST", "/enter", &[("origin", &own), form], &code);
+        assert_eq!(posted.status, 303);
         let local = format!("localhost:{}", pages.at.port());
         assert_eq!(
             pages

@@ -246,6 +246,73 @@ fn the_last_device_of_a_participant_counts() {
     });
 }
 
+/// A note whose acknowledgement was lost with the program is sent again to the next one, and is there once; another one like it is kept.
+#[test]
+fn what_fits_any_step_is_stored_once_over_restarts() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let note = r#""seen":2,"do":"note","text":"quiet""#;
+    for _ in 0..2 {
+        with_pages(&mut bed, (&protocol, &plan), |pages| {
+            let page = pages.experimenter();
+            if pages.mark(&page).starts_with("consent") {
+                assert_eq!(pages.ask(&page, r#""do":"consent""#).status, 204);
+            }
+            let at = pages.mark(&page);
+            // The same id of the same page: another cookie is another page, as after a restart nothing is known by it.
+            assert_eq!(pages.ask_as(&page, ("a", &at), note).status, 204);
+        });
+    }
+    let count = |bed: &Bed| {
+        let events = bed.events(&plan).into_iter();
+        events
+            .filter(|event| matches!(event, Event::Note { .. }))
+            .count()
+    };
+    assert_eq!(count(&bed), 1);
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let page = pages.experimenter();
+        let at = pages.mark(&page);
+        let later = format!(r#""seen":{},"do":"note","text":"quiet""#, 4);
+        assert_eq!(pages.ask_as(&page, ("b", &at), &later).status, 204);
+        // One id for two requests.
+        assert_eq!(
+            pages
+                .ask_as(&page, ("b", &at), r#""do":"note","text":"loud""#)
+                .status,
+            422
+        );
+        assert_eq!(
+            pages
+                .ask_as(&page, ("c", &at), r#""do":"note","text":" ""#)
+                .status,
+            422
+        );
+    });
+    assert_eq!(count(&bed), 2);
+}
+
+/// Nothing is played where nothing is played.
+#[test]
+fn a_participant_plays_what_is_played_only() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        while step(pages, &experimenter) {}
+        let play = r#""do":"play","element":1"#;
+        assert_eq!(pages.ask(&participant, play).status, 422);
+        for trial in 0..4 {
+            while step(pages, &experimenter) {}
+            answers(pages, &experimenter, trial);
+        }
+        while step(pages, &experimenter) {}
+        assert_eq!(pages.ask(&participant, play).status, 204);
+        assert!(pages.shown(&participant).contains("felt 2×"));
+    });
+}
+
 /// A bench that fails while a texture plays: the trial is void, which the page says, and is presented again.
 #[test]
 fn a_bench_that_fails_voids_the_trial() {

@@ -11,6 +11,7 @@ const alerts = (name, shown) => { document.getElementById(name).hidden = !shown;
 const own = meta("mark").slice(0, 16);
 const PENDING = `piezotact pending ${own}`;
 let pending = JSON.parse(localStorage.getItem(PENDING) || "null");
+let waiting = null;
 let sending = false;
 let pairing = false;
 // The form that asked, which is emptied once that is stored.
@@ -25,12 +26,17 @@ function keep(next) {
 
 const mark = () => page.querySelector("[data-mark]").dataset.mark;
 
-// Asks for `what` at the step that is shown. One at a time: what is pressed meanwhile is a second press.
+// Asks for `what` at the step that is shown. One at a time: what is pressed meanwhile at the same step is a second press. The next step can
+// be shown before the answer to the request is here: what is pressed then waits for it.
 function ask(what) {
-  if (pending) return;
+  if (pending) {
+    if (pending.at !== mark()) waiting = { at: mark(), what };
+    return;
+  }
   for (const one of ["moved-on", "refused"]) alerts(one, false);
   const id = [...crypto.getRandomValues(new Uint8Array(12))].map((b) => b.toString(16).padStart(2, "0")).join("");
-  keep({ id, at: mark(), ...what });
+  const { events } = page.querySelector("[data-mark]").dataset;
+  keep({ id, at: mark(), ...(events ? { seen: Number(events) } : {}), ...what });
   send();
 }
 
@@ -75,9 +81,19 @@ async function send() {
   }
   sending = false;
   if (again) setTimeout(send, again);
+  else if (waiting) {
+    const { at, what } = waiting;
+    waiting = null;
+    if (at === mark()) ask(what);
+  }
 }
 
 // ---- The steps.
+
+// When the step last changed. What is pressed within this time was meant for the step before, or is a key that bounces.
+const SETTLING_MS = 450;
+let changedAt = -SETTLING_MS;
+const isSettling = () => performance.now() - changedAt < SETTLING_MS;
 
 let stream;
 function follow() {
@@ -103,16 +119,19 @@ const summaryOf = (details) => details.querySelector("summary").textContent.repl
 function show(html) {
   const before = page.querySelector("[data-mark]")?.dataset.mark;
   const open = [...page.querySelectorAll("details[open]")].map(summaryOf);
-  const typed = new Map(inForms().filter((f) => f.tagName === "INPUT").map((f) => [nameOf(f), f.value]));
+  // The trial that is corrected stays the one that was chosen; other lists are of their step.
+  const stays = (field) => field.tagName === "INPUT" || field.form.className === "correct";
+  const typed = new Map(inForms().filter(stays).map((f) => [nameOf(f), f.value]));
   const active = document.activeElement;
   const focus = page.contains(active) && active.form ? nameOf(active) : null;
   page.innerHTML = html;
   const isSame = before === mark();
+  if (!isSame) changedAt = performance.now();
   for (const details of page.querySelectorAll("details")) {
     if (open.includes(summaryOf(details)) && (isSame || !details.closest(".step"))) details.open = true;
   }
   for (const field of inForms()) {
-    if (field.tagName === "INPUT" && typed.get(nameOf(field))) field.value = typed.get(nameOf(field));
+    if (stays(field) && typed.get(nameOf(field))) field.value = typed.get(nameOf(field));
     if (focus && nameOf(field) === focus) field.focus();
   }
   ready();
@@ -122,7 +141,7 @@ function ready() {
   for (const time of page.querySelectorAll("time[data-ms]")) {
     const at = new Date(Number(time.dataset.ms));
     time.dateTime = at.toISOString();
-    time.textContent = at.toLocaleTimeString(document.documentElement.lang);
+    time.textContent = at.toLocaleTimeString(document.documentElement.lang, { hour12: false });
   }
   for (const draft of page.querySelectorAll("[data-draft]")) drawDraft(draft);
 }
@@ -132,7 +151,7 @@ function ready() {
 const DRAFT = `piezotact draft ${own}`;
 function chosen(draft) {
   const kept = JSON.parse(localStorage.getItem(DRAFT) || "null");
-  return kept && kept.at === draft.dataset.draft ? kept.words : [];
+  return kept && kept.at === draft.dataset.draft ? kept.words : draft.dataset.noted.split("\n").filter(Boolean);
 }
 function choose(draft, words) {
   localStorage.setItem(DRAFT, JSON.stringify({ at: draft.dataset.draft, words }));
@@ -151,21 +170,20 @@ function drawDraft(draft) {
   });
   for (const choice of draft.querySelectorAll("[data-choice]")) {
     const used = draft.dataset.choose === "once" && words.includes(choice.dataset.choice);
-    choice.disabled = used || words.length >= most;
+    // Not disabled: the focus stays where it is, so that a key that bounces chooses nothing else.
+    choice.setAttribute("aria-disabled", used || words.length >= most);
   }
   const send = draft.querySelector("[data-send]");
   draft.querySelector("[data-undo]").disabled = words.length === 0;
   send.disabled = words.length < least;
-  const lost = document.activeElement === document.body || document.activeElement?.disabled;
-  if (lost && words.length >= most) send.focus();
-  else if (lost && words.length > 0) draft.querySelector("[data-choice]:not(:disabled)")?.focus();
 }
 
 // ---- What is pressed.
 
 page.addEventListener("click", (event) => {
   const button = event.target.closest("button");
-  if (!button || button.disabled || button.type === "submit") return;
+  if (button && isSettling()) return;
+  if (!button || button.disabled || button.getAttribute("aria-disabled") === "true" || button.type === "submit") return;
   const draft = button.closest("[data-draft]");
   if (button.dataset.choice !== undefined) choose(draft, [...chosen(draft), button.dataset.choice]);
   else if (button.dataset.undo !== undefined) choose(draft, chosen(draft).slice(0, -1));
@@ -211,16 +229,24 @@ document.addEventListener("keydown", (event) => {
   const draft = [...page.querySelectorAll("[data-draft]")].find((one) => one.offsetParent !== null);
   if (event.key === "Backspace" && draft) {
     event.preventDefault();
+    if (event.repeat) return;
     draft.querySelector("[data-undo]").click();
+    return;
+  }
+  if (isSettling() && (event.key === "Enter" || event.key.length === 1)) {
+    event.preventDefault();
     return;
   }
   const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
   if (step) {
-    const all = [...page.querySelectorAll("button:not(:disabled), summary, a[href]")].filter((one) => one.offsetParent !== null);
+    const all = [...page.querySelectorAll("button:not(:disabled):not([aria-disabled=true]), summary, a[href]")].filter((one) => one.offsetParent !== null);
     const those = page.classList.contains("participant") ? all : all.filter((one) => one.closest(".step"));
-    const at = those.indexOf(document.activeElement);
-    const next = at < 0 ? (step > 0 ? 0 : those.length - 1) : (at + step + those.length) % those.length;
-    those[next]?.focus();
+    // From where the focus is, also where that can be pressed no more.
+    const here = document.activeElement;
+    const after = those.filter((one) => here.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_FOLLOWING && !here.contains(one));
+    const before = those.filter((one) => here.compareDocumentPosition(one) & Node.DOCUMENT_POSITION_PRECEDING);
+    const next = here === document.body ? those.at(step > 0 ? 0 : -1) : step > 0 ? after[0] ?? those[0] : before.at(-1) ?? those.at(-1);
+    next?.focus();
     event.preventDefault();
     return;
   }
@@ -233,7 +259,12 @@ document.addEventListener("keydown", (event) => {
   if (!draft || event.key.length !== 1) return;
   const key = event.key.toLowerCase();
   const choice = [...draft.querySelectorAll("[data-key]")].find((one) => one.dataset.key === key);
-  if (choice && !choice.disabled) { event.preventDefault(); choice.click(); }
+  if (!choice) return;
+  event.preventDefault();
+  choice.click();
+  // The last one is entered: Enter sends, wherever the focus was.
+  const send = draft.querySelector("[data-send]");
+  if (!send.disabled && chosen(draft).length >= Number(draft.dataset.most)) send.focus();
 });
 
 keep(pending);

@@ -62,7 +62,13 @@ pub(crate) fn with_pages_after<T: Send>(
         let code = |role| access.code(role).unwrap();
         let (experimenter, viewer) = (code(Role::Experimenter), code(Role::Viewer));
         let view = View::of(runner.state(), None, PlayedBy::Bench);
-        let (site, mut desk) = Site::new(view, None, PlayedBy::Bench, access, Box::new(Nothing));
+        let (site, mut desk) = Site::new(
+            (view, runner.events().unwrap()),
+            None,
+            PlayedBy::Bench,
+            access,
+            Box::new(Nothing),
+        );
         Screen::default().shows(&desk);
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let pages = Pages {

@@ -82,7 +82,8 @@ impl Front for Pages {
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
         let study = Box::new(OfStudy(args.study.clone()));
-        let (site, mut desk) = Site::new(view, consent, played_by, access, study);
+        let (site, mut desk) =
+            Site::new((view, runner.events()?), consent, played_by, access, study);
         self.screen.shows(&desk);
         let Some(listener) = self.listener.take() else {
             return Ok(());
@@ -99,7 +100,7 @@ impl Front for Pages {
         done?;
         match runner.state().is_complete() {
             true => say(&format!("the session is complete: {}", status(&runner))),
-            false => say(&left(&runner)),
+            false => return Err(Failure::Data(anyhow!(left(&runner)))),
         }
         Ok(())
     }
@@ -108,9 +109,16 @@ impl Front for Pages {
 /// Who is let in: pages that were let in before, and whoever has one of the new codes.
 fn access(args: &session::Arguments, kept: &Path) -> Outcome<Access> {
     let name = format!("{} {}", args.participant, args.session);
+    let is_there = kept.symlink_metadata().is_ok();
     // Where it cannot be read, pages enter their codes again.
     let known = reads::is_there(kept).then(|| read_input_text(kept).ok());
     let known = known.flatten();
+    if is_there && known.is_none() {
+        say(&format!(
+            "{}: cannot be read; pages that were let in before enter the new codes",
+            kept.display()
+        ));
+    }
     let kept = kept.to_owned();
     let keep = move |json: &str| keep(&kept, json).map_err(|error| error.to_string());
     let access = Access::new(&name, known.as_deref(), Box::new(keep));
