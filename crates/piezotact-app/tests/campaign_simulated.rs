@@ -218,3 +218,55 @@ fn what_cannot_be_simulated_leaves_no_folder() {
         .run(&line.split(' ').collect::<Vec<_>>())
         .expect_failure(1, &["a link that leads nowhere", "name another folder"]);
 }
+
+/// The same answers, as a study and as its exported table: compared with themselves they do not differ, whichever stands first. Places in
+/// orders are no answers of either.
+#[test]
+fn a_study_and_its_table_are_the_same_in_both_ways() {
+    let folder = simulated();
+    run(&folder, "campaign export st --out exported").expect_success();
+    for line in [
+        "matrix st --compare people:exported/answers.csv",
+        "matrix exported/answers.csv --compare people:st",
+    ] {
+        let found = run(&folder, line);
+        found.expect_success();
+        holds(&found.out(), &["difference 0.0 points", "p = 1.000"]);
+    }
+}
+
+/// A panel that overlaps with the volunteers is refused before a folder is made.
+#[test]
+fn a_panel_that_overlaps_leaves_no_folder() {
+    let folder = Folder::new();
+    let line = "campaign simulate averaged_transfer_function --study made --participants 2 --seed 7 --panel 1..3";
+    run(&folder, line).expect_failure(2, &["volunteer 1 in both"]);
+    assert!(!folder.path("made").exists());
+}
+
+/// Lines without end that are never taken end the session, which can be gone on with.
+#[test]
+fn endless_wrong_lines_end() {
+    let folder = Folder::new();
+    folder.write("protocol.toml", two_sets());
+    run(&folder, "campaign new st --protocol protocol.toml --seed 7").expect_success();
+    let mut command = folder.command(&["campaign", "run", "st", "P01", "measurement"]);
+    let mut child = command
+        .stdin(std::process::Stdio::piped())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut typed = child.stdin.take().unwrap();
+    while std::io::Write::write_all(&mut typed, b"y\n").is_ok() {}
+    let ended = child.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(1));
+    let said = String::from_utf8(ended.stderr).unwrap();
+    holds(
+        &said,
+        &[
+            "100 lines in a row were refused",
+            "the same command goes on",
+        ],
+    );
+}

@@ -152,8 +152,10 @@ fn groups_differ_over_people() {
     let others = table(9, &["naming"], 6, |_, _, _| below(&mut random, 3));
     let right = table(9, &["naming"], 6, |_, _, presented| presented);
     let people = Difference::People(two("own", "averaged"));
-    let of =
-        |a, b, difference| compared_studies([a, b], &MatrixConfig::default(), difference).unwrap();
+    let of = |a, b, difference| {
+        let all = MatrixConfig::default();
+        compared_studies([(a, &all), (b, &all)], difference).unwrap()
+    };
     let alike = of(&guessers, &others, &people);
     assert_eq!(alike.verdict(), "not decided");
     let apart = of(&guessers, &right, &people);

@@ -215,10 +215,11 @@ fn comparisons(
                 )));
             }
             let other = Source::open(path, &args.samples)?;
-            doubts.extend(other.file.doubts);
+            doubts.extend(other.file.doubts.iter().cloned());
             let names = [&args.answers, path].map(|path| crate::report::name(path));
-            let tables = [table, &other.file.table];
-            compared_studies(tables, config, &difference(names)).map_err(|error| {
+            let own = other.config(config);
+            let both = [(table, config), (&other.file.table, &own)];
+            compared_studies(both, &difference(names)).map_err(|error| {
                 Failure::Data(Error::new(error).context(path.display().to_string()))
             })
         }

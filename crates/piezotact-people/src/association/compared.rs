@@ -149,7 +149,7 @@ pub fn compared(
     }
 }
 
-/// The difference between two studies: of different people ([`Difference::People`]), or of the same ones by their pseudonyms
+/// The difference between two studies, each with what is selected of its answers: of different people ([`Difference::People`]), or of the same ones by their pseudonyms
 /// ([`Difference::Again`]).
 ///
 /// Source: as [`compared`]; [`between_people`].
@@ -157,11 +157,10 @@ pub fn compared(
 /// # Errors
 /// [`CompareError`].
 pub fn compared_studies(
-    tables: [&AnswerTable; 2],
-    config: &MatrixConfig,
+    answers: [(&AnswerTable, &MatrixConfig); 2],
     difference: &Difference,
 ) -> Result<Compared, CompareError> {
-    let conditions = tables.map(|table| as_expected(table, selected(table, config)));
+    let conditions = answers.map(|(table, config)| as_expected(table, selected(table, config)));
     if !matches!(difference, Difference::People(_)) {
         return paired(difference, &conditions, |[a, b]| {
             [a, b].map(Counts::right_share)
@@ -315,7 +314,9 @@ fn paired(
         less_share: shares[0] - shares[1],
         interval: mean_interval(&differences)
             .filter(|_| people >= MIN_PARTICIPANTS)
-            .and_then(possible),
+            .and_then(possible)
+            // Where no permutation reaches 5 %, an interval would say more than the people do.
+            .filter(|_| difference.smallest_p([people; 2]) <= LEVEL_SHARE),
         p_adjusted: test.p_value,
         smallest_p: difference.smallest_p([people; 2]),
         test,

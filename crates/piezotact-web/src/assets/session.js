@@ -55,7 +55,7 @@ async function send() {
     if (reply.status === 204) {
       forget(pending);
       keep(null);
-      for (const field of inForms()) if (field.tagName === "INPUT" && field.form.className === asking) field.value = "";
+      for (const field of inForms()) if (field.form.className === asking && (field.tagName === "INPUT" || asking === "correct")) field.value = "";
       asking = null;
     } else if (reply.status === 409) {
       keep(null);

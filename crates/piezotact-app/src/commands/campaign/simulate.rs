@@ -248,6 +248,13 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
         for name in &protocol.samples {
             wanted.surface(name)?;
         }
+        let participants = args.participants.unwrap_or(protocol.panel.participants);
+        let both = 1..=u64::from(participants);
+        if wanted.panel().is_some()
+            && let Some(number) = args.panel.clone().find(|number| both.contains(number))
+        {
+            return Err(usage(CampaignError::Overlap { number }));
+        }
         let panels = protocol.panel.disjoint_from.iter();
         let new = NewCampaign {
             protocol: &text,

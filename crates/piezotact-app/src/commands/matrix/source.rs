@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact_dataset::{AnswersFile, read_answers};
-use piezotact_people::association::Association;
+use piezotact_people::association::{Association, MatrixConfig};
 
 #[cfg(feature = "campaign")]
 use crate::commands::campaign::{self, study::Study};
@@ -69,6 +69,16 @@ impl Source {
         Vec::new()
     }
 
+    /// `config` for these answers, without their own orders.
+    pub(super) fn config(&self, config: &MatrixConfig) -> MatrixConfig {
+        let mut own = config.clone();
+        own.selection.without_tasks = match own.selection.task {
+            None => self.orders().into_iter().collect(),
+            Some(_) => own.selection.without_tasks,
+        };
+        own
+    }
+
     /// `found` with what the study asked; which judge answered a simulated one, where that is `judged`.
     pub(super) fn with_study(&self, found: Association, judged: Judged) -> Outcome<Association> {
         #[cfg(feature = "campaign")]
@@ -93,7 +103,7 @@ impl Source {
 /// The report of the study in `folder`: all answers, and the orders.
 #[cfg(feature = "web")]
 pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
-    use piezotact_people::association::{AssociationConfig, MatrixConfig, associate};
+    use piezotact_people::association::{AssociationConfig, associate};
 
     let source = Source::open(folder, &[])?;
     let AnswersFile { table, doubts } = &source.file;

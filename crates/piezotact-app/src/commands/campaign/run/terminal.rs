@@ -83,6 +83,11 @@ impl Terminal {
         }
     }
 
+    /// Whether a person types.
+    pub(super) fn is_keyboard(&self) -> bool {
+        self.is_keyboard
+    }
+
     /// How many lines of a script nobody asked for; none of a person, who sees that nothing is asked.
     pub(super) fn not_asked_for(&self) -> usize {
         if self.is_keyboard {

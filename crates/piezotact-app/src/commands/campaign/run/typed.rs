@@ -16,6 +16,9 @@ use crate::interrupt::{Between, interrupted};
 use crate::output::{print, say};
 use crate::progress;
 
+/// A script of which so many lines in a row are refused has no end that helps.
+const MOST_REFUSED: usize = 100;
+
 /// The terminal.
 pub(super) struct Typing;
 
@@ -56,6 +59,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
         false => PlayedBy::Bench,
     };
     let mut last = String::new();
+    let mut refused = 0;
     loop {
         if matches!(
             runner.state().stage(),
@@ -81,9 +85,17 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
             Ok(asked) => asked,
             Err(why) => {
                 terminal.say(&format!("  {why}"))?;
+                refused += 1;
+                if refused > MOST_REFUSED && !terminal.is_keyboard() {
+                    return Err(Failure::Data(anyhow!(
+                        "{MOST_REFUSED} lines in a row were refused, the last with: {why}; {}",
+                        left(&runner)
+                    )));
+                }
                 continue;
             }
         };
+        refused = 0;
         for asked in asked {
             match asked {
                 Asked::Help => terminal.say(HELP)?,
