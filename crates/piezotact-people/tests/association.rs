@@ -520,6 +520,21 @@ fn orders_are_no_associations() {
     );
     assert_eq!(percent(found.all().unwrap(), "S1", "S2"), Some(50.0));
     assert_eq!(found.pairs[0].presented, [2, 0]);
+    // Flagged answers that are left out leave nothing: places in orders do not stand for them.
+    let flagged = table.answers().iter().cloned().map(|mut answer| {
+        if answer.task != "order" {
+            answer.flags = [Flag::MissedTarget].into();
+        }
+        answer
+    });
+    let flagged = AnswerTable::new(Declared::plain(&["S1", "S2"]), flagged.collect()).unwrap();
+    config.matrix.flagged = FlaggedTrials::LeftOut;
+    let refused = associate(&flagged, &config).unwrap_err();
+    assert!(
+        matches!(refused, AssociationError::OnlyFlagged { .. }),
+        "{refused}"
+    );
+    config.matrix.flagged = FlaggedTrials::Kept;
     // The matrix of their places, where nothing else is asked for.
     config.matrix.selection.task = Some("order".into());
     assert_eq!(associate(&table, &config).unwrap().answers, 4);

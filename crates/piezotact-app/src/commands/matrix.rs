@@ -179,7 +179,11 @@ fn associated(args: &Arguments, source: &Source) -> Outcome<Association> {
         asked.ordering_tasks.retain(has_answers);
     }
     match associate(table, &asked) {
-        Err(AssociationError::Order(_)) if by_itself => associate(table, &config(args)),
+        Err(AssociationError::Order(_)) if by_itself => {
+            let mut without = config(args);
+            without.matrix.selection.without_tasks = asked.ordering_tasks;
+            associate(table, &without)
+        }
         other => other,
     }
     .map_err(|error| refused(args, error))

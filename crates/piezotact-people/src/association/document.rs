@@ -242,7 +242,8 @@ pub fn associate(
     })
 }
 
-/// `config` without the answers of its ordering tasks, where there are answers of others.
+/// `config` without the answers of its ordering tasks, where there are answers of others, flagged or not: places in orders never stand for
+/// associations that were left out.
 fn without_orders(table: &AnswerTable, config: &AssociationConfig) -> AssociationConfig {
     let mut without = config.clone();
     without
@@ -250,7 +251,11 @@ fn without_orders(table: &AnswerTable, config: &AssociationConfig) -> Associatio
         .selection
         .without_tasks
         .extend(config.ordering_tasks.iter().cloned());
-    let is_left = super::matrix::selected(table, &without.matrix).count() > 0;
+    let all = MatrixConfig {
+        flagged: FlaggedTrials::Kept,
+        ..without.matrix.clone()
+    };
+    let is_left = super::matrix::selected(table, &all).count() > 0;
     if is_left { without } else { config.clone() }
 }
 
