@@ -75,6 +75,7 @@ fn serve(folder: &Folder) -> Server {
         child: Arc::new(Mutex::new(child)),
         pages: Pages {
             at,
+            encrypt: None,
             experimenter,
             viewer,
         },

@@ -4,17 +4,16 @@
 //! the program was started again. A page sends a second mark, derived from the first, with every request that changes something: another
 //! site that makes the browser send the cookie does not know it.
 
-use std::collections::VecDeque;
 use std::fmt;
+use std::net::IpAddr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use piezotact_people::campaign::chain::Sha;
 use serde::{Deserialize, Serialize};
 
-/// So many wrong codes are taken in [`WINDOW_MS`].
-const MOST_WRONG: usize = 5;
-/// In ms.
-const WINDOW_MS: i64 = 60_000;
+use crate::password::Password;
+use crate::tries::Tries;
+
 /// The most pages of experimenters and viewers that are known at once.
 const MOST_PAGES: usize = 32;
 /// Letters and digits that are not taken for each other.
@@ -44,40 +43,53 @@ struct Pages {
 /// Codes that are valid now.
 #[derive(Clone, Debug, Default)]
 struct Codes {
-    experimenter: String,
+    /// None where a password is asked for.
+    experimenter: Option<String>,
     viewer: String,
     /// Valid once.
     participant: Option<String>,
-    wrong_ms: VecDeque<i64>,
 }
 
 impl Codes {
-    /// Whom `given` lets in at `now_ms`. A participant's code is used up.
-    fn role_of(&mut self, given: &str, now_ms: i64) -> Result<Role, AccessError> {
-        while let Some(at) = self.wrong_ms.front()
-            && now_ms - at > WINDOW_MS
+    /// Whom `given` lets in. A participant's code is used up.
+    fn role_of(&mut self, given: &str) -> Option<Role> {
+        if self
+            .experimenter
+            .as_deref()
+            .is_some_and(|code| same(given, code))
         {
-            self.wrong_ms.pop_front();
-        }
-        if self.wrong_ms.len() >= MOST_WRONG {
-            return Err(AccessError::TooMany);
-        }
-        if same(given, &self.experimenter) {
-            return Ok(Role::Experimenter);
+            return Some(Role::Experimenter);
         }
         if same(given, &self.viewer) {
-            return Ok(Role::Viewer);
+            return Some(Role::Viewer);
         }
-        match &self.participant {
-            Some(code) if same(given, code) => {
-                self.participant = None;
-                Ok(Role::Participant)
-            }
-            _ => {
-                self.wrong_ms.push_back(now_ms);
-                Err(AccessError::WrongCode)
-            }
-        }
+        let is_it = self
+            .participant
+            .as_deref()
+            .is_some_and(|code| same(given, code));
+        is_it.then(|| {
+            self.participant = None;
+            Role::Participant
+        })
+    }
+}
+
+/// What a page is let in with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Key<'a> {
+    /// A code.
+    Code(&'a str),
+    /// The experimenter's password.
+    Password(&'a str),
+}
+
+impl fmt::Debug for Key<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // What is secret stays out of messages.
+        f.write_str(match self {
+            Self::Code(_) => "Code",
+            Self::Password(_) => "Password",
+        })
     }
 }
 
@@ -88,6 +100,8 @@ pub type KeepPages = Box<dyn Fn(&str) -> Result<(), String> + Send + Sync>;
 pub struct Access {
     pages: Mutex<Pages>,
     codes: Mutex<Codes>,
+    tries: Mutex<Tries>,
+    password: Option<Password>,
     keep: KeepPages,
 }
 
@@ -127,21 +141,35 @@ impl Access {
         Ok(Self {
             pages: Mutex::new(pages),
             codes: Mutex::new(Codes {
-                experimenter: code()?,
+                experimenter: Some(code()?),
                 viewer: code()?,
                 participant: None,
-                wrong_ms: VecDeque::new(),
             }),
+            tries: Mutex::default(),
+            password: None,
             keep,
         })
     }
 
-    /// The code of `role` that is valid now; none of a participant before one was made.
+    /// The same, where the experimenter is let in by `password` alone, as on a network.
+    #[must_use]
+    pub fn with_password(mut self, password: Password) -> Self {
+        self.password = Some(password);
+        locked(&self.codes).experimenter = None;
+        self
+    }
+
+    /// Whether the experimenter is let in by a password.
+    pub(crate) fn has_password(&self) -> bool {
+        self.password.is_some()
+    }
+
+    /// The code of `role` that is valid now; none of a participant before one was made, and of the experimenter where there is a password.
     #[must_use]
     pub fn code(&self, role: Role) -> Option<String> {
         let codes = locked(&self.codes);
         match role {
-            Role::Experimenter => Some(codes.experimenter.clone()),
+            Role::Experimenter => codes.experimenter.clone(),
             Role::Viewer => Some(codes.viewer.clone()),
             Role::Participant => codes.participant.clone(),
         }
@@ -178,12 +206,28 @@ impl Access {
             .any(|(role, _)| *role == Role::Participant)
     }
 
-    /// Lets a page in with `code` at `now_ms`: its role and its mark. A second device of the participant takes the place of the first.
+    /// Lets a page at the address `from` in with `key` at `now_ms`: its role and its mark. A second device of the participant takes the
+    /// place of the first. A password takes a tenth of a second and more.
     ///
     /// # Errors
     /// [`AccessError`].
-    pub fn enter(&self, given: &str, now_ms: i64) -> Result<(Role, String), AccessError> {
-        let role = locked(&self.codes).role_of(&given.trim().to_lowercase(), now_ms)?;
+    pub fn enter(
+        &self,
+        key: Key<'_>,
+        from: IpAddr,
+        now_ms: i64,
+    ) -> Result<(Role, String), AccessError> {
+        let counted = locked(&self.tries).count(from, now_ms);
+        counted.ok_or(AccessError::TooMany)?;
+        let role = match key {
+            Key::Code(given) => locked(&self.codes).role_of(&given.trim().to_lowercase()),
+            Key::Password(given) => {
+                let is_it = self.password.as_ref().is_some_and(|own| own.is(given));
+                is_it.then_some(Role::Experimenter)
+            }
+        };
+        let role = role.ok_or(AccessError::WrongCode)?;
+        locked(&self.tries).was_right(from);
         let mark = hex(&random::<32>()?);
         let mut pages = locked(&self.pages);
         let mut after = pages.clone();
@@ -252,9 +296,13 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 
 #[cfg(test)]
 mod tests {
+    use std::net::Ipv4Addr;
     use std::sync::Arc;
 
     use super::*;
+    use crate::tries::{MOST_WRONG, WINDOW_MS};
+
+    const HERE: IpAddr = IpAddr::V4(Ipv4Addr::LOCALHOST);
 
     fn access(session: &str, kept: Option<&str>) -> (Access, Arc<Mutex<String>>) {
         let file = Arc::new(Mutex::new(String::new()));
@@ -271,7 +319,7 @@ mod tests {
         let (first, file) = access("P01 discrimination", None);
         let code = first.code(Role::Experimenter).unwrap();
         let (role, mark) = first
-            .enter(&format!(" {} ", code.to_uppercase()), 0)
+            .enter(Key::Code(&format!(" {} ", code.to_uppercase())), HERE, 0)
             .unwrap();
         assert_eq!(role, Role::Experimenter);
         let kept = locked(&file).clone();
@@ -281,7 +329,10 @@ mod tests {
         let (other, _) = access("P02 discrimination", Some(&kept));
         assert_eq!(other.role(&mark), None);
         // The code of an earlier start is valid no more.
-        assert_eq!(again.enter(&code, 0), Err(AccessError::WrongCode));
+        assert_eq!(
+            again.enter(Key::Code(&code), HERE, 0),
+            Err(AccessError::WrongCode)
+        );
     }
 
     #[test]
@@ -289,10 +340,13 @@ mod tests {
         let (access, _) = access("s", None);
         assert_eq!(access.code(Role::Participant), None);
         let code = access.new_participant_code().unwrap();
-        let (_, first) = access.enter(&code, 0).unwrap();
-        assert_eq!(access.enter(&code, 0), Err(AccessError::WrongCode));
+        let (_, first) = access.enter(Key::Code(&code), HERE, 0).unwrap();
+        assert_eq!(
+            access.enter(Key::Code(&code), HERE, 0),
+            Err(AccessError::WrongCode)
+        );
         let code = access.new_participant_code().unwrap();
-        let (_, second) = access.enter(&code, 0).unwrap();
+        let (_, second) = access.enter(Key::Code(&code), HERE, 0).unwrap();
         assert_eq!(access.role(&first), None);
         assert_eq!(access.role(&second), Some(Role::Participant));
     }
@@ -303,12 +357,36 @@ mod tests {
         let right = access.code(Role::Experimenter).unwrap();
         for _ in 0..MOST_WRONG {
             assert_eq!(
-                access.enter("aaaaaaaaaa", 1000),
+                access.enter(Key::Code("aaaaaaaaaa"), HERE, 1000),
                 Err(AccessError::WrongCode)
             );
         }
-        assert_eq!(access.enter(&right, 2000), Err(AccessError::TooMany));
-        assert!(access.enter(&right, 2000 + WINDOW_MS).is_ok());
+        assert_eq!(
+            access.enter(Key::Code(&right), HERE, 2000),
+            Err(AccessError::TooMany)
+        );
+        assert!(
+            access
+                .enter(Key::Code(&right), HERE, 2000 + WINDOW_MS)
+                .is_ok()
+        );
+    }
+
+    #[test]
+    fn with_a_password_the_experimenter_has_no_code() {
+        let password = Password::new("four words of wood").unwrap();
+        let (access, _) = access("s", None);
+        let code = access.code(Role::Experimenter).unwrap();
+        let wrong = Err(AccessError::WrongCode);
+        assert_eq!(access.enter(Key::Password(""), HERE, 0), wrong);
+        let access = access.with_password(password);
+        assert_eq!(access.code(Role::Experimenter), None);
+        for key in [&code, "", "four words of wood"] {
+            assert_eq!(access.enter(Key::Code(key), HERE, 0), wrong);
+        }
+        assert_eq!(access.enter(Key::Password("four words"), HERE, 0), wrong);
+        let entered = access.enter(Key::Password("four words of wood"), HERE, WINDOW_MS + 1);
+        assert_eq!(entered.unwrap().0, Role::Experimenter);
     }
 
     #[test]
@@ -316,7 +394,7 @@ mod tests {
         let keep = Box::new(|_: &str| Err("the disk is full".to_owned()));
         let access = Access::new("s", None, keep).unwrap();
         let code = access.code(Role::Viewer).unwrap();
-        let refused = access.enter(&code, 0).unwrap_err();
+        let refused = access.enter(Key::Code(&code), HERE, 0).unwrap_err();
         assert!(
             refused.to_string().contains("the disk is full"),
             "{refused}"

@@ -5,31 +5,34 @@
 
 mod access;
 mod asked;
+mod certificate;
 mod desk;
 mod pages;
+mod password;
+mod qr;
 mod server;
+mod serving;
+mod tries;
 mod view;
 mod words;
 
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
-use std::time::Duration;
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::Event;
 use tokio::sync::watch;
 
-pub use access::{Access, AccessError, KeepPages, Role};
+pub use access::{Access, AccessError, KeepPages, Key, Role};
+pub use certificate::{Certificate, CertificateError, VALIDITY};
 pub use desk::{Desk, Screen, Shown};
+pub use password::{Password, PasswordError};
 pub use server::{For, ROUTES, Route, StudyPages};
 pub use view::{
     Answered, Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
 };
 pub use words::{Language, Word};
-
-/// Pages that still load have this long to end.
-const GRACE: Duration = Duration::from_millis(500);
 
 /// The pages of a session.
 pub struct Site {
@@ -50,10 +53,30 @@ pub struct Served {
     thread: Option<std::thread::JoinHandle<()>>,
 }
 
+/// From where pages can be opened.
+#[derive(Clone, Debug)]
+pub enum Reach {
+    /// From this machine alone, without encryption.
+    Machine,
+    /// From the network, encrypted.
+    Network {
+        /// The name or address by which other machines reach this one.
+        name: String,
+        /// The certificate of this name.
+        certificate: Certificate,
+    },
+}
+
 /// A server that could not begin.
 #[derive(Debug, thiserror::Error)]
-#[error("the pages could not be served: {0}")]
-pub struct ServeError(#[from] std::io::Error);
+pub enum ServeError {
+    /// The system gives no thread, or refuses the socket.
+    #[error("the pages could not be served: {0}")]
+    System(#[from] std::io::Error),
+    /// The certificate cannot be used.
+    #[error("the certificate of the pages: {0}; give another one, or none for one of our own")]
+    Certificate(#[from] CertificateError),
+}
 
 impl Site {
     /// The pages of the session that shows `view` first, and the desk at which they are answered; `earlier` is what was stored of it until
@@ -75,6 +98,7 @@ impl Site {
             study,
             consent: sha,
             hosts: Vec::new(),
+            scheme: "http",
             ends: end,
             around: watch::channel(0).0,
             experimenters: AtomicUsize::new(0),
@@ -85,41 +109,39 @@ impl Site {
     /// Serves the pages at `listener` until the value is dropped.
     ///
     /// # Errors
-    /// [`ServeError`] where the system gives no thread or refuses the socket.
-    pub fn serve(self, listener: TcpListener) -> Result<Served, ServeError> {
+    /// [`ServeError`] where the system gives no thread or refuses the socket, and for a certificate that cannot be used.
+    pub fn serve(self, listener: TcpListener, reach: &Reach) -> Result<Served, ServeError> {
         let Self { mut pages, ends } = self;
-        pages.hosts = hosts(listener.local_addr()?);
+        let at = listener.local_addr()?;
+        let tls = match reach {
+            Reach::Machine => None,
+            Reach::Network { certificate, .. } => Some(certificate.acceptor()?),
+        };
+        pages.hosts = hosts(at, reach);
+        pages.scheme = match tls {
+            Some(_) => "https",
+            None => "http",
+        };
         listener.set_nonblocking(true)?;
-        let router = server::router(Arc::new(pages));
-        let mut end = ends.subscribe();
+        let answering = serving::Answering {
+            tls,
+            address: pages.address(),
+            ends: ends.subscribe(),
+            router: server::router(Arc::new(pages)),
+        };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
             .build()?;
-        let serving = async move {
-            let Ok(listener) = tokio::net::TcpListener::from_std(listener) else {
-                return;
-            };
-            let over = async move {
-                let _program_ends = end.wait_for(|ends| *ends).await;
-            };
-            let server = axum::serve(listener, router).with_graceful_shutdown(over);
-            // An error of a connection ends that connection only.
-            let _served = server.await;
-        };
-        let mut late = ends.subscribe();
         let thread = std::thread::Builder::new()
             .name("pages".into())
             .spawn(move || {
                 runtime.block_on(async move {
-                    let late = async move {
-                        let _program_ends = late.wait_for(|ends| *ends).await;
-                        tokio::time::sleep(GRACE).await;
-                    };
-                    tokio::select! {
-                        () = serving => {}
-                        () = late => {}
+                    if let Ok(listener) = tokio::net::TcpListener::from_std(listener) {
+                        serving::serve(listener, answering).await;
                     }
                 });
+                // A password that is still checked is waited for by nobody.
+                runtime.shutdown_background();
             })?;
         Ok(Served {
             ends,
@@ -137,12 +159,26 @@ impl Drop for Served {
     }
 }
 
-/// The names by which a browser on this machine asks for `address`.
-fn hosts(address: SocketAddr) -> Vec<String> {
+/// The names by which a browser asks for the pages at `address`, the one that is shown first.
+fn hosts(address: SocketAddr, reach: &Reach) -> Vec<String> {
     let port = address.port();
     let mut hosts = vec![address.to_string()];
-    if address.ip().is_loopback() {
-        hosts.extend(["localhost", "127.0.0.1", "[::1]"].map(|host| format!("{host}:{port}")));
+    match reach {
+        Reach::Machine => {
+            hosts.extend(["localhost", "127.0.0.1", "[::1]"].map(|host| format!("{host}:{port}")));
+        }
+        Reach::Network { name, .. } => {
+            let name = name.to_lowercase();
+            let name = match name.parse() {
+                Ok(std::net::IpAddr::V6(six)) => format!("[{six}]"),
+                _ => name,
+            };
+            hosts.insert(0, format!("{name}:{port}"));
+            if port == 443 {
+                // The port that browsers leave out.
+                hosts.extend([name, address.ip().to_string()]);
+            }
+        }
     }
     hosts
 }

@@ -35,8 +35,16 @@ fn page(language: Language, title: &str, meta: &Markup, body: &Markup) -> Markup
     }
 }
 
-/// The page where a code is entered.
-pub(crate) fn enter(language: Language, code: &str, refused: Option<Word>) -> Markup {
+/// How one enters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Door {
+    Code,
+    /// On a network the experimenter has a password.
+    CodeOrPassword,
+}
+
+/// The page where a code or a password is entered.
+pub(crate) fn enter(language: Language, door: Door, code: &str, refused: Option<Word>) -> Markup {
     let w = |word: Word| word.in_language(language);
     let body = html! {
         main.enter {
@@ -48,6 +56,15 @@ pub(crate) fn enter(language: Language, code: &str, refused: Option<Word>) -> Ma
                     input name="code" value=(code) autocomplete="off" autocapitalize="none" spellcheck="false" required;
                 }
                 button.main type="submit" { (w(Word::Enter)) }
+            }
+            @if door == Door::CodeOrPassword && code.is_empty() {
+                p { (w(Word::EnterPassword)) }
+                form method="post" action="/enter" {
+                    label { (w(Word::PasswordWord)) " "
+                        input type="password" name="password" autocomplete="current-password" required;
+                    }
+                    button.main type="submit" { (w(Word::Enter)) }
+                }
             }
         }
     };
@@ -525,6 +542,8 @@ fn decibels(level_db: f64) -> String {
 pub(crate) struct Pairing {
     /// Where the code is entered, with the code; none before one was made, or after it was used.
     pub(crate) address: Option<String>,
+    /// Whether it is opened from another machine.
+    pub(crate) from_network: bool,
     /// Whether a device is connected.
     pub(crate) is_paired: bool,
 }
@@ -536,8 +555,9 @@ fn paired(pairing: &Pairing, language: Language) -> Markup {
             summary { (w(Word::ParticipantPage)) }
             p { (w(match pairing.is_paired { true => Word::Paired, false => Word::NotPaired })) }
             @if let Some(address) = &pairing.address {
-                p { (w(Word::PairingHelp)) }
+                p { (w(match pairing.from_network { true => Word::PairingFromNetwork, false => Word::PairingHelp })) }
                 p { code { (address) } }
+                @if pairing.from_network { (crate::qr::picture(address, w(Word::CodeAsPicture))) }
             }
             button type="button" data-post="/pairing" { (w(Word::NewCode)) }
         }

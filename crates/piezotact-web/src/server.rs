@@ -22,10 +22,11 @@ use piezotact_people::campaign::chain::Sha;
 use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 
-use crate::access::{Access, AccessError, Role, is_second_mark};
+use crate::access::{Access, AccessError, Key, Role, is_second_mark};
 use crate::asked::{Asked, What};
 use crate::desk::{Asking, Reply, Request};
-use crate::pages::{self, Pairing, Sight};
+use crate::pages::{self, Door, Pairing, Sight};
+use crate::serving::From;
 use crate::view::View;
 use crate::words::{Language, Word};
 
@@ -60,11 +61,29 @@ pub(crate) struct Pages {
     pub(crate) consent: Sha,
     /// The hosts by which the pages are known, with their port.
     pub(crate) hosts: Vec<String>,
+    /// `https` on a network.
+    pub(crate) scheme: &'static str,
     /// True when the program ends: streams end then.
     pub(crate) ends: watch::Receiver<bool>,
     /// Changes with everything that a view does not hold: pairing, pages that come and go.
     pub(crate) around: watch::Sender<u64>,
     pub(crate) experimenters: AtomicUsize,
+}
+
+impl Pages {
+    /// The address of the pages, without a path.
+    pub(crate) fn address(&self) -> String {
+        let host = self.hosts.first().map_or("", String::as_str);
+        format!("{}://{host}", self.scheme)
+    }
+
+    /// How one enters.
+    fn door(&self) -> Door {
+        match self.access.has_password() {
+            true => Door::CodeOrPassword,
+            false => Door::Code,
+        }
+    }
 }
 
 type Site = Arc<Pages>;
@@ -256,14 +275,16 @@ async fn known_host(Shared(site): Shared<Site>, mut request: HttpRequest, next: 
         .headers()
         .get(HOST)
         .and_then(|host| host.to_str().ok());
-    if !host.is_some_and(|host| site.hosts.iter().any(|known| known == host)) {
+    let host = host.map(str::to_lowercase);
+    if !host.is_some_and(|host| site.hosts.contains(&host)) {
         return (StatusCode::MISDIRECTED_REQUEST, "unknown host").into_response();
     }
     // What a page of another site sends is not even a wrong code.
     let origin = request.headers().get(ORIGIN);
     let origin = origin.map(|origin| origin.to_str().unwrap_or_default());
     let is_own = |origin: &str| {
-        let host = origin.strip_prefix("http://");
+        let host = origin.strip_prefix(site.scheme);
+        let host = host.and_then(|host| host.strip_prefix("://"));
         host.is_some_and(|host| site.hosts.iter().any(|known| known == host))
     };
     if !origin.is_none_or(is_own) {
@@ -321,31 +342,61 @@ async fn start(Shared(site): Shared<Site>, headers: HeaderMap) -> Response {
     )
 }
 
-#[derive(Debug, Deserialize)]
-struct Code {
+#[derive(Deserialize)]
+struct Entering {
     #[serde(default)]
     code: String,
+    password: Option<String>,
 }
 
-async fn enter_page(Query(code): Query<Code>, headers: HeaderMap) -> Html<String> {
-    Html(pages::enter(language(&headers), &code.code, None).into_string())
+async fn enter_page(
+    Shared(site): Shared<Site>,
+    Query(code): Query<Entering>,
+    headers: HeaderMap,
+) -> Html<String> {
+    let door = site.door();
+    Html(pages::enter(language(&headers), door, &code.code, None).into_string())
 }
 
-async fn enter(Shared(site): Shared<Site>, headers: HeaderMap, Form(code): Form<Code>) -> Response {
+async fn enter(
+    Shared(site): Shared<Site>,
+    Extension(From(from)): Extension<From>,
+    headers: HeaderMap,
+    Form(entering): Form<Entering>,
+) -> Response {
     let refused = |status, word| {
-        let page = pages::enter(language(&headers), "", Some(word));
+        let page = pages::enter(language(&headers), site.door(), "", Some(word));
         (status, Html(page.into_string())).into_response()
     };
-    match site.access.enter(&code.code, now_ms()) {
+    let entered = match entering.password {
+        None => site.access.enter(Key::Code(&entering.code), from, now_ms()),
+        Some(password) => {
+            // It takes long, and nobody else waits for it.
+            let site = Arc::clone(&site);
+            let checked = tokio::task::spawn_blocking(move || {
+                let key = Key::Password(&password);
+                site.access.enter(key, from, now_ms())
+            });
+            match checked.await {
+                Ok(entered) => entered,
+                Err(_panicked) => return StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+            }
+        }
+    };
+    match entered {
         Ok((role, mark)) => {
             site.around.send_modify(|around| *around += 1);
             let to = match role {
                 Role::Participant => "/participant",
                 Role::Experimenter | Role::Viewer => "/experimenter",
             };
+            let secure = match site.scheme {
+                "https" => "; Secure",
+                _ => "",
+            };
             // A new mark for every page that enters: one that was there before counts for nothing.
             let cookie = format!(
-                "{}={mark}; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400",
+                "{}={mark}; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400{secure}",
                 site.access.cookie(role)
             );
             (
@@ -401,9 +452,9 @@ fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
     let role = page.role;
     Arc::new(move |site, view| {
         let code = site.access.code(Role::Participant);
-        let host = site.hosts.first().map_or("", String::as_str);
         let pairing = Pairing {
-            address: code.map(|code| format!("http://{host}/enter?code={code}")),
+            address: code.map(|code| format!("{}/enter?code={code}", site.address())),
+            from_network: site.scheme == "https",
             is_paired: site.access.has_participant(),
         };
         let open = site.experimenters.load(Ordering::Relaxed);

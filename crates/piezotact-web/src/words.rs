@@ -185,9 +185,16 @@ words! {
     EnterCode: "Type the code that the program or the experimenter shows.",
         "Tapez le code que montre le programme ou l'expérimentateur.",
         "Digiti il codice mostrato dal programma o dallo sperimentatore.";
-    WrongCode: "This code is not valid (any more).", "Ce code n'est pas (ou plus) valable.", "Questo codice non è (più) valido.";
-    TooMany: "Too many wrong codes: wait a minute.", "Trop de codes erronés : attendez une minute.",
-        "Troppi codici errati: attenda un minuto.";
+    EnterPassword: "The experimenter enters with the password.", "L'expérimentateur entre avec le mot de passe.",
+        "Lo sperimentatore entra con la password.";
+    PasswordWord: "Password", "Mot de passe", "Password";
+    WrongCode: "This is not valid (any more).", "Ce n'est pas (ou plus) valable.", "Non è (più) valido.";
+    TooMany: "Too many wrong tries: wait a minute.", "Trop d'essais erronés : attendez une minute.",
+        "Troppi tentativi errati: attenda un minuto.";
+    PairingFromNetwork: "Open this address once on the participant's device, or take a picture of the code with it:",
+        "Ouvrez cette adresse une seule fois sur l'appareil du participant, ou photographiez le code avec lui :",
+        "Apra questo indirizzo una sola volta sul dispositivo del partecipante, o inquadri il codice con esso:";
+    CodeAsPicture: "The address as a QR code", "L'adresse en code QR", "L'indirizzo come codice QR";
     Void: "THE TRIAL IS VOID and is presented again:", "L'ESSAI EST NUL et sera présenté à nouveau :",
         "LA PROVA È NULLA e viene presentata di nuovo:";
     KeysHelp: "Keys: arrows move, Enter chooses, Backspace takes back.",

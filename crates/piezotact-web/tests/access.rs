@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use piezotact_web::{For, ROUTES, Role};
 
-use crate::client::{Page, Pages, with_pages};
+use crate::client::{PASSWORD, Page, Pages, with_pages, with_pages_on_network};
 use crate::support::{Bed, isotropic};
 
 fn served(act: impl FnOnce(&Pages) + Send) {
@@ -32,10 +32,7 @@ fn status(
     if !path.ends_with("/stream") {
         return pages.send(method, path, &headers, "{}").status;
     }
-    let mut stream = TcpStream::connect(pages.at).unwrap();
-    stream
-        .set_read_timeout(Some(Duration::from_secs(10)))
-        .unwrap();
+    let mut stream = pages.connect(Duration::from_secs(10)).unwrap();
     let headers: String = headers
         .iter()
         .map(|(name, value)| format!("{name}: {value}\r\n"))
@@ -51,68 +48,80 @@ fn status(
     std::str::from_utf8(&head[9..]).unwrap().parse().unwrap()
 }
 
+fn on_network(act: impl FnOnce(&Pages) + Send) {
+    let (protocol, plan) = isotropic();
+    with_pages_on_network(&mut Bed::new(), (&protocol, &plan), act);
+}
+
 #[test]
 fn every_route_is_for_its_roles_alone() {
-    served(|pages| {
-        let experimenter = pages.experimenter();
-        let known = [
-            (Role::Viewer, pages.enter(&pages.viewer)),
-            (Role::Participant, pages.participant(&experimenter)),
-            (Role::Experimenter, experimenter),
-        ];
-        let mut checked = 0;
-        for route in ROUTES {
-            let to = (route.method, route.path);
-            let For::Roles(roles) = route.whose else {
-                // Everybody sees no more than that there is a door.
-                let reply = pages.send(
-                    route.method,
-                    route.path,
-                    &[("content-type", "application/x-www-form-urlencoded")],
-                    "code=x",
-                );
-                assert!([200, 303, 403].contains(&reply.status), "{to:?} {reply:?}");
-                assert!(!reply.body.contains("data-mark=\""), "{to:?}");
-                continue;
-            };
-            assert!(
-                [303, 401].contains(&status(pages, to, None, None)),
-                "{to:?}"
+    served(routes);
+}
+
+#[test]
+fn every_route_on_a_network_is_for_its_roles_alone() {
+    on_network(routes);
+}
+
+fn routes(pages: &Pages) {
+    let experimenter = pages.experimenter();
+    let known = [
+        (Role::Viewer, pages.enter(&pages.viewer)),
+        (Role::Participant, pages.participant(&experimenter)),
+        (Role::Experimenter, experimenter),
+    ];
+    let mut checked = 0;
+    for route in ROUTES {
+        let to = (route.method, route.path);
+        let For::Roles(roles) = route.whose else {
+            // Everybody sees no more than that there is a door.
+            let reply = pages.send(
+                route.method,
+                route.path,
+                &[("content-type", "application/x-www-form-urlencoded")],
+                "code=x",
             );
-            let forged = Page {
-                cookie: known[2].1.cookie.replace(char::is_numeric, "0"),
-                ..known[2].1.clone()
-            };
-            assert!(
-                [303, 401].contains(&status(pages, to, Some(&forged), Some(&forged.mark))),
-                "{to:?}"
-            );
-            for (role, page) in &known {
-                let found = status(pages, to, Some(page), Some(&page.mark));
-                let may = roles.contains(role);
-                // 400, 422: let in, and asked for nothing that there is.
-                let is_let_in = [200, 204, 400, 422].contains(&found);
-                assert_eq!(is_let_in, may, "{to:?} as {role:?}: {found}");
-                assert_eq!(found == 403, !may, "{to:?} as {role:?}: {found}");
-                if route.method == "POST" {
-                    for mark in [
-                        None,
-                        Some(""),
-                        Some("0"),
-                        Some(known[0].1.mark.as_str()).filter(|m| *m != page.mark),
-                    ] {
-                        assert_eq!(
-                            status(pages, to, Some(page), mark),
-                            403,
-                            "{to:?} as {role:?} with {mark:?}"
-                        );
-                    }
+            assert!([200, 303, 403].contains(&reply.status), "{to:?} {reply:?}");
+            assert!(!reply.body.contains("data-mark=\""), "{to:?}");
+            continue;
+        };
+        assert!(
+            [303, 401].contains(&status(pages, to, None, None)),
+            "{to:?}"
+        );
+        let forged = Page {
+            cookie: known[2].1.cookie.replace(char::is_numeric, "0"),
+            ..known[2].1.clone()
+        };
+        assert!(
+            [303, 401].contains(&status(pages, to, Some(&forged), Some(&forged.mark))),
+            "{to:?}"
+        );
+        for (role, page) in &known {
+            let found = status(pages, to, Some(page), Some(&page.mark));
+            let may = roles.contains(role);
+            // 400, 422: let in, and asked for nothing that there is.
+            let is_let_in = [200, 204, 400, 422].contains(&found);
+            assert_eq!(is_let_in, may, "{to:?} as {role:?}: {found}");
+            assert_eq!(found == 403, !may, "{to:?} as {role:?}: {found}");
+            if route.method == "POST" {
+                for mark in [
+                    None,
+                    Some(""),
+                    Some("0"),
+                    Some(known[0].1.mark.as_str()).filter(|m| *m != page.mark),
+                ] {
+                    assert_eq!(
+                        status(pages, to, Some(page), mark),
+                        403,
+                        "{to:?} as {role:?} with {mark:?}"
+                    );
                 }
-                checked += 1;
             }
+            checked += 1;
         }
-        assert!(checked >= 24);
-    });
+    }
+    assert!(checked >= 24);
 }
 
 #[test]
@@ -317,5 +326,102 @@ fn one_browser_holds_both_pages() {
         let renamed = device.cookie.replace("participant", "experimenter");
         let shown = pages.send("GET", "/experimenter", &[("cookie", &renamed)], "");
         assert_eq!(shown.status, 303);
+    });
+}
+
+/// The status of an attempt to enter with a filled form, and what is said.
+fn entering(pages: &Pages, filled: &str) -> (u16, String) {
+    let form = [("content-type", "application/x-www-form-urlencoded")];
+    let reply = pages.send("POST", "/enter", &form, filled);
+    (reply.status, reply.head)
+}
+
+#[test]
+fn on_a_network_the_experimenter_enters_with_the_password_alone() {
+    on_network(|pages| {
+        let (status, head) = entering(pages, &format!("password={PASSWORD}"));
+        assert_eq!(status, 303);
+        assert!(head.contains("; secure"), "{head}");
+        for wrong in [
+            format!("code={PASSWORD}"),
+            "password=".to_owned(),
+            format!("password={}", pages.viewer),
+            format!("password={PASSWORD}x"),
+        ] {
+            assert_eq!(entering(pages, &wrong).0, 403, "{wrong}");
+        }
+        // Who looks on has a code, and no more tries than anybody else.
+        assert_eq!(entering(pages, &format!("code={}", pages.viewer)).0, 303);
+        assert_eq!(entering(pages, "password=x").0, 403);
+        assert_eq!(entering(pages, &format!("password={PASSWORD}")).0, 429);
+    });
+}
+
+#[test]
+fn what_is_not_encrypted_is_led_to_what_is() {
+    on_network(|pages| {
+        let mut plain = TcpStream::connect(pages.at).unwrap();
+        plain
+            .set_read_timeout(Some(Duration::from_secs(20)))
+            .unwrap();
+        write!(
+            plain,
+            "GET /experimenter HTTP/1.1\r\nhost: {}\r\ncookie: x=y\r\n\r\n",
+            pages.at
+        )
+        .unwrap();
+        let mut all = String::new();
+        plain.read_to_string(&mut all).unwrap();
+        assert!(all.starts_with("HTTP/1.1 301 "), "{all}");
+        assert!(
+            all.contains(&format!("location: https://{}/\r\n", pages.at)),
+            "{all}"
+        );
+        // Whoever says nothing, or something else, keeps nobody out.
+        let silent: Vec<TcpStream> = (0..60)
+            .map(|i| {
+                let mut stream = TcpStream::connect(pages.at).unwrap();
+                if i % 2 == 0 {
+                    stream.write_all(&[22, 3, 1, 255]).unwrap();
+                }
+                stream
+            })
+            .collect();
+        let page = pages.experimenter();
+        assert_eq!(pages.ask(&page, r#""do":"consent""#).status, 204);
+        // A host that is not the name of these pages is refused also here.
+        let cookie = ("cookie", page.cookie.as_str());
+        let local = format!("localhost:{}", pages.at.port());
+        for host in [local.as_str(), "evil.example"] {
+            let reply = pages.send("GET", "/experimenter", &[("host", host), cookie], "");
+            assert_eq!(reply.status, 421, "{host}");
+        }
+        let plain = format!("http://{}", pages.at);
+        let form = ("content-type", "application/x-www-form-urlencoded");
+        let posted = pages.send("POST", "/enter", &[("origin", &plain), form], "code=x");
+        assert_eq!(posted.status, 403);
+        drop(silent);
+    });
+}
+
+/// One address opens as many connections as it may, and says nothing.
+#[test]
+fn connections_that_say_nothing_are_closed() {
+    served(|pages| {
+        let page = pages.experimenter();
+        let mut idle: Vec<TcpStream> = (0..200)
+            .map(|_| TcpStream::connect(pages.at).unwrap())
+            .collect();
+        // The first ones are held as long as a request may take, later ones are closed at once.
+        for stream in &idle {
+            stream
+                .set_read_timeout(Some(Duration::from_secs(30)))
+                .unwrap();
+        }
+        let mut byte = [0];
+        for stream in idle.iter_mut().rev() {
+            assert!(matches!(stream.read(&mut byte), Ok(0) | Err(_)));
+        }
+        assert_eq!(pages.ask(&page, r#""do":"consent""#).status, 204);
     });
 }

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "web")]
 mod led;
+#[cfg(feature = "web")]
+mod network;
 
 #[cfg(feature = "web")]
 pub(crate) use led::{Arguments, run};

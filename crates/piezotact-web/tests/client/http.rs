@@ -4,6 +4,7 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{SocketAddr, TcpStream};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Duration;
 
@@ -15,9 +16,20 @@ pub(crate) struct Reply {
     pub(crate) body: String,
 }
 
+/// A connection, encrypted or not.
+pub(crate) trait Channel: Read + Write + Send {}
+
+impl<T: Read + Write + Send> Channel for T {}
+
+/// What encrypts a connection.
+pub(crate) type Encrypt = Arc<dyn Fn(TcpStream) -> Box<dyn Channel> + Send + Sync>;
+
 /// Where the pages are, and the codes that let in.
 pub(crate) struct Pages {
     pub(crate) at: SocketAddr,
+    /// On a network, where connections are encrypted.
+    pub(crate) encrypt: Option<Encrypt>,
+    /// The experimenter's code, or on a network the password.
     pub(crate) experimenter: String,
     pub(crate) viewer: String,
 }
@@ -31,6 +43,16 @@ pub(crate) struct Page {
 }
 
 impl Pages {
+    /// A new connection; `None` where there is no server.
+    pub(crate) fn connect(&self, patience: Duration) -> Option<Box<dyn Channel>> {
+        let stream = TcpStream::connect(self.at).ok()?;
+        stream.set_read_timeout(Some(patience)).unwrap();
+        Some(match &self.encrypt {
+            None => Box::new(stream),
+            Some(encrypt) => encrypt(stream),
+        })
+    }
+
     /// Sends `method` `path` with `headers` and `body`, and reads the whole answer.
     pub(crate) fn send(
         &self,
@@ -50,10 +72,7 @@ impl Pages {
         headers: &[(&str, &str)],
         body: &str,
     ) -> Option<Reply> {
-        let mut stream = TcpStream::connect(self.at).ok()?;
-        stream
-            .set_read_timeout(Some(Duration::from_secs(30)))
-            .unwrap();
+        let mut stream = self.connect(Duration::from_secs(30))?;
         let host = match headers.iter().any(|(name, _)| *name == "host") {
             true => String::new(),
             false => format!("host: {}\r\n", self.at),
@@ -85,8 +104,13 @@ impl Pages {
 
     /// Lets a page in with `code`.
     pub(crate) fn enter(&self, code: &str) -> Page {
+        self.enter_by(&format!("code={code}"))
+    }
+
+    /// Lets a page in with a filled form.
+    pub(crate) fn enter_by(&self, filled: &str) -> Page {
         let form = [("content-type", "application/x-www-form-urlencoded")];
-        let entered = self.send("POST", "/enter", &form, &format!("code={code}"));
+        let entered = self.send("POST", "/enter", &form, filled);
         assert_eq!(entered.status, 303, "{entered:?}");
         let (_, cookie) = entered.head.split_once("set-cookie: ").unwrap();
         let cookie = cookie.split(';').next().unwrap().to_owned();
@@ -104,7 +128,15 @@ impl Pages {
     }
 
     pub(crate) fn experimenter(&self) -> Page {
-        self.enter(&self.experimenter)
+        self.enter_by(&self.experimenter_form())
+    }
+
+    /// What the experimenter enters with.
+    pub(crate) fn experimenter_form(&self) -> String {
+        match self.encrypt {
+            None => format!("code={}", self.experimenter),
+            Some(_) => format!("password={}", self.experimenter),
+        }
     }
 
     /// The participant's device, let in by the code on the page of `experimenter`.
@@ -157,10 +189,7 @@ impl Pages {
 
     /// The stream of a page, whose steps are read one after the other.
     pub(crate) fn follow(&self, page: &Page) -> Stream {
-        let mut stream = TcpStream::connect(self.at).unwrap();
-        stream
-            .set_read_timeout(Some(Duration::from_secs(20)))
-            .unwrap();
+        let mut stream = self.connect(Duration::from_secs(20)).unwrap();
         write!(
             stream,
             "GET {}/stream HTTP/1.1\r\nhost: {}\r\ncookie: {}\r\n\r\n",
@@ -172,7 +201,7 @@ impl Pages {
 }
 
 /// A stream of steps.
-pub(crate) struct Stream(BufReader<TcpStream>);
+pub(crate) struct Stream(BufReader<Box<dyn Channel>>);
 
 impl Stream {
     /// The next line of data; `None` where the stream has ended.

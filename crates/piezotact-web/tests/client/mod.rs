@@ -4,19 +4,47 @@
 use std::cell::Cell;
 use std::net::TcpListener;
 use std::rc::Rc;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::store::Purpose;
-use piezotact_web::{Access, PlayedBy, Role, Screen, Site, StudyPages, View};
+use piezotact_web::{
+    Access, Certificate, Password, PlayedBy, Reach, Role, Screen, Site, StudyPages, View,
+};
+use tokio_rustls::rustls;
+use tokio_rustls::rustls::pki_types::pem::PemObject as _;
+use tokio_rustls::rustls::pki_types::{CertificateDer, ServerName};
 
 use crate::support::{Bed, Place, next};
 
 mod http;
 
-pub(crate) use http::{Page, Pages};
+pub(crate) use http::{Encrypt, Page, Pages};
+
+/// The experimenter's password on a network.
+pub(crate) const PASSWORD: &str = "four-words-of-wood";
+
+/// Encrypts connections to whoever has `certificate`, and to nobody else.
+pub(crate) fn encrypt(certificate: &Certificate) -> Encrypt {
+    let mut roots = rustls::RootCertStore::empty();
+    let own = CertificateDer::from_pem_slice(certificate.chain_pem.as_bytes()).unwrap();
+    roots.add(own).unwrap();
+    let ring = Arc::new(rustls::crypto::ring::default_provider());
+    let config = rustls::ClientConfig::builder_with_provider(ring)
+        .with_safe_default_protocol_versions()
+        .unwrap()
+        .with_root_certificates(roots)
+        .with_no_client_auth();
+    let config = Arc::new(config);
+    Arc::new(move |stream| {
+        let name = ServerName::try_from("127.0.0.1").unwrap();
+        let client = rustls::ClientConnection::new(Arc::clone(&config), name).unwrap();
+        Box::new(rustls::StreamOwned::new(client, stream))
+    })
+}
 
 /// A study without answers.
 struct Nothing;
@@ -37,7 +65,21 @@ pub(crate) fn with_pages<T: Send>(
     of: (&Protocol, &Plan),
     act: impl FnOnce(&Pages) -> T + Send,
 ) -> T {
-    with_pages_after(bed, of, |_| {}, act)
+    served(bed, of, |_| {}, act, &Reach::Machine)
+}
+
+/// As [`with_pages`], on a network.
+pub(crate) fn with_pages_on_network<T: Send>(
+    bed: &mut Bed,
+    of: (&Protocol, &Plan),
+    act: impl FnOnce(&Pages) -> T + Send,
+) -> T {
+    let names = ["127.0.0.1".to_owned()];
+    let reach = Reach::Network {
+        name: names[0].clone(),
+        certificate: Certificate::own(&names, SystemTime::now()).unwrap(),
+    };
+    served(bed, of, |_| {}, act, &reach)
 }
 
 /// As [`with_pages`]; `before` has the number of events that the store refuses next, once the session is taken up.
@@ -46,6 +88,16 @@ pub(crate) fn with_pages_after<T: Send>(
     of: (&Protocol, &Plan),
     before: impl FnOnce(&Cell<usize>),
     act: impl FnOnce(&Pages) -> T + Send,
+) -> T {
+    served(bed, of, before, act, &Reach::Machine)
+}
+
+fn served<T: Send>(
+    bed: &mut Bed,
+    of: (&Protocol, &Plan),
+    before: impl FnOnce(&Cell<usize>),
+    act: impl FnOnce(&Pages) -> T + Send,
+    reach: &Reach,
 ) -> T {
     let refusals = Rc::clone(&bed.store.refusals);
     let served = |runner: &mut piezotact_session::Runner<'_>| {
@@ -59,8 +111,15 @@ pub(crate) fn with_pages_after<T: Send>(
         runner.give(first.unwrap()).unwrap();
         before(&refusals);
         let access = Access::new("P01", None, Box::new(|_| Ok(()))).unwrap();
-        let code = |role| access.code(role).unwrap();
-        let (experimenter, viewer) = (code(Role::Experimenter), code(Role::Viewer));
+        let (access, encrypt) = match reach {
+            Reach::Machine => (access, None),
+            Reach::Network { certificate, .. } => {
+                let password = Password::new(PASSWORD).unwrap();
+                (access.with_password(password), Some(encrypt(certificate)))
+            }
+        };
+        let experimenter = access.code(Role::Experimenter);
+        let viewer = access.code(Role::Viewer).unwrap();
         let view = View::of(runner.state(), None, PlayedBy::Bench);
         let (site, mut desk) = Site::new(
             (view, runner.events().unwrap()),
@@ -73,10 +132,11 @@ pub(crate) fn with_pages_after<T: Send>(
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let pages = Pages {
             at: listener.local_addr().unwrap(),
-            experimenter,
+            encrypt,
+            experimenter: experimenter.unwrap_or_else(|| PASSWORD.to_owned()),
             viewer,
         };
-        let served = site.serve(listener).unwrap();
+        let served = site.serve(listener, reach).unwrap();
         let is_over = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let acting = scope.spawn(|| {

@@ -1,7 +1,5 @@
 //! A session that is led on pages.
 
-use std::io::Write as _;
-use std::net::{Ipv4Addr, TcpListener};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -11,6 +9,7 @@ use piezotact_people::campaign::session::Event;
 use piezotact_session::{BenchStimulator, Given, Runner, Stimulator};
 use piezotact_web::{Access, PlayedBy, Role, Screen, Shown, Site, StudyPages, View};
 
+use super::network::{Door, Where, write_for_user};
 use crate::commands::campaign::export::answers_of;
 use crate::commands::campaign::run::{self as session, About, Front, first_command, left, status};
 use crate::commands::matrix::report_of;
@@ -26,21 +25,13 @@ const PAGES: &str = "pages.json";
 pub(crate) struct Arguments {
     #[command(flatten)]
     session: session::Arguments,
-    /// The port of the pages on this machine; 0 for any that is free.
-    #[arg(long, default_value_t = 7700)]
-    port: u16,
+    #[command(flatten)]
+    door: Where,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let address = (Ipv4Addr::LOCALHOST, args.port);
-    let listener = TcpListener::bind(address).map_err(|error| {
-        Failure::Data(anyhow!(
-            "port {} of this machine: {error}; state another --port, or 0 for any that is free",
-            args.port
-        ))
-    })?;
     let mut pages = Pages {
-        listener: Some(listener),
+        door: Some(args.door.open()?),
         screen: Screen::default(),
     };
     session::lead(&args.session, &mut pages)
@@ -48,7 +39,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 /// Pages of a browser.
 struct Pages {
-    listener: Option<TcpListener>,
+    door: Option<Door>,
     screen: Screen,
 }
 
@@ -76,8 +67,11 @@ impl Front for Pages {
             true => PlayedBy::Hand,
             false => PlayedBy::Bench,
         };
+        let Some(door) = self.door.take() else {
+            return Ok(());
+        };
         let kept = about.folder.join(PAGES);
-        let access = access(args, &kept)?;
+        let access = door.guard(access(args, &kept)?, &args.study)?;
         let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role));
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
@@ -85,15 +79,18 @@ impl Front for Pages {
         let (site, mut desk) =
             Site::new((view, runner.events()?), consent, played_by, access, study);
         self.screen.shows(&desk);
-        let Some(listener) = self.listener.take() else {
-            return Ok(());
+        let (at, about) = (door.address()?, door.about()?);
+        let served = site
+            .serve(door.listener, &door.reach)
+            .map_err(anyhow::Error::new)?;
+        let enter = |code: Option<String>| {
+            let code = code.map(|code| format!("?code={code}"));
+            format!("{at}/enter{}", code.unwrap_or_default())
         };
-        let at = listener.local_addr()?;
-        let served = site.serve(listener).map_err(anyhow::Error::new)?;
-        let [experimenter, viewer] = codes.map(Option::unwrap_or_default);
+        let [experimenter, viewer] = codes.map(enter);
         // Whoever reads may have gone, as behind `head -1`: the pages go on.
         let _reader_gone = print(&format!(
-            "experimenter:  http://{at}/enter?code={experimenter}\nto look on:    http://{at}/enter?code={viewer}\nThe participant's code is made on the experimenter's page. Ctrl-C ends the pages; everything that was noted is stored."
+            "experimenter:  {experimenter}\nto look on:    {viewer}\nThe participant's code is made on the experimenter's page. Ctrl-C ends the pages; everything that was noted is stored.{about}"
         ));
         let done = desk.run(&mut runner, &interrupted);
         drop(served);
@@ -120,19 +117,9 @@ fn access(args: &session::Arguments, kept: &Path) -> Outcome<Access> {
         ));
     }
     let kept = kept.to_owned();
-    let keep = move |json: &str| keep(&kept, json).map_err(|error| error.to_string());
+    let keep = move |json: &str| write_for_user(&kept, json).map_err(|error| error.to_string());
     let access = Access::new(&name, known.as_deref(), Box::new(keep));
     Ok(access.map_err(anyhow::Error::new)?)
-}
-
-/// Writes `json` to the side, for this user alone, flushes it, and renames it to `path`.
-fn keep(path: &Path, json: &str) -> std::io::Result<()> {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)?;
-    file.write_all(json.as_bytes())?;
-    file.as_file().sync_all()?;
-    file.persist(path)?;
-    Ok(())
 }
 
 /// The study in a folder.

@@ -1,0 +1,135 @@
+//! The certificate with which pages are encrypted: one of our own, or one that was given.
+
+use std::sync::Arc;
+use std::time::{Duration, SystemTime};
+
+use piezotact_people::campaign::chain::Sha;
+use rcgen::{CertificateParams, DnType, ExtendedKeyUsagePurpose, KeyPair, date_time_ymd};
+use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::pki_types::pem::PemObject as _;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use tokio_rustls::rustls::{ServerConfig, crypto};
+
+/// How long a certificate of our own is valid: browsers refuse longer ones.
+pub const VALIDITY: Duration = Duration::from_secs(365 * 24 * 3600);
+/// A clock that is late does not refuse a new one.
+const BEFORE: Duration = Duration::from_secs(24 * 3600);
+
+/// A certificate that cannot be made or used.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct CertificateError(String);
+
+/// A certificate with its private key, both as PEM.
+#[derive(Clone)]
+pub struct Certificate {
+    /// The certificate, with those that vouch for it after it.
+    pub chain_pem: String,
+    /// Its private key.
+    pub key_pem: String,
+}
+
+impl std::fmt::Debug for Certificate {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        // The key stays out of messages.
+        f.debug_struct("Certificate").finish_non_exhaustive()
+    }
+}
+
+impl Certificate {
+    /// A new certificate for `names` (host names and addresses), which vouches for itself, valid for [`VALIDITY`] from `now` on.
+    ///
+    /// # Errors
+    /// [`CertificateError`] for a name that is none, and without random numbers.
+    pub fn own(names: &[String], now: SystemTime) -> Result<Self, CertificateError> {
+        let failed = |error: rcgen::Error| CertificateError(error.to_string());
+        let mut params = CertificateParams::new(names).map_err(failed)?;
+        let since = now.duration_since(SystemTime::UNIX_EPOCH);
+        let now = date_time_ymd(1970, 1, 1) + since.unwrap_or_default();
+        params.not_before = now - BEFORE;
+        params.not_after = now + VALIDITY;
+        let name = &mut params.distinguished_name;
+        name.push(DnType::CommonName, "Piezotact");
+        params.extended_key_usages = vec![ExtendedKeyUsagePurpose::ServerAuth];
+        let key = KeyPair::generate().map_err(failed)?;
+        let certificate = params.self_signed(&key).map_err(failed)?;
+        Ok(Self {
+            chain_pem: certificate.pem(),
+            key_pem: key.serialize_pem(),
+        })
+    }
+
+    /// The SHA-256 of the certificate, as browsers show it: pairs of hexadecimal digits with colons.
+    ///
+    /// # Errors
+    /// [`CertificateError`] where there is no certificate in the text.
+    pub fn fingerprint(&self) -> Result<String, CertificateError> {
+        let chain = self.chain()?;
+        let sha = Sha::of(chain.first().map_or(&[], AsRef::as_ref)).to_string();
+        let pairs: Vec<&str> = (0..sha.len() / 2).map(|i| &sha[2 * i..2 * i + 2]).collect();
+        Ok(pairs.join(":").to_uppercase())
+    }
+
+    fn chain(&self) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
+        let chain = CertificateDer::pem_slice_iter(self.chain_pem.as_bytes());
+        let chain: Result<Vec<_>, _> = chain.collect();
+        match chain {
+            Ok(chain) if !chain.is_empty() => Ok(chain),
+            Ok(_none) => Err(CertificateError(
+                "expected a certificate in PEM, found none".into(),
+            )),
+            Err(error) => Err(CertificateError(format!(
+                "expected a certificate in PEM: {error}"
+            ))),
+        }
+    }
+
+    /// What encrypts connections with it.
+    ///
+    /// # Errors
+    /// [`CertificateError`] where certificate or key cannot be read, or do not belong together.
+    pub(crate) fn acceptor(&self) -> Result<TlsAcceptor, CertificateError> {
+        let key = PrivateKeyDer::from_pem_slice(self.key_pem.as_bytes())
+            .map_err(|error| CertificateError(format!("expected a private key in PEM: {error}")))?;
+        let failed = |error: tokio_rustls::rustls::Error| CertificateError(error.to_string());
+        let config =
+            ServerConfig::builder_with_provider(Arc::new(crypto::ring::default_provider()));
+        let config = config
+            .with_safe_default_protocol_versions()
+            .map_err(failed)?;
+        let config = config.with_no_client_auth();
+        let mut config = config
+            .with_single_cert(self.chain()?, key)
+            .map_err(failed)?;
+        config.alpn_protocols = vec![b"http/1.1".to_vec()];
+        Ok(TlsAcceptor::from(Arc::new(config)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_own_certificate_is_usable_and_has_a_fingerprint() {
+        let names = ["192.168.1.10".to_owned(), "bench.local".to_owned()];
+        let own = Certificate::own(&names, SystemTime::now()).unwrap();
+        assert!(own.acceptor().is_ok());
+        let fingerprint = own.fingerprint().unwrap();
+        assert_eq!(fingerprint.split(':').count(), 32, "{fingerprint}");
+        let other = Certificate::own(&names, SystemTime::now()).unwrap();
+        let mixed = Certificate {
+            key_pem: other.key_pem,
+            ..own.clone()
+        };
+        assert!(mixed.acceptor().is_err(), "the key of another certificate");
+        for text in ["", "-----BEGIN CERTIFICATE-----\n", "x"] {
+            let chain_pem = text.to_owned();
+            let none = Certificate {
+                chain_pem,
+                ..own.clone()
+            };
+            assert!(none.fingerprint().is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Connections: how many, how long, and encrypted on a network.
+
+use std::collections::BTreeMap;
+use std::net::{IpAddr, SocketAddr};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use axum::{Extension, Router};
+use hyper::server::conn::http1;
+use hyper_util::rt::{TokioIo, TokioTimer};
+use hyper_util::service::TowerToHyperService;
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt as _};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, watch};
+use tokio::task::JoinSet;
+use tokio::time::timeout;
+use tokio_rustls::TlsAcceptor;
+
+/// Connections at once; more wait.
+const MOST: usize = 512;
+/// Connections of one address at once; more are closed.
+const MOST_OF_ONE: usize = 128;
+/// A connection is encrypted, and says what it asks for, within this time.
+const SLOW: Duration = Duration::from_secs(10);
+/// Connections that still work have this long to end.
+const GRACE: Duration = Duration::from_millis(500);
+/// Where the system has no more connections, the next try.
+const LATER: Duration = Duration::from_millis(100);
+/// The first byte of an encrypted connection.
+const HANDSHAKE: u8 = 22;
+
+/// The address that a request comes from.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct From(pub(crate) IpAddr);
+
+/// How connections are answered.
+#[derive(Clone)]
+pub(crate) struct Answering {
+    pub(crate) router: Router,
+    /// What encrypts them; none on this machine.
+    pub(crate) tls: Option<TlsAcceptor>,
+    /// The address of the pages, for whoever asks without encryption.
+    pub(crate) address: String,
+    pub(crate) ends: watch::Receiver<bool>,
+}
+
+/// Answers connections until the program ends. An error of a connection ends that connection only.
+pub(crate) async fn serve(listener: TcpListener, answering: Answering) {
+    let permits = Arc::new(Semaphore::new(MOST));
+    let counted = Arc::new(Mutex::new(BTreeMap::new()));
+    let mut connections = JoinSet::new();
+    let mut ends = answering.ends.clone();
+    loop {
+        while connections.try_join_next().is_some() {}
+        let next = async {
+            let permit = Arc::clone(&permits).acquire_owned().await;
+            (permit, listener.accept().await)
+        };
+        let (permit, accepted) = tokio::select! {
+            next = next => next,
+            _ = ends.wait_for(|ends| *ends) => break,
+        };
+        let (Ok(permit), Ok((stream, from))) = (permit, accepted) else {
+            tokio::time::sleep(LATER).await;
+            continue;
+        };
+        let Some(one) = One::of(&counted, from) else {
+            continue;
+        };
+        let answering = answering.clone();
+        connections.spawn(async move {
+            let _held = (permit, one);
+            connection(stream, from.ip(), answering).await;
+        });
+    }
+    drop(listener);
+    let all = async { while connections.join_next().await.is_some() {} };
+    let _late_ones_are_cut = timeout(GRACE, all).await;
+}
+
+type Counts = Arc<Mutex<BTreeMap<IpAddr, usize>>>;
+
+/// A connection of an address, as long as it lives.
+struct One(Counts, IpAddr);
+
+impl One {
+    fn of(counts: &Counts, from: SocketAddr) -> Option<Self> {
+        let mut all = counts.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = all.entry(from.ip()).or_default();
+        if *count >= MOST_OF_ONE {
+            return None;
+        }
+        *count += 1;
+        drop(all);
+        Some(Self(Arc::clone(counts), from.ip()))
+    }
+}
+
+impl Drop for One {
+    fn drop(&mut self) {
+        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(count) = all.get_mut(&self.1) {
+            *count -= 1;
+            if *count == 0 {
+                all.remove(&self.1);
+            }
+        }
+    }
+}
+
+async fn connection(stream: TcpStream, from: IpAddr, answering: Answering) {
+    let _slower = stream.set_nodelay(true);
+    let Some(tls) = &answering.tls else {
+        return requests(stream, from, answering).await;
+    };
+    let mut first = [0];
+    let Ok(Ok(1)) = timeout(SLOW, stream.peek(&mut first)).await else {
+        return;
+    };
+    if first[0] != HANDSHAKE {
+        return lead_to(stream, &answering.address).await;
+    }
+    if let Ok(Ok(encrypted)) = timeout(SLOW, tls.accept(stream)).await {
+        requests(encrypted, from, answering).await;
+    }
+}
+
+/// Tells a browser that asked without encryption where the pages are.
+async fn lead_to(mut stream: TcpStream, address: &str) {
+    let answer = format!(
+        "HTTP/1.1 301 Moved Permanently\r\nlocation: {address}/\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
+    );
+    let written = async {
+        stream.write_all(answer.as_bytes()).await?;
+        // What was asked is read away: a connection that is closed before is an error to a browser.
+        let mut rest = [0; 1024];
+        while let Ok(Ok(1..)) = timeout(LATER, async {
+            stream.readable().await?;
+            stream.try_read(&mut rest)
+        })
+        .await
+        {}
+        stream.shutdown().await
+    };
+    let _gone = timeout(SLOW, written).await;
+}
+
+async fn requests<S>(stream: S, from: IpAddr, answering: Answering)
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let router = answering.router.layer(Extension(From(from)));
+    let mut ends = answering.ends;
+    let connection = http1::Builder::new()
+        .timer(TokioTimer::new())
+        .header_read_timeout(SLOW)
+        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+    tokio::pin!(connection);
+    tokio::select! {
+        _done = connection.as_mut() => return,
+        _ = ends.wait_for(|ends| *ends) => connection.as_mut().graceful_shutdown(),
+    }
+    let _done = connection.await;
+}
