@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::commands::bench_failure;
 use crate::failure::{Failure, Outcome};
+use crate::live::Showing;
 use crate::output::say;
 use crate::progress;
 
@@ -181,13 +182,13 @@ impl RunKeeper for Keeper<'_> {
             Shown::Each(what, length) => (progress::of_run(&what(start), *length), true),
             Shown::Together(bar) => ((*bar).clone(), false),
         };
-        Ok(Box::new(Kept {
+        Ok(Box::new(Showing(Kept {
             journal,
             bar,
             own,
             samples,
             rate_hz: start.rate_hz.hz(),
-        }))
+        })))
     }
 }
 

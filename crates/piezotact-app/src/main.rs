@@ -9,6 +9,7 @@ mod failure;
 mod interrupt;
 mod invocation;
 mod keeping;
+mod live;
 mod manipulations;
 mod memory;
 mod output;

@@ -11,8 +11,8 @@ use piezotact_bench::conformance::{Rule, Subject, of_acquirer, of_bench};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, DeviceError, Play, PlayDescription, PlayProgress, Playback,
-    RunPlan, SensorCalibration, StopHandle, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, Paced, Play, PlayDescription, PlayProgress,
+    Playback, RunPlan, SensorCalibration, StopHandle, Until,
 };
 
 fn subject() -> Subject {
@@ -45,6 +45,31 @@ fn a_fake_in_real_time_is_stopped_while_it_waits() {
     };
     let paced = "pace = \"real_time\"\nchunks_s = [0.9]\nlate = [{ at_s = 0.5, by_s = 0.2 }]";
     assert_eq!(of_bench(scripted(paced), &subject), []);
+}
+
+/// At fifty times the pace of its clock, so that the tests take seconds.
+#[test]
+fn a_bench_that_takes_its_time_keeps_to_the_contract() {
+    let subject = Subject {
+        goes_on_for: Seconds(1.5),
+        ..subject()
+    };
+    for script in ["seed = 1", "drop_outs = [{ at_s = 0.3, samples = 25 }]"] {
+        let make = scripted(script);
+        let paced = move || {
+            let Bench {
+                player,
+                acquirer,
+                stop,
+            } = make();
+            Bench {
+                player,
+                acquirer: Box::new(Paced::at(acquirer, 50.0)),
+                stop,
+            }
+        };
+        assert_eq!(of_bench(paced, &subject), [], "{script}");
+    }
 }
 
 #[test]

@@ -17,6 +17,7 @@ pub(crate) use twin::TwinSpec;
 
 use crate::failure::Outcome;
 use crate::interrupt::{self, interrupted};
+use crate::live;
 
 /// One bench of the table.
 struct BenchEntry {
@@ -89,7 +90,7 @@ impl BenchSpec {
             }
             .into());
         }
-        let bench = self.0.open()?;
+        let bench = live::bench(self.0.open()?);
         interrupt::stops(&bench.stop);
         Ok(bench)
     }

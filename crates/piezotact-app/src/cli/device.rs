@@ -10,6 +10,7 @@ use piezotact::transfer::ExponentialWindow;
 use piezotact_bench::Excitation;
 
 use crate::benches::{self, BenchSpec};
+use crate::live::Live;
 
 use super::Reading;
 
@@ -74,6 +75,8 @@ pub(crate) struct Characterise {
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]
     pub(crate) report: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) live: Live,
     /// Prints a summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,
@@ -359,6 +362,8 @@ pub(crate) struct Play {
     /// The recording to write (Parquet).
     #[arg(long)]
     pub(crate) record: PathBuf,
+    #[command(flatten)]
+    pub(crate) live: Live,
     /// The gain for which a drive without a sidecar was made.
     #[arg(long, value_parser = gain_name)]
     pub(crate) gain: Option<GainName>,

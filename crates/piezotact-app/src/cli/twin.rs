@@ -6,6 +6,8 @@ use clap::{Args, Subcommand};
 use piezotact::quantity::{Measure, Unit};
 use piezotact_replay as replay;
 
+use crate::live::Live;
+
 #[derive(Debug, Args)]
 pub(crate) struct Twin {
     #[command(subcommand)]
@@ -109,6 +111,8 @@ pub(crate) struct Record {
     /// The recording to write: Parquet with all channels, or WAV with only the acceleration of the nail.
     #[arg(long)]
     pub(crate) out: PathBuf,
+    #[command(flatten)]
+    pub(crate) live: Live,
     /// Prints a summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,

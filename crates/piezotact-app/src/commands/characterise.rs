@@ -30,6 +30,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     if let Some(record) = &args.record {
         has_ending(record, &["parquet"])?;
     }
+    args.live.begin();
     let mut bench = args.bench.open()?;
     let config = config(args, &bench);
     let repeats = RepeatConfig {

@@ -22,6 +22,7 @@ use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{print, print_document, say_doubts};
 
 pub(crate) fn run(args: &Play) -> Outcome {
+    args.live.begin();
     has_ending(&args.record, &["parquet"])?;
     let written = recording_files(&args.record);
     let written = written.each_ref().map(std::path::PathBuf::as_path);

@@ -24,6 +24,7 @@ use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{Earlier, say_moved};
+use crate::live::{self, Showing};
 use crate::output::{print, print_document};
 
 /// What is usual unless it is stated.
@@ -37,7 +38,8 @@ const SHAKER_ANGLE_DEG: f64 = 20.0;
 pub(crate) fn run(args: &Record) -> Outcome {
     let wav = checked(args)?;
     let parameters = twin_parameters(args.who.twin.as_deref())?;
-    let mut acquirer = bench(args, &parameters)?;
+    args.live.begin();
+    let mut acquirer = live::acquirer(bench(args, &parameters)?);
     let run = plan(args, &parameters);
     // Refused before a file is begun.
     let stop = StopHandle::new();
@@ -204,9 +206,9 @@ fn journal(
     out: &Path,
     stop: &StopHandle,
 ) -> Outcome<(RunStart, usize)> {
-    let mut sink = JournalSink::new(out, None);
+    let mut sink = Showing(JournalSink::new(out, None));
     let done = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
-    say_moved(&mut sink);
+    say_moved(&mut sink.0);
     Ok(done)
 }
 
@@ -239,12 +241,13 @@ fn sound(
     let nail = channels
         .iter()
         .position(|(name, _)| name == ACCELERATION_CHANNEL);
-    let mut sink = OneChannel {
+    let mut sink = Showing(OneChannel {
         channel: nail.unwrap_or_default(),
         samples: Vec::new(),
         events: Vec::new(),
-    };
+    });
     let (start, _) = acquire(acquirer, run, stop, &mut sink).map_err(bench_failure)?;
+    let sink = sink.0;
     if sink.samples.is_empty() && stop.is_stopped() {
         return Ok((start, 0));
     }
