@@ -83,6 +83,7 @@ pub mod correct;
 pub mod device;
 pub mod envelope;
 pub mod manipulate;
+pub mod monitor;
 pub mod panel;
 pub mod prepare;
 pub mod render;
