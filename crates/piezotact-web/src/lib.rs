@@ -5,8 +5,12 @@
 
 mod access;
 mod asked;
+mod assets;
 mod certificate;
+mod console;
 mod desk;
+mod entrance;
+mod live;
 mod pages;
 mod password;
 mod qr;
@@ -26,7 +30,11 @@ use tokio::sync::watch;
 
 pub use access::{Access, AccessError, KeepPages, Key, Role};
 pub use certificate::{Certificate, CertificateError, VALIDITY};
+pub use console::{
+    Answerable, BenchRequest, ConsoleDesk, ConsoleView, Field, FieldKind, MadeFile, Procedure,
+};
 pub use desk::{Desk, Screen, Shown};
+pub use live::{Live, Pictures};
 pub use password::{Password, PasswordError};
 pub use server::{For, ROUTES, Route, StudyPages};
 pub use view::{
@@ -36,7 +44,7 @@ pub use words::{Language, Word};
 
 /// The pages of a session.
 pub struct Site {
-    pages: server::Pages,
+    pages: entrance::Pages,
     ends: watch::Sender<bool>,
 }
 
@@ -91,19 +99,51 @@ impl Site {
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
         let (desk, asking) = Desk::new(view, consent, played_by, earlier);
-        let (ends, end) = watch::channel(false);
-        let pages = server::Pages {
+        let led = server::Led {
             asking,
-            access,
             study,
             consent: sha,
+            experimenters: AtomicUsize::new(0),
+        };
+        let mut site = Self::empty(access);
+        site.pages.led = Some(Arc::new(led));
+        (site, desk)
+    }
+
+    /// The console of `bench`, on which `procedures` can be started, and the desk at which that is asked for; `file` gives what was made.
+    #[must_use]
+    pub fn console(
+        bench: String,
+        procedures: Vec<Procedure>,
+        file: MadeFile,
+        access: Access,
+    ) -> (Self, ConsoleDesk) {
+        let (desk, console) = ConsoleDesk::new(bench, procedures, file);
+        let mut site = Self::empty(access);
+        site.pages.console = Some(Arc::new(console));
+        (site, desk)
+    }
+
+    /// The same, which shows what a bench acquires.
+    #[must_use]
+    pub fn showing(mut self, live: Pictures) -> Self {
+        self.pages.live = Some(live);
+        self
+    }
+
+    fn empty(access: Access) -> Self {
+        let (ends, end) = watch::channel(false);
+        let pages = entrance::Pages {
+            access,
             hosts: Vec::new(),
             scheme: "http",
             ends: end,
             around: watch::channel(0).0,
-            experimenters: AtomicUsize::new(0),
+            led: None,
+            console: None,
+            live: None,
         };
-        (Self { pages, ends }, desk)
+        Self { pages, ends }
     }
 
     /// Serves the pages at `listener` until the value is dropped.

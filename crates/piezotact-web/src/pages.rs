@@ -19,7 +19,8 @@ pub(crate) enum Sight {
 /// How many letters keys have for choices: 1 to 9, then a to z without those of other keys.
 const KEYS: &str = "123456789abcdefghijklmoqrstuvwxyz";
 
-fn page(language: Language, title: &str, meta: &Markup, body: &Markup) -> Markup {
+/// A whole page.
+pub(crate) fn page(language: Language, title: &str, meta: &Markup, body: &Markup) -> Markup {
     html! {
         (DOCTYPE)
         html lang=(language.tag()) {
@@ -75,7 +76,7 @@ pub(crate) fn enter(language: Language, door: Door, code: &str, refused: Option<
 pub(crate) fn frame(
     (role, cookie): (Role, &str),
     language: Language,
-    stream: &str,
+    (stream, live): (&str, Option<&str>),
     step: &Markup,
 ) -> Markup {
     let w = |word: Word| word.in_language(language);
@@ -87,6 +88,7 @@ pub(crate) fn frame(
         meta name="piezotact-mark" content=(second_mark(cookie));
         meta name="piezotact-stream" content=(stream);
         script src="/assets/session.js" defer {}
+        @if live.is_some() { script src="/assets/live.js" defer {} }
     };
     let class = match role {
         Role::Participant => "participant",
@@ -101,6 +103,13 @@ pub(crate) fn frame(
             p #refused hidden {}
         }
         div #page class=(class) { (step) }
+        @if let Some(live) = live {
+            div #gauge hidden data-live=(live) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
+                p { (w(Word::ForceWord)) " " output #gauge-now {} " " b #gauge-word {} }
+                meter #gauge-meter min="0" max="2" value="0" aria-label=(w(Word::ForceWord)) {}
+                button #gauge-tone type="button" aria-pressed="false" { (w(Word::ForceTone)) }
+            }
+        }
     };
     page(language, title, &meta, &body)
 }

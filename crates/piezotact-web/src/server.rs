@@ -3,16 +3,13 @@
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
-use axum::body::Body;
-use axum::extract::{DefaultBodyLimit, Form, Json, Query, Request as HttpRequest, State as Shared};
-use axum::http::header::{
-    ACCEPT_LANGUAGE, CACHE_CONTROL, CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE,
-    COOKIE as COOKIES, HOST, LOCATION, ORIGIN, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
-};
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
-use axum::middleware::{Next, from_fn, from_fn_with_state};
+use axum::extract::{DefaultBodyLimit, FromRequestParts, Json, Query, State as Shared};
+use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
+use axum::http::request::Parts;
+use axum::http::{HeaderMap, StatusCode};
+use axum::middleware::{from_fn, from_fn_with_state};
 use axum::response::sse::{Event as Sent, KeepAlive, Sse};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::{MethodRouter, get, post};
@@ -22,20 +19,20 @@ use piezotact_people::campaign::chain::Sha;
 use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 
-use crate::access::{Access, AccessError, Key, Role, is_second_mark};
+use crate::access::Role;
 use crate::asked::{Asked, What};
 use crate::desk::{Asking, Reply, Request};
-use crate::pages::{self, Door, Pairing, Sight};
-use crate::serving::From;
+use crate::entrance::{
+    LARGEST, Page, Pages, Site, enter, enter_page, guarded, hardened, in_time, known_host,
+    language, start,
+};
+use crate::pages::{self, Pairing, Sight};
 use crate::view::View;
-use crate::words::{Language, Word};
+use crate::words::Language;
+use crate::{assets, console, live};
 
-/// A request is read within this time.
-const SLOW: Duration = Duration::from_secs(10);
-/// The largest request, in bytes.
-const LARGEST: usize = 64 * 1024;
-/// The header with the second mark of a page.
-const MARK: &str = "x-piezotact-mark";
+/// A report is one file with its style and its figures.
+pub(crate) const REPORT_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// What pages show of the whole study.
 pub trait StudyPages: Send + Sync {
@@ -52,41 +49,25 @@ pub trait StudyPages: Send + Sync {
     fn answers(&self) -> Result<String, String>;
 }
 
-/// What all handlers share.
-pub(crate) struct Pages {
+/// The session that pages lead.
+pub(crate) struct Led {
     pub(crate) asking: Asking,
-    pub(crate) access: Access,
     pub(crate) study: Box<dyn StudyPages>,
     /// The checksum of the text that consent is given to.
     pub(crate) consent: Sha,
-    /// The hosts by which the pages are known, with their port.
-    pub(crate) hosts: Vec<String>,
-    /// `https` on a network.
-    pub(crate) scheme: &'static str,
-    /// True when the program ends: streams end then.
-    pub(crate) ends: watch::Receiver<bool>,
-    /// Changes with everything that a view does not hold: pairing, pages that come and go.
-    pub(crate) around: watch::Sender<u64>,
     pub(crate) experimenters: AtomicUsize,
 }
 
-impl Pages {
-    /// The address of the pages, without a path.
-    pub(crate) fn address(&self) -> String {
-        let host = self.hosts.first().map_or("", String::as_str);
-        format!("{}://{host}", self.scheme)
-    }
+/// The session, in a handler; where there is none, there is no such page.
+pub(crate) struct OfSession(Arc<Led>);
 
-    /// How one enters.
-    fn door(&self) -> Door {
-        match self.access.has_password() {
-            true => Door::CodeOrPassword,
-            false => Door::Code,
-        }
+impl FromRequestParts<Site> for OfSession {
+    type Rejection = StatusCode;
+
+    async fn from_request_parts(_parts: &mut Parts, site: &Site) -> Result<Self, StatusCode> {
+        site.led.clone().map(Self).ok_or(StatusCode::NOT_FOUND)
     }
 }
-
-type Site = Arc<Pages>;
 
 /// Who may use a route.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -138,13 +119,37 @@ pub const ROUTES: &[Route] = &[
         method: "GET",
         path: "/assets/session.js",
         whose: For::Everybody,
-        handler: |_| get(script),
+        handler: |_| get(assets::script),
     },
     Route {
         method: "GET",
         path: "/assets/session.css",
         whose: For::Everybody,
-        handler: |_| get(style),
+        handler: |_| get(assets::style),
+    },
+    Route {
+        method: "GET",
+        path: "/assets/console.js",
+        whose: For::Everybody,
+        handler: |_| get(assets::console_script),
+    },
+    Route {
+        method: "GET",
+        path: "/assets/live.js",
+        whose: For::Everybody,
+        handler: |_| get(assets::live_script),
+    },
+    Route {
+        method: "GET",
+        path: "/assets/uplot.js",
+        whose: For::Everybody,
+        handler: |_| get(assets::plot_script),
+    },
+    Route {
+        method: "GET",
+        path: "/assets/uplot.css",
+        whose: For::Everybody,
+        handler: |_| get(assets::plot_style),
     },
     Route {
         method: "GET",
@@ -194,6 +199,42 @@ pub const ROUTES: &[Route] = &[
         whose: For::Roles(LOOKING),
         handler: |r| guarded(r, get(answers)),
     },
+    Route {
+        method: "GET",
+        path: "/console",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(console::page)),
+    },
+    Route {
+        method: "GET",
+        path: "/console/stream",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(console::stream)),
+    },
+    Route {
+        method: "POST",
+        path: "/console/ask",
+        whose: For::Roles(LEADING),
+        handler: |r| guarded(r, post(console::ask)),
+    },
+    Route {
+        method: "GET",
+        path: "/console/files/{name}",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(console::file)),
+    },
+    Route {
+        method: "GET",
+        path: "/live",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(live::whole)),
+    },
+    Route {
+        method: "GET",
+        path: "/participant/force",
+        whose: For::Roles(FEELING),
+        handler: |r| guarded(r, get(live::force)),
+    },
 ];
 
 /// The router of [`ROUTES`].
@@ -208,226 +249,6 @@ pub(crate) fn router(site: Site) -> Router {
         .layer(from_fn_with_state(Arc::clone(&site), known_host))
         .layer(from_fn(hardened))
         .with_state(site)
-}
-
-/// A page that was let in.
-#[derive(Clone, Debug)]
-struct Page {
-    role: Role,
-    cookie: String,
-}
-
-/// The handler of `route` behind its check: the role, and for what changes something the second mark too.
-fn guarded(route: &Route, handler: MethodRouter<Site>) -> MethodRouter<Site> {
-    let For::Roles(roles) = route.whose else {
-        return handler;
-    };
-    let changes = route.method == "POST";
-    handler.layer(from_fn(
-        move |request: HttpRequest, next: Next| async move {
-            let Some(site) = request.extensions().get::<Site>().cloned() else {
-                return StatusCode::INTERNAL_SERVER_ERROR.into_response();
-            };
-            // One browser may hold the pages of several roles, on two screens.
-            let all = pages_of(&site, request.headers());
-            if all.is_empty() {
-                return match changes || request.uri().path().ends_with("/stream") {
-                    true => (StatusCode::UNAUTHORIZED, "no page of this session").into_response(),
-                    false => to("/enter"),
-                };
-            }
-            let mark = request.headers().get(MARK);
-            let mark = mark.and_then(|mark| mark.to_str().ok()).unwrap_or_default();
-            let is_it = |page: &&Page| {
-                roles.contains(&page.role) && (!changes || is_second_mark(mark, &page.cookie))
-            };
-            let Some(page) = all.iter().find(is_it).cloned() else {
-                return (StatusCode::FORBIDDEN, "not for this page, or not from it")
-                    .into_response();
-            };
-            let mut request = request;
-            request.extensions_mut().insert(page);
-            next.run(request).await
-        },
-    ))
-}
-
-/// The pages of this session whose cookies a request has, that of the experimenter first.
-fn pages_of(site: &Pages, headers: &HeaderMap) -> Vec<Page> {
-    let cookies = headers.get_all(COOKIES).iter();
-    let cookies = cookies.filter_map(|all| all.to_str().ok());
-    let known = cookies.flat_map(|all| all.split(';')).filter_map(|one| {
-        let (name, cookie) = one.trim().split_once('=')?;
-        let role = site.access.role(cookie)?;
-        (name == site.access.cookie(role)).then(|| Page {
-            role,
-            cookie: cookie.to_owned(),
-        })
-    });
-    let mut known: Vec<Page> = known.collect();
-    known.sort_by_key(|page| page.role as u8);
-    known
-}
-
-/// Another way to the same place: what a page of another site can make a browser ask for has another host.
-async fn known_host(Shared(site): Shared<Site>, mut request: HttpRequest, next: Next) -> Response {
-    let host = request
-        .headers()
-        .get(HOST)
-        .and_then(|host| host.to_str().ok());
-    let host = host.map(str::to_lowercase);
-    if !host.is_some_and(|host| site.hosts.contains(&host)) {
-        return (StatusCode::MISDIRECTED_REQUEST, "unknown host").into_response();
-    }
-    // What a page of another site sends is not even a wrong code.
-    let origin = request.headers().get(ORIGIN);
-    let origin = origin.map(|origin| origin.to_str().unwrap_or_default());
-    let is_own = |origin: &str| {
-        let host = origin.strip_prefix(site.scheme);
-        let host = host.and_then(|host| host.strip_prefix("://"));
-        host.is_some_and(|host| site.hosts.iter().any(|known| known == host))
-    };
-    if !origin.is_none_or(is_own) {
-        return (StatusCode::FORBIDDEN, "from another site").into_response();
-    }
-    request.extensions_mut().insert(site);
-    next.run(request).await
-}
-
-async fn in_time(request: HttpRequest, next: Next) -> Response {
-    let (parts, body) = request.into_parts();
-    // The body within its time; the answer may take as long as a texture plays.
-    let read = tokio::time::timeout(SLOW, axum::body::to_bytes(body, LARGEST));
-    let bytes = match read.await {
-        Ok(Ok(bytes)) => bytes,
-        Ok(Err(_too_large)) => return StatusCode::PAYLOAD_TOO_LARGE.into_response(),
-        Err(_slow) => return StatusCode::REQUEST_TIMEOUT.into_response(),
-    };
-    next.run(HttpRequest::from_parts(parts, Body::from(bytes)))
-        .await
-}
-
-async fn hardened(request: HttpRequest, next: Next) -> Response {
-    let mut response = next.run(request).await;
-    let headers = response.headers_mut();
-    headers.entry(CONTENT_SECURITY_POLICY).or_insert(HeaderValue::from_static(
-        "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
-    ));
-    headers.insert(X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
-    headers.insert(REFERRER_POLICY, HeaderValue::from_static("same-origin"));
-    headers
-        .entry(CACHE_CONTROL)
-        .or_insert(HeaderValue::from_static("no-store"));
-    response
-}
-
-fn to(path: &'static str) -> Response {
-    (StatusCode::SEE_OTHER, [(LOCATION, path)]).into_response()
-}
-
-fn language(headers: &HeaderMap) -> Language {
-    let tags = headers
-        .get(ACCEPT_LANGUAGE)
-        .and_then(|tags| tags.to_str().ok());
-    tags.and_then(Language::of).unwrap_or_default()
-}
-
-async fn start(Shared(site): Shared<Site>, headers: HeaderMap) -> Response {
-    to(
-        match pages_of(&site, &headers).first().map(|page| page.role) {
-            None => "/enter",
-            Some(Role::Participant) => "/participant",
-            Some(Role::Experimenter | Role::Viewer) => "/experimenter",
-        },
-    )
-}
-
-#[derive(Deserialize)]
-struct Entering {
-    #[serde(default)]
-    code: String,
-    password: Option<String>,
-}
-
-async fn enter_page(
-    Shared(site): Shared<Site>,
-    Query(code): Query<Entering>,
-    headers: HeaderMap,
-) -> Html<String> {
-    let door = site.door();
-    Html(pages::enter(language(&headers), door, &code.code, None).into_string())
-}
-
-async fn enter(
-    Shared(site): Shared<Site>,
-    Extension(From(from)): Extension<From>,
-    headers: HeaderMap,
-    Form(entering): Form<Entering>,
-) -> Response {
-    let refused = |status, word| {
-        let page = pages::enter(language(&headers), site.door(), "", Some(word));
-        (status, Html(page.into_string())).into_response()
-    };
-    let entered = match entering.password {
-        None => site.access.enter(Key::Code(&entering.code), from, now_ms()),
-        Some(password) => {
-            // It takes long, and nobody else waits for it.
-            let site = Arc::clone(&site);
-            let checked = tokio::task::spawn_blocking(move || {
-                let key = Key::Password(&password);
-                site.access.enter(key, from, now_ms())
-            });
-            match checked.await {
-                Ok(entered) => entered,
-                Err(_panicked) => return StatusCode::INTERNAL_SERVER_ERROR.into_response(),
-            }
-        }
-    };
-    match entered {
-        Ok((role, mark)) => {
-            site.around.send_modify(|around| *around += 1);
-            let to = match role {
-                Role::Participant => "/participant",
-                Role::Experimenter | Role::Viewer => "/experimenter",
-            };
-            let secure = match site.scheme {
-                "https" => "; Secure",
-                _ => "",
-            };
-            // A new mark for every page that enters: one that was there before counts for nothing.
-            let cookie = format!(
-                "{}={mark}; Path=/; HttpOnly; SameSite=Strict; Max-Age=86400{secure}",
-                site.access.cookie(role)
-            );
-            (
-                StatusCode::SEE_OTHER,
-                [(LOCATION, to.to_owned()), (SET_COOKIE, cookie)],
-            )
-                .into_response()
-        }
-        Err(AccessError::WrongCode) => refused(StatusCode::FORBIDDEN, Word::WrongCode),
-        Err(AccessError::TooMany) => refused(StatusCode::TOO_MANY_REQUESTS, Word::TooMany),
-        Err(error @ AccessError::NotKept(_)) => {
-            (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response()
-        }
-    }
-}
-
-fn now_ms() -> i64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    since.map_or(0, |since| {
-        i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
-    })
-}
-
-async fn script() -> impl IntoResponse {
-    let kind = [(CONTENT_TYPE, "text/javascript; charset=utf-8")];
-    (kind, include_bytes!("assets/session.js").as_slice())
-}
-
-async fn style() -> impl IntoResponse {
-    let kind = [(CONTENT_TYPE, "text/css; charset=utf-8")];
-    (kind, include_bytes!("assets/session.css").as_slice())
 }
 
 #[derive(Debug, Deserialize)]
@@ -446,39 +267,45 @@ impl Seen {
 }
 
 /// How a step is drawn for a page.
-type Drawn = Arc<dyn Fn(&Pages, &View) -> String + Send + Sync>;
+type Drawn = Arc<dyn Fn(&Pages, &Led, &View) -> String + Send + Sync>;
 
 fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
     let role = page.role;
-    Arc::new(move |site, view| {
+    Arc::new(move |site, led, view| {
         let code = site.access.code(Role::Participant);
         let pairing = Pairing {
             address: code.map(|code| format!("{}/enter?code={code}", site.address())),
             from_network: site.scheme == "https",
             is_paired: site.access.has_participant(),
         };
-        let open = site.experimenters.load(Ordering::Relaxed);
+        let open = led.experimenters.load(Ordering::Relaxed);
         pages::experimenter(view, sight, language, role, (&pairing, open)).into_string()
     })
 }
 
 fn for_participant(language: Language) -> Drawn {
-    Arc::new(move |_, view| pages::participant(&view.open, language).into_string())
+    Arc::new(move |_, _, view| pages::participant(&view.open, language).into_string())
 }
 
 fn framed(
-    site: &Pages,
+    (site, led): (&Pages, &Led),
     page: &Page,
     language: Language,
     stream: &str,
     drawn: &Drawn,
 ) -> Html<String> {
-    let step = maud::PreEscaped(drawn(site, &site.asking.views.borrow()));
-    Html(pages::frame((page.role, &page.cookie), language, stream, &step).into_string())
+    let step = maud::PreEscaped(drawn(site, led, &led.asking.views.borrow()));
+    let live = site.live.is_some().then_some(match page.role {
+        Role::Participant => "/participant/force",
+        Role::Experimenter | Role::Viewer => "/live",
+    });
+    let framed = pages::frame((page.role, &page.cookie), language, (stream, live), &step);
+    Html(framed.into_string())
 }
 
 async fn experimenter(
     Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
     Extension(page): Extension<Page>,
     Query(seen): Query<Seen>,
     headers: HeaderMap,
@@ -489,17 +316,18 @@ async fn experimenter(
         Sight::Open => "/experimenter/stream?sight=open",
     };
     let drawn = for_experimenter(&page, seen.sight(), language);
-    framed(&site, &page, language, stream, &drawn)
+    framed((&site, &led), &page, language, stream, &drawn)
 }
 
 async fn participant(
     Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
     Extension(page): Extension<Page>,
     headers: HeaderMap,
 ) -> Html<String> {
     let language = language(&headers);
     framed(
-        &site,
+        (&site, &led),
         &page,
         language,
         "/participant/stream",
@@ -508,45 +336,48 @@ async fn participant(
 }
 
 /// Counts a page of an experimenter as long as it lives.
-struct Counted(Site);
+struct Counted(Site, Arc<Led>);
 
 impl Counted {
-    fn new(site: &Site) -> Self {
-        site.experimenters.fetch_add(1, Ordering::Relaxed);
+    fn new(site: &Site, led: &Arc<Led>) -> Self {
+        led.experimenters.fetch_add(1, Ordering::Relaxed);
         site.around.send_modify(|around| *around += 1);
-        Self(Arc::clone(site))
+        Self(Arc::clone(site), Arc::clone(led))
     }
 }
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        self.0.experimenters.fetch_sub(1, Ordering::Relaxed);
+        self.1.experimenters.fetch_sub(1, Ordering::Relaxed);
         self.0.around.send_modify(|around| *around += 1);
     }
 }
 
 async fn experimenter_stream(
     Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
     Extension(page): Extension<Page>,
     Query(seen): Query<Seen>,
     headers: HeaderMap,
 ) -> Response {
-    let counted = (page.role == Role::Experimenter).then(|| Counted::new(&site));
+    let counted = (page.role == Role::Experimenter).then(|| Counted::new(&site, &led));
     let drawn = for_experimenter(&page, seen.sight(), language(&headers));
-    follow(site, page, drawn, counted).into_response()
+    follow((site, led), page, drawn, counted).into_response()
 }
 
 async fn participant_stream(
     Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
     Extension(page): Extension<Page>,
     headers: HeaderMap,
 ) -> Response {
-    follow(site, page, for_participant(language(&headers)), None).into_response()
+    follow((site, led), page, for_participant(language(&headers)), None).into_response()
 }
 
 /// What a page follows the session with.
 struct Follower {
     site: Site,
+    led: Arc<Led>,
     page: Page,
     drawn: Drawn,
     views: watch::Receiver<View>,
@@ -559,16 +390,17 @@ struct Follower {
 /// The steps of the session as they come, the present one first, each with the number of stored events as its id. It ends with the program,
 /// and where the page is let in no more.
 fn follow(
-    site: Site,
+    (site, led): (Site, Arc<Led>),
     page: Page,
     drawn: Drawn,
     counted: Option<Counted>,
 ) -> Sse<impl Stream<Item = Result<Sent, Infallible>>> {
     let follower = Follower {
-        views: site.asking.views.clone(),
+        views: led.asking.views.clone(),
         around: site.around.subscribe(),
         ends: site.ends.clone(),
         site,
+        led,
         page,
         drawn,
         last: String::new(),
@@ -583,7 +415,10 @@ fn follow(
             }
             let (step, id) = {
                 let view = follower.views.borrow_and_update();
-                ((follower.drawn)(&follower.site, &view), view.closed.events)
+                (
+                    (follower.drawn)(&follower.site, &follower.led, &view),
+                    view.closed.events,
+                )
             };
             if step != follower.last {
                 follower.last.clone_from(&step);
@@ -605,7 +440,7 @@ fn follow(
 }
 
 async fn ask(
-    Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
     Extension(page): Extension<Page>,
     Json(asked): Json<Asked>,
 ) -> Response {
@@ -619,23 +454,23 @@ async fn ask(
     let mut asked = asked;
     if page.role == Role::Participant {
         let plays = matches!(asked.what, What::Play { .. });
-        if plays && !site.asking.views.borrow().open.step.is_played() {
+        if plays && !led.asking.views.borrow().open.step.is_played() {
             return StatusCode::UNPROCESSABLE_ENTITY.into_response();
         }
         asked
             .what
-            .name_places(&site.asking.views.borrow().closed.places);
+            .name_places(&led.asking.views.borrow().closed.places);
     }
     let request = Request {
         // Pages do not know each other's ids.
         id: format!("{} {}", crate::access::second_mark(&page.cookie), asked.id),
         at: (!asked.what.fits_any_step()).then_some(asked.at),
         seen: asked.seen,
-        command: asked.what.command(site.consent),
+        command: asked.what.command(led.consent),
         reply,
     };
     let stopping = || (StatusCode::SERVICE_UNAVAILABLE, "the program ends").into_response();
-    if site.asking.requests.send(request).is_err() {
+    if led.asking.requests.send(request).is_err() {
         return stopping();
     }
     let Ok(reply) = answered.await else {
@@ -654,7 +489,7 @@ async fn ask(
     }
 }
 
-async fn pairing(Shared(site): Shared<Site>) -> Response {
+async fn pairing(Shared(site): Shared<Site>, _session: OfSession) -> Response {
     match site.access.new_participant_code() {
         Ok(_) => {
             site.around.send_modify(|around| *around += 1);
@@ -666,10 +501,10 @@ async fn pairing(Shared(site): Shared<Site>) -> Response {
 
 /// What takes longer than a page may wait for others.
 async fn of_study(
-    site: Site,
+    led: Arc<Led>,
     of: impl FnOnce(&dyn StudyPages) -> Result<String, String> + Send + 'static,
 ) -> Result<String, Response> {
-    let made = tokio::task::spawn_blocking(move || of(site.study.as_ref())).await;
+    let made = tokio::task::spawn_blocking(move || of(led.study.as_ref())).await;
     match made {
         Ok(Ok(text)) => Ok(text),
         Ok(Err(why)) => Err((StatusCode::UNPROCESSABLE_ENTITY, why).into_response()),
@@ -677,21 +512,19 @@ async fn of_study(
     }
 }
 
-async fn matrix(Shared(site): Shared<Site>) -> Response {
-    // A report is one file with its style and its figures.
-    let policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-    match of_study(site, |study| study.matrix()).await {
-        Ok(page) => ([(CONTENT_SECURITY_POLICY, policy)], Html(page)).into_response(),
+async fn matrix(OfSession(led): OfSession) -> Response {
+    match of_study(led, |study| study.matrix()).await {
+        Ok(page) => ([(CONTENT_SECURITY_POLICY, REPORT_POLICY)], Html(page)).into_response(),
         Err(refused) => refused,
     }
 }
 
-async fn answers(Shared(site): Shared<Site>) -> Response {
+async fn answers(OfSession(led): OfSession) -> Response {
     let named = [
         (CONTENT_TYPE, "text/csv; charset=utf-8"),
         (CONTENT_DISPOSITION, "attachment; filename=\"answers.csv\""),
     ];
-    match of_study(site, |study| study.answers()).await {
+    match of_study(led, |study| study.answers()).await {
         Ok(table) => (named, table).into_response(),
         Err(refused) => refused,
     }

@@ -200,6 +200,42 @@ words! {
     KeysHelp: "Keys: arrows move, Enter chooses, Backspace takes back.",
         "Touches : les flèches déplacent, Entrée choisit, Retour arrière annule.",
         "Tasti: le frecce spostano, Invio sceglie, Backspace annulla.";
+    Bench: "Bench", "Banc", "Banco";
+    Live: "Live", "En direct", "In diretta";
+    NothingRuns: "Nothing runs.", "Rien n'est en cours.", "Non è in corso nulla.";
+    NoConnection: "No connection to the program: what is shown is old.",
+        "Pas de connexion au programme : l'affichage est ancien.",
+        "Nessuna connessione al programma: ciò che si vede è vecchio.";
+    Vibration: "Vibration", "Vibration", "Vibrazione";
+    SpectrumWord: "Spectrum of the last 2 s", "Spectre des 2 dernières s", "Spettro degli ultimi 2 s";
+    CoherenceWord: "Coherence until now", "Cohérence jusqu'ici", "Coerenza finora";
+    MedianCoherence: "median coherence", "cohérence médiane", "coerenza mediana";
+    Acquired: "acquired", "acquis", "acquisito";
+    Strokes: "strokes (rejected)", "passages (rejetés)", "passate (scartate)";
+    Judged: "windows accepted", "fenêtres acceptées", "finestre accettate";
+    StartRun: "Start", "Démarrer", "Avviare";
+    StopRun: "Stop, and keep what was acquired", "Arrêter et garder l'acquis", "Fermare e conservare l'acquisito";
+    Files: "Files", "Fichiers", "File";
+    Characterise: "Characterise the device", "Caractériser le dispositif", "Caratterizzare il dispositivo";
+    TouchSample: "Touch a sample (twin)", "Toucher un échantillon (jumeau)", "Toccare un campione (gemello)";
+    PlayDrive: "Play a drive", "Jouer un signal de commande", "Riprodurre un segnale di comando";
+    Duration: "duration", "durée", "durata";
+    Excitation: "drive", "excitation", "eccitazione";
+    RepeatsWord: "repeats", "répétitions", "ripetizioni";
+    SampleWord: "sample", "échantillon", "campione";
+    TouchBenchWord: "touch bench", "banc de toucher", "banco di tocco";
+    SpeedWord: "speed", "vitesse", "velocità";
+    StrokeCount: "strokes", "passages", "passate";
+    AngleWord: "finger angle", "angle du doigt", "angolo del dito";
+    DriveFile: "drive file", "fichier de commande", "file di comando";
+    Metronome: "Metronome", "Métronome", "Metronomo";
+    StrokeEvery: "one stroke every", "un passage toutes les", "una passata ogni";
+    MetronomeOn: "Start the metronome", "Démarrer le métronome", "Avviare il metronomo";
+    MetronomeOff: "Stop the metronome", "Arrêter le métronome", "Fermare il metronomo";
+    ForceTone: "Tone for the force", "Son pour la force", "Suono per la forza";
+    ForceLow: "press more", "appuyez plus", "prema di più";
+    ForceHigh: "press less", "appuyez moins", "prema di meno";
+    ForceGood: "the force is right", "la force est bonne", "la forza è giusta";
     RightAnswer: "The right answer was:", "La bonne réponse était :", "La risposta giusta era:";
 }
 

@@ -67,6 +67,17 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError>;
     /// The bench by name and settings, whoever sits at it.
     fn apart_from_participant(&self) -> String;
+    /// The bench as it can be named on the command line.
+    fn text(&self) -> String {
+        let participant = self.participant();
+        let participant =
+            participant.map_or(String::new(), |number| format!(",participant={number}"));
+        format!("{}{participant}", self.apart_from_participant())
+    }
+    /// Participant and seed of the digital twin, who can touch samples too; none on other benches.
+    fn person_of_twin(&self) -> Option<(u64, u64)> {
+        None
+    }
 }
 
 /// A bench by name, with its settings.

@@ -69,6 +69,10 @@ impl NamedBench for TwinSpec {
         self.participant
     }
 
+    fn person_of_twin(&self) -> Option<(u64, u64)> {
+        Some((self.participant.unwrap_or(1), self.seed))
+    }
+
     fn with_participant(&self, number: u64) -> Result<BenchSpec, DeviceError> {
         Ok(BenchSpec::of(Self {
             participant: Some(number),

@@ -1,6 +1,8 @@
 //! `piezotact serve`: a session with a participant on pages of a browser.
 
 #[cfg(feature = "web")]
+mod console;
+#[cfg(feature = "web")]
 mod led;
 #[cfg(feature = "web")]
 mod network;

@@ -7,14 +7,16 @@ use clap::Args;
 use piezotact_dataset::{read_input_text, reads};
 use piezotact_people::campaign::session::Event;
 use piezotact_session::{BenchStimulator, Given, Runner, Stimulator};
-use piezotact_web::{Access, PlayedBy, Role, Screen, Shown, Site, StudyPages, View};
+use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, StudyPages, View};
 
+use super::console;
 use super::network::{Door, Where, write_for_user};
 use crate::commands::campaign::export::answers_of;
 use crate::commands::campaign::run::{self as session, About, Front, first_command, left, status};
 use crate::commands::matrix::report_of;
-use crate::failure::{Failure, Outcome, sentence};
+use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::interrupt::{Between, interrupted};
+use crate::live;
 use crate::output::{print, say};
 use crate::progress;
 
@@ -23,18 +25,55 @@ const PAGES: &str = "pages.json";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
+    /// The folder of the study; none for the console of a bench.
+    #[arg(value_name = "STUDY", requires = "session")]
+    study: Option<PathBuf>,
+    /// The participant's pseudonym.
+    participant: Option<String>,
+    /// The session, by its name in the protocol.
+    session: Option<String>,
     #[command(flatten)]
-    session: session::Arguments,
+    leading: session::Leading,
+    /// The folder of what is made on the console of a bench; drives (WAV) in it can be played.
+    #[arg(
+        long,
+        value_name = "FOLDER",
+        default_value = "console",
+        conflicts_with = "study"
+    )]
+    folder: PathBuf,
+    /// Simulated benches take as long as real ones, so that the force can be followed on the pages, as in a rehearsal.
+    #[arg(long, requires = "study")]
+    real_time: bool,
     #[command(flatten)]
     door: Where,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
+    let (Some(study), Some(participant), Some(session)) =
+        (&args.study, &args.participant, &args.session)
+    else {
+        let bench = args.leading.bench.as_ref().ok_or_else(|| {
+            usage(anyhow!(
+                "expected STUDY PARTICIPANT SESSION, which are led on pages, or --bench alone for its console, found neither; `piezotact campaign status STUDY` lists sessions"
+            ))
+        })?;
+        return console::serve(bench, &args.folder, args.door.open()?);
+    };
+    if args.real_time {
+        live::in_real_time();
+    }
     let mut pages = Pages {
         door: Some(args.door.open()?),
         screen: Screen::default(),
     };
-    session::lead(&args.session, &mut pages)
+    let led = session::Arguments {
+        study: study.clone(),
+        participant: participant.clone(),
+        session: session.clone(),
+        leading: args.leading.clone(),
+    };
+    session::lead(&led, &mut pages)
 }
 
 /// Pages of a browser.
@@ -63,7 +102,7 @@ impl Front for Pages {
                 "it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
             ));
         }
-        let played_by = match args.by_hand {
+        let played_by = match args.leading.by_hand {
             true => PlayedBy::Hand,
             false => PlayedBy::Bench,
         };
@@ -71,27 +110,32 @@ impl Front for Pages {
             return Ok(());
         };
         let kept = about.folder.join(PAGES);
-        let access = door.guard(access(args, &kept)?, &args.study)?;
+        let name = format!("{} {}", args.participant, args.session);
+        let access = door.guard(access(&name, &kept)?, &args.study)?;
         let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role));
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
         let study = Box::new(OfStudy(args.study.clone()));
         let (site, mut desk) =
             Site::new((view, runner.events()?), consent, played_by, access, study);
+        let site = match &args.leading.bench {
+            None => site,
+            Some(_) => {
+                let (shows, pictures) = Live::new()?;
+                live::watched_by(Box::new(move |document| shows.show(document.clone())));
+                site.showing(pictures)
+            }
+        };
         self.screen.shows(&desk);
-        let (at, about) = (door.address()?, door.about()?);
+        let said = door.said(
+            codes,
+            "The participant's code is made on the experimenter's page. Ctrl-C ends the pages; everything that was noted is stored.",
+        )?;
         let served = site
             .serve(door.listener, &door.reach)
             .map_err(anyhow::Error::new)?;
-        let enter = |code: Option<String>| {
-            let code = code.map(|code| format!("?code={code}"));
-            format!("{at}/enter{}", code.unwrap_or_default())
-        };
-        let [experimenter, viewer] = codes.map(enter);
         // Whoever reads may have gone, as behind `head -1`: the pages go on.
-        let _reader_gone = print(&format!(
-            "experimenter:  {experimenter}\nto look on:    {viewer}\nThe participant's code is made on the experimenter's page. Ctrl-C ends the pages; everything that was noted is stored.{about}"
-        ));
+        let _reader_gone = print(&said);
         let done = desk.run(&mut runner, &interrupted);
         drop(served);
         done?;
@@ -103,9 +147,8 @@ impl Front for Pages {
     }
 }
 
-/// Who is let in: pages that were let in before, and whoever has one of the new codes.
-fn access(args: &session::Arguments, kept: &Path) -> Outcome<Access> {
-    let name = format!("{} {}", args.participant, args.session);
+/// Who is let in to what is called `name`: pages that were let in before, as the file `kept` says, and whoever has one of the new codes.
+pub(super) fn access(name: &str, kept: &Path) -> Outcome<Access> {
     let is_there = kept.symlink_metadata().is_ok();
     // Where it cannot be read, pages enter their codes again.
     let known = reads::is_there(kept).then(|| read_input_text(kept).ok());
@@ -118,7 +161,7 @@ fn access(args: &session::Arguments, kept: &Path) -> Outcome<Access> {
     }
     let kept = kept.to_owned();
     let keep = move |json: &str| write_for_user(&kept, json).map_err(|error| error.to_string());
-    let access = Access::new(&name, known.as_deref(), Box::new(keep));
+    let access = Access::new(name, known.as_deref(), Box::new(keep));
     Ok(access.map_err(anyhow::Error::new)?)
 }
 

@@ -87,7 +87,7 @@ impl Where {
 
 impl Door {
     /// Where it is, as a browser asks for it.
-    pub(super) fn address(&self) -> Outcome<String> {
+    fn address(&self) -> Outcome<String> {
         let at = self.listener.local_addr()?;
         Ok(match &self.reach {
             Reach::Machine => format!("http://{at}"),
@@ -126,13 +126,19 @@ impl Door {
         Ok(password)
     }
 
-    /// What is said of the door to whoever started the program.
-    pub(super) fn about(&self) -> Outcome<String> {
+    /// What is said to whoever started the program: where pages are, by their codes, and `more`.
+    pub(super) fn said(&self, codes: [Option<String>; 2], more: &str) -> Outcome<String> {
+        let at = self.address()?;
+        let [experimenter, viewer] = codes.map(|code| {
+            let code = code.map(|code| format!("?code={code}"));
+            format!("{at}/enter{}", code.unwrap_or_default())
+        });
+        let said = format!("experimenter:  {experimenter}\nto look on:    {viewer}\n{more}");
         let Reach::Network { certificate, .. } = &self.reach else {
-            return Ok(String::new());
+            return Ok(said);
         };
         Ok(format!(
-            "\nThe experimenter enters with the password. Browsers warn of a certificate that they do not know; this one has the SHA-256\n{}",
+            "{said}\nThe experimenter enters with the password. Browsers warn of a certificate that they do not know; this one has the SHA-256\n{}",
             certificate.fingerprint().map_err(anyhow::Error::new)?
         ))
     }

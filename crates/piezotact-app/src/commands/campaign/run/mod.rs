@@ -34,6 +34,7 @@ use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
+use crate::live::Showing;
 use crate::output::say;
 use drives::Drives;
 use typed::Typing;
@@ -47,12 +48,19 @@ pub(crate) struct Arguments {
     pub(crate) participant: String,
     /// The session, by its name in the protocol.
     pub(crate) session: String,
+    #[command(flatten)]
+    pub(crate) leading: Leading,
+}
+
+/// How a session is led.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct Leading {
     /// The tag of the experimenter, kept with the session.
     #[arg(long, value_name = "TAG", default_value = "experimenter", value_parser = short)]
     experimenter: String,
     /// The bench on which rendered textures are played.
     #[arg(long, help = benches::help("The bench on which rendered textures are played"))]
-    bench: Option<BenchSpec>,
+    pub(crate) bench: Option<BenchSpec>,
     /// Rendered textures are played by hand, on another system: nothing is known of what was felt.
     #[arg(long, conflicts_with_all = ["bench", "drives"])]
     pub(crate) by_hand: bool,
@@ -128,10 +136,15 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     }
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
-    let given = args.drives.as_deref();
+    let given = args.leading.drives.as_deref();
     let drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
-    let bench = args.bench.as_ref().map(|bench| bench.open()).transpose()?;
+    let bench = args
+        .leading
+        .bench
+        .as_ref()
+        .map(|bench| bench.open())
+        .transpose()?;
     let finger = finger(&plan, bench.as_ref());
     ready((&study, &plan), &drives, args, begun, &finger)?;
     let _alone = study.store.run_alone(&participant, &args.session)?;
@@ -153,7 +166,7 @@ fn played(
         Some(bench) => Some(front.shown(stimulator(study, bench, drives, folder)?)),
         None => None,
     };
-    let stimuli = match (&mut bench, args.by_hand) {
+    let stimuli = match (&mut bench, args.leading.by_hand) {
         (Some(bench), _) => Stimuli::On(bench.as_mut()),
         (None, true) => Stimuli::ByHand,
         (None, false) => Stimuli::Nowhere,
@@ -178,7 +191,7 @@ fn played(
 }
 
 fn purpose(args: &Arguments) -> Purpose {
-    match args.rehearsal {
+    match args.leading.rehearsal {
         true => Purpose::Rehearsal,
         false => Purpose::Volunteer,
     }
@@ -215,7 +228,7 @@ fn ready(
     ) {
         return Ok(());
     }
-    let renderings = match args.by_hand {
+    let renderings = match args.leading.by_hand {
         // Nothing is played here.
         true => Vec::new(),
         false => drives.facts.clone(),
@@ -236,9 +249,9 @@ fn ready(
         now_ms: now_ms(),
     };
     let mut missing = not_ready(&study.campaign.protocol, plan, known);
-    if args.by_hand {
+    if args.leading.by_hand {
         missing.retain(|one| !matches!(one, NotReady::Missing { .. }));
-    } else if args.bench.is_none() && !stimuli_of(plan).is_empty() {
+    } else if args.leading.bench.is_none() && !stimuli_of(plan).is_empty() {
         return Err(usage(anyhow!(
             "this session plays rendered textures: name the bench with --bench, or play them on another system with --by-hand"
         )));
@@ -265,7 +278,7 @@ fn ready(
     for line in merged(&missing) {
         say(&format!("not ready: {line}"));
     }
-    match args.rehearsal {
+    match args.leading.rehearsal {
         true => Ok(()),
         false => Err(Failure::Data(anyhow!(
             "session {} of {} cannot {}, for the {} above; nothing was stored{}",
@@ -391,30 +404,28 @@ struct Kept {
 
 impl RunKeeper for Kept {
     fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
-        Ok(Box::new(JournalSink::new(
-            &self.path,
-            self.rendering.take(),
-        )))
+        let journal = JournalSink::new(&self.path, self.rendering.take());
+        Ok(Box::new(Showing(journal)))
     }
 }
 
 /// The command that begins the session, or goes on with one that was cut off; none for one that is over.
 pub(crate) fn first_command(runner: &mut Runner<'_>, args: &Arguments) -> Option<Command> {
-    let experimenter = args.experimenter.clone();
+    let experimenter = args.leading.experimenter.clone();
     match runner.state().stage() {
         Stage::New => Some(Command::Begin {
             experimenter,
             program: crate::invocation::PROGRAM.to_owned(),
             purpose: purpose(args),
             participant: Participant {
-                sex: args.sex.clone(),
-                age_years: args.age,
-                handedness: args.handedness.map(|hand| {
+                sex: args.leading.sex.clone(),
+                age_years: args.leading.age,
+                handedness: args.leading.handedness.map(|hand| {
                     let word = hand.to_possible_value();
                     word.map_or(String::new(), |word| word.get_name().to_owned())
                 }),
-                finger: args.finger.clone(),
-                language: args.language.clone(),
+                finger: args.leading.finger.clone(),
+                language: args.leading.language.clone(),
                 judge: None,
             },
         }),

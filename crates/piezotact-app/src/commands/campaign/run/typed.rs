@@ -54,7 +54,7 @@ fn session(mut runner: Runner<'_>, args: &Arguments, consent: Option<&str>) -> O
     progress::keep_off();
     begin(&mut runner, args, &terminal)?;
     let consent_sha = Sha::of(consent.unwrap_or_default().as_bytes());
-    let played_by = match args.by_hand {
+    let played_by = match args.leading.by_hand {
         true => PlayedBy::Hand,
         false => PlayedBy::Bench,
     };
@@ -127,7 +127,7 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
             "The session goes on where it was left: {}.",
             status(runner)
         ))?;
-        if args.by_hand && was_measured(runner.state()) {
+        if args.leading.by_hand && was_measured(runner.state()) {
             terminal.say(
                 "Until now textures were played on a bench. From here on they are played by hand: nothing is measured, and each such answer is flagged `not_measured`.",
             )?;
@@ -252,7 +252,7 @@ fn ended_with(runner: &Runner<'_>, args: &Arguments, terminal: &Terminal) -> Out
         _ if !runner.state().is_complete() => "was ended without consent",
         _ => "is complete",
     };
-    let purpose = match args.rehearsal {
+    let purpose = match args.leading.rehearsal {
         true => "rehearsal",
         false => "session",
     };
