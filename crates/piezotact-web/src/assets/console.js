@@ -85,7 +85,7 @@ function fast(view) {
   const { now_n: now, target_n: target } = forceNow ?? {};
   const off = target ? ` (${now >= target ? "+" : "−"}${Math.abs(100 * (now / target - 1)).toFixed(0)} %)` : "";
   by("force-now").textContent = forceNow ? `${now.toFixed(3)} N${off}` : "–";
-  by("force-now").classList.toggle("bad", Boolean(forceNow?.band_n) && !view.ended && (now < forceNow.band_n[0] || now > forceNow.band_n[1]));
+  by("force-now").classList.toggle("bad", Boolean(forceNow?.band_n) && !view.ended && now > target / 4 && (now < forceNow.band_n[0] || now > forceNow.band_n[1]));
   const met = view.judged.filter(([, outcome]) => outcome === "met").length;
   by("judged").textContent = view.judged.length ? `${met} / ${view.judged.length}` : "–";
   by("ended").hidden = !view.ended;

@@ -114,10 +114,9 @@ impl Pages {
         assert_eq!(entered.status, 303, "{entered:?}");
         let (_, cookie) = entered.head.split_once("set-cookie: ").unwrap();
         let cookie = cookie.split(';').next().unwrap().to_owned();
-        let role = match entered.head.contains("location: /participant") {
-            true => "/participant",
-            false => "/experimenter",
-        };
+        let leads = |to: &&str| entered.head.contains(&format!("location: {to}\r\n"));
+        let pages = ["/participant", "/console", "/experimenter"];
+        let role = pages.into_iter().find(leads).unwrap_or("/experimenter");
         let page = self.send("GET", role, &[("cookie", &cookie)], "");
         let (_, mark) = page.body.split_once("piezotact-mark\" content=\"").unwrap();
         Page {

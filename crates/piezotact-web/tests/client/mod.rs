@@ -12,7 +12,8 @@ use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::store::Purpose;
 use piezotact_web::{
-    Access, Certificate, Password, PlayedBy, Reach, Role, Screen, Site, StudyPages, View,
+    Access, BenchRequest, Certificate, Live, Password, PlayedBy, Procedure, Reach, Role, Screen,
+    Site, StudyPages, View, Word,
 };
 use tokio_rustls::rustls;
 use tokio_rustls::rustls::pki_types::pem::PemObject as _;
@@ -165,4 +166,55 @@ impl Drop for Ends<'_> {
     fn drop(&mut self) {
         self.0.store(true, Ordering::SeqCst);
     }
+}
+
+/// Serves the console of a bench, on which one procedure can be started that is done at once, while `act` uses its pages.
+pub(crate) fn with_console(act: impl FnOnce(&Pages) + Send) {
+    let access = Access::new("console", None, Box::new(|_| Ok(()))).unwrap();
+    let code = |role| access.code(role).unwrap();
+    let (experimenter, viewer) = (code(Role::Experimenter), code(Role::Viewer));
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let pages = Pages {
+        at: listener.local_addr().unwrap(),
+        encrypt: None,
+        experimenter,
+        viewer,
+    };
+    let procedure = Procedure {
+        name: "play",
+        title: Word::PlayDrive,
+        fields: Vec::new(),
+    };
+    let file = Box::new(|name: &str| Some(format!("<title>{name}</title>").into_bytes()));
+    let (site, desk) = Site::console("fake".into(), vec![procedure], file, access);
+    let (_live, pictures) = Live::new().unwrap();
+    let served = site
+        .showing(pictures)
+        .serve(listener, &Reach::Machine)
+        .unwrap();
+    let is_over = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let acting = scope.spawn(|| {
+            let _ends = Ends(&is_over);
+            act(&pages);
+        });
+        while !is_over.load(Ordering::SeqCst) {
+            let Some(asked) = desk.next(Duration::from_millis(20)) else {
+                continue;
+            };
+            let answer = match &asked.request {
+                BenchRequest::Stop => Err("nothing runs".to_owned()),
+                BenchRequest::Start { procedure, .. } => {
+                    desk.change(|view| {
+                        view.say(format!("{procedure} is done"));
+                        view.files = vec!["play-1.html".into(), "play-1.parquet".into()];
+                    });
+                    Ok(())
+                }
+            };
+            asked.answer(answer);
+        }
+        drop(served);
+        acting.join().unwrap();
+    });
 }
