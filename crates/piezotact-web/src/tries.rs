@@ -81,7 +81,7 @@ mod tests {
         let taken = (0..100_000u128)
             .filter(|i| {
                 // Addresses of one network are one.
-                let six = (i / 4) << 64 | i % 4;
+                let six = ((i / 4) << 64) | (i % 4);
                 tries.count(IpAddr::V6(six.into()), 5).is_some()
             })
             .count();
