@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::study::{
-    ConsentStored, Passphrase, PersonalData, SignedConsent, SqliteStore, StudyCampaign,
+    ConsentStored, Passphrase, PersonalData, SignedConsent, StudyStore, StudyCampaign,
 };
 use piezotact_people::campaign::text::shown;
 
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 /// Prints all identities.
 fn listed(args: &Arguments, passphrase: &Passphrase) -> Outcome {
-    let store = SqliteStore::open(&args.study)?;
+    let store = StudyStore::open(&args.study)?;
     for (pseudonym, person) in store.identities(passphrase)? {
         let consent = person.consent.map_or_else(
             || "no consent signed".to_owned(),

@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::{Error, anyhow};
 use piezotact::Doubt;
 use piezotact::page::{Column, Table};
-use piezotact_dataset::study::{Pseudonym, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{Pseudonym, StudyStore, StudyCampaign};
 use piezotact_people::association::{
     Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
 };
@@ -21,7 +21,7 @@ use crate::failure::{Failure, Outcome, sentence, usage};
 
 /// A study with its campaign.
 pub(crate) struct Study {
-    pub(super) store: SqliteStore,
+    pub(super) store: StudyStore,
     pub(crate) campaign: StudyCampaign,
 }
 
@@ -37,7 +37,7 @@ pub(super) struct Begun {
 impl Study {
     /// The study in `folder`.
     pub(crate) fn open(folder: &Path) -> Outcome<Self> {
-        let store = SqliteStore::open(folder)?;
+        let store = StudyStore::open(folder)?;
         let campaign = StudyCampaign::read(folder)?;
         let study = Self { store, campaign };
         study.check_seed()?;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{Passphrase, Pseudonym, SqliteStore};
+use piezotact_dataset::study::{Passphrase, Pseudonym, StudyStore};
 
 use super::study::now_ms;
 use crate::failure::{Outcome, usage};
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     // The protocol is not needed: nothing keeps a participant from withdrawing.
-    let mut store = SqliteStore::open(&args.study)?;
+    let mut store = StudyStore::open(&args.study)?;
     let participant = Pseudonym::new(&args.participant).map_err(usage)?;
     let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
     if !is_confirmed(&participant)? {
