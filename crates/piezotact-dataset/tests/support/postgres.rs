@@ -19,7 +19,9 @@ printf '%b' "$4" >>data/postgresql.conf
 "$1/pg_ctl" -D data -s -w -l log start >made 2>&1
 echo started
 cat >/dev/null
-"$1/pg_ctl" -D data -s -w -m immediate stop >made 2>&1
+"$1/pg_ctl" -D data -s -w -m immediate stop >made 2>&1 || true
+cd /
+rm -rf "$2"
 "#;
 
 /// A running server. Its user is `lab`, who needs no password.
