@@ -276,6 +276,9 @@ impl StudyStore {
             let earlier = line.earlier.borrow().clone();
             if let Some(end) = earlier {
                 server.end_earlier(&end).await?;
+                // What it was storing is there from here on, or never.
+                server.begin().await?;
+                server.roll_back().await?;
             }
             let locks = line.locks.borrow().clone();
             for key in locks {

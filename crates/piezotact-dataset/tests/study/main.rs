@@ -5,6 +5,7 @@ mod campaigns;
 mod damage;
 mod identities;
 mod kills;
+mod outages;
 mod places;
 #[path = "../support/postgres.rs"]
 mod postgres;

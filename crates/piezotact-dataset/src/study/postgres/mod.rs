@@ -104,6 +104,13 @@ impl Server {
         Ok(())
     }
 
+    /// Ends a transaction without what it has changed.
+    pub(super) async fn roll_back(&mut self) -> Result<(), StoreError> {
+        let done = sqlx::raw_sql("ROLLBACK").execute(&mut self.connection);
+        let done = done.await.map(|_| ());
+        done.map_err(|error| self.refusal(&error))
+    }
+
     /// Refuses to store the answers of a volunteer on a server that can lose them.
     pub(super) fn require_keeping(&self) -> Result<(), StoreError> {
         match self.keeping {
