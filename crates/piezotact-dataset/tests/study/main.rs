@@ -3,6 +3,7 @@
 
 mod campaigns;
 mod damage;
+mod groups;
 mod identities;
 mod kills;
 mod outages;
