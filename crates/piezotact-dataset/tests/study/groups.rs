@@ -279,67 +279,68 @@ fn pause(random: &mut ChaCha8Rng, mean: f64) -> Duration {
     Duration::from_secs_f64((-share.ln() * mean).min(4.0 * mean))
 }
 
-/// One write of the size of an answer and one `fdatasync`, as often as there are answers.
-fn bare(folder: &Path, mean: f64, ends: Instant) -> Vec<Duration> {
-    let mut random = ChaCha8Rng::seed_from_u64(79);
-    let mut file = File::create(folder.join("bare")).unwrap();
-    let bytes = answer(0, 0).into_bytes();
-    let mut times = Vec::new();
-    while Instant::now() < ends {
-        std::thread::sleep(pause(&mut random, mean));
+/// One participant until `ends`: an answer, then a bare write of the same size with `fdatasync` into a file of its own, and so on, each at
+/// a random time. So both meet the same moments of the disk: where it stands still for a while, every answer of that while waits, and a
+/// single writer of bare writes would meet it once.
+fn participant(
+    store: &mut GroupStore,
+    participant: usize,
+    folder: &Path,
+    ends: Instant,
+) -> [Vec<Duration>; 2] {
+    let mut random = ChaCha8Rng::seed_from_u64(7800 + participant as u64);
+    let mut file = File::create(folder.join(format!("bare-{participant}"))).unwrap();
+    let bytes = answer(participant, 0).into_bytes();
+    let mut times = [Vec::new(), Vec::new()];
+    // Half of them begin with a bare write.
+    for turn in participant.. {
+        let pause = pause(&mut random, BETWEEN / 2.0);
+        if Instant::now() + pause > ends {
+            break;
+        }
+        std::thread::sleep(pause);
+        let number = times[0].len() as u64;
         let began = Instant::now();
-        file.write_all(&bytes).unwrap();
-        file.sync_data().unwrap();
-        times.push(began.elapsed());
+        if turn % 2 == 0 {
+            let stored = append(store, participant, number);
+            times[0].push(began.elapsed());
+            assert_eq!(stored.unwrap(), number);
+        } else {
+            file.write_all(&bytes).unwrap();
+            file.sync_data().unwrap();
+            times[1].push(began.elapsed());
+        }
     }
     times
 }
 
 /// So many participants answer at random for `lasts`; gives the latencies of answers, and of bare writes in between.
-fn answered(place: Place, participants: usize, lasts: Duration) -> (Latencies, Latencies) {
+fn answered(place: Place, participants: usize, lasts: Duration) -> [Latencies; 2] {
     let folder = tempfile::tempdir().unwrap();
     let store = begun(place, folder.path(), participants);
     let ends = Instant::now() + lasts;
-    let (answers, bare) = std::thread::scope(|scope| {
-        let beside = scope.spawn(|| bare(folder.path(), BETWEEN / participants as f64, ends));
+    let times: Vec<[Vec<Duration>; 2]> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..participants)
-            .map(|participant| {
-                let mut store = store.clone();
-                scope.spawn(move || {
-                    let mut random = ChaCha8Rng::seed_from_u64(7800 + participant as u64);
-                    let mut times = Vec::new();
-                    loop {
-                        std::thread::sleep(pause(&mut random, BETWEEN));
-                        let began = Instant::now();
-                        if began > ends {
-                            return times;
-                        }
-                        let number = append(&mut store, participant, times.len() as u64);
-                        times.push(began.elapsed());
-                        assert_eq!(number.unwrap(), times.len() as u64 - 1);
-                    }
-                })
+            .map(|number| {
+                let (mut store, folder) = (store.clone(), folder.path());
+                scope.spawn(move || participant(&mut store, number, folder, ends))
             })
             .collect();
-        let answers: Vec<Vec<Duration>> = threads
-            .into_iter()
-            .map(|thread| thread.join().unwrap())
-            .collect();
-        (answers, beside.join().unwrap())
+        let times = threads.into_iter().map(|thread| thread.join().unwrap());
+        times.collect()
     });
-    let counts: Vec<u64> = answers.iter().map(|times| times.len() as u64).collect();
+    let counts: Vec<u64> = times
+        .iter()
+        .map(|[answers, _]| answers.len() as u64)
+        .collect();
     assert_whole(&store, &counts);
-    drop(store);
-    (
-        Latencies::of(answers.into_iter().flatten()),
-        Latencies::of(bare),
-    )
+    [0, 1].map(|what| Latencies::of(times.iter().flat_map(|of| of[what].iter().copied())))
 }
 
 #[test]
 fn many_participants_answer_at_once() {
     for place in places() {
-        let (answers, bare) = answered(place, 40, Duration::from_secs(2));
+        let [answers, bare] = answered(place, 40, Duration::from_secs(2));
         assert!(!answers.0.is_empty() && !bare.0.is_empty());
     }
 }
@@ -406,7 +407,7 @@ fn soak_group_commit() {
     );
     let mut ratios = Vec::new();
     for place in places() {
-        let (answers, bare) = answered(place, 200, Duration::from_secs(seconds));
+        let [answers, bare] = answered(place, 200, Duration::from_secs(seconds));
         let ratio = answers.per_mille(990) / bare.per_mille(990);
         eprintln!("{:<22} {}", place.name(), answers.row());
         eprintln!("{:<22} {}", "  bare fdatasync", bare.row());

@@ -138,6 +138,16 @@ impl Server {
         self.control(&["reload"]);
     }
 
+    /// Lets in whom `lines` say, in the form of `pg_hba.conf`.
+    pub(crate) fn allow(&self, lines: &str) {
+        let words = "printf '%s' \"$1\" >data/pg_hba.conf";
+        let mut command = as_user(&self.folder, "sh");
+        let done = command.args(["-c", words, "sh", lines]).status();
+        assert!(done.unwrap().success());
+        self.control(&["reload"]);
+        std::thread::sleep(std::time::Duration::from_millis(300));
+    }
+
     fn control(&self, words: &[&str]) {
         let mut command = as_user(&self.folder, self.programs.join("pg_ctl"));
         command.args(["-D", "data", "-s", "-w"]).args(words);
