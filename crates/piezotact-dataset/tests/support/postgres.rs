@@ -205,12 +205,12 @@ fn programs() -> PathBuf {
     }
     found.sort();
     let path = std::env::var_os("PATH").unwrap_or_default();
-    let all = found.into_iter().rev().chain(std::env::split_paths(&path));
+    let mut all = found.into_iter().rev().chain(std::env::split_paths(&path));
     let has_all = |folder: &PathBuf| {
         let programs = ["initdb", "pg_ctl", "psql"];
         programs.iter().all(|name| folder.join(name).is_file())
     };
-    all.filter(has_all).next().unwrap_or_else(|| {
+    all.find(has_all).unwrap_or_else(|| {
         panic!(
             "expected PostgreSQL (initdb, pg_ctl, psql), found none; install it: sudo apt-get install postgresql, \
              or the package of your system that has the server"
