@@ -1,5 +1,6 @@
 //! A PostgreSQL server of its own for tests, in a temporary folder: it ends with the program that started it, however that ends.
 #![allow(dead_code, reason = "each test program uses a part of it")]
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpListener;
