@@ -595,3 +595,41 @@ fn a_campaign_is_the_same_at_every_station() {
     );
     assert!(here.campaign().is_ok() && text.contains("\"seed\": 11"));
 }
+
+/// What `sslmode` says is done, with the certificate that the URL names.
+#[test]
+fn a_connection_is_encrypted_as_the_url_says() {
+    let (own, folder) = (Server::start(""), tempfile::tempdir().unwrap());
+    let database = own.database();
+    let create = |name: &str, options: &str| {
+        let url = url(&format!("{database}?{options}"));
+        StudyStore::create_on(&folder.path().join(name), &url)
+    };
+    let refused = refusal(create("plain", "sslmode=require"));
+    assert!(
+        refused.contains("TLS")
+            && refused.ends_with("check sslmode in the URL, and the certificates of the server"),
+        "{refused}"
+    );
+    let made = rcgen::generate_simple_self_signed(["127.0.0.1".to_owned()]).unwrap();
+    own.write("server.crt", &made.cert.pem());
+    own.write("server.key", &made.signing_key.serialize_pem());
+    own.set("ssl = on");
+    own.allow("hostssl all lab 127.0.0.1/32 trust\n");
+    let refused = refusal(create("plain", "sslmode=disable"));
+    assert!(refused.contains("check the user in the URL"), "{refused}");
+    drop(create("encrypted", "sslmode=require").unwrap());
+    let refused = refusal(create("unknown", "sslmode=verify-full"));
+    assert!(
+        refused.ends_with("check sslmode in the URL, and the certificates of the server"),
+        "{refused}"
+    );
+    let root = folder.path().join("root.crt");
+    std::fs::write(&root, made.cert.pem()).unwrap();
+    let verified = url(&format!(
+        "{database}?sslmode=verify-full&sslrootcert={}",
+        root.display()
+    ));
+    let store = StudyStore::join(&folder.path().join("verified"), &verified).unwrap();
+    assert_eq!(store.verify().unwrap(), 0);
+}

@@ -141,12 +141,17 @@ impl Server {
 
     /// Lets in whom `lines` say, in the form of `pg_hba.conf`.
     pub(crate) fn allow(&self, lines: &str) {
-        let words = "printf '%s' \"$1\" >data/pg_hba.conf";
-        let mut command = as_user(&self.folder, "sh");
-        let done = command.args(["-c", words, "sh", lines]).status();
-        assert!(done.unwrap().success());
+        self.write("pg_hba.conf", lines);
         self.control(&["reload"]);
         std::thread::sleep(std::time::Duration::from_millis(300));
+    }
+
+    /// Writes a file of the server, for its user alone.
+    pub(crate) fn write(&self, name: &str, text: &str) {
+        let words = "umask 077; printf '%s' \"$2\" >\"data/$1\"";
+        let mut command = as_user(&self.folder, "sh");
+        let done = command.args(["-c", words, "sh", name, text]).status();
+        assert!(done.unwrap().success());
     }
 
     fn control(&self, words: &[&str]) {

@@ -279,17 +279,24 @@ fn is_broken(error: &sqlx::Error) -> bool {
     }
 }
 
+/// Whether a certificate was refused, which the encryption says as an error of input.
+fn is_untrusted(error: &sqlx::Error) -> bool {
+    matches!(error, sqlx::Error::Io(error) if error.kind() == std::io::ErrorKind::InvalidData)
+}
+
 /// What was refused, and what to do.
 fn said(error: &sqlx::Error) -> (String, &'static str) {
     let message = match error.as_database_error() {
         Some(database) => database.message().to_owned(),
         None => match error {
+            error if is_untrusted(error) => format!("no encrypted connection is made: {error}"),
             sqlx::Error::Io(error) => format!("the connection to the database is lost: {error}"),
             other => other.to_string(),
         },
     };
     let code = code_of(error).unwrap_or_default();
     let advice = match (error, code) {
+        (error, _) if is_untrusted(error) => CERTIFICATE,
         (sqlx::Error::Io(_) | sqlx::Error::Protocol(_), _) => AGAIN,
         (sqlx::Error::Tls(_), _) => CERTIFICATE,
         (_, "3D000") => NAME,
@@ -320,7 +327,7 @@ fn said_of(url: &DatabaseUrl, error: &sqlx::Error) -> StudyError {
         url: url.to_string(),
         why,
         advice: match error {
-            sqlx::Error::Io(_) => START,
+            sqlx::Error::Io(_) if !is_untrusted(error) => START,
             _ => advice,
         },
     }
