@@ -229,6 +229,7 @@ impl StudyStore {
                 remove_files(&folder, &participant).map_err(failed)?;
                 if let Some(sha) = identity_sha.filter(|sha| is_prepared(&folder, sha)) {
                     put_identities(&folder, &sha).map_err(failed)?;
+                    self.note_erased(std::slice::from_ref(&participant))?;
                 }
                 if count > 0 {
                     let participant = participant.clone();

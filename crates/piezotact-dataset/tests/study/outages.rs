@@ -13,7 +13,7 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use crate::postgres::{Server, server};
 use crate::server::{station, url};
-use crate::{append, key, name, whole};
+use crate::{append, fill, holding, key, lines, name, passphrase, start, whole};
 
 /// Crashes a server `count` times while a station stores answers.
 fn crashes(count: u32) {
@@ -281,4 +281,44 @@ fn a_session_that_was_taken_up_elsewhere_does_not_go_on() {
     drop(there);
     let again = (0..50).find_map(|_| append(&mut here, &key(), 1).ok());
     assert!(again.is_some());
+}
+
+/// A withdrawal that is killed at a random moment has not happened, or is complete once the study was opened; also what is at the server.
+#[test]
+fn a_killed_withdrawal_at_a_server_has_not_happened_or_is_completed() {
+    let mut random = ChaCha8Rng::seed_from_u64(80);
+    let mut after = 0;
+    for _ in 0..8 {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut store, database) = station(server(), folder.path(), 20);
+        fill(&mut store, "P01");
+        drop(store);
+        let mut child = start("withdraw", folder.path());
+        std::thread::sleep(Duration::from_millis(u64::from(random.next_u32() % 120)));
+        child.kill().unwrap();
+        drop(lines(child));
+        // What the server had of it ends a moment later.
+        std::thread::sleep(Duration::from_millis(100));
+        let store = StudyStore::open(folder.path()).unwrap();
+        assert_eq!(store.verify().unwrap(), 1);
+        let found = holding(folder.path(), "quince");
+        let people = store.identities(&passphrase()).unwrap();
+        let pending = "SELECT count(*) FROM piezotact.withdrawals WHERE pending <> 'nothing'";
+        if store.sessions().unwrap()[0].withdrawn_at_ms.is_none() {
+            assert_eq!((whole(&store), people.len()), (20, 1));
+            assert_eq!(found.len(), 3, "{found:?}");
+        } else {
+            after += 1;
+            assert!(
+                found.is_empty() && people.is_empty(),
+                "{found:?} {people:?}"
+            );
+            assert_eq!(server().sql(&database, pending), "0");
+            // Nobody is said to be in the identities who is not.
+            drop(store);
+            assert_eq!(StudyStore::open(folder.path()).unwrap().notices(), []);
+        }
+        assert!(!folder.path().join("identity.age.next").exists());
+    }
+    assert!(after > 0, "no kill came after an intention: wait longer");
 }
