@@ -227,9 +227,10 @@ impl StudyStore {
                 let _alone = identity::alone(&folder).map_err(|error| failed(error.into()))?;
                 let count = files.iter().map(|path| count(path)).sum();
                 remove_files(&folder, &participant).map_err(failed)?;
-                if let Some(sha) = identity_sha.filter(|sha| is_prepared(&folder, sha)) {
-                    put_identities(&folder, &sha).map_err(failed)?;
-                    self.note_erased(std::slice::from_ref(&participant))?;
+                if let Some(sha) = &identity_sha
+                    && is_file(&folder.join(NEXT), sha)
+                {
+                    put_identities(&folder, sha).map_err(failed)?;
                 }
                 if count > 0 {
                     let participant = participant.clone();
@@ -237,6 +238,10 @@ impl StudyStore {
                     self.notices
                         .push(Notice::FilesErased { participant, files });
                 }
+            }
+            // The identities are those that were written without the participant.
+            if identity_sha.is_some_and(|sha| is_file(&folder.join(IDENTITY), &sha)) {
+                self.note_erased(std::slice::from_ref(&participant))?;
             }
             if pending == "bytes" {
                 let remains = self.scrub_and_settle(&participant);
@@ -329,10 +334,10 @@ impl StudyStore {
     }
 }
 
-/// Whether the identities that were written beside the file are those with the checksum `sha`.
-fn is_prepared(folder: &Path, sha: &[u8]) -> bool {
-    let next = std::fs::read(folder.join(NEXT));
-    next.is_ok_and(|bytes| Sha::of(&bytes).bytes()[..] == *sha)
+/// Whether the file at `path` has the checksum `sha`.
+fn is_file(path: &Path, sha: &[u8]) -> bool {
+    let bytes = std::fs::read(path);
+    bytes.is_ok_and(|bytes| Sha::of(&bytes).bytes()[..] == *sha)
 }
 
 /// Removes identities that were written beside the file for a withdrawal that was interrupted before it was certain.
