@@ -4,6 +4,7 @@ mod belonging;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;
+mod campaign_server;
 mod campaign_session;
 mod campaign_simulated;
 mod campaign_trust;
@@ -32,6 +33,8 @@ mod message_numbers;
 mod own_device;
 mod own_files;
 mod panel;
+#[path = "../../piezotact-dataset/tests/support/postgres.rs"]
+mod postgres;
 mod prepare;
 mod real_input;
 mod refusals;

@@ -1,7 +1,7 @@
 //! Campaigns with virtual volunteers.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact_dataset::study::SqliteStore;
+use piezotact_dataset::study::StudyStore;
 
 use crate::campaign_drives::two_sets;
 use crate::campaign_session::{holds, run, study, whole};
@@ -84,7 +84,7 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         2,
         &["expected a study with people, found one that was simulated"],
     );
-    let open = SqliteStore::open(&folder.path("st")).unwrap();
+    let open = StudyStore::open(&folder.path("st")).unwrap();
     let other = open.simulate_alone().unwrap();
     run(&folder, SIMULATE).expect_failure(1, &["another program simulates this study"]);
     drop((other, open));

@@ -1,7 +1,7 @@
 //! What must not count: sessions on somebody else's finger or nobody's, of who has withdrawn, of two programs, by a changed plan.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact_dataset::study::{Pseudonym, SqliteStore};
+use piezotact_dataset::study::{Pseudonym, StudyStore};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _};
 
@@ -207,14 +207,14 @@ fn a_plan_that_was_changed_before_the_session_began_is_refused() {
     let planned = run(&folder, "campaign plan study P01 naming --json");
     let mut plan: Plan = serde_json::from_str(&planned.out()).unwrap();
     let key = SessionKey::new("P01", "naming");
-    let mut store = SqliteStore::open(&folder.path("study")).unwrap();
+    let mut store = StudyStore::open(&folder.path("study")).unwrap();
     store.write_plan(&plan).unwrap();
     store.begin(&key, Purpose::Volunteer).unwrap();
     drop(store);
     run(&folder, "campaign plan study P01 naming").expect_success();
     plan.trials.swap(1, 2);
     let participant = Pseudonym::new("P01").unwrap();
-    let store = SqliteStore::open(&folder.path("study")).unwrap();
+    let store = StudyStore::open(&folder.path("study")).unwrap();
     let file = store
         .session_folder(&participant, "naming")
         .unwrap()

@@ -141,6 +141,16 @@ pub struct Runner<'a> {
     /// Whether it was found under way, and was not resumed yet.
     is_cut_off: bool,
     unstored: Option<Unstored>,
+    unsure: Option<Unsure>,
+}
+
+/// An event that the store did not acknowledge. It can be stored nevertheless, where the answer of a server was lost: the session is
+/// read again before anything else happens.
+struct Unsure {
+    /// The command, where nothing was played for it.
+    asked: Option<Command>,
+    event: Event,
+    json: String,
 }
 
 /// What a command has played, or tried to play, and what could not be stored. It is stored before anything else happens, so that
@@ -152,6 +162,16 @@ struct Unstored {
     /// What failed, where the trial is void.
     failed: Option<String>,
     at_ms: i64,
+}
+
+impl Unstored {
+    /// What the command has made happen, once it is stored.
+    fn given(self) -> Given {
+        match self.failed {
+            Some(why) => Given::Void { why },
+            None => Given::Done(self.event),
+        }
+    }
 }
 
 impl fmt::Debug for Runner<'_> {
@@ -205,6 +225,7 @@ impl<'a> Runner<'a> {
             stimuli,
             outside,
             unstored: None,
+            unsure: None,
         })
     }
 
@@ -242,6 +263,9 @@ impl<'a> Runner<'a> {
     /// command can be given again; what it played is not played again. Another command stores first what was played.
     pub fn give(&mut self, command: Command) -> Result<Given, RunError> {
         let command = without_evidence(command);
+        if let Some(given) = self.caught_up(&command)? {
+            return Ok(given);
+        }
         if let Some(unstored) = self.unstored.take() {
             let is_same = unstored.asked == command;
             let given = self.keep_played(unstored)?;
@@ -277,11 +301,60 @@ impl<'a> Runner<'a> {
                 at_ms,
             });
         }
-        self.keep(at_ms, &event)?;
+        if let Err(error) = self.keep(at_ms, &event) {
+            if let Some(unsure) = &mut self.unsure {
+                unsure.asked = Some(command);
+            }
+            return Err(error);
+        }
+        self.note_resumed(&event);
+        Ok(Given::Done(event))
+    }
+
+    fn note_resumed(&mut self, event: &Event) {
         if matches!(event, Event::Resumed { .. }) {
             self.is_cut_off = false;
         }
-        Ok(Given::Done(event))
+    }
+
+    /// Takes up an event that was stored and not acknowledged; gives what `command` has made happen, where it was of this command.
+    fn caught_up(&mut self, command: &Command) -> Result<Option<Given>, RunError> {
+        let Some(unsure) = &self.unsure else {
+            return Ok(None);
+        };
+        let links = self.store.events(&self.key)?;
+        let known = usize::try_from(self.state.events()).unwrap_or(usize::MAX);
+        let ours = |link: &Link| {
+            let payload = link.payload.as_ref();
+            payload.is_some_and(|payload| payload.json == unsure.json)
+        };
+        let after = match links.get(known..).unwrap_or_default() {
+            // It is not stored.
+            [] => None,
+            [link] if ours(link) => {
+                let mut after = self.state.clone();
+                after.apply(link.at_ms, &unsure.event)?;
+                Some(after)
+            }
+            _ => {
+                return Err(RunError::Store(StoreError::Overtaken {
+                    key: self.key.clone(),
+                    expected: self.state.events(),
+                    found: links.len() as u64,
+                }));
+            }
+        };
+        let unsure = self.unsure.take();
+        let (Some(after), Some(unsure)) = (after, unsure) else {
+            return Ok(None);
+        };
+        self.state = after;
+        self.note_resumed(&unsure.event);
+        let (asked, given) = match self.unstored.take() {
+            Some(played) => (Some(played.asked.clone()), played.given()),
+            None => (unsure.asked, Given::Done(unsure.event)),
+        };
+        Ok((asked.as_ref() == Some(command)).then_some(given))
     }
 
     /// Stores what was played, or keeps it for the next command.
@@ -290,10 +363,7 @@ impl<'a> Runner<'a> {
             self.unstored = Some(played);
             return Err(error);
         }
-        Ok(match played.failed {
-            Some(why) => Given::Void { why },
-            None => Given::Done(played.event),
-        })
+        Ok(played.given())
     }
 
     /// Stores `event` and takes it up.
@@ -310,7 +380,16 @@ impl<'a> Runner<'a> {
             json: &json,
             salt: (self.outside.salt)()?,
         };
-        self.store.append(&self.key, self.state.events(), new)?;
+        if let Err(error) = self.store.append(&self.key, self.state.events(), new) {
+            if matches!(error, StoreError::Place { .. }) {
+                self.unsure = Some(Unsure {
+                    asked: None,
+                    event: event.clone(),
+                    json,
+                });
+            }
+            return Err(error.into());
+        }
         self.state = after;
         Ok(())
     }

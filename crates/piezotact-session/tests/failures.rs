@@ -213,3 +213,39 @@ fn an_event_of_another_program_in_the_same_session_stops_this_one() {
         assert_eq!(runner.state().events(), events.len() as u64);
     });
 }
+
+/// The answer of the store is lost after each event is stored: the same command again stores nothing more.
+#[test]
+fn what_was_stored_without_a_word_is_not_stored_again() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let losses = Rc::clone(&bed.store.losses);
+    let mut given = 0;
+    bed.volunteer((&protocol, &plan), |runner| {
+        while let Some(command) = next(runner.state()) {
+            losses.set(1);
+            let refused = runner.give(command.clone());
+            assert!(
+                matches!(refused, Err(RunError::Store(StoreError::Place { .. }))),
+                "{command:?}: {refused:?}"
+            );
+            assert_eq!(runner.state().events(), given);
+            // In between another command: it stands behind the one that was stored.
+            if given % 2 == 1 {
+                let text = "it took a while".to_owned();
+                done(runner, Command::Note { text });
+                given += 2;
+            } else {
+                done(runner, command);
+                given += 1;
+            }
+            assert_eq!(runner.state().events(), given);
+        }
+        assert_eq!(runner.state().confirmed(), plan.trials.len());
+    });
+    assert_eq!(bed.events(&plan).len() as u64, given);
+    // Each stimulus was felt once.
+    let begun = bed.tape.begun.borrow();
+    let names: BTreeSet<&String> = begun.iter().collect();
+    assert_eq!(names.len(), begun.len());
+}

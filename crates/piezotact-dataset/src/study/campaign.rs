@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::{Protocol, ProtocolError, read};
-use piezotact_people::campaign::store::{SessionEntry, Store as _, StoreError};
+use piezotact_people::campaign::store::{SessionEntry, SessionKey, Store as _, StoreError};
 use serde::{Deserialize, Serialize};
 
 use super::DATABASE;
-use super::error::StudyError;
+use super::error::{Kept, StudyError};
+use super::postgres::DatabaseUrl;
 use super::pseudonym::{Pseudonym, PseudonymError};
-use super::store::SqliteStore;
+use super::shared::{StoredCampaign, stored_campaign};
+use super::store::StudyStore;
 use crate::atomic::{sync_folder, write_atomically};
 use crate::error::{ReadError, WriteError};
 use crate::input::read_input_text;
@@ -136,6 +138,22 @@ pub enum CampaignError {
         /// How many sessions the study has.
         sessions: usize,
     },
+    /// A study in a database was not made to its end.
+    #[error(
+        "{url}: expected a study with a campaign, found one that was not made to its end; make it once more where it was begun"
+    )]
+    Unfinished {
+        /// The URL of the database.
+        url: String,
+    },
+    /// The campaign in the folder of a station is not the one that the stations share.
+    #[error(
+        "{}: expected the campaign that is in the database of the study, found another one; remove this file and join the study again", path.display()
+    )]
+    NotShared {
+        /// The file.
+        path: PathBuf,
+    },
     /// Another file stands in the place of one of the study.
     #[error(
         "{}: expected none, or the {what} of the new study, found another file; move it away, or give another folder", path.display()
@@ -194,57 +212,70 @@ impl StudyCampaign {
     ///
     /// # Errors
     /// [`CampaignError`]; a protocol that cannot be used, and a file that stands in the way, are refused before anything is written.
-    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<SqliteStore, CampaignError> {
-        let protocol = read(new.protocol)?;
-        for session in &protocol.sessions {
-            Pseudonym::new(&session.name)?;
+    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<StudyStore, CampaignError> {
+        require_new(folder, new)?;
+        let store = match folder.join(DATABASE).symlink_metadata() {
+            Ok(_) => match StudyStore::create(folder) {
+                Err(StudyError::Exists { .. }) => StudyStore::open(folder)?,
+                other => other?,
+            },
+            Err(_none) => StudyStore::create(folder)?,
+        };
+        require_no_session(&store)?;
+        write_files(folder, &stored(folder, new)?)?;
+        Ok(store)
+    }
+
+    /// Makes the study of `new` in the database at `url`, with this station's files in `folder`, and opens it. A creation that was
+    /// interrupted is completed.
+    ///
+    /// # Errors
+    /// As [`Self::create`]; [`StudyError::Taken`] where the database holds another study, or one with sessions.
+    pub fn create_on(
+        folder: &Path,
+        url: &DatabaseUrl,
+        new: &NewCampaign<'_>,
+    ) -> Result<StudyStore, CampaignError> {
+        require_new(folder, new)?;
+        let campaign = stored(folder, new)?;
+        let mut store = match StudyStore::create_on(folder, url) {
+            Ok(store) => store,
+            Err(StudyError::Taken { url: taken }) => {
+                let taken = || CampaignError::Study(StudyError::Taken { url: taken });
+                if !is_unfinished(url, &campaign)? {
+                    return Err(taken());
+                }
+                StudyStore::join(folder, url)?
+            }
+            Err(error) => return Err(error.into()),
+        };
+        if store.stored_campaign()?.is_none() {
+            store.store_campaign(&campaign)?;
         }
-        let path = folder.join(CAMPAIGN);
-        if path.symlink_metadata().is_ok() {
+        write_files(folder, &campaign)?;
+        Ok(store)
+    }
+
+    /// Makes the folder of a further station of the study in the database at `url`, and opens it.
+    ///
+    /// # Errors
+    /// [`CampaignError`].
+    pub fn join(folder: &Path, url: &DatabaseUrl) -> Result<StudyStore, CampaignError> {
+        if folder.join(CAMPAIGN).symlink_metadata().is_ok() {
             let folder = folder.to_owned();
             return Err(CampaignError::Exists { folder });
         }
-        let texts = [
-            (PROTOCOL, "protocol", Some(new.protocol)),
-            (CONSENT, "consent text", new.consent),
-        ];
-        for (name, what, text) in texts {
+        let probed = StudyStore::probe(url, async |database| stored_campaign(database).await)?;
+        let Some(campaign) = probed else {
+            return Err(CampaignError::Unfinished {
+                url: url.to_string(),
+            });
+        };
+        for (name, what, text) in campaign.texts() {
             free(&folder.join(name), what, text)?;
         }
-        let store = match folder.join(DATABASE).symlink_metadata() {
-            Ok(_) => match SqliteStore::create(folder) {
-                Err(StudyError::Exists { .. }) => SqliteStore::open(folder)?,
-                other => other?,
-            },
-            Err(_none) => SqliteStore::create(folder)?,
-        };
-        let sessions = store.sessions()?.len();
-        if sessions > 0 {
-            return Err(CampaignError::Incomplete { path, sessions });
-        }
-        for (name, _, text) in texts {
-            if let Some(text) = text {
-                write(&folder.join(name), text.as_bytes())?;
-            }
-        }
-        let file = CampaignFile {
-            form: FORM,
-            protocol_sha: Sha::of(new.protocol.as_bytes()),
-            seed: new.seed,
-            consent_sha: new.consent.map(|text| Sha::of(text.as_bytes())),
-            panels: new.panels.clone(),
-            program: new.program.to_owned(),
-        };
-        let mut bytes = serde_json::to_vec_pretty(&file).map_err(|error| CampaignError::Form {
-            path: path.clone(),
-            expected: "a campaign",
-            why: error.to_string(),
-        })?;
-        bytes.push(b'\n');
-        // Last, as it vouches for the others: they are on the disk before it.
-        sync_folder(&path);
-        write(&path, &bytes)?;
-        sync_folder(&path);
+        let store = StudyStore::join(folder, url)?;
+        write_files(folder, &campaign)?;
         Ok(store)
     }
 
@@ -289,7 +320,25 @@ impl StudyCampaign {
     }
 }
 
-impl SqliteStore {
+impl StudyStore {
+    /// The campaign of this study. Where several stations share it, the files of this station are those that the others have.
+    ///
+    /// # Errors
+    /// As [`StudyCampaign::read`]; [`CampaignError::NotShared`] where they are not.
+    pub fn campaign(&self) -> Result<StudyCampaign, CampaignError> {
+        if self.kept() == Kept::OnServer {
+            let path = self.folder().join(CAMPAIGN);
+            let file = own_text(&path)?;
+            if self
+                .stored_campaign()?
+                .is_none_or(|stored| stored.file != file)
+            {
+                return Err(CampaignError::NotShared { path });
+            }
+        }
+        StudyCampaign::read(self.folder())
+    }
+
     /// The folder of the files of one session of a participant: its plan, drives and journals. A withdrawal erases it.
     ///
     /// # Errors
@@ -322,10 +371,15 @@ impl SqliteStore {
         session: &str,
     ) -> Result<Option<Plan>, CampaignError> {
         let path = self.session_folder(participant, session)?.join(PLAN);
-        if !crate::reads::is_there(&path) {
+        let text = match self.kept() {
+            Kept::InFolder if !crate::reads::is_there(&path) => None,
+            Kept::InFolder => Some(own_text(&path)?),
+            Kept::OnServer => self.stored_plan(&SessionKey::new(participant.as_str(), session))?,
+        };
+        let Some(text) = text else {
             return Ok(None);
-        }
-        let plan: Plan = parsed(&path, "the plan of a session")?;
+        };
+        let plan: Plan = parsed_text(&path, &text, "the plan of a session")?;
         // A folder that was copied or renamed: its session would go on under another name.
         if (plan.participant.as_str(), plan.session.as_str()) != (participant.as_str(), session) {
             return Err(CampaignError::Form {
@@ -343,7 +397,7 @@ impl SqliteStore {
     /// # Errors
     /// [`CampaignError::Planned`] for another plan of a session that was begun, [`CampaignError::Store`] for a participant who
     /// has withdrawn, of whom nothing is written any more, and other [`CampaignError`]s.
-    pub fn write_plan(&self, plan: &Plan) -> Result<(), CampaignError> {
+    pub fn write_plan(&mut self, plan: &Plan) -> Result<(), CampaignError> {
         let participant = Pseudonym::new(&plan.participant)?;
         let folder = self.session_folder(&participant, &plan.session)?;
         let path = folder.join(PLAN);
@@ -358,20 +412,30 @@ impl SqliteStore {
         let is_it = |entry: &SessionEntry| {
             entry.key.names() == (plan.participant.as_str(), plan.session.as_str())
         };
+        let other = |written: &Plan| CampaignError::Planned {
+            path: path.clone(),
+            participant: plan.participant.clone(),
+            session: plan.session.clone(),
+            shas: Box::new([written.sha(), plan.sha()]),
+        };
         if sessions.iter().any(is_it)
             && let Some(written) = self.plan(&participant, &plan.session)?
         {
             return match written == *plan {
                 true => Ok(()),
-                false => Err(CampaignError::Planned {
-                    path,
-                    participant: plan.participant.clone(),
-                    session: plan.session.clone(),
-                    shas: Box::new([written.sha(), plan.sha()]),
-                }),
+                false => Err(other(&written)),
             };
         }
         std::fs::create_dir_all(&folder).map_err(WriteError::io(&folder))?;
+        if self.kept() == Kept::OnServer {
+            let text = self.store_plan(plan)?;
+            // Another station may have begun it in the meantime.
+            let written: Plan = parsed_text(&path, &text, "the plan of a session")?;
+            return match written == *plan {
+                true => Ok(()),
+                false => Err(other(&written)),
+            };
+        }
         write(&path, &plan.bytes())?;
         // The file, its folder, and that of the participant: the journal that names the plan is never there without it.
         for made in [&path, &folder, &self.participant_folder(&participant)] {
@@ -379,6 +443,85 @@ impl SqliteStore {
         }
         Ok(())
     }
+}
+
+/// Refuses a protocol that cannot be used, and a folder in which the study cannot be made.
+fn require_new(folder: &Path, new: &NewCampaign<'_>) -> Result<(), CampaignError> {
+    let protocol = read(new.protocol)?;
+    for session in &protocol.sessions {
+        Pseudonym::new(&session.name)?;
+    }
+    if folder.join(CAMPAIGN).symlink_metadata().is_ok() {
+        let folder = folder.to_owned();
+        return Err(CampaignError::Exists { folder });
+    }
+    free(&folder.join(PROTOCOL), "protocol", Some(new.protocol))?;
+    free(&folder.join(CONSENT), "consent text", new.consent)
+}
+
+fn require_no_session(store: &StudyStore) -> Result<(), CampaignError> {
+    let path = store.folder().join(CAMPAIGN);
+    match store.sessions()?.len() {
+        0 => Ok(()),
+        sessions => Err(CampaignError::Incomplete { path, sessions }),
+    }
+}
+
+/// Whether the study in the database at `url` is what a creation of `campaign` has left that was interrupted.
+fn is_unfinished(url: &DatabaseUrl, campaign: &StoredCampaign) -> Result<bool, CampaignError> {
+    let (found, changes) = StudyStore::probe(url, async |database| {
+        let changes: (i64,) = database.one("SELECT changes FROM study", &[]).await?;
+        Ok((stored_campaign(database).await?, changes.0))
+    })?;
+    // The campaign is the first change.
+    Ok(changes <= 1 && found.is_none_or(|found| found == *campaign))
+}
+
+/// The files of `new`, as they are written.
+fn stored(folder: &Path, new: &NewCampaign<'_>) -> Result<StoredCampaign, CampaignError> {
+    let file = CampaignFile {
+        form: FORM,
+        protocol_sha: Sha::of(new.protocol.as_bytes()),
+        seed: new.seed,
+        consent_sha: new.consent.map(|text| Sha::of(text.as_bytes())),
+        panels: new.panels.clone(),
+        program: new.program.to_owned(),
+    };
+    let text = serde_json::to_string_pretty(&file).map_err(|error| CampaignError::Form {
+        path: folder.join(CAMPAIGN),
+        expected: "a campaign",
+        why: error.to_string(),
+    })?;
+    Ok(StoredCampaign {
+        file: text + "\n",
+        protocol: new.protocol.to_owned(),
+        consent: new.consent.map(str::to_owned),
+    })
+}
+
+impl StoredCampaign {
+    /// The texts with the names of their files, and what they are.
+    fn texts(&self) -> [(&'static str, &'static str, Option<&str>); 2] {
+        [
+            (PROTOCOL, "protocol", Some(&self.protocol)),
+            (CONSENT, "consent text", self.consent.as_deref()),
+        ]
+    }
+}
+
+/// Writes the files of a campaign into the folder of its study.
+fn write_files(folder: &Path, campaign: &StoredCampaign) -> Result<(), CampaignError> {
+    for (name, _, text) in campaign.texts() {
+        if let Some(text) = text {
+            write(&folder.join(name), text.as_bytes())?;
+        }
+    }
+    let path = folder.join(CAMPAIGN);
+    // Last, as it vouches for the others: they are on the disk before it.
+    sync_folder(&path);
+    write(&path, campaign.file.as_bytes())?;
+    sync_folder(&path);
+    Ok(())
 }
 
 /// Refuses another file in the place of one of a study that is to be made.
@@ -422,8 +565,15 @@ pub(super) fn parsed<T: for<'de> Deserialize<'de>>(
     path: &Path,
     expected: &'static str,
 ) -> Result<T, CampaignError> {
-    let text = own_text(path)?;
-    serde_json::from_str(&text).map_err(|error| CampaignError::Form {
+    parsed_text(path, &own_text(path)?, expected)
+}
+
+fn parsed_text<T: for<'de> Deserialize<'de>>(
+    path: &Path,
+    text: &str,
+    expected: &'static str,
+) -> Result<T, CampaignError> {
+    serde_json::from_str(text).map_err(|error| CampaignError::Form {
         path: path.to_owned(),
         expected,
         why: error.to_string(),

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use piezotact_people::campaign::store::StoreError;
 
+use super::postgres::DatabaseUrlError;
 use super::withdrawal::WithdrawError;
 
 /// Why a study cannot be created or opened.
@@ -16,7 +17,7 @@ pub enum StudyError {
         folder: PathBuf,
     },
     /// There is no study.
-    #[error("{}: expected a folder with a study (study.sqlite), found none; check the path, or create the study", folder.display())]
+    #[error("{}: expected a folder with a study (study.sqlite or study.url), found none; check the path, or create the study", folder.display())]
     Missing {
         /// The folder.
         folder: PathBuf,
@@ -40,13 +41,12 @@ pub enum StudyError {
         found: i64,
     },
     /// The database holds fewer changes than were acknowledged.
-    #[error(
-        "{}: expected {acknowledged} changes or more, found {found}: stored answers are missing, as study.sqlite or study.sqlite-wal was cut, damaged or exchanged; \
-         restore the whole folder from a copy, or remove study.seal to go on without them", folder.display()
-    )]
+    #[error("{}: {}", folder.display(), lost(*kept, *acknowledged, *found))]
     Lost {
         /// The folder.
         folder: PathBuf,
+        /// Where the answers are kept.
+        kept: Kept,
         /// How many changes were acknowledged.
         acknowledged: u64,
         /// How many there are.
@@ -60,6 +60,44 @@ pub enum StudyError {
     Seal {
         /// The file.
         path: PathBuf,
+    },
+    /// A study is in the database already.
+    #[error(
+        "{url}: expected a database without a study, found one with a study; join that study, or name another database"
+    )]
+    Taken {
+        /// The URL of the database.
+        url: String,
+    },
+    /// The database on a server is not what was expected, or cannot be reached.
+    #[error("{url}: {why}; {advice}")]
+    Server {
+        /// Its URL.
+        url: String,
+        /// What was expected and found, or what the server said.
+        why: String,
+        /// What to do.
+        advice: &'static str,
+    },
+    /// The file with the URL of the database cannot be used.
+    #[error("{}: {why}", path.display())]
+    Url {
+        /// The file.
+        path: PathBuf,
+        /// Why, and what to do.
+        why: DatabaseUrlError,
+    },
+    /// The folder belongs to another study.
+    #[error(
+        "{}: expected the study in the database {url}, found {found}; open it there, or name another folder", folder.display()
+    )]
+    OtherPlace {
+        /// The folder.
+        folder: PathBuf,
+        /// The URL of the database.
+        url: String,
+        /// What is there.
+        found: &'static str,
     },
     /// The operating system or the database refuses.
     #[error("{}: {why}; {advice}", path.display())]
@@ -81,12 +119,57 @@ pub enum StudyError {
     },
 }
 
+/// Where the answers of a study are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kept {
+    /// In its folder, as study.sqlite.
+    InFolder,
+    /// In the database of a server, which several stations share.
+    OnServer,
+}
+
+/// That a study has fewer changes than were acknowledged.
+pub(super) fn lost(kept: Kept, acknowledged: u64, found: u64) -> String {
+    let (cause, restore) = match kept {
+        Kept::InFolder => (
+            "study.sqlite or study.sqlite-wal was cut, damaged or exchanged",
+            "restore the whole folder from a copy",
+        ),
+        Kept::OnServer => (
+            "the database was restored from an older backup or exchanged",
+            "restore it from a newer backup",
+        ),
+    };
+    format!(
+        "expected {acknowledged} changes or more, found {found}: stored answers are missing, as {cause}; \
+         {restore}, or remove study.seal to go on without them"
+    )
+}
+
 impl StudyError {
     pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |error| Self::Place {
             path: path.to_owned(),
             advice: advice_on_io(&error),
             why: error.to_string(),
+        }
+    }
+
+    /// The same as a store says it, while the study is open.
+    pub(super) fn into_store_error(self) -> StoreError {
+        match self {
+            Self::Server { why, advice, .. } => StoreError::Place { why, advice },
+            other => StoreError::Place {
+                why: other.to_string(),
+                advice: "then open the study again",
+            },
+        }
+    }
+
+    pub(super) fn of_withdrawals(error: StoreError) -> Self {
+        Self::Withdrawal {
+            participant: "a participant".into(),
+            source: Box::new(error.into()),
         }
     }
 

@@ -12,9 +12,10 @@ use piezotact_people::campaign::store::StoreError;
 use piezotact_people::campaign::text::{TextError, check_line};
 use serde::{Deserialize, Serialize};
 
-use super::error::advice_on_io;
+use super::error::{StudyError, advice_on_io};
 use super::pseudonym::{Pseudonym, PseudonymError};
-use super::store::{SqliteStore, has_withdrawn};
+use super::sessions::has_withdrawn;
+use super::store::StudyStore;
 use crate::atomic::{Prepared, sync_folder};
 use crate::error::WriteError;
 use crate::lock::{Lock, LockError, LockFile};
@@ -217,6 +218,9 @@ pub enum IdentityError {
     /// It cannot be written.
     #[error(transparent)]
     Write(#[from] WriteError),
+    /// The folder cannot be read or written.
+    #[error(transparent)]
+    Study(#[from] Box<StudyError>),
 }
 
 impl IdentityError {
@@ -229,7 +233,7 @@ impl IdentityError {
     }
 }
 
-impl SqliteStore {
+impl StudyStore {
     /// Who the participants are, by pseudonym; none where no identity was stored.
     ///
     /// # Errors
@@ -259,7 +263,7 @@ impl SqliteStore {
         }
         let _alone = alone(&self.folder)?;
         let name = participant.as_str();
-        if self.read(async |connection| has_withdrawn(connection, name).await)? {
+        if self.read(async |database| has_withdrawn(database, name).await)? {
             let participant = name.to_owned();
             return Err(IdentityError::Withdrawn { participant });
         }
@@ -275,8 +279,24 @@ impl SqliteStore {
             }
         };
         identities.people.insert(name.to_owned(), person);
+        let gone = self.without_withdrawn(&mut identities)?;
         write(&self.folder.join(IDENTITY), &identities, passphrase)?;
+        self.note_erased(&gone).map_err(Box::new)?;
         Ok(consent)
+    }
+}
+
+impl StudyStore {
+    /// Takes everybody who has withdrawn, at whatever station, out of `identities`; gives who has.
+    pub(super) fn without_withdrawn(
+        &self,
+        identities: &mut Identities,
+    ) -> Result<Vec<String>, StoreError> {
+        let gone = self.withdrawn()?;
+        for name in &gone {
+            identities.people.remove(name);
+        }
+        Ok(gone)
     }
 }
 

@@ -1,16 +1,22 @@
-//! The study on disk: the store of a campaign in SQLite, the encrypted identities beside it, and withdrawal from both.
+//! The study on disk: the store of a campaign in SQLite or PostgreSQL, the encrypted identities beside it, and withdrawal from both.
 //!
 //! A study is a folder. `study.sqlite` holds sessions and events, `study.seal` how many changes were acknowledged, `identity.age` who
-//! the participants are, and `participants/PSEUDONYM/` the files of each. What a kill and a power cut leave is in decision 0066.
+//! the participants are, and `participants/PSEUDONYM/` the files of each. What a kill and a power cut leave is in decision 0066. Where
+//! several stations share a study, each has a folder, and `study.url` names the database in the place of `study.sqlite` (decision 0078).
 
 mod campaign;
+mod database;
 mod error;
+mod group;
 mod identity;
 mod opening;
+mod postgres;
 mod pseudonym;
 mod running;
 mod schema;
 mod seal;
+mod sessions;
+mod shared;
 mod simulated;
 mod store;
 #[cfg(test)]
@@ -18,11 +24,15 @@ mod tests;
 mod withdrawal;
 
 pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
-pub use error::StudyError;
+pub use database::Remains;
+pub use error::{Kept, StudyError};
+pub use group::GroupStore;
 pub use identity::{ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent};
+pub use postgres::{DatabaseUrl, DatabaseUrlError};
 pub use pseudonym::{Pseudonym, PseudonymError};
 pub use running::{RunningError, SessionLock};
-pub use store::SqliteStore;
+pub use shared::Notice;
+pub use store::StudyStore;
 pub use withdrawal::{WithdrawError, Withdrawn};
 
 /// The database.

@@ -7,7 +7,7 @@ use sqlx::ConnectOptions as _;
 use sqlx::Connection as _;
 use sqlx::sqlite::{SqliteConnectOptions, SqliteConnection, SqliteSynchronous};
 
-use super::error::StudyError;
+use super::error::{Kept, StudyError};
 use super::schema::{APPLICATION, TABLES, VERSION};
 use super::seal::{Found, Sealed};
 
@@ -21,6 +21,7 @@ pub(super) enum Begin {
 pub(super) fn lost(folder: &Path, acknowledged: u64, found: u64) -> StudyError {
     StudyError::Lost {
         folder: folder.to_owned(),
+        kept: Kept::InFolder,
         acknowledged,
         found,
     }

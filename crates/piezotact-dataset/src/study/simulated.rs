@@ -7,14 +7,14 @@ use serde::de::DeserializeOwned;
 
 use super::campaign::{CampaignError, parsed, write};
 use super::pseudonym::Pseudonym;
-use super::store::SqliteStore;
+use super::store::StudyStore;
 
 /// How the study was simulated.
 const SIMULATION: &str = "simulation.json";
 /// What was felt with what was answered in a session.
 const JUDGED: &str = "judged.json";
 
-impl SqliteStore {
+impl StudyStore {
     /// How the study was simulated, as [`Self::write_simulation`] has kept it; `None` for a study with people.
     ///
     /// # Errors

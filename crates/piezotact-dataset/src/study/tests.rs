@@ -8,9 +8,7 @@ use piezotact_people::campaign::store::{
 
 use super::identity::NEXT;
 use super::seal::SEAL;
-use super::{
-    DATABASE, IdentityError, Passphrase, PersonalData, Pseudonym, SqliteStore, StudyError,
-};
+use super::{DATABASE, IdentityError, Passphrase, PersonalData, Pseudonym, StudyError, StudyStore};
 
 fn event(json: &str) -> NewEvent<'_> {
     NewEvent {
@@ -20,18 +18,15 @@ fn event(json: &str) -> NewEvent<'_> {
     }
 }
 
-fn refusal(store: &SqliteStore, statement: &'static str) -> String {
-    let done = store.read(async |connection| {
-        let done = sqlx::raw_sql(statement).execute(connection).await;
-        done.map(|_| ()).map_err(super::error::place)
-    });
+fn refusal(store: &StudyStore, statement: &'static str) -> String {
+    let done = store.read(async |database| database.run(statement).await);
     done.err()
         .map_or_else(String::new, |error| error.to_string())
 }
 
 /// A study with one session of two events.
-fn study(folder: &Path) -> (SqliteStore, SessionKey) {
-    let mut store = SqliteStore::create(folder).unwrap();
+fn study(folder: &Path) -> (StudyStore, SessionKey) {
+    let mut store = StudyStore::create(folder).unwrap();
     let key = SessionKey::new("P01", "discrimination");
     store.begin(&key, Purpose::Volunteer).unwrap();
     store
@@ -59,11 +54,11 @@ fn person(name: &str) -> PersonalData {
 #[test]
 fn the_store_on_disk_conforms() {
     let folder = tempfile::tempdir().unwrap();
-    let mut store = SqliteStore::create(folder.path()).unwrap();
+    let mut store = StudyStore::create(folder.path()).unwrap();
     assert_eq!(conformance::check(&mut store), Ok(()));
     // And so it is read by the next program.
     drop(store);
-    let store = SqliteStore::open(folder.path()).unwrap();
+    let store = StudyStore::open(folder.path()).unwrap();
     assert_eq!(store.verify().unwrap(), 2);
     assert_eq!(store.sessions().unwrap()[0].withdrawn_at_ms, Some(5));
 }
@@ -120,7 +115,7 @@ fn one_flipped_bit_in_the_database_is_found() {
         .unwrap();
     bytes[at] ^= 1;
     std::fs::write(&path, bytes).unwrap();
-    let store = SqliteStore::open(folder.path()).unwrap();
+    let store = StudyStore::open(folder.path()).unwrap();
     assert!(matches!(store.verify(), Err(StoreError::Chain(_))));
 }
 
@@ -135,7 +130,7 @@ fn a_withdrawal_and_what_is_erased_belong_together() {
         }
         assert_eq!(refusal(&store, statement), "");
         drop(store);
-        let store = SqliteStore::open(folder.path()).unwrap();
+        let store = StudyStore::open(folder.path()).unwrap();
         store.verify().unwrap_err().to_string()
     };
     assert_eq!(
@@ -168,7 +163,7 @@ fn pseudonyms_are_checked_where_a_session_begins() {
 fn what_is_no_study_of_this_version_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join(DATABASE);
-    let open = || SqliteStore::open(folder.path()).unwrap_err();
+    let open = || StudyStore::open(folder.path()).unwrap_err();
     assert!(matches!(open(), StudyError::Missing { .. }));
     std::fs::write(&path, "name,answer\n".repeat(500)).unwrap();
     assert!(matches!(open(), StudyError::NoStudy { .. }));
@@ -177,7 +172,7 @@ fn what_is_no_study_of_this_version_is_refused() {
 
     let (store, _) = study(folder.path());
     assert!(matches!(
-        SqliteStore::create(folder.path()),
+        StudyStore::create(folder.path()),
         Err(StudyError::Exists { .. })
     ));
     assert_eq!(refusal(&store, "PRAGMA user_version = 2"), "");
@@ -217,8 +212,8 @@ fn an_empty_file_of_an_interrupted_creation_is_completed_and_one_of_a_lost_study
     drop(store);
     std::fs::write(folder.path().join(DATABASE), "").unwrap();
     for opened in [
-        SqliteStore::open(folder.path()),
-        SqliteStore::create(folder.path()),
+        StudyStore::open(folder.path()),
+        StudyStore::create(folder.path()),
     ] {
         assert!(matches!(
             opened,
@@ -245,12 +240,12 @@ fn a_seal_of_another_study_or_a_damaged_one_is_an_error_and_a_missing_one_is_mad
     ] {
         std::fs::write(&seal, foreign).unwrap();
         assert!(matches!(
-            SqliteStore::open(folder.path()),
+            StudyStore::open(folder.path()),
             Err(StudyError::Seal { .. })
         ));
     }
     std::fs::remove_file(&seal).unwrap();
-    drop(SqliteStore::open(folder.path()).unwrap());
+    drop(StudyStore::open(folder.path()).unwrap());
     assert!(seal.is_file());
 }
 
@@ -262,12 +257,12 @@ fn an_older_copy_of_the_database_is_not_taken_for_the_study() {
     drop(store);
     let path = folder.path().join(DATABASE);
     let older = std::fs::read(&path).unwrap();
-    let mut store = SqliteStore::open(folder.path()).unwrap();
+    let mut store = StudyStore::open(folder.path()).unwrap();
     store.append(&key, 2, event("{}")).unwrap();
     drop(store);
     std::fs::write(&path, older).unwrap();
     assert!(matches!(
-        SqliteStore::open(folder.path()),
+        StudyStore::open(folder.path()),
         Err(StudyError::Lost {
             acknowledged: 4,
             found: 3,
@@ -301,8 +296,8 @@ fn a_withdrawal_that_ends_between_two_steps_is_completed_when_the_study_is_opene
             .unwrap();
         if step > 0 {
             store
-                .change(async |connection| {
-                    super::withdrawal::intend(connection, "P01", 5, "files", Some(&sha)).await
+                .change(async |database| {
+                    super::withdrawal::intend(database, "P01", 5, "files", Some(&sha)).await
                 })
                 .unwrap();
         }
@@ -314,7 +309,7 @@ fn a_withdrawal_that_ends_between_two_steps_is_completed_when_the_study_is_opene
         }
         drop(store);
 
-        let mut store = SqliteStore::open(folder.path()).unwrap();
+        let mut store = StudyStore::open(folder.path()).unwrap();
         assert!(!folder.path().join(NEXT).exists(), "{step}");
         assert_eq!(store.verify().unwrap(), 1, "{step}");
         let people = store.identities(&passphrase()).unwrap();

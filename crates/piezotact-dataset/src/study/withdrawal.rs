@@ -9,17 +9,19 @@ use std::path::{Path, PathBuf};
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::{SessionKey, StoreError};
-use sqlx::sqlite::SqliteConnection;
 
-use super::error::{StudyError, advice_on_io, place};
+use super::database::{Database, Remains, Value};
+use super::error::{Kept, StudyError, advice_on_io};
 use super::identity::{self, IDENTITY, IdentityError, NEXT, Passphrase};
 use super::pseudonym::Pseudonym;
-use super::store::SqliteStore;
+use super::sessions::has_withdrawn;
+use super::shared::Notice;
+use super::store::StudyStore;
 use super::{DATABASE, PARTICIPANTS};
 use crate::atomic::{UNFINISHED, remove_left_behind, sync_folder};
 
 /// What a withdrawal erased.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Withdrawn {
     /// Sessions whose payloads were erased.
     pub sessions: usize,
@@ -27,6 +29,8 @@ pub struct Withdrawn {
     pub files: usize,
     /// Identities that were removed: 0 or 1.
     pub identities: usize,
+    /// What stays in the database.
+    pub remains: Remains,
 }
 
 /// Why a withdrawal is not done, or not complete.
@@ -64,6 +68,9 @@ pub enum WithdrawError {
     /// The store refuses.
     #[error(transparent)]
     Store(#[from] StoreError),
+    /// The folder cannot be read or written.
+    #[error(transparent)]
+    Study(#[from] Box<StudyError>),
 }
 
 impl WithdrawError {
@@ -79,7 +86,7 @@ impl WithdrawError {
 /// A withdrawal that is not complete: participant, what is pending, and the checksum of the identities without the participant.
 pub(super) type Pending = (String, String, Option<Vec<u8>>);
 
-impl SqliteStore {
+impl StudyStore {
     /// Erases everything of `participant` in the folder of the study: payloads and salts of all sessions, files and identity. What
     /// stays is a tombstone: pseudonym, sessions, times and checksums, with which the chains still verify.
     ///
@@ -95,26 +102,36 @@ impl SqliteStore {
         let _alone = identity::alone(&self.folder)?;
         let name = participant.as_str();
         let identity_sha = self.prepare_identities(name, passphrase)?;
-        let (sessions, known) = self.read(async |connection| known(connection, name).await)?;
+        let (sessions, known) = self.read(async |database| known(database, name).await)?;
         let files = files_of(&self.folder, name)?;
         if !known && files.is_empty() && identity_sha.is_none() {
             let participant = name.to_owned();
             return Err(WithdrawError::Unknown { participant });
         }
-        self.change(async |connection| {
-            intend(connection, name, at_ms, "files", identity_sha.as_ref()).await
+        let pending = match self.kept() {
+            Kept::InFolder => "files",
+            Kept::OnServer => "bytes",
+        };
+        self.change(async |database| {
+            intend(database, name, at_ms, pending, identity_sha.as_ref()).await
         })?;
         let files = files.iter().map(|path| count(path)).sum();
         let identities = usize::from(identity_sha.is_some());
-        self.complete_one((
+        let remains = self.complete_one((
             name.to_owned(),
             "files".to_owned(),
             identity_sha.map(|sha| sha.bytes().to_vec()),
         ))?;
+        if passphrase.is_some() {
+            // The identities were looked through.
+            let names = [name.to_owned()];
+            self.note_erased(&names).map_err(Box::new)?;
+        }
         Ok(Withdrawn {
             sessions,
             files,
             identities,
+            remains,
         })
     }
 
@@ -147,40 +164,37 @@ impl SqliteStore {
         participant: &str,
         at_ms: i64,
     ) -> Result<usize, StoreError> {
-        let (sessions, pending) = self.change(async |connection| {
-            let (sessions, _) = known(connection, participant).await?;
+        let (sessions, pending) = self.change(async |database| {
+            let (sessions, _) = known(database, participant).await?;
             if sessions == 0 {
                 let key = SessionKey::new(participant, "(any)");
                 return Err(StoreError::Unknown { key });
             }
             // Not less than what is pending already.
-            let pending = sqlx::query_scalar(
-                "SELECT pending FROM withdrawals WHERE participant = ? AND pending = 'files'",
-            );
-            let pending = pending
-                .bind(participant)
-                .fetch_optional(&mut *connection)
-                .await;
-            let pending: Option<String> = pending.map_err(place)?;
+            let pending =
+                "SELECT pending FROM withdrawals WHERE participant = $1 AND pending = 'files'";
+            let pending: Option<(String,)> = database.row(pending, &[participant.into()]).await?;
             if pending.is_none() {
-                intend(connection, participant, at_ms, "bytes", None).await?;
+                intend(database, participant, at_ms, "bytes", None).await?;
             }
             Ok((sessions, pending))
         })?;
         if pending.is_none() {
-            self.scrub()?;
-            self.settle(participant, "nothing")?;
+            self.scrub_and_settle(participant)?;
         }
         Ok(sessions)
     }
 
-    /// Completes withdrawals that were interrupted, when the study is opened.
+    /// Completes withdrawals that were interrupted, and those of other stations, when the study is opened.
     pub(super) fn complete_withdrawals(&mut self) -> Result<(), StudyError> {
         let folder = self.folder.clone();
         let failed = |error: WithdrawError| StudyError::Withdrawal {
             participant: "a participant".into(),
             source: Box::new(error),
         };
+        if self.kept() == Kept::OnServer {
+            return self.complete_at_station();
+        }
         let pending = self.pending().map_err(|error| failed(error.into()))?;
         if pending.is_empty() && !folder.join(NEXT).exists() {
             return Ok(());
@@ -194,14 +208,62 @@ impl SqliteStore {
                     source: Box::new(error),
                 })?;
         }
-        // Of a withdrawal that was interrupted before it was certain.
-        let next = folder.join(NEXT);
-        match std::fs::remove_file(&next) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                Err(StudyError::io(&next)(error))
+        remove_next(&folder)
+    }
+
+    /// Erases what this station has of everybody who has withdrawn, and says what it cannot erase.
+    fn complete_at_station(&mut self) -> Result<(), StudyError> {
+        let folder = self.folder.clone();
+        let failed = |participant: &str, error: WithdrawError| StudyError::Withdrawal {
+            participant: participant.to_owned(),
+            source: Box::new(error),
+        };
+        let all = self.all_withdrawals();
+        self.notices.clear();
+        for (participant, pending, identity_sha) in all.map_err(StudyError::of_withdrawals)? {
+            let failed = |error| failed(&participant, error);
+            let files = files_of(&folder, &participant).map_err(failed)?;
+            if !files.is_empty() || folder.join(NEXT).exists() {
+                let _alone = identity::alone(&folder).map_err(|error| failed(error.into()))?;
+                let count = files.iter().map(|path| count(path)).sum();
+                remove_files(&folder, &participant).map_err(failed)?;
+                if let Some(sha) = &identity_sha
+                    && is_file(&folder.join(NEXT), sha)
+                {
+                    put_identities(&folder, sha).map_err(failed)?;
+                }
+                if count > 0 {
+                    let participant = participant.clone();
+                    let files = count;
+                    self.notices
+                        .push(Notice::FilesErased { participant, files });
+                }
             }
-            _ => Ok(()),
+            // The identities are those that were written without the participant.
+            if identity_sha.is_some_and(|sha| is_file(&folder.join(IDENTITY), &sha)) {
+                self.note_erased(std::slice::from_ref(&participant))?;
+            }
+            if pending == "bytes" {
+                let remains = self.scrub_and_settle(&participant);
+                let why = match remains.map_err(|error| failed(error.into()))? {
+                    Remains::NotRewritten { why } => why,
+                    Remains::Nothing | Remains::OnServer => continue,
+                };
+                self.notices
+                    .retain(|notice| !matches!(notice, Notice::NotRewritten { .. }));
+                self.notices.push(Notice::NotRewritten { why });
+            }
         }
+        for participant in self.may_be_named()? {
+            let path = folder.join(IDENTITY);
+            self.notices.push(Notice::MayBeNamed { participant, path });
+        }
+        if !folder.join(NEXT).exists() {
+            return Ok(());
+        }
+        let alone = identity::alone(&folder);
+        let _alone = alone.map_err(|error| failed("a participant", error.into()))?;
+        remove_next(&folder)
     }
 
     /// As [`Self::complete_withdrawals`], while the study is open.
@@ -219,11 +281,17 @@ impl SqliteStore {
     }
 
     pub(super) fn pending(&self) -> Result<Vec<Pending>, StoreError> {
-        self.read(async |connection| {
-            let rows = sqlx::query_as(
-                "SELECT participant, pending, identity_sha FROM withdrawals WHERE pending <> 'nothing'",
-            );
-            rows.fetch_all(connection).await.map_err(place)
+        self.read(async |database| {
+            let rows = "SELECT participant, pending, identity_sha FROM withdrawals WHERE pending <> 'nothing'";
+            database.rows(rows, &[]).await
+        })
+    }
+
+    fn all_withdrawals(&self) -> Result<Vec<Pending>, StoreError> {
+        self.read(async |database| {
+            let rows =
+                "SELECT participant, pending, identity_sha FROM withdrawals ORDER BY participant";
+            database.rows(rows, &[]).await
         })
     }
 
@@ -231,7 +299,7 @@ impl SqliteStore {
     pub(super) fn complete_one(
         &mut self,
         (participant, pending, identity_sha): Pending,
-    ) -> Result<(), WithdrawError> {
+    ) -> Result<Remains, WithdrawError> {
         if pending == "files" {
             remove_files(&self.folder, &participant)?;
             if let Some(sha) = identity_sha {
@@ -239,61 +307,82 @@ impl SqliteStore {
             }
             self.settle(&participant, "bytes")?;
         }
-        self.scrub()?;
-        self.settle(&participant, "nothing")?;
-        Ok(())
+        Ok(self.scrub_and_settle(&participant)?)
+    }
+
+    /// Removes what erased payloads left in the database; that is pending until it could be done.
+    fn scrub_and_settle(&mut self, participant: &str) -> Result<Remains, StoreError> {
+        let remains = self.scrub()?;
+        if !matches!(remains, Remains::NotRewritten { .. }) {
+            self.settle(participant, "nothing")?;
+        }
+        Ok(remains)
     }
 
     fn settle(&mut self, participant: &str, pending: &str) -> Result<(), StoreError> {
-        self.change(async |connection| {
-            let settled = sqlx::query(
-                "UPDATE withdrawals SET pending = ?, identity_sha = NULL WHERE participant = ?",
-            );
-            let settled = settled.bind(pending).bind(participant);
-            settled.execute(connection).await.map(|_| ()).map_err(place)
+        // At a server the checksum stays: another station may have written it, and have to find it.
+        let settled = match self.kept() {
+            Kept::InFolder => {
+                "UPDATE withdrawals SET pending = $1, identity_sha = NULL WHERE participant = $2"
+            }
+            Kept::OnServer => "UPDATE withdrawals SET pending = $1 WHERE participant = $2",
+        };
+        self.change(async |database| {
+            let values = [pending.into(), participant.into()];
+            database.execute(settled, &values).await.map(|_| ())
         })
     }
 }
 
+/// Whether the file at `path` has the checksum `sha`.
+fn is_file(path: &Path, sha: &[u8]) -> bool {
+    let bytes = std::fs::read(path);
+    bytes.is_ok_and(|bytes| Sha::of(&bytes).bytes()[..] == *sha)
+}
+
+/// Removes identities that were written beside the file for a withdrawal that was interrupted before it was certain.
+fn remove_next(folder: &Path) -> Result<(), StudyError> {
+    let next = folder.join(NEXT);
+    match std::fs::remove_file(&next) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(StudyError::io(&next)(error))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The number of sessions of a participant, and whether the database knows the name at all.
-async fn known(
-    connection: &mut SqliteConnection,
-    participant: &str,
-) -> Result<(usize, bool), StoreError> {
-    let sessions = sqlx::query_scalar("SELECT count(*) FROM sessions WHERE participant = ?");
-    let sessions = sessions.bind(participant).fetch_one(&mut *connection).await;
-    let sessions: i64 = sessions.map_err(place)?;
-    let withdrawn = super::store::has_withdrawn(connection, participant).await?;
+async fn known(database: &mut Database, participant: &str) -> Result<(usize, bool), StoreError> {
+    let sessions = "SELECT count(*) FROM sessions WHERE participant = $1";
+    let (sessions,): (i64,) = database.one(sessions, &[participant.into()]).await?;
+    let withdrawn = has_withdrawn(database, participant).await?;
     Ok((sessions.unsigned_abs() as usize, sessions > 0 || withdrawn))
 }
 
-/// Stores that the participant withdraws, and erases the payloads. The time of the first time stays.
+/// Stores that the participant withdraws, and erases the payloads, and plans that are in the database. The time of the first time stays.
 pub(super) async fn intend(
-    connection: &mut SqliteConnection,
+    database: &mut Database,
     participant: &str,
     at_ms: i64,
     pending: &str,
     identity_sha: Option<&Sha>,
 ) -> Result<(), StoreError> {
-    let sha = identity_sha.map(|sha| sha.bytes().to_vec());
-    let again =
-        sqlx::query("UPDATE withdrawals SET pending = ?, identity_sha = ? WHERE participant = ?");
-    let again = again.bind(pending).bind(&sha).bind(participant);
-    let again = again.execute(&mut *connection).await.map_err(place)?;
-    if again.rows_affected() == 0 {
-        let first = sqlx::query("INSERT INTO withdrawals VALUES (?, ?, ?, ?)");
-        let first = first.bind(participant).bind(at_ms).bind(pending).bind(&sha);
-        first.execute(&mut *connection).await.map_err(place)?;
+    let sha = Value::Bytes(identity_sha.map(|sha| &sha.bytes()[..]));
+    let again = "UPDATE withdrawals SET pending = $1, identity_sha = coalesce($2, identity_sha) WHERE participant = $3";
+    let values = [pending.into(), sha, participant.into()];
+    if database.execute(again, &values).await? == 0 {
+        let first = "INSERT INTO withdrawals VALUES ($1, $2, $3, $4)";
+        let values = [participant.into(), at_ms.into(), pending.into(), sha];
+        database.execute(first, &values).await?;
     }
-    let erased = sqlx::query(
-        "UPDATE events SET payload = NULL, salt = NULL WHERE participant = ? AND payload IS NOT NULL",
-    );
-    erased
-        .bind(participant)
-        .execute(connection)
-        .await
-        .map(|_| ())
-        .map_err(place)
+    let who = [participant.into()];
+    let erased = "UPDATE events SET payload = NULL, salt = NULL WHERE participant = $1 AND payload IS NOT NULL";
+    database.execute(erased, &who).await?;
+    if database.is_shared() {
+        let plans = "DELETE FROM plans WHERE participant = $1";
+        database.execute(plans, &who).await?;
+    }
+    Ok(())
 }
 
 /// What stands in `participants/` of a participant: the folder, and what was set aside of it.
@@ -323,7 +412,7 @@ fn files_of(folder: &Path, participant: &str) -> Result<Vec<PathBuf>, WithdrawEr
     Ok(found)
 }
 
-impl SqliteStore {
+impl StudyStore {
     /// What stands in the folder of the study under a name that has the pseudonym of `participant` in it as a word, in capital or small
     /// letters: copies that a withdrawal does not know, and does not erase.
     ///
@@ -347,7 +436,7 @@ impl SqliteStore {
     }
 }
 
-impl SqliteStore {
+impl StudyStore {
     /// Where the links in the folders of `participant` lead: a withdrawal removes the links, and leaves what is there.
     ///
     /// # Errors

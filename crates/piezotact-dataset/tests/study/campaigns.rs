@@ -3,9 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use piezotact_dataset::study::{
-    CampaignError, NewCampaign, SqliteStore, StudyCampaign, StudyError,
-};
+use piezotact_dataset::study::{CampaignError, NewCampaign, StudyCampaign, StudyError, StudyStore};
 use piezotact_people::campaign::plan::{CompletedSession, Plan, PlanRequest, plan};
 use piezotact_people::campaign::protocol::{LIBRARY, read};
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _, StoreError};
@@ -14,14 +12,14 @@ use crate::{AT_MS, append, fill, holding, name, passphrase};
 
 const CONSENT: &str = "I take part of my own will.\n";
 
-fn protocol() -> &'static str {
+pub(crate) fn protocol() -> &'static str {
     let found = LIBRARY
         .iter()
         .find(|(name, _)| *name == "isotropic_triplets");
     found.unwrap().1
 }
 
-fn new(protocol: &str) -> NewCampaign<'_> {
+pub(crate) fn new(protocol: &str) -> NewCampaign<'_> {
     NewCampaign {
         protocol,
         seed: 11,
@@ -31,7 +29,11 @@ fn new(protocol: &str) -> NewCampaign<'_> {
     }
 }
 
-fn planned(campaign: &StudyCampaign, participant: &str, completed: &[CompletedSession]) -> Plan {
+pub(crate) fn planned(
+    campaign: &StudyCampaign,
+    participant: &str,
+    completed: &[CompletedSession],
+) -> Plan {
     let request = PlanRequest {
         seed: campaign.seed,
         participant,
@@ -68,7 +70,7 @@ fn a_study_says_again_what_it_was_made_of() {
         protocol()
     );
     // It is there: another one is not made over it, and nothing of it changes.
-    drop(SqliteStore::open(&study).unwrap());
+    drop(StudyStore::open(&study).unwrap());
     let was = files(&study);
     let other = NewCampaign {
         seed: 12,
@@ -103,7 +105,7 @@ fn a_creation_that_was_interrupted_is_completed() {
     let texts = [("protocol.toml", protocol()), ("consent.txt", CONSENT)];
     for written in 0..=texts.len() {
         let folder = tempfile::tempdir().unwrap();
-        drop(SqliteStore::create(folder.path()).unwrap());
+        drop(StudyStore::create(folder.path()).unwrap());
         for (name, text) in &texts[..written] {
             std::fs::write(folder.path().join(name), text).unwrap();
         }
@@ -363,7 +365,7 @@ fn a_withdrawal_leaves_of_the_sessions_files_the_pseudonym_alone() {
     }
     drop(store);
     assert_eq!(
-        SqliteStore::open(folder.path()).unwrap().verify().unwrap(),
+        StudyStore::open(folder.path()).unwrap().verify().unwrap(),
         2
     );
 }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use piezotact_dataset::study::{SqliteStore, StudyError};
+use piezotact_dataset::study::{StudyError, StudyStore};
 use piezotact_people::campaign::store::Store as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -53,7 +53,7 @@ fn a_cut_or_damaged_log_is_never_opened_with_fewer_events_without_a_word() {
             _ if at < 32 => continue,
             _ => commits_before(&log, at),
         };
-        match SqliteStore::open(target.path()) {
+        match StudyStore::open(target.path()) {
             Ok(store) => {
                 assert_eq!((whole(&store), expected), (30, 31), "{round} at {at}");
                 kept += 1;
@@ -67,7 +67,7 @@ fn a_cut_or_damaged_log_is_never_opened_with_fewer_events_without_a_word() {
                 lost += 1;
                 // Without the seal, somebody goes on with what is there.
                 std::fs::remove_file(target.path().join("study.seal")).unwrap();
-                let store = SqliteStore::open(target.path()).unwrap();
+                let store = StudyStore::open(target.path()).unwrap();
                 if expected > 0 {
                     assert_eq!(whole(&store), expected - 1);
                 }
@@ -94,7 +94,7 @@ fn a_damaged_database_is_found() {
             *byte = random.next_u32() as u8;
         }
         std::fs::write(&path, bad).unwrap();
-        match SqliteStore::open(folder.path()) {
+        match StudyStore::open(folder.path()) {
             Ok(store) => found += u32::from(store.verify().is_err()),
             Err(error) => {
                 assert!(error.to_string().contains("restore"), "{error}");
@@ -104,5 +104,5 @@ fn a_damaged_database_is_found() {
     }
     assert_eq!(found as usize, good.len() / 4096 - 1);
     std::fs::write(&path, good).unwrap();
-    assert_eq!(whole(&SqliteStore::open(folder.path()).unwrap()), 200);
+    assert_eq!(whole(&StudyStore::open(folder.path()).unwrap()), 200);
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::time::Duration;
 
-use piezotact_dataset::study::SqliteStore;
+use piezotact_dataset::study::StudyStore;
 use piezotact_people::campaign::store::Store as _;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -33,7 +33,7 @@ fn kills(count: u32) {
                 "event {number} was acknowledged twice"
             );
         }
-        let Ok(store) = SqliteStore::open(folder.path()) else {
+        let Ok(store) = StudyStore::open(folder.path()) else {
             // Killed before there was a study: nothing was acknowledged.
             assert!(stored.is_empty());
             continue;
@@ -80,7 +80,7 @@ fn killed_withdrawals(count: u32) {
         std::thread::sleep(Duration::from_millis(u64::from(random.next_u32() % 60)));
         child.kill().unwrap();
         drop(lines(child));
-        let store = SqliteStore::open(folder.path()).unwrap();
+        let store = StudyStore::open(folder.path()).unwrap();
         assert_eq!(store.verify().unwrap(), 1);
         let found = holding(folder.path(), "quince");
         let people = store.identities(&passphrase()).unwrap();

@@ -3,16 +3,21 @@
 
 mod campaigns;
 mod damage;
+mod groups;
 mod identities;
 mod kills;
+mod outages;
 mod places;
+#[path = "../support/postgres.rs"]
+mod postgres;
+mod server;
 mod withdrawals;
 
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use piezotact_dataset::study::{Passphrase, PersonalData, Pseudonym, SignedConsent, SqliteStore};
+use piezotact_dataset::study::{Passphrase, PersonalData, Pseudonym, SignedConsent, StudyStore};
 use piezotact_people::campaign::chain::Link;
 use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store as _, StoreError};
 
@@ -26,7 +31,7 @@ fn text(number: u64) -> String {
     format!("{{\"answer\":\"quince-{number}\"}}")
 }
 
-fn append(store: &mut SqliteStore, key: &SessionKey, number: u64) -> Result<Link, StoreError> {
+fn append(store: &mut StudyStore, key: &SessionKey, number: u64) -> Result<Link, StoreError> {
     let json = text(number);
     let event = NewEvent {
         at_ms: AT_MS + number as i64,
@@ -37,8 +42,8 @@ fn append(store: &mut SqliteStore, key: &SessionKey, number: u64) -> Result<Link
 }
 
 /// A study with `count` events of P01.
-fn study(folder: &Path, count: u64) -> SqliteStore {
-    let mut store = SqliteStore::create(folder).unwrap();
+fn study(folder: &Path, count: u64) -> StudyStore {
+    let mut store = StudyStore::create(folder).unwrap();
     store.begin(&key(), Purpose::Volunteer).unwrap();
     for number in 0..count {
         append(&mut store, &key(), number).unwrap();
@@ -47,7 +52,7 @@ fn study(folder: &Path, count: u64) -> SqliteStore {
 }
 
 /// The number of events of P01, each of which is the one that was stored.
-fn whole(store: &SqliteStore) -> u64 {
+fn whole(store: &StudyStore) -> u64 {
     assert!(store.verify().unwrap() >= 1);
     let links = store.events(&key()).unwrap();
     for (link, number) in links.iter().zip(0..) {
@@ -88,7 +93,7 @@ fn name(text: &str) -> Pseudonym {
 }
 
 /// An identity, and files that hold `quince`: one beside, one set aside, and one in a folder that was set aside.
-fn fill(store: &mut SqliteStore, participant: &str) {
+fn fill(store: &mut StudyStore, participant: &str) {
     let person = PersonalData {
         name: "Quentin quince".into(),
         contact: "quince@example.org".into(),
@@ -172,8 +177,8 @@ fn a_process_of_other_tests() {
     let folder = PathBuf::from(std::env::var_os("PIEZOTACT_STUDY_FOLDER").unwrap());
     say("begun");
     let opened = match task.as_str() {
-        "append" => SqliteStore::create(&folder).or_else(|_| SqliteStore::open(&folder)),
-        _ => SqliteStore::open(&folder),
+        "append" => StudyStore::create(&folder).or_else(|_| StudyStore::open(&folder)),
+        _ => StudyStore::open(&folder),
     };
     let mut store = match opened {
         Ok(store) => store,

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-use piezotact_dataset::study::SqliteStore;
+use piezotact_dataset::study::StudyStore;
 use piezotact_people::campaign::store::StoreError;
 
 use crate::{acknowledged, append, key, lines, process, start, study, whole};
@@ -38,7 +38,7 @@ fn refused_whole(lines: &[String], folder: &Path, advice: &str) {
     let stored = acknowledged(lines);
     let count = stored.last().unwrap() + 1;
     assert!(lines.contains(&format!("there Ok({count})")), "{lines:?}");
-    let mut store = SqliteStore::open(folder).unwrap();
+    let mut store = StudyStore::open(folder).unwrap();
     let there = whole(&store);
     assert!(there == count || there == count + 1, "{there} of {count}");
     // With space again, it goes on.
@@ -115,7 +115,7 @@ fn a_study_that_cannot_be_written_is_refused_with_what_to_do() {
         let path = entry.unwrap().path();
         mode(&path, if path.is_dir() { 0o755 } else { 0o644 });
     }
-    assert_eq!(whole(&SqliteStore::open(&folder).unwrap()), 3);
+    assert_eq!(whole(&StudyStore::open(&folder).unwrap()), 3);
 }
 
 #[test]
@@ -133,7 +133,7 @@ fn a_study_that_another_program_holds_is_refused_after_a_wait() {
         ))
         .unwrap();
     let wait = Duration::from_millis(50);
-    let mut store = SqliteStore::open_waiting(folder.path(), wait).unwrap();
+    let mut store = StudyStore::open_waiting(folder.path(), wait).unwrap();
     runtime
         .block_on(sqlx::raw_sql("BEGIN IMMEDIATE").execute(&mut other))
         .unwrap();
@@ -149,7 +149,7 @@ fn a_study_that_another_program_holds_is_refused_after_a_wait() {
         .unwrap();
     append(&mut store, &key(), 3).unwrap();
     // Of two programs that run the same session, the second to write gets an error.
-    let mut second = SqliteStore::open(folder.path()).unwrap();
+    let mut second = StudyStore::open(folder.path()).unwrap();
     append(&mut second, &key(), 4).unwrap();
     assert!(matches!(
         append(&mut store, &key(), 4),

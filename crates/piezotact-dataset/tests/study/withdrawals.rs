@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use piezotact_dataset::study::{IdentityError, Passphrase, PersonalData, WithdrawError, Withdrawn};
+use piezotact_dataset::study::{
+    IdentityError, Passphrase, PersonalData, Remains, WithdrawError, Withdrawn,
+};
 use piezotact_people::campaign::store::{
     NewEvent, Purpose, SessionEntry, SessionKey, Store as _, StoreError,
 };
@@ -72,6 +74,7 @@ fn a_withdrawal_leaves_no_byte_of_the_participant_and_all_of_the_others() {
         sessions: 1,
         files: 3,
         identities: 1,
+        remains: Remains::Nothing,
     };
     assert_eq!(done, expected);
     for words in ["quince", "Quentin"] {

@@ -36,11 +36,12 @@ pub(crate) fn isotropic() -> (Protocol, Plan) {
     planned("isotropic_triplets", "discrimination")
 }
 
-/// A store in memory that refuses the next `refusals` events, and in which another program notes something before the next one.
+/// A store in memory that refuses the next `refusals` events, stores the `losses` behind them without saying so, and in which another program notes something before the next one.
 #[derive(Default)]
 pub(crate) struct Refusing {
     kept: MemoryStore,
     pub(crate) refusals: Rc<Cell<usize>>,
+    pub(crate) losses: Rc<Cell<usize>>,
     pub(crate) overtakes: Rc<Cell<bool>>,
 }
 
@@ -68,7 +69,15 @@ impl Store for Refusing {
             };
             self.kept.append(key, known, others)?;
         }
-        self.kept.append(key, known, event)
+        let link = self.kept.append(key, known, event)?;
+        if let Some(left) = self.losses.get().checked_sub(1) {
+            self.losses.set(left);
+            return Err(StoreError::Place {
+                why: "the connection is lost".to_owned(),
+                advice: "try again",
+            });
+        }
+        Ok(link)
     }
     fn events(&self, key: &SessionKey) -> Result<Vec<Link>, StoreError> {
         self.kept.events(key)

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::study::{
-    ConsentStored, Passphrase, PersonalData, SignedConsent, SqliteStore, StudyCampaign,
+    ConsentStored, Passphrase, PersonalData, SignedConsent, StudyCampaign,
 };
 use piezotact_people::campaign::text::shown;
 
-use super::study::{Study, now_ms, said};
+use super::study::{Study, now_ms, open_store, said};
 use super::withdraw::passphrase;
 use crate::failure::{Outcome, usage};
 use crate::output::print;
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 /// Prints all identities.
 fn listed(args: &Arguments, passphrase: &Passphrase) -> Outcome {
-    let store = SqliteStore::open(&args.study)?;
+    let store = open_store(&args.study)?;
     for (pseudonym, person) in store.identities(passphrase)? {
         let consent = person.consent.map_or_else(
             || "no consent signed".to_owned(),

@@ -7,6 +7,8 @@ pub(super) mod export;
 #[cfg(feature = "campaign")]
 mod identity;
 #[cfg(feature = "campaign")]
+mod join;
+#[cfg(feature = "campaign")]
 mod new;
 #[cfg(feature = "campaign")]
 mod plan;
@@ -73,6 +75,12 @@ enum CampaignCommand {
         after_help = "Example:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --consent consent.txt"
     )]
     New(new::Arguments),
+    /// Makes the folder of a further station of a study that is kept in a database.
+    #[cfg(feature = "campaign")]
+    #[command(
+        after_help = "Every station has the same protocol, seed, plans and answers; recordings and drives stay in the folder of the station where they were made.\n\nExample:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --store postgres://lab@db.example.org/touch\n  piezotact campaign join postgres://lab@db.example.org/touch study"
+    )]
+    Join(join::Arguments),
     /// Prints the trials of a session as they are planned.
     #[cfg(feature = "campaign")]
     #[command(
@@ -122,6 +130,8 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Dictionary(args) => dictionary::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::New(args) => new::run(args),
+        #[cfg(feature = "campaign")]
+        CampaignCommand::Join(args) => join::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::Plan(args) => plan::run(args),
         #[cfg(feature = "campaign")]

@@ -7,7 +7,9 @@ use std::str::FromStr;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{NewCampaign, Pseudonym, StudyCampaign};
+use piezotact_dataset::study::{
+    DatabaseUrl, DatabaseUrlError, NewCampaign, Pseudonym, StudyCampaign,
+};
 
 use super::protocol_text;
 use crate::failure::{Failure, Outcome, usage};
@@ -30,6 +32,10 @@ pub(crate) struct Arguments {
     /// Who belongs to a panel from which the campaign is disjoint: its name in the protocol and a file with one pseudonym a line.
     #[arg(long, value_name = "NAME=FILE")]
     panel: Vec<PanelFile>,
+    /// The PostgreSQL database that keeps sessions and answers, where several stations share the study; default: a file in the folder.
+    /// The password is that of PGPASSWORD or ~/.pgpass.
+    #[arg(long, value_name = "URL")]
+    store: Option<String>,
 }
 
 /// A panel with the file of its members.
@@ -53,6 +59,11 @@ impl FromStr for PanelFile {
     }
 }
 
+/// The address of a database. Read here, as the parser of the command line would repeat a password that stands in it.
+pub(super) fn database_url(text: &str) -> Outcome<DatabaseUrl> {
+    text.parse().map_err(usage::<DatabaseUrlError>)
+}
+
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let (protocol, text) = protocol_text(&args.protocol)?;
     let consent = args.consent.as_deref().map(read_input_text).transpose()?;
@@ -61,6 +72,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "expected the text that participants consent to, found an empty file; write it, or leave --consent out"
         )));
     }
+    let url = args.store.as_deref().map(database_url).transpose()?;
     let panels = panels(args)?;
     require_panels(&protocol.panel.disjoint_from, &panels)?;
     let new = NewCampaign {
@@ -70,7 +82,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         panels,
         program: crate::invocation::PROGRAM,
     };
-    StudyCampaign::create(&args.study, &new)?;
+    match &url {
+        None => StudyCampaign::create(&args.study, &new)?,
+        Some(url) => StudyCampaign::create_on(&args.study, url, &new)?,
+    };
     if consent.is_none() {
         say("no text of consent was given: each session asks for it in words only");
     }
@@ -81,7 +96,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         protocol.name,
         args.seed,
         sessions.join(", ")
-    ))
+    ))?;
+    if let Some(url) = &url {
+        say(&format!(
+            "sessions and answers are kept in {url}; another station takes part with: piezotact campaign join {url} FOLDER"
+        ));
+    }
+    Ok(())
 }
 
 /// Refuses panels that the protocol does not name, and a protocol that names others.

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::Decibels;
-use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
@@ -196,7 +196,7 @@ fn simulated(
     study: &mut Study,
     gone: &dyn Fn(),
 ) -> Outcome<Simulated> {
-    let plans = SqliteStore::open(&args.study)?;
+    let mut plans = StudyStore::open(&args.study)?;
     // Only where something is still to be done; what was answered is kept first.
     let goes_on = || match interrupted() {
         true => Err(Failure::Data(anyhow!(

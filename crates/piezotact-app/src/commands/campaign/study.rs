@@ -7,7 +7,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::{Error, anyhow};
 use piezotact::Doubt;
 use piezotact::page::{Column, Table};
-use piezotact_dataset::study::{Pseudonym, SqliteStore, StudyCampaign};
+use piezotact_dataset::study::{Notice, Pseudonym, StudyCampaign, StudyStore};
 use piezotact_people::association::{
     Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
 };
@@ -18,10 +18,11 @@ use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_session::state_of;
 
 use crate::failure::{Failure, Outcome, sentence, usage};
+use crate::output::say;
 
 /// A study with its campaign.
 pub(crate) struct Study {
-    pub(super) store: SqliteStore,
+    pub(super) store: StudyStore,
     pub(crate) campaign: StudyCampaign,
 }
 
@@ -37,8 +38,8 @@ pub(super) struct Begun {
 impl Study {
     /// The study in `folder`.
     pub(crate) fn open(folder: &Path) -> Outcome<Self> {
-        let store = SqliteStore::open(folder)?;
-        let campaign = StudyCampaign::read(folder)?;
+        let store = open_store(folder)?;
+        let campaign = store.campaign()?;
         let study = Self { store, campaign };
         study.check_seed()?;
         Ok(study)
@@ -249,6 +250,21 @@ impl Study {
         participant.check_among(known).map_err(usage)?;
         Ok(participant)
     }
+}
+
+/// The store of the study in `folder`; what became of withdrawals at other stations is said.
+pub(super) fn open_store(folder: &Path) -> Outcome<StudyStore> {
+    let store = StudyStore::open(folder)?;
+    for notice in store.notices() {
+        say(&notice.to_string());
+        if let Notice::MayBeNamed { participant, .. } = notice {
+            say(&format!(
+                "  piezotact campaign withdraw {} {participant} --passphrase FILE",
+                folder.display()
+            ));
+        }
+    }
+    Ok(store)
 }
 
 /// The time now, in ms since 1970-01-01 00:00 UTC.

@@ -6,7 +6,8 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::Acceleration;
 use piezotact_bench::procedure::ACCELERATION_CHANNEL;
-use piezotact_dataset::study::Pseudonym;
+use piezotact_dataset::reads;
+use piezotact_dataset::study::{Kept, Pseudonym};
 use piezotact_dataset::{ReadOptions, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{State, sha_of_samples};
@@ -31,6 +32,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
         args.study.display()
     ))?;
+    if checked.elsewhere > 0 {
+        say(&format!(
+            "{} recordings of what was played are not in this folder: they were made at other stations, or are missing; verify them there",
+            checked.elsewhere
+        ));
+    }
     for one in &checked.wrong {
         say(one);
     }
@@ -80,6 +87,8 @@ fn each_session(study: &Study) -> Outcome<Recordings> {
 #[derive(Default)]
 struct Recordings {
     alike: usize,
+    /// Those of sessions at other stations, which are not in this folder.
+    elsewhere: usize,
     /// What is wrong, one sentence for each.
     wrong: Vec<String>,
 }
@@ -87,6 +96,7 @@ struct Recordings {
 impl Recordings {
     fn add(&mut self, other: Self) {
         self.alike += other.alike;
+        self.elsewhere += other.elsewhere;
         self.wrong.extend(other.wrong);
     }
 
@@ -115,6 +125,10 @@ fn recordings(study: &Study, state: &State<'_>) -> Outcome<Recordings> {
             let (Some(journal), Some(recorded)) = (&one.journal, one.recorded) else {
                 continue;
             };
+            if study.store.kept() == Kept::OnServer && !reads::is_there(&folder.join(journal)) {
+                found.elsewhere += 1;
+                continue;
+            }
             match is_recorded(&folder.join(journal), recorded) {
                 Ok(true) => found.alike += 1,
                 Ok(false) => found.wrong.push(format!(

@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{Passphrase, Pseudonym, SqliteStore};
+use piezotact_dataset::study::{Passphrase, Pseudonym, Remains};
 
-use super::study::now_ms;
+use super::study::{now_ms, open_store};
 use crate::failure::{Outcome, usage};
 use crate::output::{print, say};
 
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     // The protocol is not needed: nothing keeps a participant from withdrawing.
-    let mut store = SqliteStore::open(&args.study)?;
+    let mut store = open_store(&args.study)?;
     let participant = Pseudonym::new(&args.participant).map_err(usage)?;
     let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
     if !is_confirmed(&participant)? {
@@ -44,6 +44,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             several => format!("{several} identities"),
         }
     ))?;
+    say_remains(&participant, &erased.remains);
     for path in linked {
         say(&format!(
             "{} was linked in the folder of {participant}: the link was removed, what it led to was not erased; look at it, and erase it by hand",
@@ -57,6 +58,21 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ));
     }
     Ok(())
+}
+
+/// Says what a server that stations share still has.
+fn say_remains(participant: &Pseudonym, remains: &Remains) {
+    if *remains == Remains::Nothing {
+        return;
+    }
+    say(&format!(
+        "The write-ahead log of the server, its replicas and its backups may still hold answers of {participant}: they are the administrator's to erase. Other stations erase their files of {participant} when they open the study next."
+    ));
+    if let Remains::NotRewritten { why } = remains {
+        say(&format!(
+            "The tables were not rewritten, as {why}: what was erased may stand in free space of their files until their owner opens the study, or executes VACUUM FULL piezotact.events and VACUUM FULL piezotact.plans."
+        ));
+    }
 }
 
 /// Asks at a keyboard for the pseudonym once more; a script is not asked.
