@@ -16,6 +16,8 @@ if (shots) mkdirSync(shots, { recursive: true });
 // Of the experimenter and of the participant.
 const locales = (process.env.LOCALES ?? "en-GB,fr-FR").split(",");
 const offlineS = Number(process.env.OFFLINE_S ?? 5);
+// So often the program is killed at random moments, beside the kill of every run.
+const kills = Number(process.env.KILLS ?? 0);
 const folder = mkdtempSync(join(tmpdir(), "piezotact-session-"));
 const run = (line) => execFileSync(program, line.split(" "), { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
 
@@ -52,8 +54,8 @@ async function enter(browser, address, options = {}) {
 
 const mark = (page) => page.getAttribute("[data-mark]", "data-mark");
 /// Waits until the page shows another step than `before`, and takes keys again.
-const moved = async (page, before) => {
-  await page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout: 120_000 });
+const moved = async (page, before, timeout = 120_000) => {
+  await page.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark !== before, before, { timeout });
   await sleep(500);
 };
 
@@ -162,6 +164,31 @@ async function main(browser) {
   const { context: away, page: participant } = await enter(browser, address, { locale: locales[1] });
   await picture(participant, "participant-wait");
 
+  // The server's end, and its next beginning on the same port.
+  const port = new URL(server.experimenter).port;
+  const killed = async () => { const end = server.ended; server.child.kill("SIGKILL"); await end; };
+  const begunAgain = async () => { server = await serve(line.replace("--port 0", `--port ${port}`)); };
+  // Where something is looked at that a kill would disturb, none comes.
+  let calm = false;
+  let restarting = Promise.resolve();
+  let isOver = false;
+  let killedAt = 0;
+  const killing = (async () => {
+    while (killedAt < kills && !isOver) {
+      await sleep(1500 + 3000 * Math.random());
+      if (calm || isOver) continue;
+      restarting = (async () => {
+        await killed();
+        await begunAgain();
+        // The pages find the new server by themselves, and show where the session is now.
+        await Promise.all([page, participant].map((one) => one.waitForSelector("#not-connected", { state: "hidden" })));
+        await sleep(300);
+        killedAt += 1;
+      })();
+      await restarting;
+    }
+  })().catch((error) => { console.error(error); process.exitCode = 1; });
+
   const said = [];
   let tray;
   const done = { reload: false, offline: false, pause: false, change: false, instead: false, keys: false };
@@ -196,9 +223,14 @@ async function main(browser) {
         await sleep(450);
         await main.click();
       } else await main.dblclick();
-      await moved(page, before);
+      // A press that a kill came between is pressed again.
+      if (kills) await moved(page, before, 8000).catch(() => {}); else await moved(page, before);
       continue;
     }
+    // While an answer is entered no kill comes: `soak_serve_kill` has those.
+    calm = true;
+    await restarting;
+    if ((await mark(page)) !== before || !(await page.$(".step > .draft"))) { calm = false; continue; }
     // Now the participant answers, now the experimenter enters what is said aloud.
     const other = await participant.waitForFunction((before) => document.querySelector("[data-mark]").dataset.mark === before, before);
     expect(other, "the participant's page follows");
@@ -270,16 +302,17 @@ async function main(browser) {
     }
     if (said.length === 6) {
       // The program is killed, and begun again: the pages go on by themselves, where they were.
-      const port = new URL(server.experimenter).port;
-      const killed = server.ended;
-      server.child.kill("SIGKILL");
-      await killed;
+      await killed();
       await page.waitForSelector("#not-connected:not([hidden])");
       await picture(page, "experimenter-not-connected");
-      server = await serve(line.replace("--port 0", `--port ${port}`));
+      await begunAgain();
       await Promise.all([page, participant].map((one) => one.waitForSelector("#not-connected", { state: "hidden" })));
     }
+    calm = false;
   }
+  isOver = true;
+  await killing;
+  expect(killedAt === kills, `${killedAt} kills of ${kills} before the session was over`);
   await picture(page, "experimenter-over");
   await picture(participant, "participant-over");
   expect(Object.values(done).filter(Boolean).length >= 5, `not all incidents came: ${JSON.stringify(done)}`);
@@ -297,7 +330,7 @@ async function main(browser) {
   stored(said);
   const inMatrix = counted();
   if (process.exitCode) throw new Error("faults of accessibility: see above");
-  console.log(`a session on two pages: ${said.length} answers, each stored once, ${checked} steps without faults of accessibility, ${inMatrix} associations in the matrix (exit ${code}; ${err.trim().split("\n").pop()})`);
+  console.log(`a session on two pages, ${killedAt + 1} kills: ${said.length} answers, each stored once, ${checked} steps without faults of accessibility, ${inMatrix} associations in the matrix (exit ${code}; ${err.trim().split("\n").pop()})`);
 }
 
 /// Compares the tables with what was said: trials in their order, each once.

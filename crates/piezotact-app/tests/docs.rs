@@ -96,6 +96,8 @@ fn the_examples_in_the_help_are_understood() {
     // Forty panels take hours: a folder that holds other panels is refused at once.
     std::fs::create_dir(folder.path("replay")).unwrap();
     folder.write("replay/panels.json", "{}");
+    // A console would be served until it is stopped: a file in the place of its folder is refused at once.
+    folder.write("console", "");
     let mut ran = 0;
     for command in COMMANDS {
         let help = folder

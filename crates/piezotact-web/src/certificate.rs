@@ -70,6 +70,14 @@ impl Certificate {
         Ok(pairs.join(":").to_uppercase())
     }
 
+    /// Whether connections can be encrypted with it.
+    ///
+    /// # Errors
+    /// [`CertificateError`] where certificate or key cannot be read, or do not belong together.
+    pub fn check(&self) -> Result<(), CertificateError> {
+        self.acceptor().map(|_| ())
+    }
+
     fn chain(&self) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
         let chain = CertificateDer::pem_slice_iter(self.chain_pem.as_bytes());
         let chain: Result<Vec<_>, _> = chain.collect();

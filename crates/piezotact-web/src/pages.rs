@@ -104,7 +104,7 @@ pub(crate) fn frame(
         }
         div #page class=(class) { (step) }
         @if let Some(live) = live {
-            div #gauge hidden data-live=(live) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
+            section #gauge hidden aria-label=(w(Word::ForceWord)) data-live=(live) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
                 p { (w(Word::ForceWord)) " " output #gauge-now {} " " b #gauge-word {} }
                 meter #gauge-meter min="0" max="2" value="0" aria-label=(w(Word::ForceWord)) {}
                 button #gauge-tone type="button" aria-pressed="false" { (w(Word::ForceTone)) }

@@ -47,9 +47,9 @@ if (gauge) {
     if (on) tone.start(); else tone.stop();
   });
   const show = (force, runs) => {
-    gauge.hidden = !force;
-    if (!force) return;
-    if (!runs) tone.silence();
+    // Between two textures there is no force to be held.
+    gauge.hidden = !force || !runs;
+    if (gauge.hidden) { tone.silence(); return; }
     now.textContent = `${force.now_n.toFixed(2)} N` + (force.target_n ? ` / ${force.target_n.toFixed(2)} N` : "");
     if (!force.target_n) { meter.hidden = true; word.textContent = ""; return; }
     const share = force.now_n / force.target_n;
@@ -58,7 +58,7 @@ if (gauge) {
     meter.value = Math.min(2, Math.max(0, share));
     word.textContent = inBand ? gauge.dataset.good : force.now_n < low ? gauge.dataset.low : gauge.dataset.high;
     gauge.classList.toggle("bad-force", !inBand);
-    if (runs) tone.sound(share, inBand);
+    tone.sound(share, inBand);
   };
   const { live } = gauge.dataset;
   followLive(live, {

@@ -57,10 +57,7 @@ impl Where {
         };
         let listener = self.listen(&addresses(name)?)?;
         let certificate = match (&self.certificate, &self.key) {
-            (Some(chain), Some(key)) => Certificate {
-                chain_pem: read_input_text(chain)?,
-                key_pem: read_input_text(key)?,
-            },
+            (Some(chain), Some(key)) => given(chain, key)?,
             _ => own(name)?,
         };
         let name = name.clone();
@@ -142,6 +139,23 @@ impl Door {
             certificate.fingerprint().map_err(anyhow::Error::new)?
         ))
     }
+}
+
+/// The certificate in the files `chain` and `key`, which belong together.
+fn given(chain: &Path, key: &Path) -> Outcome<Certificate> {
+    let certificate = Certificate {
+        chain_pem: read_input_text(chain)?,
+        key_pem: read_input_text(key)?,
+    };
+    // Before a session is begun.
+    certificate.check().map_err(|error| {
+        usage(anyhow!(
+            "{} with {}: {error}; name the certificate of this machine and its own key, or leave both out",
+            chain.display(),
+            key.display()
+        ))
+    })?;
+    Ok(certificate)
 }
 
 /// The addresses of this machine that `name` stands for.
