@@ -53,7 +53,7 @@ pub(crate) fn bench(bench: Bench) -> Bench {
     }
 }
 
-/// As [`bench`], of an acquiring half alone.
+/// As [`bench()`], of an acquiring half alone.
 pub(crate) fn acquirer(acquirer: Box<dyn Acquire>) -> Box<dyn Acquire> {
     match IS_PACED.load(Ordering::SeqCst) {
         true => Box::new(Paced::real_time(acquirer)),

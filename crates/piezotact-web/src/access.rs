@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::password::Password;
 use crate::tries::Tries;
 
-/// The most pages of experimenters and viewers that are known at once.
+/// The most pages of a role that are known at once.
 const MOST_PAGES: usize = 32;
 /// Letters and digits that are not taken for each other.
 const ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
@@ -235,8 +235,13 @@ impl Access {
             after.pages.retain(|(other, _)| *other != Role::Participant);
         }
         after.pages.push((role, Sha::of(mark.as_bytes())));
-        let too_many = after.pages.len().saturating_sub(MOST_PAGES);
-        after.pages.drain(..too_many);
+        // The oldest of the same role goes: whoever looks on throws nobody else out.
+        let of_role = after.pages.iter().filter(|(other, _)| *other == role);
+        if of_role.count() > MOST_PAGES
+            && let Some(oldest) = after.pages.iter().position(|(other, _)| *other == role)
+        {
+            after.pages.remove(oldest);
+        }
         let json = serde_json::to_string(&after)
             .map_err(|error| AccessError::NotKept(error.to_string()))?;
         (self.keep)(&json).map_err(AccessError::NotKept)?;
@@ -387,6 +392,20 @@ mod tests {
         assert_eq!(access.enter(Key::Password("four words"), HERE, 0), wrong);
         let entered = access.enter(Key::Password("four words of wood"), HERE, WINDOW_MS + 1);
         assert_eq!(entered.unwrap().0, Role::Experimenter);
+    }
+
+    #[test]
+    fn whoever_looks_on_throws_nobody_out() {
+        let (access, _) = access("s", None);
+        let enter = |code: &str| access.enter(Key::Code(code), HERE, 0).unwrap().1;
+        let experimenter = enter(&access.code(Role::Experimenter).unwrap());
+        let participant = enter(&access.new_participant_code().unwrap());
+        let code = access.code(Role::Viewer).unwrap();
+        let viewers: Vec<String> = (0..40).map(|_| enter(&code)).collect();
+        assert_eq!(access.role(&experimenter), Some(Role::Experimenter));
+        assert_eq!(access.role(&participant), Some(Role::Participant));
+        assert_eq!(access.role(&viewers[0]), None);
+        assert_eq!(access.role(&viewers[39]), Some(Role::Viewer));
     }
 
     #[test]

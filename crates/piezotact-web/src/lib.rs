@@ -42,6 +42,9 @@ pub use view::{
 };
 pub use words::{Language, Word};
 
+/// Threads for what takes long: passwords, reports, files.
+const BLOCKING: usize = 4;
+
 /// The pages of a session.
 pub struct Site {
     pages: entrance::Pages,
@@ -171,6 +174,8 @@ impl Site {
         };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
+            // Each thread that has checked a password keeps its memory.
+            .max_blocking_threads(BLOCKING)
             .build()?;
         let thread = std::thread::Builder::new()
             .name("pages".into())

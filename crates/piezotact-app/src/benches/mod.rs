@@ -68,6 +68,7 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
     /// The bench by name and settings, whoever sits at it.
     fn apart_from_participant(&self) -> String;
     /// The bench as it can be named on the command line.
+    #[cfg(feature = "web")]
     fn text(&self) -> String {
         let participant = self.participant();
         let participant =
@@ -75,6 +76,7 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
         format!("{}{participant}", self.apart_from_participant())
     }
     /// Participant and seed of the digital twin, who can touch samples too; none on other benches.
+    #[cfg(feature = "web")]
     fn person_of_twin(&self) -> Option<(u64, u64)> {
         None
     }

@@ -69,6 +69,7 @@ impl NamedBench for TwinSpec {
         self.participant
     }
 
+    #[cfg(feature = "web")]
     fn person_of_twin(&self) -> Option<(u64, u64)> {
         Some((self.participant.unwrap_or(1), self.seed))
     }

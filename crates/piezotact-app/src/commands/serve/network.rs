@@ -116,7 +116,9 @@ impl Door {
                 .map_err(|error| of_kept(error.to_string()));
         };
         let text = read_input_text(file)?;
-        let line = text.lines().next().unwrap_or_default();
+        // Some editors begin a file with a mark of its encoding.
+        let line = text.trim_start_matches('\u{feff}').lines().next();
+        let line = line.unwrap_or_default();
         let password =
             Password::new(line).map_err(|error| usage(anyhow!("{}: {error}", file.display())))?;
         write_for_user(&kept, password.hash()).map_err(|error| of_kept(error.to_string()))?;
