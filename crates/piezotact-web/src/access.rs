@@ -12,10 +12,14 @@ use piezotact_people::campaign::chain::Sha;
 use serde::{Deserialize, Serialize};
 
 use crate::password::Password;
-use crate::tries::Tries;
+use crate::tries::{Tried, Tries};
 
 /// The most pages of a role that are known at once.
 const MOST_PAGES: usize = 32;
+/// A page is known so long, in ms: a day, as its cookie.
+const PAGE_MS: i64 = 24 * 3600 * 1000;
+/// A participant's code is valid so long, in ms: a quarter of an hour.
+const CODE_MS: i64 = 15 * 60 * 1000;
 /// Letters and digits that are not taken for each other.
 const ALPHABET: &[u8; 31] = b"abcdefghjkmnpqrstuvwxyz23456789";
 
@@ -37,7 +41,25 @@ pub enum Role {
 struct Pages {
     /// The session that they belong to.
     session: String,
-    pages: Vec<(Role, Sha)>,
+    /// The checksum of the password's hash with which the experimenter enters; pages let in with another one are known no more.
+    password: Option<Sha>,
+    pages: Vec<Known>,
+}
+
+/// A page that was let in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Known {
+    role: Role,
+    mark: Sha,
+    /// When it was let in, in ms since 1970-01-01 00:00 UTC.
+    at_ms: i64,
+}
+
+impl Known {
+    fn is_at(&self, now_ms: i64) -> bool {
+        now_ms.saturating_sub(self.at_ms) < PAGE_MS
+    }
 }
 
 /// Codes that are valid now.
@@ -46,13 +68,19 @@ struct Codes {
     /// None where a password is asked for.
     experimenter: Option<String>,
     viewer: String,
-    /// Valid once.
-    participant: Option<String>,
+    /// Valid once, and for a quarter of an hour after the time at its side, in ms.
+    participant: Option<(String, i64)>,
 }
 
 impl Codes {
-    /// Whom `given` lets in. A participant's code is used up.
-    fn role_of(&mut self, given: &str) -> Option<Role> {
+    /// The participant's code that is valid at `now_ms`.
+    fn of_participant(&self, now_ms: i64) -> Option<&str> {
+        let (code, at_ms) = self.participant.as_ref()?;
+        (now_ms.saturating_sub(*at_ms) < CODE_MS).then_some(code)
+    }
+
+    /// Whom `given` lets in at `now_ms`. A participant's code is used up.
+    fn role_of(&mut self, given: &str, now_ms: i64) -> Option<Role> {
         if self
             .experimenter
             .as_deref()
@@ -63,10 +91,8 @@ impl Codes {
         if same(given, &self.viewer) {
             return Some(Role::Viewer);
         }
-        let is_it = self
-            .participant
-            .as_deref()
-            .is_some_and(|code| same(given, code));
+        let code = self.of_participant(now_ms);
+        let is_it = code.is_some_and(|code| same(given, code));
         is_it.then(|| {
             self.participant = None;
             Role::Participant
@@ -126,6 +152,12 @@ pub enum AccessError {
 }
 
 impl Access {
+    /// Whether `kept` is a list of pages that were let in.
+    #[must_use]
+    pub fn reads(kept: &str) -> bool {
+        serde_json::from_str::<Pages>(kept).is_ok()
+    }
+
     /// Lets in whom `kept` names for the session named `session`, and whoever has one of the new codes.
     ///
     /// # Errors
@@ -136,6 +168,7 @@ impl Access {
         let known = known.filter(|pages| pages.session == session);
         let pages = known.unwrap_or_else(|| Pages {
             session: session.to_owned(),
+            password: None,
             pages: Vec::new(),
         });
         Ok(Self {
@@ -151,9 +184,17 @@ impl Access {
         })
     }
 
-    /// The same, where the experimenter is let in by `password` alone, as on a network.
+    /// The same, where the experimenter is let in by `password` alone, as on a network. Pages that were let in where another password was
+    /// asked for, or none, are known no more.
     #[must_use]
     pub fn with_password(mut self, password: Password) -> Self {
+        let own = Some(Sha::of(password.hash().as_bytes()));
+        let mut pages = locked(&self.pages);
+        if pages.password != own {
+            pages.pages.clear();
+            pages.password = own;
+        }
+        drop(pages);
         self.password = Some(password);
         locked(&self.codes).experimenter = None;
         self
@@ -164,14 +205,15 @@ impl Access {
         self.password.is_some()
     }
 
-    /// The code of `role` that is valid now; none of a participant before one was made, and of the experimenter where there is a password.
+    /// The code of `role` that is valid at `now_ms`; none of a participant before one was made, and of the experimenter where there is a
+    /// password.
     #[must_use]
-    pub fn code(&self, role: Role) -> Option<String> {
+    pub fn code(&self, role: Role, now_ms: i64) -> Option<String> {
         let codes = locked(&self.codes);
         match role {
             Role::Experimenter => codes.experimenter.clone(),
             Role::Viewer => Some(codes.viewer.clone()),
-            Role::Participant => codes.participant.clone(),
+            Role::Participant => codes.of_participant(now_ms).map(str::to_owned),
         }
     }
 
@@ -186,24 +228,23 @@ impl Access {
         format!("piezotact_{role}_{}", &session[..8])
     }
 
-    /// A new code for the participant's device, valid once; an earlier one that was not used is valid no more.
+    /// A new code for the participant's device, valid once and for a quarter of an hour from `now_ms` on; an earlier one that was not used
+    /// is valid no more.
     ///
     /// # Errors
     /// [`AccessError::NotKept`] without random numbers.
-    pub fn new_participant_code(&self) -> Result<String, AccessError> {
+    pub fn new_participant_code(&self, now_ms: i64) -> Result<String, AccessError> {
         let new = code()?;
-        locked(&self.codes).participant = Some(new.clone());
+        locked(&self.codes).participant = Some((new.clone(), now_ms));
         Ok(new)
     }
 
-    /// Whether a device of the participant was let in.
+    /// Whether a device of the participant is let in at `now_ms`.
     #[must_use]
-    pub fn has_participant(&self) -> bool {
+    pub fn has_participant(&self, now_ms: i64) -> bool {
         let pages = locked(&self.pages);
-        pages
-            .pages
-            .iter()
-            .any(|(role, _)| *role == Role::Participant)
+        let mut known = pages.pages.iter();
+        known.any(|page| page.role == Role::Participant && page.is_at(now_ms))
     }
 
     /// Lets a page at the address `from` in with `key` at `now_ms`: its role and its mark. A second device of the participant takes the
@@ -217,28 +258,36 @@ impl Access {
         from: IpAddr,
         now_ms: i64,
     ) -> Result<(Role, String), AccessError> {
-        let counted = locked(&self.tries).count(from, now_ms);
+        let tried = match key {
+            Key::Code(_) => Tried::Code,
+            Key::Password(_) => Tried::Password,
+        };
+        let counted = locked(&self.tries).count(tried, from, now_ms);
         counted.ok_or(AccessError::TooMany)?;
         let role = match key {
-            Key::Code(given) => locked(&self.codes).role_of(&given.trim().to_lowercase()),
+            Key::Code(given) => locked(&self.codes).role_of(&given.trim().to_lowercase(), now_ms),
             Key::Password(given) => {
                 let is_it = self.password.as_ref().is_some_and(|own| own.is(given));
                 is_it.then_some(Role::Experimenter)
             }
         };
         let role = role.ok_or(AccessError::WrongCode)?;
-        locked(&self.tries).was_right(from);
+        locked(&self.tries).was_right(tried, from);
         let mark = hex(&random::<32>()?);
         let mut pages = locked(&self.pages);
         let mut after = pages.clone();
-        if role == Role::Participant {
-            after.pages.retain(|(other, _)| *other != Role::Participant);
-        }
-        after.pages.push((role, Sha::of(mark.as_bytes())));
+        let is_replaced = |known: &Known| role == Role::Participant && known.role == role;
+        let stays = |known: &Known| known.is_at(now_ms) && !is_replaced(known);
+        after.pages.retain(stays);
+        after.pages.push(Known {
+            role,
+            mark: Sha::of(mark.as_bytes()),
+            at_ms: now_ms,
+        });
         // The oldest of the same role goes: whoever looks on throws nobody else out.
-        let of_role = after.pages.iter().filter(|(other, _)| *other == role);
+        let of_role = after.pages.iter().filter(|known| known.role == role);
         if of_role.count() > MOST_PAGES
-            && let Some(oldest) = after.pages.iter().position(|(other, _)| *other == role)
+            && let Some(oldest) = after.pages.iter().position(|known| known.role == role)
         {
             after.pages.remove(oldest);
         }
@@ -249,13 +298,15 @@ impl Access {
         Ok((role, mark))
     }
 
-    /// The role of the page with `mark`; none of one that was never let in, or is replaced.
+    /// The role of the page with `mark` at `now_ms`; none of one that was never let in, or longer than a day ago, or is replaced.
     #[must_use]
-    pub fn role(&self, mark: &str) -> Option<Role> {
+    pub fn role(&self, mark: &str, now_ms: i64) -> Option<Role> {
         let sha = Sha::of(mark.as_bytes());
         let pages = locked(&self.pages);
-        let found = pages.pages.iter().find(|(_, known)| *known == sha);
-        found.map(|(role, _)| *role)
+        let found = pages.pages.iter().find(|known| known.mark == sha);
+        found
+            .filter(|known| known.is_at(now_ms))
+            .map(|known| known.role)
     }
 }
 
@@ -322,7 +373,7 @@ mod tests {
     #[test]
     fn pages_are_known_after_a_restart_of_the_same_session_only() {
         let (first, file) = access("P01 discrimination", None);
-        let code = first.code(Role::Experimenter).unwrap();
+        let code = first.code(Role::Experimenter, 0).unwrap();
         let (role, mark) = first
             .enter(Key::Code(&format!(" {} ", code.to_uppercase())), HERE, 0)
             .unwrap();
@@ -330,9 +381,9 @@ mod tests {
         let kept = locked(&file).clone();
         assert!(!kept.contains(&mark), "only its checksum is kept");
         let (again, _) = access("P01 discrimination", Some(&kept));
-        assert_eq!(again.role(&mark), Some(Role::Experimenter));
+        assert_eq!(again.role(&mark, 0), Some(Role::Experimenter));
         let (other, _) = access("P02 discrimination", Some(&kept));
-        assert_eq!(other.role(&mark), None);
+        assert_eq!(other.role(&mark, 0), None);
         // The code of an earlier start is valid no more.
         assert_eq!(
             again.enter(Key::Code(&code), HERE, 0),
@@ -343,23 +394,23 @@ mod tests {
     #[test]
     fn a_code_of_a_participant_is_valid_once_and_the_last_device_counts() {
         let (access, _) = access("s", None);
-        assert_eq!(access.code(Role::Participant), None);
-        let code = access.new_participant_code().unwrap();
+        assert_eq!(access.code(Role::Participant, 0), None);
+        let code = access.new_participant_code(0).unwrap();
         let (_, first) = access.enter(Key::Code(&code), HERE, 0).unwrap();
         assert_eq!(
             access.enter(Key::Code(&code), HERE, 0),
             Err(AccessError::WrongCode)
         );
-        let code = access.new_participant_code().unwrap();
+        let code = access.new_participant_code(0).unwrap();
         let (_, second) = access.enter(Key::Code(&code), HERE, 0).unwrap();
-        assert_eq!(access.role(&first), None);
-        assert_eq!(access.role(&second), Some(Role::Participant));
+        assert_eq!(access.role(&first, 0), None);
+        assert_eq!(access.role(&second, 0), Some(Role::Participant));
     }
 
     #[test]
     fn codes_cannot_be_tried_out() {
         let (access, _) = access("s", None);
-        let right = access.code(Role::Experimenter).unwrap();
+        let right = access.code(Role::Experimenter, 0).unwrap();
         for _ in 0..MOST_WRONG {
             assert_eq!(
                 access.enter(Key::Code("aaaaaaaaaa"), HERE, 1000),
@@ -381,11 +432,11 @@ mod tests {
     fn with_a_password_the_experimenter_has_no_code() {
         let password = Password::new("four words of wood").unwrap();
         let (access, _) = access("s", None);
-        let code = access.code(Role::Experimenter).unwrap();
+        let code = access.code(Role::Experimenter, 0).unwrap();
         let wrong = Err(AccessError::WrongCode);
         assert_eq!(access.enter(Key::Password(""), HERE, 0), wrong);
         let access = access.with_password(password);
-        assert_eq!(access.code(Role::Experimenter), None);
+        assert_eq!(access.code(Role::Experimenter, 0), None);
         for key in [&code, "", "four words of wood"] {
             assert_eq!(access.enter(Key::Code(key), HERE, 0), wrong);
         }
@@ -398,21 +449,52 @@ mod tests {
     fn whoever_looks_on_throws_nobody_out() {
         let (access, _) = access("s", None);
         let enter = |code: &str| access.enter(Key::Code(code), HERE, 0).unwrap().1;
-        let experimenter = enter(&access.code(Role::Experimenter).unwrap());
-        let participant = enter(&access.new_participant_code().unwrap());
-        let code = access.code(Role::Viewer).unwrap();
+        let experimenter = enter(&access.code(Role::Experimenter, 0).unwrap());
+        let participant = enter(&access.new_participant_code(0).unwrap());
+        let code = access.code(Role::Viewer, 0).unwrap();
         let viewers: Vec<String> = (0..40).map(|_| enter(&code)).collect();
-        assert_eq!(access.role(&experimenter), Some(Role::Experimenter));
-        assert_eq!(access.role(&participant), Some(Role::Participant));
-        assert_eq!(access.role(&viewers[0]), None);
-        assert_eq!(access.role(&viewers[39]), Some(Role::Viewer));
+        assert_eq!(access.role(&experimenter, 0), Some(Role::Experimenter));
+        assert_eq!(access.role(&participant, 0), Some(Role::Participant));
+        assert_eq!(access.role(&viewers[0], 0), None);
+        assert_eq!(access.role(&viewers[39], 0), Some(Role::Viewer));
+    }
+
+    #[test]
+    fn pages_and_codes_of_a_participant_end_with_time() {
+        let (access, _) = access("s", None);
+        let code = access.new_participant_code(0).unwrap();
+        assert_eq!(access.code(Role::Participant, CODE_MS), None);
+        let late = access.enter(Key::Code(&code), HERE, CODE_MS);
+        assert_eq!(late, Err(AccessError::WrongCode));
+        let (_, mark) = access.enter(Key::Code(&code), HERE, CODE_MS - 1).unwrap();
+        let end = CODE_MS - 1 + PAGE_MS;
+        assert_eq!(access.role(&mark, end - 1), Some(Role::Participant));
+        assert!(access.has_participant(end - 1));
+        assert_eq!(access.role(&mark, end), None);
+        assert!(!access.has_participant(end));
+    }
+
+    #[test]
+    fn a_new_password_ends_the_pages_of_the_old_one() {
+        let first = Password::new("four words of wood").unwrap();
+        let hash = first.hash().to_owned();
+        let (before, file) = access("s", None);
+        let before = before.with_password(first);
+        let key = Key::Password("four words of wood");
+        let (_, mark) = before.enter(key, HERE, 0).unwrap();
+        let kept = locked(&file).clone();
+        let with = |password| access("s", Some(&kept)).0.with_password(password);
+        let same = with(Password::of_hash(&hash).unwrap());
+        assert_eq!(same.role(&mark, 1), Some(Role::Experimenter));
+        let other = with(Password::new("four words of iron").unwrap());
+        assert_eq!(other.role(&mark, 1), None);
     }
 
     #[test]
     fn what_cannot_be_kept_is_not_let_in() {
         let keep = Box::new(|_: &str| Err("the disk is full".to_owned()));
         let access = Access::new("s", None, keep).unwrap();
-        let code = access.code(Role::Viewer).unwrap();
+        let code = access.code(Role::Viewer, 0).unwrap();
         let refused = access.enter(Key::Code(&code), HERE, 0).unwrap_err();
         assert!(
             refused.to_string().contains("the disk is full"),

@@ -1,14 +1,18 @@
 //! The certificate with which pages are encrypted: one of our own, or one that was given.
 
+use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use piezotact_people::campaign::chain::Sha;
 use rcgen::{CertificateParams, DnType, ExtendedKeyUsagePurpose, KeyPair, date_time_ymd};
 use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::pki_types::pem;
 use tokio_rustls::rustls::pki_types::pem::PemObject as _;
 use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
-use tokio_rustls::rustls::{ServerConfig, crypto};
+use tokio_rustls::rustls::{Error as TlsError, ServerConfig, crypto};
+use x509_parser::extensions::GeneralName;
+use x509_parser::parse_x509_certificate;
 
 /// How long a certificate of our own is valid: browsers refuse longer ones.
 pub const VALIDITY: Duration = Duration::from_secs(365 * 24 * 3600);
@@ -70,12 +74,45 @@ impl Certificate {
         Ok(pairs.join(":").to_uppercase())
     }
 
-    /// Whether connections can be encrypted with it.
+    /// Whether connections to the machine called `name` can be encrypted with it at `now`; what browsers will complain of, where it is for
+    /// other names.
     ///
     /// # Errors
-    /// [`CertificateError`] where certificate or key cannot be read, or do not belong together.
-    pub fn check(&self) -> Result<(), CertificateError> {
-        self.acceptor().map(|_| ())
+    /// [`CertificateError`] where certificate or key cannot be read, or do not belong together, and for one that is not valid at that time.
+    ///
+    /// Source: RFC 5280, sections 4.1.2.5 and 4.2.1.6.
+    pub fn check(&self, name: &str, now: SystemTime) -> Result<Option<String>, CertificateError> {
+        self.acceptor()?;
+        let chain = self.chain()?;
+        let first: &[u8] = chain.first().map_or(&[], AsRef::as_ref);
+        let failed = |error: &dyn std::fmt::Display| {
+            CertificateError(format!("expected a certificate in PEM: {error}"))
+        };
+        let (_, parsed) = parse_x509_certificate(first).map_err(|error| failed(&error))?;
+        let since = now.duration_since(SystemTime::UNIX_EPOCH);
+        let now_s = i64::try_from(since.unwrap_or_default().as_secs()).unwrap_or(i64::MAX);
+        let (from, until) = (parsed.validity().not_before, parsed.validity().not_after);
+        if now_s > until.timestamp() {
+            return Err(CertificateError(format!(
+                "the certificate was valid until {until}: renew it"
+            )));
+        }
+        if now_s < from.timestamp() {
+            return Err(CertificateError(format!(
+                "the certificate is valid from {from} on, which is later than the clock of this machine"
+            )));
+        }
+        let names = parsed.subject_alternative_name();
+        let names = names.map_err(|error| failed(&error))?;
+        let names = names.map_or(&[][..], |names| &names.value.general_names);
+        let is_for = |known: &GeneralName<'_>| match (known, name.parse::<IpAddr>()) {
+            (GeneralName::IPAddress(bytes), Ok(IpAddr::V4(four))) => *bytes == four.octets(),
+            (GeneralName::IPAddress(bytes), Ok(IpAddr::V6(six))) => *bytes == six.octets(),
+            (GeneralName::DNSName(known), Err(_)) => is_named(known, name),
+            _ => false,
+        };
+        let doubt = || format!("the certificate does not name {name}: browsers will warn of it");
+        Ok((!names.iter().any(is_for)).then(doubt))
     }
 
     fn chain(&self) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
@@ -97,9 +134,23 @@ impl Certificate {
     /// # Errors
     /// [`CertificateError`] where certificate or key cannot be read, or do not belong together.
     pub(crate) fn acceptor(&self) -> Result<TlsAcceptor, CertificateError> {
-        let key = PrivateKeyDer::from_pem_slice(self.key_pem.as_bytes())
-            .map_err(|error| CertificateError(format!("expected a private key in PEM: {error}")))?;
-        let failed = |error: tokio_rustls::rustls::Error| CertificateError(error.to_string());
+        let key = PrivateKeyDer::from_pem_slice(self.key_pem.as_bytes()).map_err(|error| {
+            CertificateError(match error {
+                _ if self.key_pem.contains("ENCRYPTED") => {
+                    "the private key is encrypted: expected one without a passphrase".into()
+                }
+                pem::Error::NoItemsFound => "expected a private key in PEM, found none".into(),
+                error => format!("expected a private key in PEM: {error}"),
+            })
+        })?;
+        let failed = |error: TlsError| {
+            CertificateError(match error {
+                TlsError::InconsistentKeys(_) => {
+                    "the private key is that of another certificate".into()
+                }
+                error => format!("the certificate or its key cannot be used: {error}"),
+            })
+        };
         let config =
             ServerConfig::builder_with_provider(Arc::new(crypto::ring::default_provider()));
         let config = config
@@ -112,6 +163,15 @@ impl Certificate {
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
         Ok(TlsAcceptor::from(Arc::new(config)))
     }
+}
+
+/// Whether a certificate for `known`, which may begin with `*.`, is for `name` too.
+fn is_named(known: &str, name: &str) -> bool {
+    let rest = match known.strip_prefix("*.") {
+        Some(known) => name.split_once('.').map(|(_, rest)| (known, rest)),
+        None => Some((known, name)),
+    };
+    rest.is_some_and(|(known, name)| known.eq_ignore_ascii_case(name))
 }
 
 #[cfg(test)]
@@ -130,7 +190,8 @@ mod tests {
             key_pem: other.key_pem,
             ..own.clone()
         };
-        assert!(mixed.acceptor().is_err(), "the key of another certificate");
+        let mixed = mixed.acceptor().err().unwrap().to_string();
+        assert!(mixed.contains("another certificate"), "{mixed}");
         for text in ["", "-----BEGIN CERTIFICATE-----\n", "x"] {
             let chain_pem = text.to_owned();
             let none = Certificate {
@@ -139,5 +200,27 @@ mod tests {
             };
             assert!(none.fingerprint().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn other_times_and_names_are_found() {
+        let now = SystemTime::now();
+        let names = ["192.168.1.10", "bench.local", "::1", "*.lab.example"];
+        let own = Certificate::own(&names.map(str::to_owned), now).unwrap();
+        for name in ["192.168.1.10", "Bench.local", "::1", "touch.lab.example"] {
+            assert_eq!(own.check(name, now), Ok(None), "{name}");
+        }
+        for name in ["192.168.1.11", "local", "lab.example", "a.b.lab.example"] {
+            assert!(own.check(name, now).unwrap().is_some(), "{name}");
+        }
+        let old = own.check("::1", now + VALIDITY + BEFORE).unwrap_err();
+        assert!(old.to_string().contains("valid until"), "{old}");
+        let new = own.check("::1", now - 2 * BEFORE).unwrap_err();
+        assert!(new.to_string().contains("valid from"), "{new}");
+        let key_pem = "-----BEGIN ENCRYPTED PRIVATE KEY-----\n".into();
+        let encrypted = Certificate { key_pem, ..own }
+            .check("::1", now)
+            .unwrap_err();
+        assert!(encrypted.to_string().contains("passphrase"), "{encrypted}");
     }
 }

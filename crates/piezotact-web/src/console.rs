@@ -210,7 +210,7 @@ pub(crate) async fn stream(
                 changed = ends.changed() => if changed.is_err() { return None },
             }
         }
-        if *ends.borrow() || site.access.role(&page.cookie) != Some(page.role) {
+        if *ends.borrow() || site.access.role(&page.cookie, now_ms()) != Some(page.role) {
             return None;
         }
         let json = serde_json::to_string(&*views.borrow_and_update()).unwrap_or_default();

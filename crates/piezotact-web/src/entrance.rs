@@ -10,7 +10,7 @@ use axum::http::header::{
     ACCEPT_LANGUAGE, CACHE_CONTROL, CONTENT_SECURITY_POLICY, COOKIE as COOKIES, HOST, LOCATION,
     ORIGIN, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
 };
-use axum::http::{HeaderMap, HeaderValue, StatusCode};
+use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::MethodRouter;
@@ -125,7 +125,7 @@ fn pages_of(site: &Pages, headers: &HeaderMap) -> Vec<Page> {
     let cookies = cookies.filter_map(|all| all.to_str().ok());
     let known = cookies.flat_map(|all| all.split(';')).filter_map(|one| {
         let (name, cookie) = one.trim().split_once('=')?;
-        let role = site.access.role(cookie)?;
+        let role = site.access.role(cookie, now_ms())?;
         (name == site.access.cookie(role)).then(|| Page {
             role,
             cookie: cookie.to_owned(),
@@ -136,29 +136,32 @@ fn pages_of(site: &Pages, headers: &HeaderMap) -> Vec<Page> {
     known
 }
 
+/// The value of the header `name`, where it is stated once: one that is stated twice is understood in two ways.
+fn only(headers: &HeaderMap, name: HeaderName) -> Option<&HeaderValue> {
+    let mut all = headers.get_all(name).iter();
+    all.next().filter(|_| all.next().is_none())
+}
+
 /// Another way to the same place: what a page of another site can make a browser ask for has another host.
 pub(crate) async fn known_host(
     Shared(site): Shared<Site>,
     mut request: HttpRequest,
     next: Next,
 ) -> Response {
-    let host = request
-        .headers()
-        .get(HOST)
-        .and_then(|host| host.to_str().ok());
+    let host = only(request.headers(), HOST).and_then(|host| host.to_str().ok());
     let host = host.map(str::to_lowercase);
     if !host.is_some_and(|host| site.hosts.contains(&host)) {
         return (StatusCode::MISDIRECTED_REQUEST, "unknown host").into_response();
     }
     // What a page of another site sends is not even a wrong code.
-    let origin = request.headers().get(ORIGIN);
-    let origin = origin.map(|origin| origin.to_str().unwrap_or_default());
+    let origin = only(request.headers(), ORIGIN).and_then(|origin| origin.to_str().ok());
+    let has_origin = request.headers().contains_key(ORIGIN);
     let is_own = |origin: &str| {
         let host = origin.strip_prefix(site.scheme);
         let host = host.and_then(|host| host.strip_prefix("://"));
         host.is_some_and(|host| site.hosts.iter().any(|known| known == host))
     };
-    if !origin.is_none_or(is_own) {
+    if has_origin && !origin.is_some_and(is_own) {
         return (StatusCode::FORBIDDEN, "from another site").into_response();
     }
     request.extensions_mut().insert(site);
@@ -239,6 +242,10 @@ pub(crate) async fn enter(
         let page = pages::enter(language(&headers), site.door(), "", Some(word));
         (status, Html(page.into_string())).into_response()
     };
+    let wrong = match entering.password {
+        None => Word::WrongCode,
+        Some(_) => Word::WrongPassword,
+    };
     let entered = match entering.password {
         None => site.access.enter(Key::Code(&entering.code), from, now_ms()),
         Some(password) => {
@@ -276,7 +283,7 @@ pub(crate) async fn enter(
             )
                 .into_response()
         }
-        Err(AccessError::WrongCode) => refused(StatusCode::FORBIDDEN, Word::WrongCode),
+        Err(AccessError::WrongCode) => refused(StatusCode::FORBIDDEN, wrong),
         Err(AccessError::TooMany) => refused(StatusCode::TOO_MANY_REQUESTS, Word::TooMany),
         Err(error @ AccessError::NotKept(_)) => {
             (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response()

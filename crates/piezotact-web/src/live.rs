@@ -17,7 +17,7 @@ use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::watch;
 
-use crate::entrance::{Page, Site};
+use crate::entrance::{Page, Site, now_ms};
 
 /// How often traces are drawn.
 const OFTEN: Duration = Duration::from_millis(150);
@@ -237,7 +237,7 @@ impl Following {
     async fn next(&mut self) -> Option<Sent> {
         loop {
             if *self.ends.borrow()
-                || self.site.access.role(&self.page.cookie) != Some(self.page.role)
+                || self.site.access.role(&self.page.cookie, now_ms()) != Some(self.page.role)
             {
                 return None;
             }

@@ -1,5 +1,6 @@
 //! The experimenter's password on a network. Only its hash is kept.
 
+use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use argon2::Argon2;
@@ -8,6 +9,8 @@ use argon2::password_hash::{PasswordHasher as _, PasswordVerifier as _};
 
 /// The fewest characters of a password.
 const SHORTEST: usize = 12;
+/// The fewest different characters among them.
+const FEWEST: usize = 5;
 /// The most bytes.
 const LONGEST: usize = 1024;
 
@@ -22,12 +25,20 @@ pub enum PasswordError {
         /// Its characters.
         found: usize,
     },
+    /// The same characters again and again.
+    #[error(
+        "expected a password with 5 different characters or more, found {found}; four words that do not belong together are good"
+    )]
+    Even {
+        /// How many of its characters differ.
+        found: usize,
+    },
     /// Too long to be typed.
     #[error("expected a password of at most 1024 bytes")]
     Long,
     /// The text is no hash of a password.
     #[error(
-        "expected the hash of a password (Argon2), found something else; set the password again"
+        "expected the hash of a password (Argon2), found something else; delete it, and set a password again"
     )]
     NoHash,
     /// No random numbers, or no memory.
@@ -52,6 +63,11 @@ impl Password {
         let found = password.chars().count();
         if found < SHORTEST {
             return Err(PasswordError::Short { found });
+        }
+        let different: BTreeSet<char> = password.chars().collect();
+        if different.len() < FEWEST {
+            let found = different.len();
+            return Err(PasswordError::Even { found });
         }
         if password.len() > LONGEST {
             return Err(PasswordError::Long);
@@ -84,7 +100,8 @@ impl Password {
     }
 
     /// Whether it is `given`. Takes a tenth of a second and more.
-    pub(crate) fn is(&self, given: &str) -> bool {
+    #[must_use]
+    pub fn is(&self, given: &str) -> bool {
         if given.len() > LONGEST {
             return false;
         }
@@ -118,6 +135,10 @@ mod tests {
     fn short_passwords_and_foreign_hashes_are_refused() {
         let short = Password::new("éàü éàü éàü").unwrap_err();
         assert_eq!(short, PasswordError::Short { found: 11 });
+        for (even, found) in [("            ", 1), ("abcdabcdabcdabcd", 4)] {
+            let refused = Password::new(even).unwrap_err();
+            assert_eq!(refused, PasswordError::Even { found }, "{even}");
+        }
         for phc in [
             "",
             "four words of wood",

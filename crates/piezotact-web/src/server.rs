@@ -24,7 +24,7 @@ use crate::asked::{Asked, What};
 use crate::desk::{Asking, Reply, Request};
 use crate::entrance::{
     LARGEST, Page, Pages, Site, enter, enter_page, guarded, hardened, in_time, known_host,
-    language, start,
+    language, now_ms, start,
 };
 use crate::pages::{self, Pairing, Sight};
 use crate::view::View;
@@ -272,11 +272,11 @@ type Drawn = Arc<dyn Fn(&Pages, &Led, &View) -> String + Send + Sync>;
 fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
     let role = page.role;
     Arc::new(move |site, led, view| {
-        let code = site.access.code(Role::Participant);
+        let code = site.access.code(Role::Participant, now_ms());
         let pairing = Pairing {
             address: code.map(|code| format!("{}/enter?code={code}", site.address())),
             from_network: site.scheme == "https",
-            is_paired: site.access.has_participant(),
+            is_paired: site.access.has_participant(now_ms()),
         };
         let open = led.experimenters.load(Ordering::Relaxed);
         pages::experimenter(view, sight, language, role, (&pairing, open)).into_string()
@@ -409,7 +409,8 @@ fn follow(
     let steps = unfold(follower, async |mut follower| {
         loop {
             if *follower.ends.borrow()
-                || follower.site.access.role(&follower.page.cookie) != Some(follower.page.role)
+                || follower.site.access.role(&follower.page.cookie, now_ms())
+                    != Some(follower.page.role)
             {
                 return None;
             }
@@ -490,7 +491,7 @@ async fn ask(
 }
 
 async fn pairing(Shared(site): Shared<Site>, _session: OfSession) -> Response {
-    match site.access.new_participant_code() {
+    match site.access.new_participant_code(now_ms()) {
         Ok(_) => {
             site.around.send_modify(|around| *around += 1);
             StatusCode::NO_CONTENT.into_response()

@@ -125,10 +125,27 @@ async fn connection(stream: TcpStream, from: IpAddr, answering: Answering) {
     }
 }
 
+/// The path and query that a request without encryption asks for, as far as it was read; the start where it does not say.
+fn path_of(request: &[u8]) -> &str {
+    let line = request.split(|byte| *byte == b'\r').next();
+    let line = std::str::from_utf8(line.unwrap_or_default()).unwrap_or_default();
+    let path = line.split(' ').nth(1).unwrap_or_default();
+    let is_path = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
+    match is_path && line.ends_with("HTTP/1.1") {
+        true => path,
+        false => "/",
+    }
+}
+
 /// Tells a browser that asked without encryption where the pages are.
 async fn lead_to(mut stream: TcpStream, address: &str) {
+    let mut asked = [0; 1024];
+    let Ok(Ok(read)) = timeout(SLOW, stream.peek(&mut asked)).await else {
+        return;
+    };
+    let path = path_of(asked.get(..read).unwrap_or_default());
     let answer = format!(
-        "HTTP/1.1 301 Moved Permanently\r\nlocation: {address}/\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
+        "HTTP/1.1 307 Temporary Redirect\r\nlocation: {address}{path}\r\ncontent-length: 0\r\nconnection: close\r\n\r\n"
     );
     let written = async {
         stream.write_all(answer.as_bytes()).await?;
@@ -161,4 +178,26 @@ where
         _ = ends.wait_for(|ends| *ends) => connection.as_mut().graceful_shutdown(),
     }
     let _done = connection.await;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_path_that_was_asked_for_is_kept() {
+        for (request, path) in [
+            (
+                "GET /enter?code=abc HTTP/1.1\r\nhost: x\r\n",
+                "/enter?code=abc",
+            ),
+            ("GET http://elsewhere/ HTTP/1.1\r\n", "/"),
+            ("GET /a\nb HTTP/1.1\r\n", "/"),
+            ("GET /cut", "/"),
+            ("", "/"),
+        ] {
+            assert_eq!(path_of(request.as_bytes()), path, "{request}");
+        }
+        assert_eq!(path_of(&[0xff, b' ', b'/', b'\r']), "/");
+    }
 }

@@ -188,7 +188,10 @@ words! {
     EnterPassword: "The experimenter enters with the password.", "L'expérimentateur entre avec le mot de passe.",
         "Lo sperimentatore entra con la password.";
     PasswordWord: "Password", "Mot de passe", "Password";
-    WrongCode: "This is not valid (any more).", "Ce n'est pas (ou plus) valable.", "Non è (più) valido.";
+    WrongCode: "This code is not valid (any more). The program shows the experimenter's, the experimenter's page makes the participant's: each of these is valid once, for 15 minutes.",
+        "Ce code n'est pas (ou plus) valable. Le programme affiche celui de l'expérimentateur, la page de l'expérimentateur crée ceux du participant : chacun est valable une fois, pendant 15 minutes.",
+        "Questo codice non è (più) valido. Il programma mostra quello dello sperimentatore, la pagina dello sperimentatore crea quelli del partecipante: ciascuno è valido una volta, per 15 minuti.";
+    WrongPassword: "This is not the password of these pages.", "Ce n'est pas le mot de passe de ces pages.", "Non è la password di queste pagine.";
     TooMany: "Too many wrong tries: wait a minute.", "Trop d'essais erronés : attendez une minute.",
         "Troppi tentativi errati: attenda un minuto.";
     PairingFromNetwork: "Open this address once on the participant's device, or take a picture of the code with it:",

@@ -119,8 +119,8 @@ fn served<T: Send>(
                 (access.with_password(password), Some(encrypt(certificate)))
             }
         };
-        let experimenter = access.code(Role::Experimenter);
-        let viewer = access.code(Role::Viewer).unwrap();
+        let experimenter = access.code(Role::Experimenter, 0);
+        let viewer = access.code(Role::Viewer, 0).unwrap();
         let view = View::of(runner.state(), None, PlayedBy::Bench);
         let (site, mut desk) = Site::new(
             (view, runner.events().unwrap()),
@@ -171,7 +171,7 @@ impl Drop for Ends<'_> {
 /// Serves the console of a bench, on which one procedure can be started that is done at once, while `act` uses its pages.
 pub(crate) fn with_console(act: impl FnOnce(&Pages) + Send) {
     let access = Access::new("console", None, Box::new(|_| Ok(()))).unwrap();
-    let code = |role| access.code(role).unwrap();
+    let code = |role| access.code(role, 0).unwrap();
     let (experimenter, viewer) = (code(Role::Experimenter), code(Role::Viewer));
     let listener = TcpListener::bind("127.0.0.1:0").unwrap();
     let pages = Pages {

@@ -45,8 +45,8 @@ pub(super) fn serve(bench: &BenchSpec, folder: &Path, door: Door) -> Outcome {
     drop(bench.open()?);
     std::fs::create_dir_all(folder)
         .map_err(|error| Failure::Data(anyhow!("{}: {error}", folder.display())))?;
-    let access = door.guard(access(NAME, &folder.join(PAGES))?, folder)?;
-    let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role));
+    let access = door.guard(access(&named(folder, NAME), &folder.join(PAGES))?, folder)?;
+    let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role, 0));
     let (live, pictures) = Live::new()?;
     let made = folder.to_owned();
     let file = Box::new(move |name: &str| {

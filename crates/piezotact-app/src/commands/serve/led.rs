@@ -110,9 +110,11 @@ impl Front for Pages {
             return Ok(());
         };
         let kept = about.folder.join(PAGES);
+        // Two studies on one machine may both have a P01.
         let name = format!("{} {}", args.participant, args.session);
+        let name = named(&args.study, &name);
         let access = door.guard(access(&name, &kept)?, &args.study)?;
-        let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role));
+        let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role, 0));
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
         let study = Box::new(OfStudy(args.study.clone()));
@@ -147,12 +149,18 @@ impl Front for Pages {
     }
 }
 
+/// The name of `what` in `folder`: cookies are shared by all that one machine serves.
+pub(super) fn named(folder: &Path, what: &str) -> String {
+    let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
+    format!("{}: {what}", folder.display())
+}
+
 /// Who is let in to what is called `name`: pages that were let in before, as the file `kept` says, and whoever has one of the new codes.
 pub(super) fn access(name: &str, kept: &Path) -> Outcome<Access> {
     let is_there = kept.symlink_metadata().is_ok();
     // Where it cannot be read, pages enter their codes again.
     let known = reads::is_there(kept).then(|| read_input_text(kept).ok());
-    let known = known.flatten();
+    let known = known.flatten().filter(|text| Access::reads(text));
     if is_there && known.is_none() {
         say(&format!(
             "{}: cannot be read; pages that were let in before enter the new codes",

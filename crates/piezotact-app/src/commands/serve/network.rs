@@ -1,6 +1,6 @@
 //! Pages for other machines: the name of this one, the certificate, and the experimenter's password.
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::net::{IpAddr, Ipv4Addr, TcpListener, ToSocketAddrs as _};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -48,19 +48,24 @@ pub(super) struct Door {
 impl Where {
     /// The door that is asked for. It is open to connections, and nobody answers them yet.
     pub(super) fn open(&self) -> Outcome<Door> {
-        let Some(name) = &self.network else {
+        let Some(name) = self.network.as_deref() else {
             return Ok(Door {
                 listener: self.listen(&[IpAddr::V4(Ipv4Addr::LOCALHOST)])?,
                 reach: Reach::Machine,
                 password: None,
             });
         };
+        // An address of version 6 as browsers write it.
+        let name = name
+            .strip_prefix('[')
+            .and_then(|six| six.strip_suffix(']'))
+            .unwrap_or(name);
         let listener = self.listen(&addresses(name)?)?;
         let certificate = match (&self.certificate, &self.key) {
-            (Some(chain), Some(key)) => given(chain, key)?,
+            (Some(chain), Some(key)) => given(name, chain, key)?,
             _ => own(name)?,
         };
-        let name = name.clone();
+        let name = name.to_owned();
         Ok(Door {
             listener,
             reach: Reach::Network { name, certificate },
@@ -73,11 +78,16 @@ impl Where {
         let at: &[std::net::SocketAddr] = &at;
         TcpListener::bind(at).map_err(|error| {
             let addresses: Vec<String> = addresses.iter().map(ToString::to_string).collect();
-            Failure::Data(anyhow!(
-                "port {} of {}: {error}; state another --port (0 for any that is free), and as --network an address of this machine",
-                self.port,
-                addresses.join(", ")
-            ))
+            let at = format!("port {} of {}", self.port, addresses.join(", "));
+            Failure::Data(match error.kind() {
+                ErrorKind::AddrInUse => anyhow!(
+                    "{at}: another program uses it; end that one, or state another --port (0 for any that is free)"
+                ),
+                ErrorKind::AddrNotAvailable => anyhow!(
+                    "{at}: expected an address of this machine, found one of another; `ip address` or `ipconfig` lists those of this one"
+                ),
+                _ => anyhow!("{at}: {error}; state another --port (0 for any that is free)"),
+            })
         })
     }
 }
@@ -112,8 +122,8 @@ impl Door {
                     "on a network the experimenter enters with a password: write one into the first line of a file, and name it once as --password"
                 )));
             }
-            return Password::of_hash(&read_input_text(&kept)?)
-                .map_err(|error| of_kept(error.to_string()));
+            let known = Password::of_hash(&read_input_text(&kept)?);
+            return known.map_err(|error| of_kept(format!("{error} as --password FILE")));
         };
         let text = read_input_text(file)?;
         // Some editors begin a file with a mark of its encoding.
@@ -121,6 +131,16 @@ impl Door {
         let line = line.unwrap_or_default();
         let password =
             Password::new(line).map_err(|error| usage(anyhow!("{}: {error}", file.display())))?;
+        // The same one lets the pages in that it let in before; another one ends them.
+        let before = reads::is_there(&kept).then(|| read_input_text(&kept).ok());
+        if let Some(before) = before.flatten() {
+            match Password::of_hash(&before) {
+                Ok(before) if before.is(line) => return Ok(before),
+                _ => say(
+                    "the password is a new one: pages that entered with the old one enter again",
+                ),
+            }
+        }
         write_for_user(&kept, password.hash()).map_err(|error| of_kept(error.to_string()))?;
         Ok(password)
     }
@@ -143,32 +163,41 @@ impl Door {
     }
 }
 
-/// The certificate in the files `chain` and `key`, which belong together.
-fn given(chain: &Path, key: &Path) -> Outcome<Certificate> {
+/// The certificate of the machine called `name` in the files `chain` and `key`, which belong together.
+fn given(name: &str, chain: &Path, key: &Path) -> Outcome<Certificate> {
     let certificate = Certificate {
         chain_pem: read_input_text(chain)?,
         key_pem: read_input_text(key)?,
     };
     // Before a session is begun.
-    certificate.check().map_err(|error| {
+    let checked = certificate.check(name, SystemTime::now());
+    let doubt = checked.map_err(|error| {
         usage(anyhow!(
             "{} with {}: {error}; name the certificate of this machine and its own key, or leave both out",
             chain.display(),
             key.display()
         ))
     })?;
+    if let Some(doubt) = doubt {
+        say(&format!("{}: {doubt}", chain.display()));
+    }
     Ok(certificate)
 }
 
 /// The addresses of this machine that `name` stands for.
 fn addresses(name: &str) -> Outcome<Vec<IpAddr>> {
     if let Ok(address) = name.parse::<IpAddr>() {
-        return match address.is_unspecified() {
+        return match address.is_unspecified() || address.is_multicast() {
             true => Err(usage(anyhow!(
-                "--network {name}: expected the address or name by which other machines reach this one, found the one for all addresses; give one, such as 192.168.1.10"
+                "--network {name}: expected the address or name by which other machines reach this one, found one of many machines or addresses; give one, such as 192.168.1.10"
             ))),
             false => Ok(vec![address]),
         };
+    }
+    if name.is_empty() || name.contains([':', '/', ' ']) {
+        return Err(usage(anyhow!(
+            "--network {name}: expected an address or a name alone, such as 192.168.1.10; the port is given as --port, and https:// is always there"
+        )));
     }
     let found = (name, 0).to_socket_addrs().map_err(|error| {
         usage(anyhow!(
@@ -205,6 +234,12 @@ fn own(name: &str) -> Outcome<Certificate> {
         .then(|| read_input_text(&path).ok())
         .flatten();
     let known = known.and_then(|text| serde_json::from_str::<Kept>(&text).ok());
+    if known.is_none() && reads::is_there(&path) {
+        say(&format!(
+            "{}: expected the certificate of the pages, found something else; a new one takes its place, and devices that trusted the old one warn again",
+            path.display()
+        ));
+    }
     let until_s = now.duration_since(UNIX_EPOCH).unwrap_or_default() + EARLIER;
     if let Some(known) = known.filter(|known| known.until_s > until_s.as_secs()) {
         return Ok(Certificate {
