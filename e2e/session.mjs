@@ -3,6 +3,7 @@ import { execFileSync, spawn } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
+import { inflateRawSync } from "node:zlib";
 import { chromium } from "playwright-core";
 
 const [given, pictures] = process.argv.slice(2);
@@ -321,6 +322,18 @@ async function main(browser) {
   await picture(viewer.page, "viewer");
   await page.goto(`${new URL(server.experimenter).origin}/matrix`);
   await picture(page, "matrix");
+  await page.goto(`${new URL(server.experimenter).origin}/study`);
+  await picture(page, "study");
+  // The report opens in a window of its own.
+  const [report] = await Promise.all([page.context().waitForEvent("page"), page.click("a[href^='/session']")]);
+  await report.waitForSelector("h1");
+  const inReport = await report.$$eval("section:nth-of-type(2) tr", (rows) => rows.length - 1);
+  expect(inReport >= said.length, `${inReport} trials in the report of the session, ${said.length} answers`);
+  await report.evaluate(axe);
+  const faults = await report.evaluate(async () => (await globalThis.axe.run(document)).violations.map((one) => one.help));
+  expect(faults.length === 0, `the report of the session: ${faults}`);
+  if (shots) await report.screenshot({ path: join(shots, "session-report.png"), fullPage: true });
+  const zip = await page.evaluate(async () => Array.from(new Uint8Array(await (await fetch("/tables.zip")).arrayBuffer())));
   server.child.kill("SIGINT");
   const began = Date.now();
   const { code, err } = await server.ended;
@@ -328,9 +341,28 @@ async function main(browser) {
   run("campaign verify-journal study");
   run("campaign export study --out exported");
   stored(said);
+  const packed = unpacked(Buffer.from(zip));
+  for (const name of ["trials.csv", "answers.csv", "events/P01_discrimination.jsonl", "dictionary.json"]) {
+    expect(packed.get(name)?.equals(readFileSync(join(folder, "exported", name))), `${name} in the downloaded tables differs from what is exported`);
+  }
   const inMatrix = counted();
   if (process.exitCode) throw new Error("faults of accessibility: see above");
   console.log(`a session on two pages, ${killedAt + 1} kills: ${said.length} answers, each stored once, ${checked} steps without faults of accessibility, ${inMatrix} associations in the matrix (exit ${code}; ${err.trim().split("\n").pop()})`);
+}
+
+/// The files of a ZIP file with their contents, by its central directory.
+function unpacked(zip) {
+  const files = new Map();
+  let at = zip.readUInt32LE(zip.lastIndexOf("PK\x05\x06", undefined, "latin1") + 16);
+  while (zip.readUInt32LE(at) === 0x02014b50) {
+    const [size, long, extra, comment] = [zip.readUInt32LE(at + 20), zip.readUInt16LE(at + 28), zip.readUInt16LE(at + 30), zip.readUInt16LE(at + 32)];
+    const local = zip.readUInt32LE(at + 42);
+    const from = local + 30 + zip.readUInt16LE(local + 26) + zip.readUInt16LE(local + 28);
+    const bytes = zip.subarray(from, from + size);
+    files.set(zip.toString("utf8", at + 46, at + 46 + long), zip.readUInt16LE(at + 10) === 8 ? inflateRawSync(bytes) : bytes);
+    at += 46 + long + extra + comment;
+  }
+  return files;
 }
 
 /// Compares the tables with what was said: trials in their order, each once.

@@ -46,7 +46,11 @@ impl Drop for Server {
 
 /// Serves the session `naming` of P01.
 fn serve(folder: &Folder) -> Server {
-    let line = "serve study P01 naming --by-hand --port 0";
+    serving(folder, "serve study P01 naming --by-hand --port 0")
+}
+
+/// What the command `line` serves.
+fn serving(folder: &Folder, line: &str) -> Server {
     let mut command = folder.command(&line.split(' ').collect::<Vec<_>>());
     let mut child = command
         .stdin(Stdio::null())
@@ -288,4 +292,62 @@ fn terminal_and_pages_lead_the_same_session() {
         ])
         .expect_failure(1, &["state another --port"]);
     run(&folder, "serve study P01 nothing --port 0").expect_failure(2, &["nothing"]);
+}
+
+/// A study on pages: a session that is under way has no report yet; one that is over has.
+#[test]
+fn a_study_is_shown_with_the_reports_of_its_sessions() {
+    let folder = study();
+    let server = serve(&folder);
+    let page = server.pages.experimenter();
+    let get = |pages: &Pages, page: &Page, path: &str| {
+        pages.send("GET", path, &[("cookie", &page.cookie)], "")
+    };
+    let report = "/session?participant=P01&session=naming";
+    assert_eq!(server.pages.ask(&page, r#""do":"consent""#).status, 204);
+    let early = get(&server.pages, &page, report);
+    assert_eq!(early.status, 422);
+    assert!(early.body.contains("is not over"), "{}", early.body);
+    let note = r#""do":"note","text":"the <fan> was loud""#;
+    assert_eq!(server.pages.ask(&page, note).status, 204);
+    let stop = r#""do":"stop","why":"fire alarm""#;
+    assert_eq!(server.pages.ask(&page, stop).status, 204);
+    let step = shown(&server.pages, &page).unwrap();
+    assert!(
+        step.contains(&report.replace('&', "&amp;")),
+        "the report has a link when the session is over"
+    );
+    drop(server);
+    let server = serving(&folder, "serve study --port 0");
+    let page = server.pages.experimenter();
+    let overview = get(&server.pages, &page, "/study").body;
+    for words in [
+        "P01",
+        "naming · stopped before its end",
+        "0 of 8 participants",
+    ] {
+        assert!(overview.contains(words), "{words}: {overview}");
+    }
+    let found = get(&server.pages, &page, report);
+    assert_eq!(found.status, 200);
+    for words in [
+        "stopped: fire alarm",
+        "note: the &lt;fan&gt; was loud",
+        "consent was given",
+        "trials confirmed",
+    ] {
+        assert!(found.body.contains(words), "{words}: {}", found.body);
+    }
+    for path in [
+        "/session?participant=P09&session=naming",
+        "/session?participant=..&session=..%2F..",
+    ] {
+        assert_eq!(get(&server.pages, &page, path).status, 422, "{path}");
+    }
+    // Nothing is led here.
+    for path in ["/experimenter", "/console"] {
+        assert_eq!(get(&server.pages, &page, path).status, 404, "{path}");
+    }
+    run(&folder, "serve study P01 --port 0").expect_failure(2, &["SESSION"]);
+    run(&folder, "serve nothing --port 0").expect_failure(1, &["nothing"]);
 }

@@ -7,7 +7,7 @@ mod bench;
 mod runner;
 
 pub use bench::{BenchStimulator, JournalOf, PreparedDrive};
-pub use runner::{Given, Outside, RunError, Runner, SaltError, Stimuli, state_of};
+pub use runner::{Given, Outside, RunError, Runner, SaltError, Stimuli, events_of, state_of};
 
 use piezotact_people::campaign::session::Evidence;
 

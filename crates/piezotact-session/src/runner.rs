@@ -590,6 +590,15 @@ pub fn state_of<'a>(
     Ok(state)
 }
 
+/// The events of the session of `plan` with their times in ms since 1970-01-01 00:00 UTC, as `store` has them.
+///
+/// # Errors
+/// [`RunError`] where an event cannot be read.
+pub fn events_of(store: &dyn Store, plan: &Plan) -> Result<Vec<(i64, Event)>, RunError> {
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    read(&key, &store.events(&key)?)
+}
+
 /// The events of the session `key` with their times.
 fn read(key: &SessionKey, links: &[Link]) -> Result<Vec<(i64, Event)>, RunError> {
     let each = links.iter().map(|link| {

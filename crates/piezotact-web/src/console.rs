@@ -20,7 +20,7 @@ use tokio::sync::{oneshot, watch};
 use crate::access::Role;
 use crate::entrance::{Page, Site, language, now_ms};
 use crate::pages::page as document;
-use crate::server::REPORT_POLICY;
+use crate::study::REPORT_POLICY;
 use crate::words::{Language, Word};
 
 /// As many of the last lines are shown.

@@ -23,6 +23,7 @@ use crate::live::Pictures;
 use crate::pages::{self, Door};
 use crate::server::{For, Led, Route};
 use crate::serving::From;
+use crate::study::StudyPages;
 use crate::words::{Language, Word};
 
 /// A request is read within this time.
@@ -45,6 +46,8 @@ pub(crate) struct Pages {
     pub(crate) around: watch::Sender<u64>,
     /// The session, where one is led.
     pub(crate) led: Option<Arc<Led>>,
+    /// The study, where there is one.
+    pub(crate) study: Option<Arc<dyn StudyPages>>,
     /// The console of a bench, where there is one.
     pub(crate) console: Option<Arc<Console>>,
     /// What the bench acquires, where there is one.
@@ -60,9 +63,10 @@ impl Pages {
 
     /// The page of whoever leads, or looks on.
     fn leading(&self) -> &'static str {
-        match self.led {
-            Some(_) => "/experimenter",
-            None => "/console",
+        match (&self.led, &self.console) {
+            (Some(_), _) => "/experimenter",
+            (None, Some(_)) => "/console",
+            (None, None) => "/study",
         }
     }
 

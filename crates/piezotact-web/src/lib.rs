@@ -16,6 +16,7 @@ mod password;
 mod qr;
 mod server;
 mod serving;
+mod study;
 mod tries;
 mod view;
 mod words;
@@ -36,7 +37,8 @@ pub use console::{
 pub use desk::{Desk, Screen, Shown};
 pub use live::{Live, Pictures};
 pub use password::{Password, PasswordError};
-pub use server::{For, ROUTES, Route, StudyPages};
+pub use server::{For, ROUTES, Route};
+pub use study::{Listed, Overview, Standing, StudyPages};
 pub use view::{
     Answered, Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
 };
@@ -98,19 +100,27 @@ impl Site {
         consent: Option<String>,
         played_by: PlayedBy,
         access: Access,
-        study: Box<dyn StudyPages>,
+        study: Arc<dyn StudyPages>,
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
         let (desk, asking) = Desk::new(view, consent, played_by, earlier);
         let led = server::Led {
             asking,
-            study,
             consent: sha,
             experimenters: AtomicUsize::new(0),
         };
         let mut site = Self::empty(access);
         site.pages.led = Some(Arc::new(led));
+        site.pages.study = Some(study);
         (site, desk)
+    }
+
+    /// The sessions of `study` with their reports, and its tables; nothing is led.
+    #[must_use]
+    pub fn study(access: Access, study: Arc<dyn StudyPages>) -> Self {
+        let mut site = Self::empty(access);
+        site.pages.study = Some(study);
+        site
     }
 
     /// The console of `bench`, on which `procedures` can be started, and the desk at which that is asked for; `file` gives what was made.
@@ -143,6 +153,7 @@ impl Site {
             ends: end,
             around: watch::channel(0).0,
             led: None,
+            study: None,
             console: None,
             live: None,
         };

@@ -4,6 +4,7 @@ use maud::{DOCTYPE, Markup, html};
 use piezotact::criterion::Outcome;
 
 use crate::access::{Role, second_mark};
+use crate::study;
 use crate::view::{
     Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
 };
@@ -272,8 +273,11 @@ pub(crate) fn experimenter(
                 (facts(closed, sight, role, language))
                 @if role == Role::Experimenter { (paired(pairing, language)) }
                 p {
-                    a href="/matrix" target="_blank" { (w(Word::Matrix)) } " · "
-                    a href="/answers.csv" { (w(Word::AnswersTable)) }
+                    a href="/study" { (w(Word::Sessions)) } " · "
+                    @if closed.step == ClosedStep::Over {
+                        a href=(study::address(&closed.participant, &closed.session)) target="_blank" { (w(Word::SessionReport)) } " · "
+                    }
+                    (study::links(language))
                 }
             }
         }

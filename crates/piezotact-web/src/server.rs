@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Json, Query, State as Shared};
-use axum::http::header::{CONTENT_DISPOSITION, CONTENT_SECURITY_POLICY, CONTENT_TYPE};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{from_fn, from_fn_with_state};
@@ -29,30 +28,11 @@ use crate::entrance::{
 use crate::pages::{self, Pairing, Sight};
 use crate::view::View;
 use crate::words::Language;
-use crate::{assets, console, live};
-
-/// A report is one file with its style and its figures.
-pub(crate) const REPORT_POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
-
-/// What pages show of the whole study.
-pub trait StudyPages: Send + Sync {
-    /// The matrices of all answers, as an HTML document.
-    ///
-    /// # Errors
-    /// One sentence.
-    fn matrix(&self) -> Result<String, String>;
-
-    /// All answers, as a CSV table.
-    ///
-    /// # Errors
-    /// One sentence.
-    fn answers(&self) -> Result<String, String>;
-}
+use crate::{assets, console, live, study};
 
 /// The session that pages lead.
 pub(crate) struct Led {
     pub(crate) asking: Asking,
-    pub(crate) study: Box<dyn StudyPages>,
     /// The checksum of the text that consent is given to.
     pub(crate) consent: Sha,
     pub(crate) experimenters: AtomicUsize,
@@ -189,15 +169,33 @@ pub const ROUTES: &[Route] = &[
     },
     Route {
         method: "GET",
+        path: "/study",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(study::overview)),
+    },
+    Route {
+        method: "GET",
+        path: "/session",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(study::session)),
+    },
+    Route {
+        method: "GET",
+        path: "/tables.zip",
+        whose: For::Roles(LOOKING),
+        handler: |r| guarded(r, get(study::tables)),
+    },
+    Route {
+        method: "GET",
         path: "/matrix",
         whose: For::Roles(LOOKING),
-        handler: |r| guarded(r, get(matrix)),
+        handler: |r| guarded(r, get(study::matrix)),
     },
     Route {
         method: "GET",
         path: "/answers.csv",
         whose: For::Roles(LOOKING),
-        handler: |r| guarded(r, get(answers)),
+        handler: |r| guarded(r, get(study::answers)),
     },
     Route {
         method: "GET",
@@ -497,36 +495,5 @@ async fn pairing(Shared(site): Shared<Site>, _session: OfSession) -> Response {
             StatusCode::NO_CONTENT.into_response()
         }
         Err(error) => (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response(),
-    }
-}
-
-/// What takes longer than a page may wait for others.
-async fn of_study(
-    led: Arc<Led>,
-    of: impl FnOnce(&dyn StudyPages) -> Result<String, String> + Send + 'static,
-) -> Result<String, Response> {
-    let made = tokio::task::spawn_blocking(move || of(led.study.as_ref())).await;
-    match made {
-        Ok(Ok(text)) => Ok(text),
-        Ok(Err(why)) => Err((StatusCode::UNPROCESSABLE_ENTITY, why).into_response()),
-        Err(_panicked) => Err(StatusCode::INTERNAL_SERVER_ERROR.into_response()),
-    }
-}
-
-async fn matrix(OfSession(led): OfSession) -> Response {
-    match of_study(led, |study| study.matrix()).await {
-        Ok(page) => ([(CONTENT_SECURITY_POLICY, REPORT_POLICY)], Html(page)).into_response(),
-        Err(refused) => refused,
-    }
-}
-
-async fn answers(OfSession(led): OfSession) -> Response {
-    let named = [
-        (CONTENT_TYPE, "text/csv; charset=utf-8"),
-        (CONTENT_DISPOSITION, "attachment; filename=\"answers.csv\""),
-    ];
-    match of_study(led, |study| study.answers()).await {
-        Ok(table) => (named, table).into_response(),
-        Err(refused) => refused,
     }
 }

@@ -168,6 +168,29 @@ words! {
     HidePlayed: "Hide what is played", "Cacher ce qui est joué", "Nascondere ciò che viene riprodotto";
     Matrix: "Matrices of all answers", "Matrices de toutes les réponses", "Matrici di tutte le risposte";
     AnswersTable: "Answers as a table", "Réponses en tableau", "Risposte in tabella";
+    AllTables: "All tables (ZIP)", "Tous les tableaux (ZIP)", "Tutte le tabelle (ZIP)";
+    Sessions: "Sessions of the study", "Séances de l'étude", "Sessioni dello studio";
+    SessionWord: "Session", "Séance", "Sessione";
+    Trials: "Trials", "Essais", "Prove";
+    LastEventUtc: "Last event (UTC)", "Dernier événement (UTC)", "Ultimo evento (UTC)";
+    SessionReport: "Report of the session (in English)", "Rapport de la séance (en anglais)", "Rapporto della sessione (in inglese)";
+    ParticipantsComplete: "participants have completed the session that the campaign is judged by.",
+        "participants ont terminé la séance sur laquelle la campagne est jugée.",
+        "partecipanti hanno completato la sessione su cui la campagna è giudicata.";
+    SimulatedStudy: "Virtual volunteers answered, no person.", "Des volontaires virtuels ont répondu, aucune personne.",
+        "Hanno risposto volontari virtuali, nessuna persona.";
+    NoSessions: "No session was begun yet.", "Aucune séance n'a encore commencé.", "Nessuna sessione è ancora iniziata.";
+    Back: "Back", "Retour", "Indietro";
+    NotBegun: "not begun", "pas commencée", "non iniziata";
+    WaitsForConsent: "waits for consent", "attend le consentement", "attende il consenso";
+    UnderWay: "under way", "en cours", "in corso";
+    IsPaused: "in a pause", "en pause", "in pausa";
+    WasStopped: "stopped before its end", "arrêtée avant la fin", "fermata prima della fine";
+    WithoutConsent: "ended without consent", "terminée sans consentement", "terminata senza consenso";
+    IsComplete: "complete", "complète", "completa";
+    WithdrawnNotErased: "consent withdrawn, not erased yet", "consentement retiré, pas encore effacée", "consenso ritirato, non ancora cancellata";
+    WithdrawnErased: "consent withdrawn, erased", "consentement retiré, effacée", "consenso ritirato, cancellata";
+    UnreadablePlan: "its plan cannot be read", "son plan est illisible", "il suo piano non è leggibile";
     NotConnected: "No connection: nothing is stored until it is back. Your last entry is kept and sent again.",
         "Pas de connexion : rien n'est enregistré tant qu'elle n'est pas rétablie. Votre dernière saisie est gardée et renvoyée.",
         "Nessuna connessione: nulla viene salvato finché non torna. L'ultimo inserimento è conservato e inviato di nuovo.";

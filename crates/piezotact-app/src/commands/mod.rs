@@ -185,9 +185,9 @@ commands! {
     Matrix(matrix::Arguments) => matrix::run,
     /// Designs campaigns with volunteers: protocols, the check of a design, the data dictionary.
     Campaign(campaign::Campaign) => campaign::run,
-    /// Leads a session with a participant on pages of a browser (experimenter, participant, one to look on), or opens the console of a bench.
+    /// Leads a session with a participant on pages of a browser (experimenter, participant, one to look on), shows a study, or opens the console of a bench.
     #[command(
-        after_help = "A session is the same as that of `piezotact campaign run`, which goes on with it, and the other way round. Without STUDY, --bench\nopens the console of that bench. The pages are served on this machine only, unless --network opens them to others; the\naddresses that are printed hold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7\n  piezotact serve study P01 discrimination --by-hand --network 192.168.1.10 --password password.txt\n  piezotact serve --bench twin:participant=1,seed=7"
+        after_help = "A session is the same as that of `piezotact campaign run`, which goes on with it, and the other way round. STUDY alone shows\nits sessions with their reports, matrices and tables. Without STUDY, --bench opens the console of that\nbench. The pages are served on this machine only, unless --network opens them to others; the addresses that are printed\nhold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7\n  piezotact serve study P01 discrimination --by-hand --network 192.168.1.10 --password password.txt\n  piezotact serve --bench twin:participant=1,seed=7"
     )]
     Serve(serve::Arguments) => serve::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.

@@ -6,6 +6,8 @@ mod console;
 mod led;
 #[cfg(feature = "web")]
 mod network;
+#[cfg(feature = "web")]
+mod study;
 
 #[cfg(feature = "web")]
 pub(crate) use led::{Arguments, run};

@@ -14,6 +14,7 @@ mod felt;
 mod matrix;
 mod of_session;
 mod order;
+mod session_page;
 mod tables;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
@@ -34,6 +35,7 @@ pub use matrix::{
 };
 pub use of_session::{REPETITION, answers_of, declared};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
+pub use session_page::session_page;
 pub use tables::{
     THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
     trials_table,

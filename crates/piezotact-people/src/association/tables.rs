@@ -146,7 +146,7 @@ pub fn trials_table<'a>(
 }
 
 /// An answer as it stands in a table; `names` are those that it stands for.
-fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String>) -> String {
+pub(super) fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String>) -> String {
     match answer {
         None => String::new(),
         Some(answer @ (Noted::Names(_) | Noted::Places(_))) => names(answer).join("|"),

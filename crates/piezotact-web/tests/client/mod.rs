@@ -12,8 +12,8 @@ use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::store::Purpose;
 use piezotact_web::{
-    Access, BenchRequest, Certificate, Live, Password, PlayedBy, Procedure, Reach, Role, Screen,
-    Site, StudyPages, View, Word,
+    Access, BenchRequest, Certificate, Listed, Live, Overview, Password, PlayedBy, Procedure,
+    Reach, Role, Screen, Site, Standing, StudyPages, View, Word,
 };
 use tokio_rustls::rustls;
 use tokio_rustls::rustls::pki_types::pem::PemObject as _;
@@ -51,6 +51,37 @@ pub(crate) fn encrypt(certificate: &Certificate) -> Encrypt {
 struct Nothing;
 
 impl StudyPages for Nothing {
+    fn overview(&self) -> Result<Overview, String> {
+        let listed = |participant: &str, standing| Listed {
+            participant: participant.to_owned(),
+            session: "discrimination".to_owned(),
+            standing,
+            is_rehearsal: false,
+            trials: Some((3, 45)),
+            last: "2026-01-01 00:00:00".to_owned(),
+        };
+        Ok(Overview {
+            title: "Textures".to_owned(),
+            completed: (1, 10),
+            is_simulated: false,
+            sessions: vec![
+                listed("P01", Standing::Complete),
+                listed("P02", Standing::Running),
+            ],
+        })
+    }
+
+    fn session(&self, participant: &str, session: &str) -> Result<String, String> {
+        match (participant, session) {
+            ("P01", "discrimination") => Ok("<!DOCTYPE html><title>session</title>".to_owned()),
+            _ => Err(format!("<{participant}> has no such session")),
+        }
+    }
+
+    fn tables(&self) -> Result<Vec<u8>, String> {
+        Ok(b"PK".to_vec())
+    }
+
     fn matrix(&self) -> Result<String, String> {
         Ok("<!DOCTYPE html><title>matrix</title>".to_owned())
     }
@@ -127,7 +158,7 @@ fn served<T: Send>(
             None,
             PlayedBy::Bench,
             access,
-            Box::new(Nothing),
+            Arc::new(Nothing),
         );
         Screen::default().shows(&desk);
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();

@@ -19,6 +19,9 @@ use crate::commands::render::folders;
 use crate::failure::Outcome;
 use crate::output::{document_text, print, say_doubts, write_text};
 
+/// The folder of the events.
+const EVENTS: &str = "events";
+
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The folder of the study.
@@ -34,19 +37,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let [answers, places] = [study.associations()?, study.places()?].map(|of| of.len());
     let begun = study.sessions()?.len();
     let live = study.live()?;
-    let mut states: Vec<(State<'_>, Purpose)> = Vec::new();
-    for (entry, plan) in &live {
-        states.push((study.state(plan)?, entry.purpose));
+    let states = states(&study, &live)?;
+    folders(
+        [
+            Some(args.out.as_path()),
+            Some(args.out.join(EVENTS).as_path()),
+        ]
+        .as_slice(),
+    )?;
+    for (name, text) in files(&study, &live, &states)? {
+        write_text(&args.out.join(name), &text)?;
     }
-    let events = args.out.join("events");
-    folders([Some(args.out.as_path()), Some(events.as_path())].as_slice())?;
-    for (name, table) in tables(&study, &states)? {
-        write_text(&args.out.join(name), &report::csv(&table)?)?;
-    }
-    let path = args.out.join("dictionary.json");
-    let dictionary = dictionary(&study.campaign.protocol);
-    write_text(&path, &document_text(&dictionary, Some(&path))?)?;
-    write_events(&study, &live, &events)?;
     let rehearsals = states
         .iter()
         .filter(|(_, purpose)| *purpose == Purpose::Rehearsal);
@@ -93,8 +94,20 @@ fn tables(study: &Study, states: &[(State<'_>, Purpose)]) -> Outcome<[(&'static 
     ])
 }
 
-/// Writes the events of every session that counts, one file for each session and one line for each event.
-fn write_events(study: &Study, live: &[(SessionEntry, Plan)], folder: &Path) -> Outcome {
+/// The files of a study, with their names and contents: its tables, their dictionary, and the events of every session that counts, one
+/// file for each session and one line for each event.
+fn files(
+    study: &Study,
+    live: &[(SessionEntry, Plan)],
+    states: &[(State<'_>, Purpose)],
+) -> Outcome<Vec<(String, String)>> {
+    let mut files = Vec::new();
+    for (name, table) in tables(study, states)? {
+        files.push((name.to_owned(), report::csv(&table)?));
+    }
+    let name = "dictionary.json";
+    let text = document_text(&dictionary(&study.campaign.protocol), Some(Path::new(name)))?;
+    files.push((name.to_owned(), text));
     for (entry, _) in live {
         let mut lines = String::new();
         for link in study.store.events(&entry.key)? {
@@ -106,8 +119,39 @@ fn write_events(study: &Study, live: &[(SessionEntry, Plan)], folder: &Path) -> 
                 ));
             }
         }
-        let name = format!("{}_{}.jsonl", entry.key.participant, entry.key.session);
-        write_text(&folder.join(name), &lines)?;
+        let name = format!(
+            "{EVENTS}/{}_{}.jsonl",
+            entry.key.participant, entry.key.session
+        );
+        files.push((name, lines));
     }
-    Ok(())
+    Ok(files)
+}
+
+/// The sessions `live` with their states.
+fn states<'a>(
+    study: &'a Study,
+    live: &'a [(SessionEntry, Plan)],
+) -> Outcome<Vec<(State<'a>, Purpose)>> {
+    let each = live.iter();
+    each.map(|(entry, plan)| Ok((study.state(plan)?, entry.purpose)))
+        .collect()
+}
+
+/// All files of the study in `folder` as one ZIP file.
+#[cfg(feature = "web")]
+pub(crate) fn zip_of(folder: &Path) -> Outcome<Vec<u8>> {
+    use std::io::{Cursor, Write as _};
+
+    let study = Study::open(folder)?;
+    let live = study.live()?;
+    let states = states(&study, &live)?;
+    let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    let options = zip::write::SimpleFileOptions::default();
+    let failed = |error: zip::result::ZipError| anyhow::Error::new(error);
+    for (name, text) in files(&study, &live, &states)? {
+        zip.start_file(name, options).map_err(failed)?;
+        zip.write_all(text.as_bytes())?;
+    }
+    Ok(zip.finish().map_err(failed)?.into_inner())
 }

@@ -18,7 +18,7 @@ pub(super) mod run;
 #[cfg(feature = "campaign")]
 mod simulate;
 #[cfg(feature = "campaign")]
-mod status;
+pub(crate) mod status;
 #[cfg(feature = "campaign")]
 pub(crate) mod study;
 #[cfg(feature = "campaign")]

@@ -112,7 +112,7 @@ fn people(study: &Study) -> Outcome<&'static str> {
 }
 
 /// How many participants completed the session that the campaign is judged by.
-fn completed(study: &Study) -> Outcome<usize> {
+pub(crate) fn completed(study: &Study) -> Outcome<usize> {
     let session = &study.campaign.protocol.aims.session;
     let completed = study.completed()?;
     Ok(completed

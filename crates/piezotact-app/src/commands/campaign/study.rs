@@ -22,17 +22,17 @@ use crate::output::say;
 
 /// A study with its campaign.
 pub(crate) struct Study {
-    pub(super) store: StudyStore,
+    pub(crate) store: StudyStore,
     pub(crate) campaign: StudyCampaign,
 }
 
 /// A session that was begun.
-pub(super) struct Begun {
-    pub(super) entry: SessionEntry,
+pub(crate) struct Begun {
+    pub(crate) entry: SessionEntry,
     /// Its plan; none where it was erased, or cannot be read.
-    pub(super) plan: Option<Plan>,
+    pub(crate) plan: Option<Plan>,
     /// Why its plan cannot be read.
-    pub(super) unreadable: Option<Failure>,
+    pub(crate) unreadable: Option<Failure>,
 }
 
 impl Study {
@@ -67,7 +67,7 @@ impl Study {
 
     /// The sessions that count: of everybody who has not withdrawn, in the order in which they were begun. Who withdrew in one
     /// session has withdrawn from all, erased or not.
-    pub(super) fn live(&self) -> Outcome<Vec<(SessionEntry, Plan)>> {
+    pub(crate) fn live(&self) -> Outcome<Vec<(SessionEntry, Plan)>> {
         let mut left_out = self.not_erased()?;
         let sessions = self.sessions()?;
         // Whether they withdrew in it is not known.
@@ -115,7 +115,7 @@ impl Study {
     }
 
     /// All sessions, in the order in which they were begun.
-    pub(super) fn sessions(&self) -> Outcome<Vec<Begun>> {
+    pub(crate) fn sessions(&self) -> Outcome<Vec<Begun>> {
         let entries = self.store.sessions()?.into_iter();
         let begun = entries.map(|entry| {
             let (plan, unreadable) = match entry.withdrawn_at_ms {
@@ -147,7 +147,7 @@ impl Study {
     }
 
     /// Where the session of `plan` stands.
-    pub(super) fn state<'a>(&'a self, plan: &'a Plan) -> Outcome<State<'a>> {
+    pub(crate) fn state<'a>(&'a self, plan: &'a Plan) -> Outcome<State<'a>> {
         state_of(&self.store, &self.campaign.protocol, plan).map_err(|error| {
             let session = format!("session {} of {}", plan.session, plan.participant);
             Failure::Data(Error::new(error).context(session))
@@ -276,7 +276,7 @@ pub(super) fn now_ms() -> i64 {
 }
 
 /// `at_ms` as date and time in UTC: `2026-03-01 10:22`.
-pub(super) fn said(at_ms: i64) -> String {
+pub(crate) fn said(at_ms: i64) -> String {
     let at = UNIX_EPOCH + std::time::Duration::from_millis(at_ms.max(0).unsigned_abs());
     let text = humantime::format_rfc3339_seconds(at).to_string();
     text.replace('T', " ").chars().take(16).collect()

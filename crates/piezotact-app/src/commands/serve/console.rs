@@ -16,7 +16,7 @@ use piezotact_web::{
     Answerable, BenchRequest, ConsoleDesk, Field, FieldKind, Live, Procedure, Role, Site, Word,
 };
 
-use super::led::access;
+use super::led::{access, named};
 use super::network::Door;
 use crate::benches::BenchSpec;
 use crate::failure::{Failure, Outcome};

@@ -1,34 +1,35 @@
 //! A session that is led on pages.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::{read_input_text, reads};
 use piezotact_people::campaign::session::Event;
 use piezotact_session::{BenchStimulator, Given, Runner, Stimulator};
-use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, StudyPages, View};
+use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, View};
 
 use super::console;
 use super::network::{Door, Where, write_for_user};
-use crate::commands::campaign::export::answers_of;
+use super::study::{self, OfStudy};
 use crate::commands::campaign::run::{self as session, About, Front, first_command, left, status};
-use crate::commands::matrix::report_of;
-use crate::failure::{Failure, Outcome, sentence, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::live;
 use crate::output::{print, say};
 use crate::progress;
 
 /// The file of the pages that were let in, in the folder of the session.
-const PAGES: &str = "pages.json";
+pub(super) const PAGES: &str = "pages.json";
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// The folder of the study; none for the console of a bench.
-    #[arg(value_name = "STUDY", requires = "session")]
+    #[arg(value_name = "STUDY")]
     study: Option<PathBuf>,
-    /// The participant's pseudonym.
+    /// The participant's pseudonym; none to look at the study alone.
+    #[arg(requires = "session")]
     participant: Option<String>,
     /// The session, by its name in the protocol.
     session: Option<String>,
@@ -50,12 +51,15 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
+    if let (Some(study), None) = (&args.study, &args.participant) {
+        return study::serve(study, args.door.open()?);
+    }
     let (Some(study), Some(participant), Some(session)) =
         (&args.study, &args.participant, &args.session)
     else {
         let bench = args.leading.bench.as_ref().ok_or_else(|| {
             usage(anyhow!(
-                "expected STUDY PARTICIPANT SESSION, which are led on pages, or --bench alone for its console, found neither; `piezotact campaign status STUDY` lists sessions"
+                "expected STUDY PARTICIPANT SESSION, which are led on pages, STUDY alone to look at it, or --bench alone for its console, found none of them; `piezotact campaign status STUDY` lists sessions"
             ))
         })?;
         return console::serve(bench, &args.folder, args.door.open()?);
@@ -117,7 +121,7 @@ impl Front for Pages {
         let codes = [Role::Experimenter, Role::Viewer].map(|role| access.code(role, 0));
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
-        let study = Box::new(OfStudy(args.study.clone()));
+        let study = Arc::new(OfStudy(args.study.clone()));
         let (site, mut desk) =
             Site::new((view, runner.events()?), consent, played_by, access, study);
         let site = match &args.leading.bench {
@@ -171,24 +175,4 @@ pub(super) fn access(name: &str, kept: &Path) -> Outcome<Access> {
     let keep = move |json: &str| write_for_user(&kept, json).map_err(|error| error.to_string());
     let access = Access::new(name, known.as_deref(), Box::new(keep));
     Ok(access.map_err(anyhow::Error::new)?)
-}
-
-/// The study in a folder.
-struct OfStudy(PathBuf);
-
-impl StudyPages for OfStudy {
-    fn matrix(&self) -> Result<String, String> {
-        report_of(&self.0).map_err(said)
-    }
-
-    fn answers(&self) -> Result<String, String> {
-        answers_of(&self.0).map_err(said)
-    }
-}
-
-fn said(failure: Failure) -> String {
-    match failure {
-        Failure::Data(error) | Failure::Usage(error) => sentence(&error),
-        _ => "the command ended".to_owned(),
-    }
 }

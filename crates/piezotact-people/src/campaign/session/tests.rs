@@ -5,6 +5,7 @@ use super::*;
 use piezotact::Doubt;
 
 mod adaptive;
+mod report;
 
 const HOUR_MS: i64 = 3_600_000;
 

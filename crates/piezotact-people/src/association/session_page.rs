@@ -1,0 +1,249 @@
+//! The report of one session: who, what was presented and answered, and what happened besides.
+
+use piezotact::page::{Block, Cell, Column, Number, Page, Table};
+
+use super::tables::{noted, thresholds_table};
+use crate::campaign::plan::TrialKind;
+use crate::campaign::session::{Answer, Event, Participant, Stage, State, TrialState};
+use crate::campaign::store::Purpose;
+
+/// The report of the session with the state `state`, which was made from `events` with their times in ms since 1970-01-01 00:00 UTC.
+///
+/// Source: decision 0080 of this project.
+#[must_use]
+pub fn session_page(state: &State<'_>, events: &[(i64, Event)]) -> Page {
+    let plan = state.plan();
+    let title = format!("Session {} of {}", plan.session, plan.participant);
+    let mut page = Page::new(title, origin(state));
+    page = page.section(
+        "",
+        [Block::Numbers {
+            numbers: numbers(state, events),
+        }],
+    );
+    page = page.section("Trials", [Block::Table(trials(state, events))]);
+    let thresholds = thresholds_table(state);
+    if !thresholds.rows.is_empty() {
+        page = page.section("Thresholds", [Block::Table(thresholds)]);
+    }
+    let happened = happened(events);
+    if !happened.rows.is_empty() {
+        page = page.section("What happened besides", [Block::Table(happened)]);
+    }
+    page.doubts(&state.doubts())
+}
+
+/// Who took part, and as what.
+fn origin(state: &State<'_>) -> String {
+    let purpose = match state.purpose() {
+        Some(Purpose::Rehearsal) => "A rehearsal: it counts in no result.",
+        Some(Purpose::Volunteer) | None => "",
+    };
+    let Participant {
+        sex,
+        age_years,
+        handedness,
+        finger,
+        language: _,
+        judge,
+    } = state.participant();
+    let said = [
+        judge.map(|judge| format!("virtual volunteer (no person), judge {}", judge.name())),
+        sex.clone(),
+        age_years.map(|years| format!("{years} years")),
+        handedness
+            .as_ref()
+            .map(|hand| format!("handedness: {hand}")),
+        finger.as_ref().map(|finger| format!("finger: {finger}")),
+    ];
+    let said: Vec<String> = said.into_iter().flatten().collect();
+    let parts = [state.protocol().title.clone(), said.join(", ")];
+    let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    format!("{}. {purpose}", parts.join(" · "))
+        .trim_end()
+        .to_owned()
+}
+
+/// When the first trial was presented, or the session was begun.
+fn start_ms(events: &[(i64, Event)]) -> i64 {
+    let first = events
+        .iter()
+        .find(|(_, event)| matches!(event, Event::Presented { .. }));
+    first.or(events.first()).map_or(0, |(at_ms, _)| *at_ms)
+}
+
+/// The time `at_ms` after `start_ms` as minutes and seconds; earlier ones have a sign.
+fn clock(at_ms: i64, start_ms: i64) -> String {
+    let s = at_ms.saturating_sub(start_ms) / 1000;
+    let sign = if s < 0 { "−" } else { "" };
+    let s = s.unsigned_abs();
+    format!("{sign}{}:{:02}", s / 60, s % 60)
+}
+
+fn numbers(state: &State<'_>, events: &[(i64, Event)]) -> Vec<Number> {
+    let stage = match state.stage() {
+        _ if state.is_complete() => "complete",
+        Stage::Stopped => "stopped",
+        Stage::Ended => "no consent",
+        Stage::Withdrawn => "withdrawn",
+        Stage::New | Stage::Consent | Stage::Running | Stage::Paused => "under way",
+    };
+    let needed: usize = state.progress().values().map(|(_, needed)| needed).sum();
+    let count = |of: fn(&TrialState) -> usize| -> usize {
+        state.trials().map(|(_, trial)| of(trial)).sum()
+    };
+    let missed = |trial: &TrialState| {
+        trial
+            .evidence
+            .iter()
+            .filter(|(_, one)| one.missed())
+            .count()
+    };
+    let last = state.last_ms().unwrap_or_default();
+    let mut numbers = vec![
+        Number::new(stage, "session"),
+        Number::new(
+            format!("{} of {needed}", state.confirmed()),
+            "trials confirmed",
+        ),
+        Number::new(
+            clock(last, start_ms(events)),
+            "min:s from the first trial to the last event",
+        ),
+        Number::new(
+            count(|trial| trial.corrections.len()).to_string(),
+            "answers corrected",
+        ),
+        Number::new(
+            count(|trial| trial.voided as usize).to_string(),
+            "trials void and repeated",
+        ),
+    ];
+    let played = count(|trial| trial.evidence.len());
+    if played > 0 {
+        let missed = format!("{} of {played}", count(missed));
+        numbers.push(Number::new(missed, "stimuli that missed their target"));
+    }
+    numbers
+}
+
+/// Each trial that was presented, in the order of the plan.
+fn trials(state: &State<'_>, events: &[(i64, Event)]) -> Table {
+    let columns = [
+        ("no.", "number"),
+        ("at (min:s)", "at"),
+        ("task", "task"),
+        ("set", "set"),
+        ("presented", "presented"),
+        ("answer", "answer"),
+        ("time (s)", "seconds"),
+        ("remarks", "remarks"),
+    ];
+    let mut table = Table::new(columns.map(|(heading, name)| Column::new(heading, name)));
+    let start_ms = start_ms(events);
+    for (i, (trial, of)) in state.trials().enumerate() {
+        if of.attempts == 0 {
+            continue;
+        }
+        let names = |answer: &Answer| state.names(trial, answer);
+        let at = of.at_ms[0].map_or(String::new(), |at_ms| clock(at_ms, start_ms));
+        table.rows.push(vec![
+            Cell::from((i + 1).to_string()),
+            Cell::from(at),
+            Cell::from(trial.task.as_str()),
+            Cell::from(trial.set.as_deref().unwrap_or("")),
+            Cell::from(state.presented(trial).join(", ")),
+            Cell::from(noted(of.answer(), &names).replace('|', ", ")),
+            Cell::from(of.seconds().map_or(String::new(), |s| format!("{s:.1}"))),
+            Cell::from(remarks(&trial.kind, of).join("; ")),
+        ]);
+    }
+    table
+}
+
+/// What is out of the ordinary in a trial.
+fn remarks(kind: &TrialKind, of: &TrialState) -> Vec<String> {
+    let mut remarks = Vec::new();
+    match kind {
+        TrialKind::Counted => {}
+        TrialKind::Training { .. } => remarks.push("training".to_owned()),
+        TrialKind::Catch { .. } => remarks.push("catch trial".to_owned()),
+    }
+    let mut add = |many: bool, text: String| {
+        if many {
+            remarks.push(text);
+        }
+    };
+    add(!of.confirmed, "not confirmed".to_owned());
+    add(
+        of.presented_instead.is_some(),
+        "other samples than planned".to_owned(),
+    );
+    let revised = of.answers.len().saturating_sub(1);
+    add(revised > 0, format!("revised {}", times(revised)));
+    for (_, why) in &of.corrections {
+        add(true, format!("corrected: {why}"));
+    }
+    add(of.voided > 0, format!("void {}", times(of.voided as usize)));
+    add(
+        of.interrupted > 0,
+        format!("interrupted {}", times(of.interrupted as usize)),
+    );
+    let felt: Vec<String> = of.plays.iter().map(u32::to_string).collect();
+    add(
+        of.plays.iter().any(|plays| *plays > 1),
+        format!("felt {} times", felt.join(", ")),
+    );
+    let missed = of.evidence.iter().filter(|(_, one)| one.missed()).count();
+    add(missed > 0, format!("target missed {}", times(missed)));
+    remarks
+}
+
+fn times(count: usize) -> String {
+    match count {
+        1 => "once".to_owned(),
+        count => format!("{count} times"),
+    }
+}
+
+/// Notes, pauses, interruptions and what was refused, as they came.
+fn happened(events: &[(i64, Event)]) -> Table {
+    let columns = [("at (min:s)", "at"), ("what", "what")];
+    let mut table = Table::new(columns.map(|(heading, name)| Column::new(heading, name)));
+    let start_ms = start_ms(events);
+    for (at_ms, event) in events {
+        let what = match event {
+            Event::Begun {
+                experimenter,
+                program,
+                ..
+            } => format!("begun by {experimenter} with {program}"),
+            Event::ConsentGiven { .. } => "consent was given".to_owned(),
+            Event::ConsentRefused => "consent was refused".to_owned(),
+            Event::Voided { trial, why } => format!("trial {trial} is void: {why}"),
+            Event::Paused => "pause".to_owned(),
+            Event::WentOn => "the pause ended".to_owned(),
+            Event::Resumed { experimenter } => {
+                format!("resumed by {experimenter} after an interruption")
+            }
+            Event::ResumeRefused { after_hours } => {
+                format!("not resumed: it was left {after_hours:.1} h before")
+            }
+            Event::Note { text } => format!("note: {text}"),
+            Event::Stopped { why } => format!("stopped: {why}"),
+            Event::ConsentWithdrawn => "consent was withdrawn".to_owned(),
+            Event::Ended => "ended".to_owned(),
+            Event::Ignored { command, why } => format!("without effect: {command}: {why}"),
+            Event::Checked { .. }
+            | Event::Presented { .. }
+            | Event::Played { .. }
+            | Event::Answered { .. }
+            | Event::Confirmed { .. }
+            | Event::Corrected { .. } => continue,
+        };
+        table
+            .rows
+            .push(vec![Cell::from(clock(*at_ms, start_ms)), Cell::from(what)]);
+    }
+    table
+}
