@@ -325,7 +325,7 @@ async function main(browser) {
   await page.goto(`${new URL(server.experimenter).origin}/study`);
   await picture(page, "study");
   // The report opens in a window of its own.
-  const [report] = await Promise.all([page.context().waitForEvent("page"), page.click("a[href^='/session']")]);
+  const [report] = await Promise.all([page.context().waitForEvent("page"), page.click("a[href$='session=discrimination']")]);
   await report.waitForSelector("h1");
   const inReport = await report.$$eval("section:nth-of-type(2) tr", (rows) => rows.length - 1);
   expect(inReport >= said.length, `${inReport} trials in the report of the session, ${said.length} answers`);

@@ -324,7 +324,7 @@ fn a_study_is_shown_with_the_reports_of_its_sessions() {
     for words in [
         "P01",
         "naming · stopped before its end",
-        "0 of 8 participants",
+        "0 of 3 participants",
     ] {
         assert!(overview.contains(words), "{words}: {overview}");
     }

@@ -266,7 +266,7 @@ pub(crate) fn experimenter(
                     (step(closed, open, sight, language))
                 }
             }
-            @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Withdrawn) {
+            @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Stopped | ClosedStep::Withdrawn) {
                 section.aside { (aside(open, closed, language)) }
             }
             section.facts {
@@ -274,7 +274,7 @@ pub(crate) fn experimenter(
                 @if role == Role::Experimenter { (paired(pairing, language)) }
                 p {
                     a href="/study" { (w(Word::Sessions)) } " · "
-                    @if closed.step == ClosedStep::Over {
+                    @if matches!(closed.step, ClosedStep::Over | ClosedStep::Stopped) {
                         a href=(study::address(&closed.participant, &closed.session)) target="_blank" { (w(Word::SessionReport)) } " · "
                     }
                     (study::links(language))
@@ -312,6 +312,7 @@ fn sentence(closed: &Closed, open: &Open, language: Language) -> String {
         (ClosedStep::Answer, None) => w(Word::Wait).to_owned(),
         (ClosedStep::End, _) => w(Word::AllDone).to_owned(),
         (ClosedStep::Over, _) => w(Word::Over).to_owned(),
+        (ClosedStep::Stopped, _) => w(Word::StoppedEarly).to_owned(),
         (ClosedStep::Withdrawn, _) => w(Word::Withdrawn).to_owned(),
     }
 }
@@ -372,6 +373,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     (ask(r#"{"do":"end"}"#, w(Word::EndSession), "main"))
                 },
                 ClosedStep::Over => { p.big { (w(Word::Over)) } },
+                ClosedStep::Stopped => { p.big { (w(Word::StoppedEarly)) } },
                 ClosedStep::Withdrawn => { p.big { (w(Word::Withdrawn)) } },
             }
         }
@@ -479,7 +481,7 @@ fn aside(open: &Open, closed: &Closed, language: Language) -> Markup {
                 label { (w(Word::Why)) " " input name="text" autocomplete="off" required; }
                 button type="submit" { (w(Word::Stop)) }
             }
-            (ask_twice(r#"{"do":"withdraw"}"#, w(Word::Withdraw), w(Word::PressAgain)))
+            button.grave type="button" data-ask=(r#"{"do":"withdraw"}"#) data-twice=(w(Word::PressAgain)) { (w(Word::Withdraw)) }
         }
     }
 }

@@ -97,6 +97,12 @@ pub const ROUTES: &[Route] = &[
     },
     Route {
         method: "GET",
+        path: "/favicon.ico",
+        whose: For::Everybody,
+        handler: |_| get(StatusCode::NO_CONTENT),
+    },
+    Route {
+        method: "GET",
         path: "/assets/session.js",
         whose: For::Everybody,
         handler: |_| get(assets::script),

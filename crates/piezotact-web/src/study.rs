@@ -186,8 +186,8 @@ pub(crate) async fn overview(
     study: OfStudy,
 ) -> Read {
     let overview = study.read(|study| study.overview()).await?;
-    let leads = site.led.is_some();
-    let drawn = drawn(&overview, leads, language(&headers));
+    let back = site.led.is_some().then_some("/experimenter");
+    let drawn = drawn(&overview, back, language(&headers));
     Ok(Html(drawn.into_string()).into_response())
 }
 
@@ -240,7 +240,7 @@ pub(crate) fn address(participant: &str, session: &str) -> String {
     format!("/session?participant={participant}&session={session}")
 }
 
-fn drawn(overview: &Overview, leads: bool, language: Language) -> Markup {
+fn drawn(overview: &Overview, back: Option<&str>, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     let (done, planned) = overview.completed;
     let body = html! {
@@ -252,7 +252,7 @@ fn drawn(overview: &Overview, leads: bool, language: Language) -> Markup {
                     @if overview.is_simulated { p.notice { (w(Word::SimulatedStudy)) } }
                     p { (done) " " (w(Word::Of)) " " (planned) " " (w(Word::ParticipantsComplete)) }
                     @if overview.sessions.is_empty() { p { (w(Word::NoSessions)) } } @else { (listed(overview, language)) }
-                    @if leads { p { a href="/experimenter" { (w(Word::Back)) } } }
+                    @if let Some(back) = back { p { a href=(back) { (w(Word::Back)) } } }
                 }
                 section.facts { p { (links(language)) } }
             }

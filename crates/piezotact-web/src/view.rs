@@ -170,6 +170,8 @@ pub enum ClosedStep {
     Answer,
     /// All trials are done.
     End,
+    /// It was stopped before its end.
+    Stopped,
     /// The session is over.
     Over,
     /// The participant has withdrawn.
@@ -477,6 +479,7 @@ fn closed_step(
         Step::Answer { .. } | Step::Confirm { .. } | Step::GoOn => ClosedStep::Answer,
         Step::End => ClosedStep::End,
         Step::Nothing if state.stage() == Stage::Withdrawn => ClosedStep::Withdrawn,
+        Step::Nothing if state.stage() == Stage::Stopped => ClosedStep::Stopped,
         Step::Nothing => ClosedStep::Over,
     }
 }

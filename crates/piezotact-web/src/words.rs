@@ -136,6 +136,9 @@ words! {
     AllDone: "All trials are done.", "Tous les essais sont faits.", "Tutte le prove sono fatte.";
     EndSession: "End the session", "Terminer la session", "Terminare la sessione";
     Over: "The session is over. Thank you.", "La session est terminée. Merci.", "La sessione è terminata. Grazie.";
+    StoppedEarly: "The session was stopped before its end. What was answered is stored.",
+        "La séance a été arrêtée avant la fin. Les réponses données sont enregistrées.",
+        "La sessione è stata fermata prima della fine. Le risposte date sono salvate.";
     Withdrawn: "The participant has withdrawn: erase everything now with piezotact campaign withdraw.",
         "Le participant s'est retiré : effacez tout maintenant avec piezotact campaign withdraw.",
         "Il partecipante si è ritirato: cancelli tutto ora con piezotact campaign withdraw.";
