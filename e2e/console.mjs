@@ -20,8 +20,13 @@ const folder = mkdtempSync(join(tmpdir(), "piezotact-console-"));
 const run = (...words) => execFileSync(program, words, { cwd: folder, encoding: "utf8", stdio: ["ignore", "pipe", "pipe"] });
 const expect = (is, what) => { if (!is) throw new Error(what); };
 
+/// What fails here leaves no server behind.
+const servers = new Set();
+process.on("exit", () => servers.forEach((child) => child.kill("SIGKILL")));
+
 async function serve() {
   const child = spawn(program, "serve --bench twin:participant=2,seed=7 --port 0".split(" "), { cwd: folder, stdio: ["ignore", "pipe", "pipe"] });
+  servers.add(child);
   let out = "";
   let err = "";
   child.stderr.on("data", (text) => { err += text; });

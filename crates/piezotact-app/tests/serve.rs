@@ -12,6 +12,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use crate::client::{Page, Pages};
+use crate::postgres::Server as Database;
 use crate::support::Folder;
 use crate::support::session::{naming, table};
 
@@ -350,4 +351,49 @@ fn a_study_is_shown_with_the_reports_of_its_sessions() {
     }
     run(&folder, "serve study P01 --port 0").expect_failure(2, &["SESSION"]);
     run(&folder, "serve nothing --port 0").expect_failure(1, &["nothing"]);
+}
+
+/// Pages of a study that stations share: the server of the database crashes between two entries, and nothing is lost or stored twice.
+#[test]
+fn pages_lead_a_session_of_a_shared_study() {
+    let database = Database::start("");
+    let url = database.database();
+    let (folder, there) = (Folder::new(), Folder::new());
+    folder.write("protocol.toml", naming(8, "trial_anew"));
+    let new = "campaign new study --protocol protocol.toml --seed 7";
+    run(&folder, &format!("{new} --store {url}")).expect_success();
+    run(&there, &format!("campaign join {url} study")).expect_success();
+    let server = serve(&folder);
+    let page = server.pages.experimenter();
+    assert_eq!(server.pages.ask(&page, r#""do":"consent""#).status, 204);
+    run(&there, "serve study P01 naming --by-hand --port 0")
+        .expect_failure(1, &["run by another program"]);
+    let looking = serving(&there, "serve study --port 0");
+    let look = looking.pages.experimenter();
+    let overview = || {
+        let cookie = [("cookie", look.cookie.as_str())];
+        looking.pages.send("GET", "/study", &cookie, "")
+    };
+    assert!(overview().body.contains("under way"));
+    database.crash();
+    let note = r#""do":"note","text":"the server crashed""#;
+    let at = server.pages.mark(&page);
+    let lost = server.pages.ask_as(&page, ("n", &at), note);
+    assert_eq!(lost.status, 507, "{lost:?}");
+    assert!(lost.body.contains("is not stored"), "{lost:?}");
+    let unread = overview();
+    assert_eq!(unread.status, 422, "{unread:?}");
+    database.start_again();
+    for _ in 0..2 {
+        let stored = server.pages.ask_as(&page, ("n", &at), note);
+        assert_eq!(stored.status, 204, "{stored:?}");
+    }
+    let stop = r#""do":"stop","why":"enough""#;
+    assert_eq!(server.pages.ask(&page, stop).status, 204);
+    assert!(overview().body.contains("stopped before its end"));
+    drop(server);
+    run(&there, "campaign export study --out exported").expect_success();
+    let events = std::fs::read_to_string(there.path("exported/events/P01_naming.jsonl")).unwrap();
+    assert_eq!(events.matches("the server crashed").count(), 1, "{events}");
+    run(&there, "campaign verify-journal study").expect_success();
 }
