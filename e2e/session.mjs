@@ -245,6 +245,8 @@ async function main(browser) {
     const all = await words(own);
     await picture(page, `experimenter-answer-${all.length}`);
     await picture(participant, `participant-answer-${all.length}`);
+    const asked = { fr: "échantillons", it: "campioni" }[locales[1].slice(0, 2)];
+    if (asked) expect((await participant.textContent(".instruction")).includes(asked), `the participant does not read in ${locales[1]} what is asked`);
     if (!done.reload) {
       // Both pages are loaded again in the middle of an answer: it is still there.
       done.reload = true;

@@ -40,7 +40,8 @@ pub use password::{Password, PasswordError};
 pub use server::{For, ROUTES, Route};
 pub use study::{Listed, Overview, Standing, StudyPages};
 pub use view::{
-    Answered, Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
+    Answered, Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, Text,
+    View,
 };
 pub use words::{Language, Word};
 

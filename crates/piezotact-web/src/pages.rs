@@ -164,7 +164,7 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
             (ask(r#"{"do":"confirm"}"#, w(Word::DoneWord), "main"))
         } @else {
             div.draft data-draft=(mark) data-noted=(form.noted.join("\n")) data-least=(least) data-most=(most) data-choose=(distinct) {
-                p.ask { (w(form.ask)) " " (form.more) }
+                p.ask { (w(form.ask)) " " (form.more.in_language(language)) }
                 ol.slots aria-live="polite" {
                     @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
                 }
@@ -217,13 +217,13 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
                 OpenStep::Over => { p.big { (w(Word::Over)) } },
                 OpenStep::Playing(_) => { p.big { (w(Word::Playing)) } },
                 OpenStep::Answer(answer) => {
-                    @if let Some(instruction) = &open.instruction { p.instruction { (instruction) } }
+                    @if let Some(instruction) = &open.instruction { p.instruction { (instruction.in_language(language)) } }
                     (form(answer, &open.mark, language, Keys::None))
                     p.soft { (w(Word::KeysHelp)) }
                 },
                 OpenStep::Confirm { said, form: answer } => {
                     p.big { (w(Word::Noted)) " " b { (said) } }
-                    @if answer.repeats == Repeats::Once { p.soft { (answer.more) } }
+                    @if answer.repeats == Repeats::Once { p.soft { (answer.more.in_language(language)) } }
                     (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                     details {
                         summary { (w(Word::Change)) }
@@ -341,26 +341,26 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     (ask(r#"{"do":"check"}"#, w(Word::ItIsSo), "main"))
                 },
                 ClosedStep::LayOut(samples) => {
-                    (instruction(open))
+                    (instruction(open, language))
                     p.big { (w(Word::LayOut)) }
                     ol.tray.places { @for sample in samples { li { (sample) } } }
                     (ask(present, w(Word::LaidOut), "main"))
                     (instead(closed, language))
                 },
                 ClosedStep::HandOver(sample) => {
-                    (instruction(open))
+                    (instruction(open, language))
                     p.big { (w(Word::HandOver)) " " b.sample { (sample) } }
                     (ask_twice(present, &format!("{}{}{sample}", w(Word::HandedOver), colon(language)), again))
                     (instead(closed, language))
                 },
                 ClosedStep::Play(count) => {
-                    (instruction(open))
+                    (instruction(open, language))
                     (own_order(closed, language))
                     p.big { (w(Word::TexturesOnDevice)) " " (count) @if sight == Sight::Open { ": " (closed.presented.join(", ")) } }
                     (ask(present, w(Word::PlayThem), "main"))
                 },
                 ClosedStep::PlayByHand(names) => {
-                    (instruction(open))
+                    (instruction(open, language))
                     (own_order(closed, language))
                     p.big { (w(Word::PlayByHand)) }
                     ol.tray { @for name in names { li { (name) } } }
@@ -380,8 +380,11 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
     }
 }
 
-fn instruction(open: &Open) -> Markup {
-    html! { @if let Some(text) = &open.instruction { blockquote { (text) } } }
+/// What the participant is asked, to be read out in the participant's language where it is known.
+fn instruction(open: &Open, language: Language) -> Markup {
+    let stated = open.language.as_deref().and_then(Language::of);
+    let language = stated.unwrap_or(language);
+    html! { @if let Some(text) = &open.instruction { blockquote { (text.in_language(language)) } } }
 }
 
 /// What is played: by hand it is needed to play it again, and on a bench it is shown where it was asked for.

@@ -2,9 +2,10 @@
 
 use piezotact::criterion::Outcome;
 use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
+use piezotact_people::campaign::protocol::{Task, TaskWords};
 use piezotact_people::campaign::session::{Answer, Stage, State, Step, TrialState, letters};
 
-use crate::words::Word;
+use crate::words::{Language, Word};
 
 /// What a session shows. A participant's page is made from [`View::open`] alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Open {
     /// How many trials are confirmed, and how many there are.
     pub progress: [usize; 2],
     /// What the participant is asked, word for word, while a trial runs.
-    pub instruction: Option<String>,
+    pub instruction: Option<Text>,
     /// The step.
     pub step: OpenStep,
 }
@@ -65,13 +66,44 @@ impl OpenStep {
     }
 }
 
+/// A text of the protocol, in its own language and in others.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Text {
+    own: String,
+    others: Vec<(Language, String)>,
+}
+
+impl Text {
+    /// The text `own` of `task`, with what `said` finds in the words of other languages.
+    fn of(task: &Task, own: String, said: impl Fn(&TaskWords) -> Option<String>) -> Self {
+        let each = Language::ALL.into_iter();
+        let others = each.filter_map(|one| Some((one, said(task.words_in(one.tag())?)?)));
+        let others = others.collect();
+        Self { own, others }
+    }
+
+    /// It in `language`, or in its own.
+    #[must_use]
+    pub fn in_language(&self, language: Language) -> &str {
+        let found = self.others.iter().find(|(one, _)| *one == language);
+        found.map_or(&self.own, |(_, text)| text)
+    }
+}
+
+impl From<String> for Text {
+    fn from(own: String) -> Self {
+        let others = Vec::new();
+        Self { own, others }
+    }
+}
+
 /// How a trial is answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
     /// What is asked.
     pub ask: Word,
     /// More of it: the ends of an order, or how many at most.
-    pub more: String,
+    pub more: Text,
     /// What can be chosen.
     pub choices: Vec<String>,
     /// The smallest and the largest number of choices.
@@ -230,7 +262,11 @@ impl View {
             mark: mark(state),
             language: state.participant().language.clone(),
             progress: [sum(|(done, _)| *done), sum(|(_, planned)| *planned)],
-            instruction: task.filter(|_| runs).map(|task| task.instruction.clone()),
+            instruction: task.filter(|_| runs).map(|task| {
+                Text::of(task, task.instruction.clone(), |words| {
+                    Some(words.instruction.clone())
+                })
+            }),
             step: open_step(state, &step, consent, played_by),
         };
         let own_order =
@@ -391,22 +427,28 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
     let (ask, more, choices, count, repeats) = match &trial.answer {
         AnswerForm::Done => (
             Word::TouchNow,
-            String::new(),
+            Text::default(),
             choices,
             [0, 0],
             Repeats::Once,
         ),
-        AnswerForm::OneOf { .. } => (Word::Choose, String::new(), choices, [1, 1], Repeats::Once),
+        AnswerForm::OneOf { .. } => (
+            Word::Choose,
+            Text::default(),
+            choices,
+            [1, 1],
+            Repeats::Once,
+        ),
         AnswerForm::EachOfOrder { .. } => (
             Word::ChooseLetters,
-            String::new(),
+            Text::default(),
             choices,
             [elements; 2],
             Repeats::Any,
         ),
         AnswerForm::Each { .. } => (
             Word::ChooseForEach,
-            String::new(),
+            Text::default(),
             choices,
             [elements; 2],
             Repeats::Any,
@@ -414,13 +456,21 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
         AnswerForm::Order { from, to, .. } => {
             let all = choices.len();
             let ends = format!("{from} → {to}");
+            let in_other = |words: &TaskWords| {
+                let (from, to) = (words.from.as_ref()?, words.to.as_ref()?);
+                Some(format!("{from} → {to}"))
+            };
+            let ends = match state.protocol().task(&trial.task) {
+                Some(task) => Text::of(task, ends, in_other),
+                None => ends.into(),
+            };
             (Word::PutInOrder, ends, choices, [all; 2], Repeats::Once)
         }
         AnswerForm::Some { at_most, .. } => {
             let most = at_most.to_string();
             (
                 Word::ChooseUpTo,
-                most,
+                most.into(),
                 choices,
                 [1, *at_most],
                 Repeats::Once,
@@ -429,7 +479,13 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
         AnswerForm::Scale { from, to } => {
             let numbers = (*from..=*to).map(|number| number.to_string());
             let numbers = numbers.take(MOST_NUMBERS).collect();
-            (Word::ANumber, String::new(), numbers, [1, 1], Repeats::Once)
+            (
+                Word::ANumber,
+                Text::default(),
+                numbers,
+                [1, 1],
+                Repeats::Once,
+            )
         }
     };
     Form {

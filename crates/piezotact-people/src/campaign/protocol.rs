@@ -4,6 +4,8 @@ mod check;
 mod library;
 mod method;
 
+use std::collections::BTreeMap;
+
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
@@ -242,6 +244,9 @@ pub struct Task {
     pub title: String,
     /// What the participant is asked, word for word.
     pub instruction: String,
+    /// The same for participants with another language, by its tag (BCP 47), such as `fr`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub in_language: BTreeMap<String, TaskWords>,
     /// What the experimenter confirms before it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub checklist: Vec<String>,
@@ -256,6 +261,34 @@ pub struct Task {
     /// What it asks.
     #[serde(flatten)]
     pub kind: TaskKind,
+}
+
+/// What a participant reads of a task in another language. Answers are noted in the words of the task itself.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TaskWords {
+    /// What the participant is asked, word for word.
+    pub instruction: String,
+    /// The first end of an order.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<String>,
+    /// The other end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub to: Option<String>,
+}
+
+impl Task {
+    /// Its words in the language with the tag `tag` (`fr-CH`), or in the language without a region (`fr`); none where it has only its own.
+    #[must_use]
+    pub fn words_in(&self, tag: &str) -> Option<&TaskWords> {
+        let base = tag.split(['-', '_']).next().unwrap_or_default();
+        let find = |wanted: &str| {
+            let mut all = self.in_language.iter();
+            all.find(|(known, _)| known.eq_ignore_ascii_case(wanted))
+        };
+        find(tag).or_else(|| find(base)).map(|(_, words)| words)
+    }
 }
 
 /// What a task asks.

@@ -1,6 +1,6 @@
 use super::super::plan::AnswerForm;
 use super::super::plan::{Plan, PlanRequest, plan};
-use super::super::protocol::{LIBRARY, Protocol, from_library, read};
+use super::super::protocol::{LIBRARY, Protocol, TaskKind, from_library, read};
 use super::*;
 use piezotact::Doubt;
 
@@ -113,6 +113,26 @@ impl<'a> Run<'a> {
 
     fn current(&self) -> String {
         self.state.current().unwrap().0.name.clone()
+    }
+}
+
+/// Participants who read English, French or Italian read every task of the library in their language.
+#[test]
+fn tasks_of_the_library_are_translated() {
+    for (name, _) in LIBRARY {
+        let protocol = from_library(name).unwrap().unwrap();
+        for task in &protocol.tasks {
+            for tag in ["fr", "it"] {
+                let of = format!("{name}, {}, {tag}", task.name);
+                let words = task.words_in(tag).unwrap_or_else(|| panic!("{of}"));
+                assert_ne!(words.instruction, task.instruction, "{of}");
+                let has_ends = matches!(task.kind, TaskKind::Order { .. });
+                let ends = [&words.from, &words.to];
+                assert!(ends.iter().all(|end| end.is_some() == has_ends), "{of}");
+            }
+            assert_eq!(task.words_in("fr-CH"), task.words_in("FR"));
+            assert_eq!(task.words_in("de"), None);
+        }
     }
 }
 

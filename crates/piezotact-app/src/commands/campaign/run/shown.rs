@@ -97,7 +97,10 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32, played_by: PlayedBy) 
     if let Some(task) = state.protocol().task(&trial.task)
         && first.is_some_and(|(first, _)| first.name == trial.name)
     {
-        let instruction = format!("“{}”", task.instruction);
+        let stated = state.participant().language.as_deref();
+        let words = stated.and_then(|tag| task.words_in(tag));
+        let instruction = words.map_or(&task.instruction, |words| &words.instruction);
+        let instruction = format!("“{instruction}”");
         lines.extend(
             wrapped(&instruction)
                 .into_iter()

@@ -328,6 +328,13 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
         let place = |what: &str| format!("task {}: {what}", task.name);
         check_line(&task.title).map_err(said(place("title")))?;
         check_long(&task.instruction).map_err(said(place("instruction")))?;
+        for (tag, words) in &task.in_language {
+            let place = |what: &str| place(&format!("in_language.{tag}.{what}"));
+            check_long(&words.instruction).map_err(said(place("instruction")))?;
+            for (what, end) in [("from", &words.from), ("to", &words.to)] {
+                check_line(end.as_deref().unwrap_or("–")).map_err(said(place(what)))?;
+            }
+        }
         for item in &task.checklist {
             check_line(item).map_err(said(place("checklist")))?;
         }
