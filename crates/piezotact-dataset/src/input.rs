@@ -27,12 +27,28 @@ pub fn read_input(path: &Path) -> Result<Vec<u8>, ReadError> {
 /// # Errors
 /// As [`read_input`], and when it is no text.
 pub fn read_input_text(path: &Path) -> Result<String, ReadError> {
-    reads::read_to_string(path).map_err(|error| ReadError::io(path, &error))
+    reads::read_to_string(path).map_err(|error| match error.kind() {
+        std::io::ErrorKind::InvalidData => ReadError::content(
+            path,
+            "text in UTF-8",
+            "other bytes",
+            "save it as text; a certificate or a key as PEM",
+        ),
+        _ => ReadError::io(path, &error),
+    })
 }
 
 #[cfg(all(test, unix))]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_no_text_is_called_so() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), [0x30, 0x82, 0xff, 0xfe]).unwrap();
+        let error = read_input_text(file.path()).unwrap_err().to_string();
+        assert!(error.contains("expected text in UTF-8"), "{error}");
+    }
 
     #[test]
     fn devices_and_folders_are_refused_at_once() {
