@@ -432,6 +432,11 @@ fn what_is_not_encrypted_is_led_to_what_is() {
             let reply = pages.send("GET", "/experimenter", &[("host", host), cookie], "");
             assert_eq!(reply.status, 421, "{host}");
         }
+        // Stated twice, each may be read by another program on the way.
+        let own = pages.at.to_string();
+        let twice = [("host", own.as_str()), ("host", own.as_str()), cookie];
+        let reply = pages.send("GET", "/experimenter", &twice, "");
+        assert!([400, 421].contains(&reply.status), "{reply:?}");
         let plain = format!("http://{}", pages.at);
         let form = ("content-type", "application/x-www-form-urlencoded");
         let posted = pages.send("POST", "/enter", &[("origin", &plain), form], "code=x");

@@ -4,7 +4,7 @@ use piezotact::page::{Block, Cell, Column, Number, Page, Table};
 
 use super::tables::{noted, thresholds_table};
 use crate::campaign::plan::TrialKind;
-use crate::campaign::session::{Answer, Event, Participant, Stage, State, TrialState};
+use crate::campaign::session::{Answer, Event, Evidence, Participant, Stage, State, TrialState};
 use crate::campaign::store::Purpose;
 
 /// The report of the session with the state `state`, which was made from `events` with their times in ms since 1970-01-01 00:00 UTC.
@@ -92,13 +92,6 @@ fn numbers(state: &State<'_>, events: &[(i64, Event)]) -> Vec<Number> {
     let count = |of: fn(&TrialState) -> usize| -> usize {
         state.trials().map(|(_, trial)| of(trial)).sum()
     };
-    let missed = |trial: &TrialState| {
-        trial
-            .evidence
-            .iter()
-            .filter(|(_, one)| one.missed())
-            .count()
-    };
     let last = state.last_ms().unwrap_or_default();
     let mut numbers = vec![
         Number::new(stage, "session"),
@@ -121,8 +114,16 @@ fn numbers(state: &State<'_>, events: &[(i64, Event)]) -> Vec<Number> {
     ];
     let played = count(|trial| trial.evidence.len());
     if played > 0 {
-        let missed = format!("{} of {played}", count(missed));
-        numbers.push(Number::new(missed, "stimuli that missed their target"));
+        let missed = count(|trial| playings(trial, Evidence::missed));
+        let open = count(|trial| playings(trial, Evidence::is_open));
+        numbers.push(Number::new(
+            format!("{missed} of {played}"),
+            "stimuli that missed their target",
+        ));
+        numbers.push(Number::new(
+            format!("{open} of {played}"),
+            "stimuli of which it is not decided",
+        ));
     }
     numbers
 }
@@ -194,9 +195,16 @@ fn remarks(kind: &TrialKind, of: &TrialState) -> Vec<String> {
         of.plays.iter().any(|plays| *plays > 1),
         format!("felt {} times", felt.join(", ")),
     );
-    let missed = of.evidence.iter().filter(|(_, one)| one.missed()).count();
+    let missed = playings(of, Evidence::missed);
     add(missed > 0, format!("target missed {}", times(missed)));
+    let open = playings(of, Evidence::is_open);
+    add(open > 0, format!("target not decided {}", times(open)));
     remarks
+}
+
+/// Of how many playings of a trial `is_it` is so.
+fn playings(of: &TrialState, is_it: fn(&Evidence) -> bool) -> usize {
+    of.evidence.iter().filter(|(_, one)| is_it(one)).count()
 }
 
 fn times(count: usize) -> String {

@@ -80,6 +80,12 @@ impl Evidence {
         self.verified != Outcome::Met || self.reached == Outcome::NotMet
     }
 
+    /// Whether it is not known that the stimulus reached its target, and not that it missed it.
+    #[must_use]
+    pub fn is_open(&self) -> bool {
+        !self.missed() && self.reached != Outcome::Met
+    }
+
     /// Whether it was played on a bench that is not real: no person felt it.
     #[must_use]
     pub fn is_simulated(&self) -> bool {

@@ -3,6 +3,8 @@ use super::super::plan::{Plan, PlanRequest, plan};
 use super::super::protocol::{LIBRARY, Protocol, TaskKind, from_library, read};
 use super::*;
 use piezotact::Doubt;
+use piezotact::criterion::Outcome;
+use piezotact::recording::BenchKind;
 
 mod adaptive;
 mod report;
@@ -29,6 +31,28 @@ fn isotropic() -> (Protocol, Plan) {
 fn present() -> Command {
     let evidence = Vec::new();
     Command::Present { evidence }
+}
+
+/// What was measured while `stimulus` was played on `bench`.
+fn playing(stimulus: &str, reached: Outcome, bench: BenchKind) -> Evidence {
+    Evidence {
+        stimulus: stimulus.to_owned(),
+        drive: Sha::of(b"drive"),
+        gain: None,
+        verified: Outcome::Met,
+        reached,
+        criteria: BTreeMap::new(),
+        score_jnd: None,
+        level_re_target_db: None,
+        rendered_at_db: None,
+        normal_force_n: None,
+        onset_s: None,
+        onset_uncertainty_s: None,
+        strokes: 1,
+        bench: Some(bench),
+        recorded: None,
+        journal: None,
+    }
 }
 
 struct Run<'a> {
@@ -549,24 +573,7 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
         let mut state = run.state.clone();
         let trial = plan.trials.iter().find(|trial| trial.task == "task3");
         let trial = trial.unwrap();
-        let one = |stimulus: &String| Evidence {
-            stimulus: stimulus.clone(),
-            drive: Sha::of(b"drive"),
-            gain: None,
-            verified: piezotact::criterion::Outcome::Met,
-            reached: piezotact::criterion::Outcome::Met,
-            criteria: BTreeMap::new(),
-            score_jnd: None,
-            level_re_target_db: None,
-            rendered_at_db: None,
-            normal_force_n: None,
-            onset_s: None,
-            onset_uncertainty_s: None,
-            strokes: 1,
-            bench: Some(bench),
-            recorded: None,
-            journal: None,
-        };
+        let one = |stimulus: &String| playing(stimulus, Outcome::Met, bench);
         let event = Event::Presented {
             trial: trial.name.clone(),
             instead: None,
@@ -576,7 +583,6 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
         state.apply(2_000_000, &event).unwrap();
         (state.doubts(), trial.presented.names().len())
     };
-    use piezotact::recording::BenchKind;
     assert_eq!(felt(BenchKind::Hardware).0, [Doubt::from(under_way())]);
     let (doubts, playings) = felt(BenchKind::Twin);
     let said = doubts[1].kind::<CampaignDoubt>().unwrap().to_string();

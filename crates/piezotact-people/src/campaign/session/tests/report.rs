@@ -87,3 +87,36 @@ fn a_report_of_a_session_without_trials_is_whole() {
     assert_eq!(number(&page, "session"), "no consent");
     assert!(table(&page, "Trials").unwrap().rows.is_empty());
 }
+
+/// A playing whose target is not decided is neither met nor missed.
+#[test]
+fn a_report_does_not_take_what_is_not_decided_for_met() {
+    let (protocol, plan) = isotropic();
+    let mut run = Run::begun(&protocol, &plan);
+    let at = plan.trials.iter().position(|trial| trial.task == "task3");
+    let at = at.unwrap();
+    for _ in 0..at {
+        run.trial();
+    }
+    while let Step::Check { .. } = run.state.step() {
+        run.does(Command::Check);
+    }
+    let stimuli = plan.trials[at].presented.names();
+    let outcomes = [Outcome::NotDecided, Outcome::NotMet];
+    let reached = outcomes.into_iter().chain(std::iter::repeat(Outcome::Met));
+    let each = stimuli.iter().zip(reached);
+    let evidence = each.map(|(one, reached)| playing(one, reached, BenchKind::Hardware));
+    let evidence = evidence.collect();
+    run.does(Command::Present { evidence });
+    let page = session_page(&run.state, &run.events);
+    let all = stimuli.len();
+    let missed = number(&page, "stimuli that missed their target");
+    assert_eq!(missed, format!("1 of {all}"));
+    let open = number(&page, "stimuli of which it is not decided");
+    assert_eq!(open, format!("1 of {all}"));
+    let remarks = &row(table(&page, "Trials").unwrap(), at)[7];
+    assert_eq!(
+        remarks,
+        "not confirmed; target missed once; target not decided once"
+    );
+}
