@@ -122,7 +122,7 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
     );
     holds(
         &session.type_and_read(""),
-        &["trial 2 of 6", "hand over: K"],
+        &["trial 2 of 6", "hand over: K", "(notch left), then Enter"],
     );
     holds(
         &session.type_and_read("/wrong K9"),

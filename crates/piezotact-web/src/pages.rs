@@ -343,13 +343,14 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                 ClosedStep::LayOut(samples) => {
                     (instruction(open, language))
                     p.big { (w(Word::LayOut)) }
-                    ol.tray.places { @for sample in samples { li { (sample) } } }
+                    ol.tray.places { @for sample in samples { li { (sample) (turned(closed, sample)) } } }
                     (ask(present, w(Word::LaidOut), "main"))
                     (instead(closed, language))
                 },
                 ClosedStep::HandOver(sample) => {
                     (instruction(open, language))
                     p.big { (w(Word::HandOver)) " " b.sample { (sample) } }
+                    p { (turned(closed, sample)) }
                     (ask_twice(present, &format!("{}{}{sample}", w(Word::HandedOver), colon(language)), again))
                     (instead(closed, language))
                 },
@@ -387,6 +388,12 @@ fn instruction(open: &Open, language: Language) -> Markup {
     html! { @if let Some(text) = &open.instruction { blockquote { (text.in_language(language)) } } }
 }
 
+/// How `sample` is turned; nothing where the protocol does not say it.
+fn turned(closed: &Closed, sample: &str) -> Markup {
+    let turned = closed.orientation.get(sample);
+    html! { @if let Some(turned) = turned { " " span.soft { "(" (turned) ")" } } }
+}
+
 /// What is played: by hand it is needed to play it again, and on a bench it is shown where it was asked for.
 fn played(closed: &Closed, sight: Sight) -> Markup {
     let is_shown = match closed.played_by {
@@ -418,7 +425,7 @@ fn own_order(closed: &Closed, language: Language) -> Markup {
     html! {
         @if !closed.own_order.is_empty() {
             p { (Word::OwnOrder.in_language(language)) }
-            ol.tray.lettered { @for (letter, sample) in &closed.own_order { li { b { (letter) } " " (sample) } } }
+            ol.tray.lettered { @for (letter, sample) in &closed.own_order { li { b { (letter) } " " (sample) (turned(closed, sample)) } } }
         }
     }
 }

@@ -1,5 +1,7 @@
 //! What pages show of a session: what everybody may see, and what only the experimenter may.
 
+use std::collections::BTreeMap;
+
 use piezotact::criterion::Outcome;
 use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
 use piezotact_people::campaign::protocol::{Task, TaskWords};
@@ -154,6 +156,8 @@ pub struct Closed {
     pub played_by: Option<PlayedBy>,
     /// All samples of the protocol.
     pub samples: Vec<String>,
+    /// How real samples are turned, by the sample, where the protocol says it.
+    pub orientation: BTreeMap<String, String>,
     /// What was measured while each element was played.
     pub evidence: Vec<Measured>,
     /// The confirmed trials, the last first.
@@ -291,6 +295,7 @@ impl View {
                 .map_or_else(Vec::new, |t| state.presented(t)),
             played_by: trial.filter(|trial| is_rendered(trial)).map(|_| played_by),
             samples: state.protocol().samples.clone(),
+            orientation: state.protocol().orientation.clone(),
             evidence: current.map_or_else(Vec::new, |(_, of)| measured(of)),
             answered: answered(state),
             tasks: tasks

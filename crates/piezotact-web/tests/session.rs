@@ -102,6 +102,29 @@ fn what_is_hidden_reaches_no_participant() {
     }
 }
 
+/// How the samples of the tray are turned stands beside them, for the experimenter alone.
+#[test]
+fn the_tray_shows_how_samples_are_turned() {
+    let (mut protocol, plan) = isotropic();
+    let turned = protocol.samples.iter().enumerate();
+    let turned = turned.map(|(i, sample)| (sample.clone(), format!("notch at {i}")));
+    protocol.orientation = turned.collect();
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        while !pages.shown(&experimenter).contains("notch at") {
+            assert!(step(pages, &experimenter), "no tray before an answer");
+        }
+        let shown = pages.shown(&experimenter);
+        for (sample, turned) in &protocol.orientation {
+            let beside = format!("{sample} <span class=\"soft\">({turned})");
+            assert_eq!(shown.matches(&beside).count(), 1, "{beside}: {shown}");
+        }
+        assert!(!pages.shown(&participant).contains("notch at"));
+    });
+}
+
 /// What is pressed twice, sent again, or comes late, is stored once.
 #[test]
 fn each_request_is_stored_once() {

@@ -143,6 +143,7 @@ title = "Five samples from memory"
 source = "a test"
 samples = ["K1", "K2", "K3", "K4", "K5"]
 tray_slots = 5
+orientation = {{ K1 = "notch left", K2 = "notch left", K3 = "notch left", K4 = "notch left", K5 = "notch left" }}
 
 [exploration]
 finger = "dominant index"

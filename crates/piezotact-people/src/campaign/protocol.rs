@@ -37,6 +37,9 @@ pub struct Protocol {
     pub samples: Vec<String>,
     /// How many samples the tray holds.
     pub tray_slots: usize,
+    /// How real samples are turned when they are handed over or laid out, by the sample: `a row of dots along the stroke`.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub orientation: BTreeMap<String, String>,
     /// Rendered stimuli other than the plain one of each sample, which has the sample's name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub stimuli: Vec<Stimulus>,

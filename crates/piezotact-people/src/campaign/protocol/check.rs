@@ -186,6 +186,7 @@ fn check(protocol: &Protocol) -> Result<(), ProtocolError> {
     limits::counts(protocol)?;
     distinct("the samples", "sample", &protocol.samples)?;
     at_least_one("the samples", protocol.samples.len())?;
+    known_samples(protocol, "orientation", protocol.orientation.keys())?;
     at_least_one("tray_slots", protocol.tray_slots)?;
     at_least_one("panel.participants", protocol.panel.participants as usize)?;
     hours(
@@ -593,6 +594,11 @@ mod tests {
             "sample `S4` stands twice in set A",
         );
         says("tray_slots = 14", "tray_slots = 2", "the tray holds 2");
+        says(
+            "tray_slots = 14",
+            "tray_slots = 14\norientation = { S99 = \"notch to the left\" }",
+            "orientation: sample `S99` is not declared",
+        );
         says(
             "lengths = [3, 4]",
             "lengths = [0]",

@@ -111,11 +111,16 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32, played_by: PlayedBy) 
         Presented::Tray { samples } => {
             lines.push("  lay the samples out, from the left:".to_owned());
             let slots = samples.iter().enumerate();
-            lines.extend(side_by_side(slots.map(|(i, s)| format!("{} {s}", i + 1))));
+            lines.extend(side_by_side(
+                slots.map(|(i, s)| format!("{} {s}{}", i + 1, turned(state, s))),
+            ));
             lines.push("  then Enter".to_owned());
         }
         Presented::Sample { sample } => {
-            lines.push(format!("  hand over: {sample}, then Enter"));
+            lines.push(format!(
+                "  hand over: {sample}{}, then Enter",
+                turned(state, sample)
+            ));
         }
         _ => {
             let count = state.presented(trial).len();
@@ -140,6 +145,12 @@ fn present(state: &State<'_>, trial: &Trial, attempt: u32, played_by: PlayedBy) 
         lines,
         prompt: "present>",
     }
+}
+
+/// How `sample` is turned, in brackets; nothing where the protocol does not say it.
+fn turned(state: &State<'_>, sample: &str) -> String {
+    let turned = state.protocol().orientation.get(sample);
+    turned.map_or_else(String::new, |turned| format!(" ({turned})"))
 }
 
 /// Where the participant's own A, B, C lie; nothing where samples have their names.

@@ -324,6 +324,9 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
     for one in &protocol.decided_here {
         check_long(one).map_err(said("decided_here".to_owned()))?;
     }
+    for (sample, turned) in &protocol.orientation {
+        check_line(turned).map_err(said(format!("orientation.{sample}")))?;
+    }
     for task in &protocol.tasks {
         let place = |what: &str| format!("task {}: {what}", task.name);
         check_line(&task.title).map_err(said(place("title")))?;
