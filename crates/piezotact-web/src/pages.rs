@@ -349,8 +349,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                 },
                 ClosedStep::HandOver(sample) => {
                     (instruction(open, language))
-                    p.big { (w(Word::HandOver)) " " b.sample { (sample) } }
-                    p { (turned(closed, sample)) }
+                    p.big { (w(Word::HandOver)) " " b.sample { (sample) } (turned(closed, sample)) }
                     (ask_twice(present, &format!("{}{}{sample}", w(Word::HandedOver), colon(language)), again))
                     (instead(closed, language))
                 },

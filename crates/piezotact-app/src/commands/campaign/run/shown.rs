@@ -160,9 +160,9 @@ fn own_order(state: &State<'_>, trial: &Trial) -> Vec<String> {
     }
     let mut lines = vec!["  on the tray, in the participant's order:".to_owned()];
     let places = state.choices(trial).into_iter();
-    lines.extend(side_by_side(
-        places.map(|(letter, sample)| format!("{letter} {sample}")),
-    ));
+    lines.extend(side_by_side(places.map(|(letter, sample)| {
+        format!("{letter} {sample}{}", turned(state, &sample))
+    })));
     lines
 }
 
