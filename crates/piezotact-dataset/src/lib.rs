@@ -6,6 +6,7 @@
 
 mod answers;
 mod atomic;
+pub mod bids;
 mod commas;
 mod contact_map;
 mod csv_table;
@@ -51,7 +52,7 @@ pub use felt_folder::{FeltFile, felt_files};
 pub use input::{open_input, read_input, read_input_text};
 pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,
-    set_aside_path,
+    set_aside_path, write_recording,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};

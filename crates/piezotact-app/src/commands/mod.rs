@@ -1,5 +1,6 @@
 //! One module for each command.
 
+mod bids;
 mod campaign;
 mod characterise;
 mod demo;
@@ -185,6 +186,8 @@ commands! {
     Matrix(matrix::Arguments) => matrix::run,
     /// Designs campaigns with volunteers: protocols, the check of a design, the data dictionary.
     Campaign(campaign::Campaign) => campaign::run,
+    /// Exports, imports and checks studies in the Brain Imaging Data Structure (BIDS), which other programs open.
+    Bids(bids::Bids) => bids::run,
     /// Leads a session with a participant on pages of a browser (experimenter, participant, one to look on), shows a study, or opens the console of a bench.
     #[command(
         after_help = "A session is the same as that of `piezotact campaign run`, which goes on with it, and the other way round. STUDY alone shows\nits sessions with their reports, matrices and tables. Without STUDY, --bench opens the console of that\nbench. The pages are served on this machine only, unless --network opens them to others; the addresses that are printed\nhold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7\n  piezotact serve study P01 discrimination --by-hand --network 192.168.1.10 --password password.txt\n  piezotact serve --bench twin:participant=1,seed=7"

@@ -17,7 +17,7 @@ use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{About, Annotations, Clock, Event};
+use piezotact::recording::{About, Annotations, Clock, Event, Recording};
 use piezotact::run::{Ended, RunStart};
 use serde::{Deserialize, Serialize};
 
@@ -195,6 +195,48 @@ fn write_parquet(
         }
         writer.finish().map_err(failed)
     })
+}
+
+/// Writes `recording` to `path` as a Parquet file, whole or not at all.
+///
+/// # Errors
+/// [`WriteError::Io`] where the operating system refuses.
+pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), WriteError> {
+    let clocks = recording.stated_clocks();
+    let channels = recording.channels();
+    let start = StartDocument {
+        format: match clocks.as_slice() {
+            [] => StartDocument::FORMAT,
+            _ => StartDocument::FORMAT_WITH_CLOCKS,
+        },
+        rate_hz: recording.rate(),
+        channels: channels
+            .iter()
+            .map(|channel| (channel.name.clone(), channel.unit.clone()))
+            .collect(),
+        about: recording.about.clone(),
+        annotations: recording.annotations.clone(),
+        clocks,
+        setup: None,
+        rendering: None,
+        label: None,
+        drive: None,
+    };
+    let fingerprints: Vec<Fingerprint> = channels
+        .iter()
+        .map(|channel| Fingerprint::of(&channel.samples))
+        .collect();
+    let end = EndDocument {
+        samples: recording.len(),
+        fingerprint: Some(Fingerprint::all(&fingerprints)),
+        start_fingerprint: None,
+        doubts: Vec::new(),
+        events: Vec::new(),
+        ended: None,
+    };
+    let samples = channels.iter().map(|channel| channel.samples.clone());
+    let whole = std::iter::once(Ok(samples.collect()));
+    write_parquet(path, &start, &end, whole)
 }
 
 /// The journal of the recording at `path`: `NAME.part`.

@@ -5,6 +5,7 @@
 
 mod answer;
 mod asked;
+mod behaviour;
 mod compared;
 mod confused;
 mod document;
@@ -19,6 +20,11 @@ mod tables;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use asked::{Asked, AskedTask};
+pub use behaviour::{
+    BETWEEN, Behaviour, BehaviourError, BehaviourMeanings, ReadBehaviour, StimulusFiles, behaviour,
+    behaviour_meanings, evidence_of_behaviour, is_recorded, person_meanings, playing_events,
+    read_behaviour, trials_of_behaviour,
+};
 pub use compared::{CompareError, Compared, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
 pub use document::{

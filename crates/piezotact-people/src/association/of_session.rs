@@ -63,7 +63,7 @@ pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
 }
 
 /// The rows of one trial that is answered with `names`.
-fn of_trial(
+pub(super) fn of_trial(
     state: &State<'_>,
     (trial, trial_state): (&Trial, &TrialState),
     names: &[String],
@@ -136,13 +136,17 @@ fn in_order(protocol: &Protocol, samples: &[String], key: OrderKey) -> Option<Ve
 }
 
 /// The samples that can be answered to `trial`.
-fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
+pub(super) fn offered(state: &State<'_>, trial: &Trial) -> Vec<String> {
     let choices = state.choices(trial).into_iter();
     choices.map(|(_, sample)| sample).collect()
 }
 
 /// What was wrong with an element of a trial. The samples of an order are felt together: a wrong one on the tray is wrong for all.
-fn flags((session, trial): (&State<'_>, &Trial), state: &TrialState, element: usize) -> Vec<Flag> {
+pub(super) fn flags(
+    (session, trial): (&State<'_>, &Trial),
+    state: &TrialState,
+    element: usize,
+) -> Vec<Flag> {
     let mut flags = Vec::new();
     // Virtual volunteers have nothing else.
     if session.participant().judge.is_none()

@@ -5,8 +5,7 @@ use piezotact::page::{Cell, Column, Table};
 
 use super::answer::{Answer, Declared, Purpose};
 use crate::campaign::dictionary::ANSWER_COLUMNS;
-use crate::campaign::plan::TrialKind;
-use crate::campaign::session::{Answer as Noted, State};
+use crate::campaign::session::{Answer as Noted, Evidence, State, TrialState};
 use crate::campaign::store;
 use crate::campaign::text::cell;
 
@@ -47,12 +46,12 @@ pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
     table
 }
 
-fn table(names: &[&str]) -> Table {
+pub(super) fn table(names: &[&str]) -> Table {
     Table::new(names.iter().map(|&name| Column::new(name, name)))
 }
 
 /// The columns of the table of trials.
-const OF_TRIALS: [&str; 24] = [
+pub(super) const OF_TRIALS: [&str; 24] = [
     "participant",
     "session",
     "number",
@@ -114,11 +113,7 @@ pub fn trials_table<'a>(
                 Cell::from(trial.name.as_str()),
                 Cell::from(trial.task.as_str()),
                 Cell::from(trial.set.as_deref().unwrap_or("")),
-                Cell::from(match trial.kind {
-                    TrialKind::Counted => "counted",
-                    TrialKind::Training { .. } => "training",
-                    TrialKind::Catch { .. } => "catch",
-                }),
+                Cell::from(trial.kind.word()),
                 Cell::from(planned),
                 Cell::from(presented),
                 Cell::from(noted(of.answer(), &|one| state.names(trial, one))),
@@ -130,10 +125,7 @@ pub fn trials_table<'a>(
                 Cell::from(of.attempts.to_string()),
                 Cell::from(of.interrupted.to_string()),
                 Cell::from(of.voided.to_string()),
-                Cell::from(match of.evidence.iter().any(|(_, one)| one.missed()) {
-                    true => "yes",
-                    false => "no",
-                }),
+                Cell::from(missed_target(of)),
                 Cell::from(time(of.at_ms[0])),
                 Cell::from(time(of.at_ms[1])),
                 Cell::from(seconds),
@@ -155,6 +147,24 @@ pub(super) fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String
     }
 }
 
+/// The criteria that a playing did not meet, with | between.
+pub(super) fn criteria_not_met(one: &Evidence) -> String {
+    let not_met = one.criteria.iter();
+    let not_met = not_met.filter(|(_, outcome)| **outcome == Outcome::NotMet);
+    let not_met: Vec<&str> = not_met.map(|(name, _)| name.as_str()).collect();
+    not_met.join("|")
+}
+
+/// Whether a playing of a trial missed its target: `yes`, `no`, or `not decided` of one and `yes` of none.
+pub(super) fn missed_target(of: &TrialState) -> &'static str {
+    let all = || of.evidence.iter().map(|(_, one)| one);
+    match (all().any(Evidence::missed), all().any(Evidence::is_open)) {
+        (true, _) => "yes",
+        (false, true) => "not decided",
+        (false, false) => "no",
+    }
+}
+
 fn word_of(purpose: store::Purpose) -> &'static str {
     match purpose {
         store::Purpose::Rehearsal => "yes",
@@ -162,39 +172,39 @@ fn word_of(purpose: store::Purpose) -> &'static str {
     }
 }
 
+/// The columns of the table of evidence.
+pub(super) const OF_EVIDENCE: [&str; 19] = [
+    "participant",
+    "session",
+    "trial",
+    "element",
+    "stimulus",
+    "drive_sha256",
+    "gain",
+    "verified",
+    "reached",
+    "criteria_not_met",
+    "score_jnd",
+    "level_re_target_db",
+    "rendered_at_db",
+    "normal_force_n",
+    "onset_s",
+    "onset_uncertainty_s",
+    "strokes",
+    "journal",
+    "judge",
+];
+
 /// What was measured at every playing of the sessions `states`, with a row for each.
 ///
 /// Source: decision 0069 of this project.
 #[must_use]
 pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Table {
-    let mut table = table(&[
-        "participant",
-        "session",
-        "trial",
-        "element",
-        "stimulus",
-        "drive_sha256",
-        "gain",
-        "verified",
-        "reached",
-        "criteria_not_met",
-        "score_jnd",
-        "level_re_target_db",
-        "rendered_at_db",
-        "normal_force_n",
-        "onset_s",
-        "onset_uncertainty_s",
-        "strokes",
-        "journal",
-        "judge",
-    ]);
+    let mut table = table(&OF_EVIDENCE);
     let number = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     for state in states {
         for (trial, of) in state.trials() {
             for (element, one) in &of.evidence {
-                let not_met = one.criteria.iter();
-                let not_met = not_met.filter(|(_, outcome)| **outcome == Outcome::NotMet);
-                let not_met: Vec<&str> = not_met.map(|(name, _)| name.as_str()).collect();
                 table.rows.push(vec![
                     Cell::from(state.plan().participant.as_str()),
                     Cell::from(state.plan().session.as_str()),
@@ -205,7 +215,7 @@ pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Ta
                     Cell::from(cell(one.gain.as_deref().unwrap_or("")).into_owned()),
                     Cell::from(one.verified.word()),
                     Cell::from(one.reached.word()),
-                    Cell::from(not_met.join("|")),
+                    Cell::from(criteria_not_met(one)),
                     Cell::from(number(one.score_jnd)),
                     Cell::from(number(one.level_re_target_db)),
                     Cell::from(number(one.rendered_at_db)),

@@ -40,6 +40,9 @@ pub struct ColumnMeaning {
     /// The values that it can have, with their meaning; absent where they are not listed.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub levels: BTreeMap<String, String>,
+    /// What stands between several values in a cell; absent where a cell has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub delimiter: Option<String>,
 }
 
 /// The columns of a task.

@@ -99,6 +99,16 @@ pub enum TrialKind {
 }
 
 impl TrialKind {
+    /// The kind as it stands in tables: `counted`.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Counted => "counted",
+            Self::Training { .. } => "training",
+            Self::Catch { .. } => "catch",
+        }
+    }
+
     /// Whether the answer is analysed.
     #[must_use]
     pub fn is_counted(&self) -> bool {

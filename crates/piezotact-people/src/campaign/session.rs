@@ -37,6 +37,8 @@ pub struct TrialState {
     pub plays: Vec<u32>,
     /// What was measured while an element was played, with the element, in the order of the plays.
     pub evidence: Vec<(usize, Evidence)>,
+    /// When each of these was noted, directly after it was played, in ms since 1970-01-01 00:00 UTC.
+    pub played_ms: Vec<i64>,
     /// The answers in the order in which they were given; the last one counts.
     pub answers: Vec<Answer>,
     /// For each answer how often the participant's own order, which its letters stand for, had been corrected when it was given; for
@@ -183,6 +185,7 @@ pub struct State<'a> {
     ignored: u32,
     /// Times at which the clock of the computer jumped back, in ms.
     jumps_back_ms: Vec<i64>,
+    began_ms: Option<i64>,
     last_ms: Option<i64>,
     events: u64,
 }
@@ -227,6 +230,7 @@ impl<'a> State<'a> {
             checked: BTreeSet::new(),
             ignored: 0,
             jumps_back_ms: Vec::new(),
+            began_ms: None,
             last_ms: None,
             events: 0,
         }
@@ -281,6 +285,12 @@ impl<'a> State<'a> {
     /// The trials with their states, in the order of the plan.
     pub fn trials(&self) -> impl Iterator<Item = (&'a Trial, &TrialState)> {
         self.plan.trials.iter().zip(&self.trials)
+    }
+
+    /// When it was begun, in ms since 1970-01-01 00:00 UTC; `None` before.
+    #[must_use]
+    pub fn began_ms(&self) -> Option<i64> {
+        self.began_ms
     }
 
     /// When the last event was, in ms since 1970-01-01 00:00 UTC.
@@ -378,7 +388,16 @@ impl<'a> State<'a> {
     pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), ReplayError> {
         self.take(event)?;
         if let Event::Presented { trial, .. } = event {
-            self.trial_state(trial)?.at_ms[0] = Some(at_ms);
+            let state = self.trial_state(trial)?;
+            state.at_ms[0] = Some(at_ms);
+            state.played_ms.clear();
+        }
+        if let Event::Presented { trial, .. } | Event::Played { trial, .. } = event {
+            let state = self.trial_state(trial)?;
+            state.played_ms.resize(state.evidence.len(), at_ms);
+        }
+        if matches!(event, Event::Begun { .. }) {
+            self.began_ms = Some(at_ms);
         }
         if let Event::Confirmed { trial } = event {
             self.trial_state(trial)?.at_ms[1] = Some(at_ms);

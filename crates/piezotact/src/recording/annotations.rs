@@ -145,6 +145,15 @@ pub enum EventValue {
     Text(String),
 }
 
+impl fmt::Display for EventValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Text(text) => f.write_str(text),
+        }
+    }
+}
+
 /// A date and a time of day in the form of RFC 3339, such as `2024-03-01T10:22:33.5+01:00`. The offset is absent if the time zone
 /// of the clock is unknown.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

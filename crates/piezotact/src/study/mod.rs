@@ -19,7 +19,7 @@ pub use comparison::{
 pub use document::*;
 pub use error::{NoStrokes, StudyError};
 pub use grouping::{By, Group};
-pub use table::{cuts_table, strokes_table};
+pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{Naming, Recorded, Stated, Take, cut};
 pub use words::doubts_in_words;
 

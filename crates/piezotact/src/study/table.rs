@@ -123,6 +123,71 @@ const CUTS_NAMES: [&str; 8] = [
     "reason",
 ];
 
+/// What happened in the recording of `take`, one row for each stroke (its analysed part), rejected part and event that the recording
+/// states, by their onsets in s after the first sample of the recording, of which the take's first sample is `from_s` later.
+///
+/// Source: BIDS 1.11, task events, for `onset`, `duration`, `trial_type` and `value`; decision 0081 of this project for the others.
+#[must_use]
+pub fn events_table(take: &Take, from_s: f64) -> Table {
+    let mut table = table(EVENT_NAMES.map(str::to_owned).to_vec());
+    let s = |sample: usize| from_s + take.seconds(sample);
+    let span = |from: usize, to: usize| [s(from), take.seconds(to.saturating_sub(from))];
+    let mut rows: Vec<(f64, Vec<Cell>)> = Vec::new();
+    for (i, stroke) in take.segmentation.strokes.iter().enumerate() {
+        let [onset_s, lasts_s] = span(stroke.steady.start, stroke.steady.end);
+        let contact_s = span(stroke.contact.start, stroke.contact.end);
+        let mut row = vec![
+            Cell::from(onset_s),
+            Cell::from(lasts_s),
+            Cell::from("stroke"),
+            Cell::from((i + 1) as f64),
+        ];
+        row.extend(contact_s.map(Cell::from));
+        row.extend([
+            Cell::from(code(&stroke.cut_by)),
+            Cell::Missing(()),
+            Cell::Missing(()),
+        ]);
+        rows.push((onset_s, row));
+    }
+    let others = |kind: &str| {
+        let mut row = vec![Cell::from(kind)];
+        row.resize(EVENT_NAMES.len() - 2, Cell::Missing(()));
+        row
+    };
+    for rejected in &take.segmentation.rejected {
+        let [onset_s, lasts_s] = span(rejected.interval.start, rejected.interval.end);
+        let mut row = vec![Cell::from(onset_s), Cell::from(lasts_s)];
+        row.extend(others("rejected"));
+        row[EVENT_NAMES.len() - 2] = Cell::from(rejected.reason.to_string());
+        rows.push((onset_s, row));
+    }
+    for event in &take.recording.annotations.events {
+        let onset_s = from_s + event.onset_s.0;
+        let mut row = vec![Cell::from(onset_s), Cell::from(event.duration_s.0)];
+        row.extend(others(&event.kind));
+        let value = event.value.as_ref();
+        row[EVENT_NAMES.len() - 1] = text(value.map(ToString::to_string));
+        rows.push((onset_s, row));
+    }
+    rows.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+    table.rows = rows.into_iter().map(|(_, row)| row).collect();
+    table
+}
+
+/// The columns of [`events_table`].
+pub const EVENT_NAMES: [&str; 9] = [
+    "onset",
+    "duration",
+    "trial_type",
+    "stroke",
+    "contact_onset",
+    "contact_duration",
+    "cut_by",
+    "reason",
+    "value",
+];
+
 /// The features of every stroke of `takes`, one row for each, in SI units; an empty cell for what was not measured.
 ///
 /// Source: tidy data, H. Wickham (2014), J. Stat. Softw. 59(10).

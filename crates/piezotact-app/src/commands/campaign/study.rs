@@ -232,7 +232,7 @@ impl Study {
     }
 
     /// The thresholds of adaptive comparisons, one row for each run.
-    pub(super) fn thresholds(&self) -> Outcome<Table> {
+    pub(crate) fn thresholds(&self) -> Outcome<Table> {
         let mut rows = Vec::new();
         for (_, plan) in self.live()? {
             rows.extend(thresholds_table(&self.state(&plan)?).rows);

@@ -1,0 +1,238 @@
+//! `piezotact bids check`: what is wrong with a data set, by our own check and by the official validator where it is installed.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use clap::{Args, ValueEnum};
+use piezotact::criterion::Outcome as Judged;
+use piezotact::document::Content;
+use piezotact::number::counted;
+use piezotact_dataset::bids::{Checked, check};
+use serde::Serialize;
+
+use crate::failure::{Failure, Outcome};
+use crate::output::{print, print_document, say};
+
+/// The official validator, as its package calls it.
+const VALIDATOR: &str = "bids-validator-deno";
+/// How long it may take.
+const PATIENCE: Duration = Duration::from_secs(600);
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The folder of the data set.
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+    /// Whether the official validator is asked too, where it is installed.
+    #[arg(long, value_enum, default_value = "if-installed")]
+    second_opinion: SecondOpinion,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Whether the official validator is asked.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum SecondOpinion {
+    /// Where it is installed.
+    IfInstalled,
+    /// Never.
+    None,
+}
+
+/// What both found.
+#[derive(Debug, Serialize)]
+struct Opinions {
+    #[serde(flatten)]
+    checked: Checked,
+    /// What the official validator found; absent where it was not asked or is not installed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    validator: Option<Validator>,
+}
+
+impl Content for Opinions {
+    const SCHEMA: &'static str = Checked::SCHEMA;
+}
+
+/// What the official validator found.
+#[derive(Debug, Serialize)]
+struct Validator {
+    /// Its name.
+    program: &'static str,
+    /// Errors, each with its file.
+    errors: Vec<String>,
+    /// How many warnings.
+    warnings: usize,
+    /// Why nothing is known of it; absent where it gave an answer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    failed: Option<String>,
+}
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    let checked = check(&args.folder)?;
+    let validator = match args.second_opinion {
+        SecondOpinion::IfInstalled => second_opinion(&args.folder),
+        SecondOpinion::None => None,
+    };
+    let opinions = Opinions { checked, validator };
+    match args.json {
+        true => print_document(&opinions)?,
+        false => shown(args, &opinions)?,
+    }
+    let errors = opinions
+        .validator
+        .as_ref()
+        .is_some_and(|other| !other.errors.is_empty());
+    match (opinions.checked.outcome, errors) {
+        (Judged::NotMet, _) | (_, true) => Err(Failure::NotPassed),
+        (Judged::NotDecided, _) => Err(Failure::NotDecided),
+        (Judged::Met, false) => Ok(()),
+    }
+}
+
+fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
+    let Opinions { checked, validator } = opinions;
+    for problem in &checked.problems {
+        print(&problem.to_string())?;
+    }
+    if checked.more > 0 {
+        print(&format!("… and {} more of the same kinds", checked.more))?;
+    }
+    let read = format!(
+        "{} and {}",
+        counted(checked.tables, "table"),
+        counted(checked.signals, "file of signals")
+    );
+    let folder = args.folder.display();
+    print(&match checked.outcome {
+        Judged::Met => format!("{folder}: nothing wrong was found in {read}"),
+        Judged::NotMet => format!(
+            "{folder}: {} found in {read}",
+            counted(checked.problems.len() + checked.more, "problem")
+        ),
+        Judged::NotDecided => {
+            format!("{folder}: nothing could be checked: no table and no signals")
+        }
+    })?;
+    if !checked.not_read.is_empty() {
+        let kinds = checked.not_read.iter();
+        let kinds: Vec<String> = kinds
+            .map(|(kind, count)| format!("{count} of {kind}"))
+            .collect();
+        print(&format!(
+            "not read, as this check does not know their contents: files {}",
+            kinds.join(", ")
+        ))?;
+    }
+    match validator {
+        None => {}
+        Some(Validator {
+            failed: Some(why), ..
+        }) => say(&format!("{VALIDATOR}: {why}")),
+        Some(validator) => {
+            for error in &validator.errors {
+                print(&format!("{VALIDATOR}: {error}"))?;
+            }
+            print(&format!(
+                "{VALIDATOR}: {} and {}",
+                counted(validator.errors.len(), "error"),
+                counted(validator.warnings, "warning")
+            ))?;
+        }
+    }
+    Ok(())
+}
+
+/// What the official validator says; `None` where it is not installed.
+fn second_opinion(folder: &Path) -> Option<Validator> {
+    let mut child = Command::new(VALIDATOR)
+        .args(["--format", "json", "--max-rows", "-1"])
+        .arg(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .ok()?;
+    let failed = |why: String| {
+        Some(Validator {
+            program: VALIDATOR,
+            errors: Vec::new(),
+            warnings: 0,
+            failed: Some(why),
+        })
+    };
+    let Some(mut out) = child.stdout.take() else {
+        return failed("expected its answer, found none; run it by hand".into());
+    };
+    let reading = std::thread::spawn(move || {
+        let mut text = String::new();
+        std::io::Read::read_to_string(&mut out, &mut text).map(|_| text)
+    });
+    let began = Instant::now();
+    while child.try_wait().ok()?.is_none() {
+        if began.elapsed() > PATIENCE {
+            let _ended = child.kill();
+            let _reaped = child.wait();
+            return failed(format!(
+                "expected its answer within {} s, found none; run it by hand",
+                PATIENCE.as_secs()
+            ));
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let text = reading.join().ok()?.ok()?;
+    match issues(&text) {
+        Some((errors, warnings)) => Some(Validator {
+            program: VALIDATOR,
+            errors,
+            warnings,
+            failed: None,
+        }),
+        None => failed("expected its answer as JSON, found another text; run it by hand".into()),
+    }
+}
+
+/// Its errors and the number of its warnings.
+fn issues(text: &str) -> Option<(Vec<String>, usize)> {
+    let value: serde_json::Value = serde_json::from_str(text.trim()).ok()?;
+    let issues = value.get("issues")?.get("issues")?.as_array()?;
+    let of = |issue: &serde_json::Value, key: &str| {
+        issue
+            .get(key)
+            .and_then(|text| text.as_str())
+            .unwrap_or_default()
+            .to_owned()
+    };
+    let (errors, warnings): (Vec<_>, Vec<_>) = issues
+        .iter()
+        .partition(|issue| of(issue, "severity") == "error");
+    let errors = errors.into_iter().map(|issue| {
+        let parts = ["code", "subCode", "issueMessage"].map(|key| of(issue, key));
+        let parts: Vec<&str> = parts
+            .iter()
+            .map(String::as_str)
+            .filter(|part| !part.is_empty())
+            .collect();
+        format!("{}: {}", of(issue, "location"), parts.join(", "))
+    });
+    Some((errors.collect(), warnings.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_of_the_official_validator_are_told_from_warnings() {
+        let text = r#"{"issues":{"issues":[
+            {"code":"NOT_INCLUDED","location":"/odd.txt","severity":"error"},
+            {"code":"TOO_FEW_AUTHORS","location":"/dataset_description.json","severity":"warning"}]}}"#;
+        let (errors, warnings) = issues(text).unwrap();
+        assert_eq!(
+            (errors.as_slice(), warnings),
+            (&["/odd.txt: NOT_INCLUDED".to_owned()][..], 1)
+        );
+        assert!(issues("not JSON").is_none() && issues("{}").is_none());
+    }
+}

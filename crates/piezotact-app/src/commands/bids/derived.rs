@@ -1,0 +1,367 @@
+//! What was computed of a study, as values that a data set holds beside the measured ones.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::page::{Cell, Column, Table};
+use piezotact::quantity::{Acceleration, Drive};
+use piezotact::study::{Take, strokes_table};
+use piezotact_dataset::bids::Derived;
+use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, read_transfer};
+use piezotact_people::association::{
+    AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
+};
+use piezotact_people::campaign::dictionary::ColumnMeaning;
+use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::readiness::stimuli_of;
+use serde_json::json;
+
+use crate::commands::campaign::study::Study;
+use crate::commands::prepare::file_name;
+use crate::commands::verify::verified;
+use crate::failure::{Failure, Outcome, usage};
+
+/// A derived value with everything that it is written with.
+pub(super) struct Owned {
+    of: Option<(String, String)>,
+    task: Option<String>,
+    sample: Option<String>,
+    desc: &'static str,
+    suffix: &'static str,
+    table: Table,
+    columns: BTreeMap<String, ColumnMeaning>,
+    description: &'static str,
+    provenance: serde_json::Value,
+    sources: Vec<String>,
+}
+
+impl Owned {
+    pub(super) fn borrowed(&self) -> Derived<'_> {
+        Derived {
+            of: (self.of.as_ref())
+                .map(|(participant, session)| (participant.as_str(), session.as_str())),
+            task: self.task.as_deref(),
+            sample: self.sample.as_deref(),
+            desc: self.desc,
+            suffix: self.suffix,
+            table: &self.table,
+            columns: self.columns.clone(),
+            description: self.description,
+            provenance: self.provenance.clone(),
+            sources: self.sources.clone(),
+        }
+    }
+}
+
+/// Meanings of columns, each with its unit; an empty unit is none.
+fn meanings(of: &[(&str, &str, &str)]) -> BTreeMap<String, ColumnMeaning> {
+    of.iter()
+        .map(|(name, unit, description)| {
+            let meaning = ColumnMeaning {
+                description: (*description).to_owned(),
+                units: (!unit.is_empty()).then(|| (*unit).to_owned()),
+                ..ColumnMeaning::default()
+            };
+            ((*name).to_owned(), meaning)
+        })
+        .collect()
+}
+
+fn columns(names: &[&str]) -> Table {
+    Table::new(names.iter().map(|name| Column::new(name, name)))
+}
+
+/// The mean power spectral density of the strokes of `take`, and the features of each.
+pub(super) fn of_strokes(
+    take: &Take,
+    (participant, session, task, sample): (&str, &str, &str, &str),
+    written: &str,
+) -> Vec<Owned> {
+    let Some(analysis) = &take.analysis else {
+        return Vec::new();
+    };
+    let unit = match analysis.unit.symbol() {
+        "m/s²" => "m/s^2".to_owned(),
+        other => other.to_owned(),
+    };
+    let of_psd = format!("({unit})^2/Hz");
+    let mut psd = columns(&["frequency", "mean", "sd"]);
+    let spectra = &analysis.psd;
+    let lines = spectra
+        .frequencies_hz()
+        .into_iter()
+        .zip(spectra.mean.iter().zip(&spectra.sd));
+    psd.rows = lines
+        .map(|(hz, (mean, sd))| vec![Cell::from(hz), Cell::from(*mean), Cell::from(*sd)])
+        .collect();
+    let settings = json!({ "settings": analysis.config, "doubts": take.doubts() });
+    let owned = |desc, suffix, table, columns, description| Owned {
+        of: Some((participant.to_owned(), session.to_owned())),
+        task: Some(task.to_owned()),
+        sample: Some(sample.to_owned()),
+        desc,
+        suffix,
+        table,
+        columns,
+        description,
+        provenance: settings.clone(),
+        sources: vec![written.to_owned()],
+    };
+    vec![
+        owned(
+            "strokes",
+            "psd",
+            psd,
+            meanings(&[
+                ("frequency", "Hz", "Frequency of the line."),
+                (
+                    "mean",
+                    &of_psd,
+                    "Mean of the one-sided power spectral densities of the strokes.",
+                ),
+                (
+                    "sd",
+                    &of_psd,
+                    "Their standard deviation, n − 1 in the denominator.",
+                ),
+            ]),
+            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke.",
+        ),
+        owned(
+            "strokes",
+            "features",
+            strokes_table(std::slice::from_ref(take)),
+            BTreeMap::new(),
+            "Features of each stroke, in SI units; the names of the columns end in the unit.",
+        ),
+    ]
+}
+
+/// How close each drive came to its target when it was prepared.
+pub(super) fn of_drives(
+    (participant, session): (&str, &str),
+    folder: &Path,
+    plan: &Plan,
+) -> Outcome<Vec<Owned>> {
+    let mut all = Vec::new();
+    for stimulus in stimuli_of(plan) {
+        let file = |part: &str, ending: &str| {
+            folder
+                .join(part)
+                .join(format!("{}.{ending}", file_name(stimulus)))
+        };
+        let (target, drive, measured) = (
+            file("targets", "wav"),
+            file("drives", "wav"),
+            file("measured", "parquet"),
+        );
+        if ![&target, &drive, &measured]
+            .iter()
+            .all(|file| file.is_file())
+        {
+            continue;
+        }
+        let rendering = read_recording(&drive, &ReadOptions::default())?.rendering;
+        let Some(rendering) = rendering else { continue };
+        let verification = verified(&target, &measured, rendering.config.inverse.band)?;
+        let mut table = columns(&[
+            "criterion",
+            "found",
+            "low",
+            "high",
+            "limit",
+            "unit",
+            "outcome",
+        ]);
+        table.rows = verification
+            .criteria
+            .iter()
+            .map(|one| {
+                let [low, high] = one.interval.map_or([None; 2], |ends| ends.map(Some));
+                vec![
+                    Cell::from(one.what.to_string()),
+                    Cell::from(one.found),
+                    Cell::from(low),
+                    Cell::from(high),
+                    Cell::from(one.limit.value()),
+                    Cell::from(one.unit.as_ref()),
+                    Cell::from(one.outcome.word()),
+                ]
+            })
+            .collect();
+        let provenance = json!({
+            "verdict": verification.sentence(),
+            "band_hz": rendering.config.inverse.band,
+            "doubts": verification.doubts,
+        });
+        all.push(Owned {
+            of: Some((participant.to_owned(), session.to_owned())),
+            task: None,
+            sample: Some(stimulus.to_owned()),
+            desc: "prepared",
+            suffix: "verification",
+            table,
+            columns: meanings(&[
+                ("criterion", "", "What was looked at."),
+                ("found", "", "What was found, in the unit of the line."),
+                ("low", "", "Lower end of its 95 % interval."),
+                ("high", "", "Upper end of its 95 % interval."),
+                ("limit", "", "The limit."),
+                ("unit", "", "The unit of the line."),
+                ("outcome", "", "met, not met or not decided."),
+            ]),
+            description: "How close the drive came to the recorded stroke when it was prepared: the criteria that decide.",
+            provenance,
+            sources: Vec::new(),
+        });
+    }
+    Ok(all)
+}
+
+/// The transfer function in `path`; `session` gives the session of a participant of the study.
+pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>) -> Outcome<Owned> {
+    let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
+    let participant = function
+        .about
+        .condition
+        .participant
+        .clone()
+        .unwrap_or_default();
+    let Some(session) = session(&participant) else {
+        return Err(usage(anyhow!(
+            "{}: expected the transfer function of a participant of the study, found {}; leave it out",
+            path.display(),
+            if participant.is_empty() {
+                "one that names nobody".to_owned()
+            } else {
+                format!("one of {participant}")
+            }
+        )));
+    };
+    let mut table = columns(&["frequency", "real", "imaginary", "coherence"]);
+    let coherence = function.has_coherence().then(|| function.coherence());
+    table.rows = function
+        .frequencies_hz()
+        .into_iter()
+        .zip(function.response())
+        .enumerate()
+        .map(|(line, (hz, h))| {
+            let coherence = coherence.and_then(|all| all.get(line).copied());
+            vec![
+                Cell::from(hz),
+                Cell::from(h.re),
+                Cell::from(h.im),
+                Cell::from(coherence),
+            ]
+        })
+        .collect();
+    let document = TransferDocument::of(
+        &function,
+        piezotact::quantity::Unit::FullScale,
+        piezotact::quantity::Unit::MetrePerSecondSquared,
+    );
+    let mut provenance = serde_json::to_value(&document)?;
+    if let Some(provenance) = provenance.as_object_mut() {
+        // They stand in the table.
+        for column in [
+            "frequency_hz",
+            "real",
+            "imaginary",
+            "coherence",
+            "confidence",
+        ] {
+            provenance.remove(column);
+        }
+    }
+    Ok(Owned {
+        of: Some((participant, session)),
+        task: None,
+        sample: None,
+        desc: "device",
+        suffix: "transfer",
+        table,
+        columns: meanings(&[
+            ("frequency", "Hz", "Frequency of the line."),
+            (
+                "real",
+                "m/s^2",
+                "Real part of the response, acceleration of the fingernail for a drive of full scale.",
+            ),
+            ("imaginary", "m/s^2", "Imaginary part."),
+            (
+                "coherence",
+                "1",
+                "Magnitude-squared coherence; n/a where none was estimated.",
+            ),
+        ]),
+        description: "Transfer function from the digital drive (full scale = 1) to the acceleration of the fingernail, with the finger on the device.",
+        provenance,
+        sources: Vec::new(),
+    })
+}
+
+/// `table` with nothing in the cells that say so in words.
+fn without_words(mut table: Table) -> Table {
+    for cell in table.rows.iter_mut().flatten() {
+        if *cell == Cell::from("n/a") {
+            *cell = Cell::Missing(());
+        }
+    }
+    table
+}
+
+/// The association matrices of the study, by task, and its thresholds; none where nothing was answered.
+pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
+    let mut all = Vec::new();
+    let (declared, mut answers) = study.answers()?;
+    answers.retain(|answer| answer.purpose == piezotact_people::association::Purpose::Trial);
+    if !answers.is_empty() {
+        let mut ordering_tasks = study.orders();
+        ordering_tasks.retain(|task| answers.iter().any(|answer| answer.task == *task));
+        let table =
+            AnswerTable::new(declared, answers).map_err(|error| Failure::Data(error.into()))?;
+        let asked = AssociationConfig {
+            matrix: MatrixConfig::default(),
+            by: Some(Grouping::Task),
+            ordering_tasks,
+        };
+        // Orders that cannot be scored are no reason to leave the matrices out.
+        let found = associate(&table, &asked).or_else(|_| {
+            let without = AssociationConfig {
+                ordering_tasks: Vec::new(),
+                ..asked.clone()
+            };
+            associate(&table, &without)
+        });
+        let found = found.map_err(|error| Failure::Data(error.into()))?;
+        all.push(Owned {
+            of: None,
+            task: None,
+            sample: None,
+            desc: "association",
+            suffix: "matrix",
+            table: without_words(found.cells_table()),
+            columns: BTreeMap::new(),
+            description: "Association matrices: what was presented, and what it was declared to be; one row for each cell, with a 95 % interval over participants.",
+            provenance: json!({ "settings": found.config, "sentence": found.sentence(), "doubts": found.doubts }),
+            sources: Vec::new(),
+        });
+    }
+    let thresholds = study.thresholds()?;
+    if !thresholds.rows.is_empty() {
+        all.push(Owned {
+            of: None,
+            task: None,
+            sample: None,
+            desc: "adaptive",
+            suffix: "thresholds",
+            table: thresholds,
+            columns: BTreeMap::new(),
+            description: "Thresholds of adaptive comparisons, in the unit of their levels.",
+            provenance: json!({}),
+            sources: Vec::new(),
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,508 @@
+//! `piezotact bids export`: a study as a data set.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::Args;
+use piezotact::doubt::merged;
+use piezotact::number::counted;
+use piezotact_dataset::NamePattern;
+use piezotact_dataset::bids::{
+    BidsWriter, DatasetAbout, Exported, NotCarried, Person, SessionFacts, Touched,
+};
+use piezotact_dataset::study::Pseudonym;
+use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::plan::Plan;
+use piezotact_people::campaign::protocol::{Protocol, TaskKind};
+use piezotact_people::campaign::session::{Stage, State};
+use piezotact_people::campaign::store::{Purpose, SessionEntry};
+
+use super::{derived, recordings};
+use crate::advice::merged_text;
+use crate::cli::Reading;
+use crate::commands::campaign::{simulated_as, study::Study};
+use crate::commands::prepare::file_name;
+use crate::commands::read;
+use crate::failure::{Failure, Outcome, usage};
+use crate::interrupt::{Between, interrupted};
+use crate::invocation::PROGRAM;
+use crate::output::{print, print_document, say_doubts};
+use crate::progress::{Words, Work};
+
+const WRITING: Words = Words {
+    doing: "writing",
+    done: "written",
+    item: "recording",
+    then: "completing the data set",
+};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The folder of the study.
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+    /// The folder to write, which is not there yet.
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Recordings of strokes, each of one participant and one sample.
+    #[arg(long, value_name = "FILES", num_args = 1..)]
+    recordings: Vec<PathBuf>,
+    /// Pattern that reads participant and sample from the file names, such as '{participant}_{sample}_{repeat}'.
+    #[arg(long, value_name = "PATTERN")]
+    meta: Option<NamePattern>,
+    /// Transfer functions of the participants, as derived data.
+    #[arg(long, value_name = "FILES", num_args = 1..)]
+    transfer: Vec<PathBuf>,
+    /// The name of the data set; default: the title of the protocol.
+    #[arg(long, value_parser = line)]
+    name: Option<String>,
+    /// An author, as to be cited; once for each.
+    #[arg(long, value_name = "NAME", value_parser = line)]
+    author: Vec<String>,
+    /// The licence under which others may use it, such as CC0 or CC-BY-4.0.
+    #[arg(long, value_parser = line)]
+    license: Option<String>,
+    #[command(flatten)]
+    reading: Reading,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A line of text.
+fn line(text: &str) -> Result<String, String> {
+    piezotact_people::campaign::text::check_line(text).map_err(|error| error.to_string())?;
+    Ok(text.to_owned())
+}
+
+/// A session that is exported.
+struct Session<'a> {
+    participant: Pseudonym,
+    state: State<'a>,
+    folder: PathBuf,
+}
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    let study = Study::open(&args.study)?;
+    let live = study.live()?;
+    let counted_in: Vec<&(SessionEntry, Plan)> = (live.iter())
+        .filter(|(entry, _)| entry.purpose == Purpose::Volunteer)
+        .collect();
+    let rehearsals = live.len() - counted_in.len();
+    let withdrawn = study.sessions()?.len() - live.len();
+    let sessions = sessions(&study, &counted_in)?;
+    if sessions.is_empty() {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected a study with a session that counts, found none; export it when somebody took part",
+            args.study.display()
+        )));
+    }
+    let text = piezotact_dataset::read_input_text(&args.study.join("protocol.toml"))?;
+    let known_by =
+        Sha::of(format!("{} {}", study.campaign.protocol_sha, study.campaign.seed).as_bytes());
+    let known_by = known_by.to_string();
+    let simulated = simulated_as(&study)?;
+    let protocol = &study.campaign.protocol;
+    let doubts = study.doubts()?;
+    let in_words: Vec<String> = merged(&doubts).iter().map(merged_text).collect();
+    let about = DatasetAbout {
+        name: args.name.as_deref().unwrap_or(&protocol.title),
+        authors: &args.author,
+        license: args.license.as_deref(),
+        program: PROGRAM,
+        study: &known_by,
+        protocol: &text,
+        simulated: simulated.as_deref(),
+        doubts: &in_words,
+    };
+    let writer = BidsWriter::create(&args.out, about, protocol)?;
+    let mut export = Export {
+        args,
+        protocol,
+        sessions: &sessions,
+        writer,
+        missing_runs: 0,
+        uncut: 0,
+        recorded: BTreeSet::new(),
+        sources: BTreeMap::new(),
+    };
+    export.people()?;
+    export.played()?;
+    export.touched()?;
+    export.derived(&study)?;
+    let mut not_carried = export.not_carried(simulated.is_some());
+    not_carried.extend((rehearsals > 0).then_some(NotCarried::Rehearsals {
+        sessions: rehearsals,
+    }));
+    not_carried.extend((withdrawn > 0).then_some(NotCarried::Withdrawn {
+        sessions: withdrawn,
+    }));
+    let (exported, place) = export.writer.finish(not_carried)?;
+    shown(args, &exported, &place)?;
+    say_doubts(&doubts);
+    Ok(())
+}
+
+fn shown(args: &Arguments, exported: &Exported, place: &Path) -> Outcome {
+    if args.json {
+        return print_document(exported);
+    }
+    print(&format!(
+        "{}: {} in {}, {}, {}, {}",
+        place.display(),
+        counted(exported.participants, "participant"),
+        counted(exported.sessions, "session"),
+        counted(exported.recordings, "recording"),
+        counted(exported.answers, "answer"),
+        counted(exported.files, "file")
+    ))?;
+    print("not carried:")?;
+    for what in &exported.not_carried {
+        print(&format!("  {what}"))?;
+    }
+    print(&format!(
+        "check it: piezotact bids check {}",
+        place.display()
+    ))
+}
+
+fn sessions<'a>(study: &'a Study, live: &[&'a (SessionEntry, Plan)]) -> Outcome<Vec<Session<'a>>> {
+    let sessions = live.iter().map(|(_, plan)| {
+        let participant = Pseudonym::new(&plan.participant)?;
+        Ok(Session {
+            folder: study.store.participant_folder(&participant),
+            state: study.state(plan)?,
+            participant,
+        })
+    });
+    sessions.collect()
+}
+
+/// A data set that is being written.
+struct Export<'a> {
+    args: &'a Arguments,
+    protocol: &'a Protocol,
+    sessions: &'a [Session<'a>],
+    writer: BidsWriter<'a>,
+    missing_runs: usize,
+    uncut: usize,
+    /// The participants and samples of whom a recording was given.
+    recorded: BTreeSet<(String, String)>,
+    /// The recordings of strokes by participant and sample, from the root.
+    sources: BTreeMap<(String, String), Vec<String>>,
+}
+
+/// The files of one session that its tables name.
+#[derive(Default)]
+struct Files {
+    drives: BTreeMap<String, String>,
+    recordings: BTreeMap<String, String>,
+}
+
+impl StimulusFiles for Files {
+    fn drive(&self, stimulus: &str) -> Option<String> {
+        self.drives.get(stimulus).cloned()
+    }
+
+    fn recording(&self, journal: &str) -> Option<String> {
+        self.recordings.get(journal).cloned()
+    }
+}
+
+impl Export<'_> {
+    fn people(&mut self) -> Outcome {
+        let mut people: BTreeMap<&str, Person> = BTreeMap::new();
+        for session in self.sessions {
+            let who = session.state.participant();
+            let began_ms = session.state.began_ms().unwrap_or_default();
+            let person = people
+                .entry(session.participant.as_str())
+                .or_insert_with(|| Person {
+                    pseudonym: session.participant.as_str().to_owned(),
+                    first_ms: began_ms,
+                    ..Person::default()
+                });
+            person.first_ms = person.first_ms.min(began_ms);
+            person.age_years = person.age_years.or(who.age_years);
+            person.sex = person.sex.take().or(who.sex.clone());
+            person.handedness = person.handedness.take().or(who.handedness.clone());
+            person.judge = person
+                .judge
+                .take()
+                .or(who.judge.map(|judge| judge.name().to_owned()));
+        }
+        for person in people.into_values() {
+            self.writer.person(person)?;
+        }
+        for session in self.sessions {
+            self.writer
+                .session(session.participant.as_str(), facts(&session.state))?;
+        }
+        Ok(())
+    }
+
+    /// The drives, recordings and answers of the sessions.
+    fn played(&mut self) -> Outcome {
+        let sessions = self.sessions;
+        let writing = Work::of_sizes(WRITING, vec![1.0; sessions.len()]);
+        let between = Between::items("session");
+        for session in sessions {
+            goes_on()?;
+            self.session(session)?;
+            writing.one_more();
+        }
+        drop((writing, between));
+        Ok(())
+    }
+
+    fn session(&mut self, session: &Session<'_>) -> Outcome {
+        let state = &session.state;
+        let (participant, name) = (session.participant.as_str(), state.plan().session.as_str());
+        let folder = session.folder.join(name);
+        let mut files = Files::default();
+        for stimulus in piezotact_people::campaign::readiness::stimuli_of(state.plan()) {
+            let drive = folder
+                .join("drives")
+                .join(format!("{}.wav", file_name(stimulus)));
+            if drive.is_file() {
+                let written = self.writer.stimulus(participant, name, stimulus, &drive)?;
+                files.drives.insert(stimulus.to_owned(), written);
+            }
+        }
+        for (trial, of) in state.trials() {
+            for (element, one) in &of.evidence {
+                let Some(journal) = &one.journal else {
+                    continue;
+                };
+                let place = folder.join(journal);
+                if !place.is_file() {
+                    self.missing_runs += 1;
+                    continue;
+                }
+                let recording = read(&place, &self.args.reading)?.recording;
+                let events = playing_events(trial, *element, one);
+                let touched = Touched {
+                    participant,
+                    session: name,
+                    task: &trial.task,
+                    sample: &one.stimulus,
+                    recording: &recording,
+                    at_ms: None,
+                    events: Some(&events),
+                    file: &place,
+                };
+                let written = self.writer.recording(&touched)?;
+                files.recordings.insert(journal.clone(), written);
+            }
+        }
+        for of_task in behaviour(state, &files) {
+            self.writer
+                .behaviour(participant, name, &of_task, state.began_ms())?;
+        }
+        Ok(())
+    }
+
+    /// The recordings of strokes.
+    fn touched(&mut self) -> Outcome {
+        let writing = Work::of_files(WRITING, &self.args.recordings);
+        let between = Between::items("recording");
+        for path in &self.args.recordings {
+            goes_on()?;
+            let strokes = recordings::strokes(path, self.args.meta.as_ref(), &self.args.reading)?;
+            let (session, task) = self.place_of(path, &strokes)?;
+            if strokes.events.is_none() {
+                self.uncut += 1;
+            }
+            let touched = Touched {
+                participant: &strokes.participant,
+                session: &session,
+                task: &task,
+                sample: &strokes.sample,
+                recording: &strokes.recording,
+                at_ms: None,
+                events: strokes.events.as_ref(),
+                file: path,
+            };
+            let written = self.writer.recording(&touched)?;
+            let key = (strokes.participant.clone(), strokes.sample.clone());
+            self.sources
+                .entry(key.clone())
+                .or_default()
+                .push(written.clone());
+            self.recorded.insert(key);
+            if let Some(take) = &strokes.take {
+                for one in derived::of_strokes(
+                    take,
+                    (&strokes.participant, &session, &task, &strokes.sample),
+                    &written,
+                ) {
+                    self.writer.derived(&one.borrowed())?;
+                }
+            }
+            writing.one_more();
+        }
+        drop((writing, between));
+        Ok(())
+    }
+
+    /// The session and the task of the recording in `path`.
+    fn place_of(&self, path: &Path, strokes: &recordings::Strokes) -> Outcome<(String, String)> {
+        let refused = |text: String| usage(anyhow!("{}: {text}", path.display()));
+        let known: BTreeSet<&str> = self
+            .sessions
+            .iter()
+            .map(|one| one.participant.as_str())
+            .collect();
+        if !known.contains(strokes.participant.as_str()) {
+            return Err(refused(format!(
+                "expected a recording of a participant of the study ({}), found one of {}; leave it out",
+                known.into_iter().collect::<Vec<_>>().join(", "),
+                strokes.participant
+            )));
+        }
+        if !self.protocol.samples.contains(&strokes.sample) {
+            return Err(refused(format!(
+                "expected a recording of a sample of the protocol ({}), found one of {}; correct its name, or leave it out",
+                self.protocol.samples.join(", "),
+                strokes.sample
+            )));
+        }
+        let own = self
+            .sessions
+            .iter()
+            .filter(|one| one.participant.as_str() == strokes.participant);
+        for session in own {
+            let mut touching = session.state.trials().filter(|(trial, _)| {
+                let task = self.protocol.task(&trial.task);
+                task.is_some_and(|task| matches!(task.kind, TaskKind::Touch { .. }))
+                    && trial.presented.names().contains(&strokes.sample)
+            });
+            if let Some((trial, _)) = touching.next() {
+                return Ok((session.state.plan().session.clone(), trial.task.clone()));
+            }
+        }
+        Err(refused(format!(
+            "expected a session of {} in which {} is touched and recorded, found none in the study; lead it with piezotact campaign run, or leave the recording out",
+            strokes.participant, strokes.sample
+        )))
+    }
+
+    /// What was computed of the study.
+    fn derived(&mut self, study: &Study) -> Outcome {
+        for session in self.sessions {
+            let name = &session.state.plan().session;
+            let of = (session.participant.as_str(), name.as_str());
+            for one in derived::of_drives(of, &session.folder.join(name), session.state.plan())? {
+                self.writer.derived(&one.borrowed())?;
+            }
+        }
+        for path in &self.args.transfer {
+            let one = derived::of_transfer(path, |participant| {
+                let mut own = self
+                    .sessions
+                    .iter()
+                    .filter(|one| one.participant.as_str() == participant);
+                own.next()
+                    .map(|session| session.state.plan().session.clone())
+            })?;
+            self.writer.derived(&one.borrowed())?;
+        }
+        for one in derived::of_answers(study)? {
+            self.writer.derived(&one.borrowed())?;
+        }
+        Ok(())
+    }
+
+    /// What the study holds and the data set does not carry.
+    fn not_carried(&self, simulated: bool) -> Vec<NotCarried> {
+        let mut unrecorded = 0;
+        let (mut unpresented, mut void) = (0, 0);
+        let mut old = BTreeSet::new();
+        for session in self.sessions {
+            let participant = session.participant.as_str();
+            if session
+                .state
+                .participant()
+                .age_years
+                .is_some_and(|age| age >= 90)
+            {
+                old.insert(participant);
+            }
+            for (trial, of) in session.state.trials() {
+                unpresented += usize::from(of.at_ms[0].is_none());
+                void += of.attempts.saturating_sub(1);
+                let task = self.protocol.task(&trial.task);
+                if task.is_some_and(|task| matches!(task.kind, TaskKind::Touch { .. }))
+                    && of.confirmed
+                {
+                    let missing = trial.presented.names().iter().any(|sample| {
+                        !self
+                            .recorded
+                            .contains(&(participant.to_owned(), sample.clone()))
+                    });
+                    unrecorded += usize::from(missing);
+                }
+            }
+        }
+        let dated = self.writer.dated();
+        let counts = [
+            (void > 0).then_some(NotCarried::VoidAttempts { attempts: void }),
+            (!old.is_empty()).then_some(NotCarried::Ages { people: old.len() }),
+            (dated > 0).then_some(NotCarried::DatedFiles { files: dated }),
+            (self.missing_runs > 0).then_some(NotCarried::MissingRuns {
+                runs: self.missing_runs,
+            }),
+            (unrecorded > 0).then_some(NotCarried::Unrecorded { trials: unrecorded }),
+            (self.uncut > 0).then_some(NotCarried::Uncut {
+                recordings: self.uncut,
+            }),
+            simulated.then_some(NotCarried::Cues),
+        ];
+        let always = [
+            NotCarried::Dates,
+            NotCarried::TypedTexts,
+            NotCarried::Identities,
+            NotCarried::Steps,
+            NotCarried::Plans { unpresented },
+        ];
+        always
+            .into_iter()
+            .chain(counts.into_iter().flatten())
+            .collect()
+    }
+}
+
+/// What is known of a session.
+fn facts(state: &State<'_>) -> SessionFacts {
+    let who = state.participant();
+    let planned: usize = state.progress().values().map(|(_, planned)| planned).sum();
+    SessionFacts {
+        session: state.plan().session.clone(),
+        began_ms: state.began_ms(),
+        ended: match state.stage() {
+            _ if state.is_complete() => "complete",
+            Stage::Ended => "ended",
+            Stage::Stopped => "stopped",
+            _ => "open",
+        },
+        confirmed: state.confirmed(),
+        planned,
+        sex: who.sex.clone(),
+        age_years: who.age_years,
+        handedness: who.handedness.clone(),
+        finger: who.finger.clone(),
+        language: who.language.clone(),
+    }
+}
+
+/// Ends the command where a signal came.
+fn goes_on() -> Outcome {
+    match interrupted() {
+        true => Err(Failure::Data(anyhow!(
+            "the data set is not complete, and nothing of it was kept; the same command begins anew"
+        ))),
+        false => Ok(()),
+    }
+}

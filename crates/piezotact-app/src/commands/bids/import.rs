@@ -1,0 +1,173 @@
+//! `piezotact bids import`: a data set as recordings and tables.
+
+use std::path::PathBuf;
+
+use anyhow::{Error, anyhow};
+use clap::Args;
+use piezotact::number::counted;
+use piezotact::page::{Cell, Column, Table};
+use piezotact_dataset::bids::{BidsFolder, NewFolder};
+use piezotact_dataset::write_recording;
+use piezotact_people::association::{
+    Answer, Declared, ReadBehaviour, answers_table, declared, evidence_of_behaviour,
+    read_behaviour, trials_of_behaviour,
+};
+use piezotact_people::campaign::protocol::{Protocol, read};
+use piezotact_report::report;
+
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::{Between, interrupted};
+use crate::output::print;
+use crate::progress::{Words, Work};
+
+const READING: Words = Words {
+    doing: "reading",
+    done: "read",
+    item: "recording",
+    then: "reading",
+};
+
+#[derive(Debug, Args)]
+pub(super) struct Arguments {
+    /// The folder of the data set.
+    #[arg(value_name = "FOLDER")]
+    folder: PathBuf,
+    /// The folder to write: recordings/, drives/, answers.csv, orders.csv, trials.csv, evidence.csv, participants.csv and protocol.toml.
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+}
+
+pub(super) fn run(args: &Arguments) -> Outcome {
+    let dataset = BidsFolder::open(&args.folder)?;
+    let mut out = NewFolder::beside(&args.out)?;
+    let recordings = dataset.recordings();
+    let reading = Work::of_sizes(READING, vec![1.0; recordings.len()]);
+    let between = Between::items("recording");
+    for of in &recordings {
+        if interrupted() {
+            return Err(Failure::Data(anyhow!(
+                "nothing was written; the same command begins anew"
+            )));
+        }
+        let recording = dataset.read_recording(of)?;
+        write_recording(
+            &out.path(&format!("recordings/{}.parquet", of.entities))?,
+            &recording,
+        )?;
+        reading.one_more();
+    }
+    drop((reading, between));
+    let drives = dataset.stimuli();
+    for file in &drives {
+        let name = file.strip_prefix("stimuli").unwrap_or(file);
+        out.copy(&format!("drives/{}", name.display()), &dataset.path(file))?;
+    }
+    let behaviour = dataset.behaviour()?;
+    let protocol = protocol(&dataset)?;
+    let answers = answers(&behaviour)?;
+    for (name, table) in tables(&dataset, &behaviour, (protocol.as_ref(), &answers))? {
+        if !table.rows.is_empty() {
+            out.put_text(name, &report::csv(&table)?)?;
+        }
+    }
+    if let Some(text) = dataset.protocol()? {
+        out.put_text("protocol.toml", &text)?;
+    }
+    out.commit()?;
+    print(&format!(
+        "{}: {}, {} and {} of {}",
+        args.out.display(),
+        counted(recordings.len(), "recording"),
+        counted(drives.len(), "drive"),
+        counted(answers.len(), "answer"),
+        args.folder.display()
+    ))
+}
+
+/// The protocol of the study, where the data set has it.
+fn protocol(dataset: &BidsFolder) -> Outcome<Option<Protocol>> {
+    let Some(text) = dataset.protocol()? else {
+        return Ok(None);
+    };
+    let protocol = read(&text);
+    Ok(Some(protocol.map_err(|error| {
+        Failure::Data(Error::new(error).context("sourcedata/protocol.toml"))
+    })?))
+}
+
+fn answers(behaviour: &[ReadBehaviour]) -> Outcome<Vec<Answer>> {
+    let mut answers = Vec::new();
+    for of in behaviour {
+        let read = read_behaviour(of).map_err(|error| {
+            let place = format!(
+                "task {} of {} in session {}",
+                of.task, of.participant, of.session
+            );
+            Failure::Data(Error::new(error).context(place))
+        })?;
+        answers.extend(read);
+    }
+    Ok(answers)
+}
+
+/// The tables of a study, in the columns of `piezotact campaign export`.
+fn tables(
+    dataset: &BidsFolder,
+    behaviour: &[ReadBehaviour],
+    (protocol, answers): (Option<&Protocol>, &[Answer]),
+) -> Outcome<[(&'static str, Table); 5]> {
+    let nothing = Declared {
+        samples: Vec::new(),
+        stimuli: Vec::new(),
+    };
+    let declared = protocol.map_or(nothing, declared);
+    let orders = |answer: &&Answer| {
+        let of = behaviour.iter().find(|of| {
+            of.task == answer.task
+                && of
+                    .responses
+                    .columns
+                    .iter()
+                    .any(|column| column.name == "rank")
+        });
+        of.is_some()
+    };
+    let (orders, named): (Vec<&Answer>, Vec<&Answer>) = answers.iter().partition(orders);
+    let table = |answers: Vec<&Answer>| {
+        let answers: Vec<Answer> = answers.into_iter().cloned().collect();
+        answers_table(&declared, &answers)
+    };
+    Ok([
+        ("answers.csv", table(named)),
+        ("orders.csv", table(orders)),
+        ("trials.csv", trials_of_behaviour(behaviour)?),
+        ("evidence.csv", evidence_of_behaviour(behaviour)?),
+        ("participants.csv", participants(dataset)),
+    ])
+}
+
+/// Who took part, one row for each session.
+fn participants(dataset: &BidsFolder) -> Table {
+    let columns = [
+        ("session", "session"),
+        ("sex", "stated_sex"),
+        ("age_years", "age"),
+        ("handedness", "handedness"),
+        ("finger", "finger"),
+        ("language", "language"),
+        ("confirmed", "confirmed"),
+        ("planned", "planned"),
+        ("judge", "judge"),
+    ];
+    let names = ["participant"]
+        .into_iter()
+        .chain(columns.map(|(name, _)| name));
+    let mut table = Table::new(names.map(|name| Column::new(name, name)));
+    for (participant, row) in dataset.sessions() {
+        let cells = columns.map(|(_, from)| Cell::from(row.get(from).cloned().unwrap_or_default()));
+        table
+            .rows
+            .push([Cell::from(participant)].into_iter().chain(cells).collect());
+    }
+    table
+}

@@ -1,0 +1,363 @@
+//! Checks what a data set says, beyond what the official validators look at: every cell of every table, sidecars against samples,
+//! people, and answers against what could be answered.
+//!
+//! The limits are those of BIDS 1.11 and of decision 0081. What is not looked at is said.
+
+mod answers;
+mod people;
+mod signals;
+mod tables;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::Path;
+
+use piezotact::criterion::Outcome;
+use piezotact::document::Content;
+use serde::{Deserialize, Serialize};
+
+use super::error::BidsError;
+use super::read::{require_one, two_studies};
+use super::tree::{Entry, Tree};
+use super::{CHECKSUMS, DESCRIPTION};
+use crate::input::read_input_text;
+use crate::reads::sha256_of_file;
+
+/// What is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum ProblemKind {
+    /// No data set, a half-written one, or several.
+    Dataset,
+    /// A name that is none of BIDS.
+    Name,
+    /// A file that the list of checksums names is missing.
+    Missing,
+    /// A file as it was recorded was changed.
+    Changed,
+    /// A sidecar is missing.
+    Sidecar,
+    /// A sidecar lacks something, or says something that cannot be.
+    Metadata,
+    /// Another number of columns than stated.
+    Columns,
+    /// Compressed data that cannot be read to its end.
+    Compression,
+    /// No samples, or no rows.
+    Empty,
+    /// A line with too few or too many cells.
+    Ragged,
+    /// No number where one is expected.
+    Number,
+    /// A value that is none of the listed ones.
+    Level,
+    /// A negative duration.
+    Duration,
+    /// An event after the end of what was recorded.
+    Onset,
+    /// A participant without a row, or a row without a participant.
+    Participant,
+    /// Something stands twice that may stand once.
+    Twice,
+    /// Something that tells who somebody is.
+    Privacy,
+    /// A file that is named and not there.
+    File,
+    /// An answer that was not offered.
+    Response,
+    /// Right and wrong exchanged.
+    Correct,
+    /// An order that is none.
+    Ranking,
+    /// Files of two studies.
+    Study,
+}
+
+/// Something that is wrong with a data set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Problem {
+    /// What kind of thing.
+    pub kind: ProblemKind,
+    /// The file, from the root.
+    pub file: String,
+    /// The line, from 1; absent where it is about the whole file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// What was expected, what was found, and what to do.
+    pub text: String,
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": {}", self.text)
+    }
+}
+
+/// What was found in a data set.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Checked {
+    /// Met where nothing is wrong in what was looked at; not decided where nothing was looked at.
+    pub outcome: Outcome,
+    /// What is wrong, file by file.
+    pub problems: Vec<Problem>,
+    /// How many more were found of a kind in a file than are listed.
+    pub more: usize,
+    /// How many tables were read.
+    pub tables: usize,
+    /// How many files of signals were read.
+    pub signals: usize,
+    /// How many files hold data that this check does not read, by kind of data.
+    pub not_read: BTreeMap<String, usize>,
+}
+
+impl Content for Checked {
+    const SCHEMA: &'static str = "bids_check";
+}
+
+/// So many problems of one kind are listed of a file.
+const MOST_OF_A_KIND: usize = 10;
+
+/// Collects problems.
+#[derive(Debug, Default)]
+struct Found {
+    problems: Vec<Problem>,
+    counts: BTreeMap<(String, ProblemKind), usize>,
+    more: usize,
+}
+
+impl Found {
+    fn add(
+        &mut self,
+        kind: ProblemKind,
+        file: &str,
+        line: impl Into<Option<u64>>,
+        text: impl Into<String>,
+    ) {
+        let count = self.counts.entry((file.to_owned(), kind)).or_default();
+        *count += 1;
+        if *count > MOST_OF_A_KIND {
+            self.more += 1;
+            return;
+        }
+        self.problems.push(Problem {
+            kind,
+            file: file.to_owned(),
+            line: line.into(),
+            text: text.into(),
+        });
+    }
+
+    /// An error of reading as a problem.
+    fn error(&mut self, kind: ProblemKind, file: &str, error: BidsError) {
+        match error {
+            BidsError::File { file, line, why } => self.add(kind, &file, line, why),
+            other => self.add(kind, file, None, other.to_string()),
+        }
+    }
+}
+
+/// Checks the data set in `root`.
+///
+/// # Errors
+/// [`BidsError::NoDataset`] where the folder cannot be read as one at all.
+pub fn check(root: &Path) -> Result<Checked, BidsError> {
+    let tree = Tree::of(root)?;
+    let mut found = Found::default();
+    match require_one(&tree) {
+        Ok(()) => {}
+        // A folder without anything of BIDS is another folder, not a faulty data set.
+        Err(error) if tree.within.is_empty() && !tree.entries.iter().any(is_of_participant) => {
+            return Err(error);
+        }
+        Err(BidsError::NoDataset {
+            found: what, todo, ..
+        }) => {
+            found.add(
+                ProblemKind::Dataset,
+                DESCRIPTION,
+                None,
+                format!("expected one data set, found {what}; {todo}"),
+            );
+        }
+        Err(other) => return Err(other),
+    }
+    if tree.has(DESCRIPTION)
+        && let Err(error) = tree.json(DESCRIPTION)
+    {
+        found.error(ProblemKind::Metadata, DESCRIPTION, error);
+    }
+    if let Some((file, why)) = two_studies(&tree) {
+        found.add(ProblemKind::Study, &file, None, why);
+    }
+    names(&tree, &mut found);
+    sidecars(&tree, &mut found);
+    checksums(&tree, &mut found)?;
+    people::check(&tree, &mut found)?;
+    let ends = signals::check(&tree, &mut found)?;
+    let tables = tables::check(&tree, &ends, &mut found)?;
+    let signals = tree
+        .entries
+        .iter()
+        .filter(|entry| entry.is_signal())
+        .count();
+    found
+        .problems
+        .sort_by(|one, other| (&one.file, one.line).cmp(&(&other.file, other.line)));
+    Ok(Checked {
+        outcome: match (found.problems.is_empty(), tables + signals) {
+            (false, _) => Outcome::NotMet,
+            (true, 0) => Outcome::NotDecided,
+            (true, _) => Outcome::Met,
+        },
+        problems: found.problems,
+        more: found.more,
+        tables,
+        signals,
+        not_read: not_read(&tree),
+    })
+}
+
+fn is_of_participant(entry: &Entry) -> bool {
+    entry.file.starts_with("sub-")
+}
+
+fn names(tree: &Tree, found: &mut Found) {
+    for entry in &tree.entries {
+        let rename = |why: &str| format!("{why}; rename the file");
+        match &entry.name {
+            None => {}
+            Some(Err(why)) => found.add(ProblemKind::Name, &entry.file, None, rename(why)),
+            Some(Ok(name)) => {
+                for (key, place) in [("sub", 0), ("ses", 1)] {
+                    let folder = entry.file.split('/').nth(place).unwrap_or_default();
+                    let in_folder = folder.strip_prefix(&format!("{key}-"));
+                    let stated = name.label(key);
+                    if is_of_participant(entry)
+                        && in_folder != stated
+                        && (in_folder.is_some() || stated.is_some())
+                    {
+                        let text = |label: Option<&str>| {
+                            label.map_or("none".to_owned(), |label| format!("{key}-{label}"))
+                        };
+                        let why = format!(
+                            "expected {} as its folder, found {}",
+                            text(in_folder),
+                            text(stated)
+                        );
+                        found.add(ProblemKind::Name, &entry.file, None, rename(&why));
+                    }
+                }
+                if let Some(why) = entry
+                    .datatype()
+                    .and_then(|datatype| name.fault_in(datatype))
+                {
+                    found.add(ProblemKind::Name, &entry.file, None, rename(&why));
+                }
+            }
+        }
+    }
+    // Some file systems take two names that differ in case alone for one.
+    let mut known: BTreeMap<String, &str> = BTreeMap::new();
+    for entry in &tree.entries {
+        if let Some(other) = known.insert(entry.file.to_lowercase(), &entry.file) {
+            let why = format!(
+                "expected names that differ in more than small and capital letters, found {other}; rename one of them"
+            );
+            found.add(ProblemKind::Twice, &entry.file, None, why);
+        }
+    }
+}
+
+/// Sidecars that cannot be read, or that are beside no data.
+fn sidecars(tree: &Tree, found: &mut Found) {
+    let mut used: BTreeSet<&str> = BTreeSet::new();
+    for entry in tree
+        .entries
+        .iter()
+        .filter(|entry| !entry.file.ends_with(".json"))
+    {
+        used.extend(
+            tree.sidecars(entry)
+                .into_iter()
+                .map(|sidecar| sidecar.file.as_str()),
+        );
+    }
+    for entry in tree
+        .entries
+        .iter()
+        .filter(|entry| entry.file.ends_with(".json"))
+    {
+        if let Err(error) = tree.json(&entry.file) {
+            found.error(ProblemKind::Metadata, &entry.file, error);
+        }
+        let of_data = ["beh", "physio", "stim", "events"];
+        let is_of_data = entry
+            .parsed()
+            .is_some_and(|name| of_data.contains(&name.suffix.as_str()));
+        if is_of_data && !used.contains(entry.file.as_str()) {
+            let why = "expected a data file that it describes, found none; restore the data file, or remove this one";
+            found.add(ProblemKind::File, &entry.file, None, why);
+        }
+    }
+}
+
+/// Files that the list of checksums names and that are missing, and recordings that were changed.
+fn checksums(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
+    if !tree.has(CHECKSUMS) {
+        return Ok(());
+    }
+    let text = match read_input_text(&tree.path(CHECKSUMS)) {
+        Ok(text) => text,
+        Err(error) => {
+            found.add(ProblemKind::Metadata, CHECKSUMS, None, error.to_string());
+            return Ok(());
+        }
+    };
+    for (number, line) in text.lines().enumerate() {
+        let parts = line.split_once("  ");
+        let (sum, file) = match parts {
+            Some((sum, file)) if sum.len() == 64 => (sum, file.trim_start_matches("../")),
+            _ => {
+                let why = "expected a checksum, two spaces and a file, found another line; restore the file from a copy";
+                found.add(ProblemKind::Metadata, CHECKSUMS, number as u64 + 1, why);
+                continue;
+            }
+        };
+        if !tree.has(file) {
+            let why = "expected this file, which was exported, found none: the data set is half copied, or the file was removed; copy it again";
+            found.add(ProblemKind::Missing, file, None, why);
+            continue;
+        }
+        let as_recorded =
+            (file.starts_with("sourcedata/") || file.starts_with("stimuli/")) && file != CHECKSUMS;
+        if !as_recorded {
+            continue;
+        }
+        let is = sha256_of_file(&tree.path(file));
+        if is.is_ok_and(|is| is == sum) {
+            continue;
+        }
+        let why = "expected the file as it was exported, found another content; copy it again";
+        found.add(ProblemKind::Changed, file, None, why);
+    }
+    Ok(())
+}
+
+/// How many files hold data of other kinds.
+fn not_read(tree: &Tree) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for entry in &tree.entries {
+        let is_read = entry.is_signal() || entry.is_table() || entry.file.ends_with(".json");
+        if let (false, Some(datatype)) = (is_read, entry.datatype()) {
+            *counts.entry(datatype.to_owned()).or_default() += 1;
+        }
+    }
+    counts
+}

@@ -1,0 +1,147 @@
+//! Participants, sessions and scans: each once, each with its folder or file, and nothing that tells who somebody is.
+
+use std::collections::BTreeSet;
+
+use piezotact::page::{Cell, Table};
+
+use super::super::error::BidsError;
+use super::super::privacy::{personal, tells_who};
+use super::super::table::{cell, read_table};
+use super::super::tree::Tree;
+use super::{Found, ProblemKind};
+
+const PARTICIPANTS: &str = "participants.tsv";
+
+pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
+    let first = |file: &str| file.split('/').next().unwrap_or_default().to_owned();
+    let folders: BTreeSet<String> = tree
+        .entries
+        .iter()
+        .filter(|entry| entry.file.starts_with("sub-") && entry.file.contains('/'))
+        .map(|entry| first(&entry.file))
+        .collect();
+    if tree.has(PARTICIPANTS) {
+        // Lines that are uneven are found with the other tables.
+        if let Ok(table) = read_table(&tree.path(PARTICIPANTS), PARTICIPANTS) {
+            rows(&table, "participant_id", PARTICIPANTS, &folders, found);
+            private(&table, PARTICIPANTS, found);
+        }
+    } else if tree.has(super::CHECKSUMS) {
+        let why = "expected the table of participants, found none; restore it from a copy";
+        found.add(ProblemKind::Participant, PARTICIPANTS, None, why);
+    }
+    for entry in &tree.entries {
+        let Some(name) = entry.parsed().filter(|name| name.ending == "tsv") else {
+            continue;
+        };
+        let Ok(table) = read_table(&tree.path(&entry.file), &entry.file) else {
+            continue;
+        };
+        match name.suffix.as_str() {
+            "sessions" => {
+                let folder = entry.folder().to_owned() + "/";
+                let inside = tree
+                    .entries
+                    .iter()
+                    .filter_map(|other| other.file.strip_prefix(&folder));
+                let sessions = inside.filter(|rest| rest.starts_with("ses-") && rest.contains('/'));
+                let sessions = sessions.map(first).collect();
+                rows(&table, "session_id", &entry.file, &sessions, found);
+                private(&table, &entry.file, found);
+            }
+            "scans" => scans(tree, entry.folder(), (&entry.file, &table), found),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// Rows that are there once, each with its folder.
+fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, found: &mut Found) {
+    let mut listed = BTreeSet::new();
+    if !table.columns.iter().any(|one| one.name == column) {
+        let why = format!("expected the column {column}, found none; add it");
+        found.add(ProblemKind::Participant, file, 1, why);
+        return;
+    }
+    for row in 0..table.rows.len() {
+        let line = row as u64 + 2;
+        let Some(id) = cell(table, row, column) else {
+            let why =
+                format!("expected a label in the column {column}, found none; complete the line");
+            found.add(ProblemKind::Participant, file, line, why);
+            continue;
+        };
+        if !listed.insert(id.to_owned()) {
+            let why = format!("expected {id} once, found it twice; remove one of the lines");
+            found.add(ProblemKind::Twice, file, line, why);
+        } else if !folders.contains(id) {
+            let why =
+                format!("expected the folder {id}, found none; restore it, or remove the line");
+            found.add(ProblemKind::Participant, file, line, why);
+        }
+    }
+    for missing in folders.difference(&listed) {
+        let why = format!(
+            "expected a line for the folder {missing}, found none; add it, or remove the folder"
+        );
+        found.add(ProblemKind::Participant, file, None, why);
+    }
+}
+
+/// Columns and cells that tell who somebody is.
+fn private(table: &Table, file: &str, found: &mut Found) {
+    for (at, column) in table.columns.iter().enumerate() {
+        if tells_who(&column.name) {
+            let why = format!(
+                "expected nothing that tells who somebody is, found the column `{}`; remove it",
+                column.name
+            );
+            found.add(ProblemKind::Privacy, file, 1, why);
+            continue;
+        }
+        // Times of sessions are dates, which may be shifted.
+        if column.name == "acq_time" {
+            continue;
+        }
+        for (row, cells) in table.rows.iter().enumerate() {
+            let Cell::Text(text) = &cells[at] else {
+                continue;
+            };
+            if let Some(what) = personal(text) {
+                let why = format!(
+                    "expected nothing that tells who somebody is, found {what} in the column `{}`; remove it",
+                    column.name
+                );
+                found.add(ProblemKind::Privacy, file, row as u64 + 2, why);
+            }
+        }
+    }
+}
+
+fn scans(tree: &Tree, folder: &str, (file, table): (&str, &Table), found: &mut Found) {
+    let mut listed = BTreeSet::new();
+    for row in 0..table.rows.len() {
+        let line = row as u64 + 2;
+        let Some(name) = cell(table, row, "filename") else {
+            continue;
+        };
+        let whole = format!("{folder}/{name}");
+        // Some formats are folders.
+        let within = format!("{whole}/");
+        let is_there = tree.has(&whole)
+            || tree
+                .entries
+                .iter()
+                .any(|entry| entry.file.starts_with(&within));
+        if !is_there {
+            let why =
+                format!("expected the file {name}, found none; restore it, or remove the line");
+            found.add(ProblemKind::File, file, line, why);
+        }
+        if !listed.insert(name.to_owned()) {
+            let why = format!("expected {name} once, found it twice; remove one of the lines");
+            found.add(ProblemKind::Twice, file, line, why);
+        }
+    }
+}

@@ -1,0 +1,227 @@
+//! A folder that is filled aside and renamed when it is complete.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufReader, BufWriter, Read as _, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use sha2::{Digest as _, Sha256};
+
+use super::error::BidsError;
+use crate::atomic::{UNFINISHED, sync_folder};
+use crate::input::open_input;
+use crate::lock::{Lock, LockError, LockFile};
+use crate::reads::hexadecimal;
+
+/// A folder that is being filled; without [`Self::commit`] nothing is left of it.
+#[derive(Debug)]
+pub struct NewFolder {
+    place: PathBuf,
+    side: tempfile::TempDir,
+    sums: BTreeMap<String, String>,
+    _alone: Lock,
+}
+
+/// What stands at `place`; `None` for nothing, or an empty folder.
+fn found_at(place: &Path) -> Option<&'static str> {
+    match std::fs::symlink_metadata(place) {
+        Err(_none) => None,
+        Ok(found) if found.is_dir() => {
+            let mut entries = std::fs::read_dir(place).ok()?;
+            entries.next().map(|_| "a folder with files")
+        }
+        Ok(_) => Some("a file or a link"),
+    }
+}
+
+impl NewFolder {
+    /// Begins a folder that will stand at `place`. What a killed program left of it is removed.
+    ///
+    /// # Errors
+    /// [`BidsError::Exists`] where something stands there, [`BidsError::Held`] while another program writes it, [`BidsError::Write`].
+    pub fn beside(place: &Path) -> Result<Self, BidsError> {
+        let taken = |found| BidsError::Exists {
+            folder: place.to_owned(),
+            found,
+        };
+        if let Some(found) = found_at(place) {
+            return Err(taken(found));
+        }
+        let Some(name) = place.file_name().and_then(|name| name.to_str()) else {
+            return Err(taken("no name for one"));
+        };
+        let parent = match place.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        std::fs::create_dir_all(parent).map_err(BidsError::io(parent))?;
+        let lock = parent.join(format!("{name}.lock"));
+        let alone = Lock::take(&lock, LockFile::Goes).map_err(|error| match error {
+            LockError::Io(source) => BidsError::io(&lock)(source),
+            LockError::Held(_) => BidsError::Held {
+                folder: place.to_owned(),
+            },
+        })?;
+        let prefix = format!("{UNFINISHED}{name}-");
+        let left = std::fs::read_dir(parent).into_iter().flatten().flatten();
+        for entry in left {
+            let is_ours = entry.file_name().to_string_lossy().starts_with(&prefix);
+            if is_ours && entry.path().is_dir() {
+                // Nobody else writes it: the lock is ours.
+                let _stays = std::fs::remove_dir_all(entry.path());
+            }
+        }
+        let side = tempfile::Builder::new().prefix(&prefix).tempdir_in(parent);
+        let side = side.map_err(BidsError::io(parent))?;
+        Ok(Self {
+            place: place.to_owned(),
+            side,
+            sums: BTreeMap::new(),
+            _alone: alone,
+        })
+    }
+
+    /// Writes the file `name` (from the root, with slashes), flushed to the disk.
+    pub(super) fn put(
+        &mut self,
+        name: &str,
+        fill: impl FnOnce(&mut dyn Write) -> Result<(), BidsError>,
+    ) -> Result<(), BidsError> {
+        let path = self.path(name)?;
+        // A name that was there before would be a fault of labels.
+        let file = File::create_new(&path).map_err(BidsError::io(Path::new(name)))?;
+        let mut out = Summed {
+            out: BufWriter::with_capacity(1 << 16, &file),
+            sum: Sha256::new(),
+        };
+        fill(&mut out)?;
+        let Summed { mut out, sum } = out;
+        out.flush().map_err(BidsError::io(Path::new(name)))?;
+        drop(out);
+        file.sync_data().map_err(BidsError::io(Path::new(name)))?;
+        self.sums
+            .insert(name.to_owned(), hexadecimal(&sum.finalize()));
+        Ok(())
+    }
+
+    /// Writes the text file `name` (from the root, with slashes), flushed to the disk.
+    ///
+    /// # Errors
+    /// [`BidsError::Write`].
+    pub fn put_text(&mut self, name: &str, text: &str) -> Result<(), BidsError> {
+        self.put(name, |out| {
+            out.write_all(text.as_bytes())
+                .map_err(BidsError::io(Path::new(name)))
+        })
+    }
+
+    pub(super) fn put_json(&mut self, name: &str, value: &impl Serialize) -> Result<(), BidsError> {
+        let text = serde_json::to_string_pretty(value);
+        let mut text = text.map_err(|error| BidsError::file(name, None, error.to_string()))?;
+        text.push('\n');
+        self.put_text(name, &text)
+    }
+
+    /// Copies the file at `from`, bit by bit.
+    ///
+    /// # Errors
+    /// [`BidsError::Read`], [`BidsError::Write`].
+    pub fn copy(&mut self, name: &str, from: &Path) -> Result<(), BidsError> {
+        let mut read = BufReader::with_capacity(1 << 16, open_input(from)?);
+        self.put(name, |out| {
+            let mut bytes = vec![0; 1 << 16];
+            loop {
+                let count = read
+                    .read(&mut bytes)
+                    .map_err(|error| BidsError::Read(crate::error::ReadError::io(from, &error)))?;
+                if count == 0 {
+                    return Ok(());
+                }
+                out.write_all(&bytes[..count])
+                    .map_err(BidsError::io(Path::new(name)))?;
+            }
+        })
+    }
+
+    /// Whether something was written in the folder `name`.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.sums.keys().any(|file| file.starts_with(name))
+    }
+
+    /// How many files were written.
+    pub(super) fn files(&self) -> usize {
+        self.sums.len()
+    }
+
+    /// Writes the checksums of all files so far, as `sha256sum` has them, re the folder of the file `name`.
+    pub(super) fn put_checksums(&mut self, name: &str) -> Result<(), BidsError> {
+        let depth = name.matches('/').count();
+        let lines = self
+            .sums
+            .iter()
+            .map(|(file, sum)| format!("{sum}  {}{file}\n", "../".repeat(depth)));
+        let text: String = lines.collect();
+        self.put_text(name, &text)
+    }
+
+    /// Where the file `name` (from the root, with slashes) is to be written by somebody else; its folder is made.
+    ///
+    /// # Errors
+    /// [`BidsError::Write`].
+    pub fn path(&self, name: &str) -> Result<PathBuf, BidsError> {
+        let path = self.side.path().join(name);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(BidsError::io(folder))?;
+        }
+        Ok(path)
+    }
+
+    /// Puts the folder in its place.
+    ///
+    /// # Errors
+    /// [`BidsError::Exists`] where something came to stand there, [`BidsError::Write`].
+    pub fn commit(self) -> Result<PathBuf, BidsError> {
+        if let Some(found) = found_at(&self.place) {
+            return Err(BidsError::Exists {
+                folder: self.place,
+                found,
+            });
+        }
+        readable(self.side.path())?;
+        std::fs::rename(self.side.path(), &self.place).map_err(BidsError::io(&self.place))?;
+        // It is no longer there to be removed.
+        let _moved = self.side.keep();
+        sync_folder(&self.place);
+        Ok(self.place)
+    }
+}
+
+/// A folder that others may read, as every folder that a person's program makes.
+fn readable(folder: &Path) -> Result<(), BidsError> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        let mode = std::fs::Permissions::from_mode(0o755);
+        std::fs::set_permissions(folder, mode).map_err(BidsError::io(folder))?;
+    }
+    Ok(())
+}
+
+/// Bytes that are written, with their checksum.
+struct Summed<W> {
+    out: W,
+    sum: Sha256,
+}
+
+impl<W: Write> Write for Summed<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.sum.update(&bytes[..written]);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.out.flush()
+    }
+}

@@ -1,0 +1,149 @@
+//! Sidecars: what JSON files say of the files beside them.
+
+use std::collections::BTreeMap;
+
+use piezotact::doubt::Doubt;
+use piezotact::quantity::Unit;
+use piezotact::recording::{Channel, Condition, Provenance};
+use piezotact_people::campaign::dictionary::ColumnMeaning;
+use serde::{Deserialize, Serialize};
+
+/// What a column means, with the tags of its levels.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub(super) struct ColumnSidecar {
+    /// Description, unit and levels.
+    #[serde(flatten)]
+    pub(super) meaning: ColumnMeaning,
+    /// Its HED tags; absent where it has none.
+    #[serde(rename = "HED", skip_serializing_if = "Tags::are_none")]
+    pub(super) hed: Tags,
+}
+
+/// HED tags of a column.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
+pub(super) enum Tags {
+    /// None.
+    #[default]
+    None,
+    /// For each level.
+    Levels(BTreeMap<String, String>),
+    /// For every value, which takes the place of `#`.
+    Every(&'static str),
+}
+
+impl Tags {
+    fn are_none(&self) -> bool {
+        match self {
+            Self::None => true,
+            Self::Levels(levels) => levels.is_empty(),
+            Self::Every(_) => false,
+        }
+    }
+}
+
+impl From<ColumnMeaning> for ColumnSidecar {
+    fn from(meaning: ColumnMeaning) -> Self {
+        Self {
+            meaning,
+            hed: Tags::None,
+        }
+    }
+}
+
+/// The columns of a table, by their names.
+pub(super) type Columns = BTreeMap<String, ColumnSidecar>;
+
+/// The file `dataset_description.json`.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct Description<'a> {
+    pub(super) name: &'a str,
+    #[serde(rename = "BIDSVersion")]
+    pub(super) bids_version: &'static str,
+    #[serde(rename = "HEDVersion", skip_serializing_if = "Option::is_none")]
+    pub(super) hed_version: Option<&'static str>,
+    pub(super) dataset_type: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) license: Option<&'a str>,
+    #[serde(skip_serializing_if = "<[String]>::is_empty")]
+    pub(super) authors: &'a [String],
+    pub(super) generated_by: [GeneratedBy<'a>; 1],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) source_datasets: Option<[SourceDataset; 1]>,
+}
+
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct GeneratedBy<'a> {
+    pub(super) name: &'static str,
+    pub(super) version: &'a str,
+    pub(super) description: &'static str,
+}
+
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct SourceDataset {
+    #[serde(rename = "URL")]
+    pub(super) url: &'static str,
+}
+
+/// What a file in the folder `beh` says of itself beside its columns.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct SignalSidecar {
+    pub(super) sampling_frequency: f64,
+    pub(super) start_time: f64,
+    pub(super) columns: Vec<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) physio_type: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) task_name: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) study: Option<String>,
+    /// The places of the columns among the channels of the recording, from 0, which its files share.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) channels: Vec<usize>,
+    #[serde(default)]
+    pub(super) condition: Condition,
+    #[serde(default)]
+    pub(super) provenance: Provenance,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) doubts: Vec<Doubt>,
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(super) labels: BTreeMap<String, String>,
+    /// The file that it was made from, from the root.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) source_file: Option<String>,
+    /// The meaning of each column, and whatever else stands there.
+    #[serde(flatten)]
+    pub(super) others: BTreeMap<String, serde_json::Value>,
+}
+
+/// The symbol of a unit as BIDS has units.
+pub(super) fn unit_text(unit: &Unit) -> String {
+    match unit {
+        Unit::MetrePerSecondSquared => "m/s^2".into(),
+        // A share of full scale is a number without a unit.
+        Unit::FullScale => "1".into(),
+        Unit::Other(text) if text.is_empty() => "arbitrary".into(),
+        other => other.symbol().to_owned(),
+    }
+}
+
+/// What a channel is, in words, and its unit.
+pub(super) fn channel_meaning(channel: &Channel) -> ColumnMeaning {
+    let what = match &channel.unit {
+        Unit::MetrePerSecondSquared => "Acceleration",
+        Unit::Newton => "Force",
+        Unit::FullScale => "Digital drive that was sent to the amplifier, as a share of full scale",
+        Unit::Metre => "Position",
+        Unit::MetrePerSecond => "Speed",
+        Unit::Volt => "Voltage",
+        _ => "Signal",
+    };
+    ColumnMeaning {
+        description: format!("{what}, channel `{}`.", channel.name),
+        units: Some(unit_text(&channel.unit)),
+        ..ColumnMeaning::default()
+    }
+}

@@ -1,0 +1,275 @@
+//! What of people may stand in a data set that others open: shifted dates, ages that are not rare, and no words that somebody typed.
+
+use piezotact::quantity::Seconds;
+use piezotact::recording::StartTime;
+
+/// From this age on all have this one.
+///
+/// Source: BIDS 1.11, participants file; 45 CFR 164.514(b)(2)(i)(C), which names ages over 89.
+const OLDEST: u32 = 89;
+/// Days from 1900-01-01 to 1970-01-01.
+const TO_1970: i64 = 25_567;
+const DAY_MS: i64 = 86_400_000;
+
+/// The calendar of one participant: whole days earlier than the true one, so that the first day is 1900-01-01. Times of day (UTC) and
+/// the time between sessions stay.
+///
+/// Source: BIDS 1.11, scans file: dates may be shifted, for all files of a participant alike, and are then before 1925.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Calendar {
+    days: i64,
+}
+
+impl Calendar {
+    /// The calendar of somebody whose first session was begun `first_ms` after 1970-01-01 00:00 UTC.
+    #[must_use]
+    pub fn beginning(first_ms: i64) -> Self {
+        Self {
+            days: first_ms.div_euclid(DAY_MS) + TO_1970,
+        }
+    }
+
+    /// `at_ms` on this calendar, both in ms since 1970-01-01 00:00 UTC.
+    #[must_use]
+    pub fn shifted_ms(self, at_ms: i64) -> i64 {
+        at_ms - self.days * DAY_MS
+    }
+
+    /// `at_ms` on this calendar as BIDS has times: `1900-01-01T10:22:33.250`.
+    #[must_use]
+    pub fn text(self, at_ms: i64) -> String {
+        text_of(self.shifted_ms(at_ms))
+    }
+
+    /// The start time of a recording on this calendar; of a clock in an unknown time zone its own time of day.
+    #[must_use]
+    pub fn start(self, started: &StartTime) -> String {
+        let text = String::from(started.clone());
+        let in_zone =
+            text.ends_with('Z') || text.get(19..).is_some_and(|rest| rest.contains(['+', '-']));
+        if let (true, Some(at_ms)) = (in_zone, started.unix_ms()) {
+            return self.text(at_ms);
+        }
+        let shift_s = (self.days * DAY_MS / 1000) as f64;
+        let shifted = String::from(started.later(Seconds(-shift_s)));
+        // BIDS has six decimals at most.
+        let end = shifted
+            .find('.')
+            .map_or(shifted.len(), |dot| (dot + 7).min(shifted.len()));
+        shifted[..end].to_owned()
+    }
+}
+
+/// A time in ms since 1970-01-01 00:00 UTC as BIDS has times.
+pub(super) fn text_of(at_ms: i64) -> String {
+    let zero = StartTime::try_from("1970-01-01T00:00:00".to_owned());
+    // Whole seconds are exact as floating point.
+    let (seconds, ms) = (at_ms.div_euclid(1000), at_ms.rem_euclid(1000));
+    let mut text = zero.map_or_else(
+        |_never| String::new(),
+        |zero| String::from(zero.later(Seconds(seconds as f64))),
+    );
+    if ms > 0 {
+        text.push_str(&format!(".{ms:03}"));
+    }
+    text
+}
+
+/// The time `text` in ms since 1970-01-01 00:00 UTC, also before 1970; `None` where it is no time.
+pub(super) fn ms_of(text: &str) -> Option<i64> {
+    let at = StartTime::try_from(text.trim_end_matches('Z').to_owned()).ok()?;
+    let zero = StartTime::try_from("1970-01-01T00:00:00".to_owned()).ok()?;
+    Some((at.seconds_since(&zero).0 * 1000.0).round() as i64)
+}
+
+/// An age in years as it may stand there: 89 for everybody of 89 or more.
+#[must_use]
+pub(super) fn age_of(age_years: u32) -> u32 {
+    age_years.min(OLDEST)
+}
+
+/// The sex as BIDS has it (F, M, O), of the word that somebody stated in English, French or Italian; `None` for another word.
+#[must_use]
+pub(super) fn sex_of(stated: &str) -> Option<&'static str> {
+    match stated.trim().to_lowercase().as_str() {
+        "f" | "female" | "woman" | "w" | "femme" | "féminin" | "donna" | "femmina"
+        | "femminile" => Some("F"),
+        "m" | "male" | "man" | "homme" | "h" | "masculin" | "uomo" | "maschio" | "maschile" => {
+            Some("M")
+        }
+        "o" | "other" | "autre" | "altro" | "non-binary" | "nonbinary" | "diverse" => Some("O"),
+        _ => None,
+    }
+}
+
+/// The handedness as BIDS has it (R, L, A), of the word that a session keeps.
+#[must_use]
+pub(super) fn handedness_of(stated: &str) -> Option<&'static str> {
+    match stated.trim().to_lowercase().as_str() {
+        "right" | "r" => Some("R"),
+        "left" | "l" => Some("L"),
+        "both" | "ambidextrous" | "a" => Some("A"),
+        _ => None,
+    }
+}
+
+/// What a folder and a name of a user would tell: of a path its last part.
+pub(super) fn without_folders(text: &str) -> String {
+    let words = text.split(' ').map(|word| {
+        let is_path = word.starts_with('/')
+            || word.starts_with("~/")
+            || word.starts_with("../")
+            || word.get(1..3) == Some(":\\")
+            || (word.matches('/').count() > 1 && !word.contains("//"));
+        match is_path {
+            true => word.rsplit(['/', '\\']).next().unwrap_or_default(),
+            false => word,
+        }
+    });
+    words.collect::<Vec<_>>().join(" ")
+}
+
+/// Words in the name of a column that holds who somebody is.
+const WHO: [&str; 30] = [
+    "name",
+    "names",
+    "firstname",
+    "lastname",
+    "surname",
+    "forename",
+    "fullname",
+    "realname",
+    "nom",
+    "prenom",
+    "prénom",
+    "nome",
+    "cognome",
+    "birth",
+    "birthday",
+    "birthdate",
+    "dob",
+    "dateofbirth",
+    "naissance",
+    "nascita",
+    "email",
+    "mail",
+    "phone",
+    "telephone",
+    "telefono",
+    "address",
+    "adresse",
+    "indirizzo",
+    "ssn",
+    "contact",
+];
+
+/// Why a column called `name` may tell who somebody is; `None` where it does not.
+pub(super) fn tells_who(name: &str) -> bool {
+    let mut words: Vec<String> = Vec::new();
+    let mut word = String::new();
+    let mut before = ' ';
+    for sign in name.chars() {
+        let new = !sign.is_alphanumeric() || (sign.is_uppercase() && before.is_lowercase());
+        if new && !word.is_empty() {
+            words.push(std::mem::take(&mut word));
+        }
+        if sign.is_alphanumeric() {
+            word.extend(sign.to_lowercase());
+        }
+        before = sign;
+    }
+    words.push(word);
+    words.iter().any(|word| WHO.contains(&word.as_str()))
+}
+
+/// What a cell holds that would tell who somebody is.
+pub(super) fn personal(cell: &str) -> Option<&'static str> {
+    let at = cell.find('@');
+    if at.is_some_and(|at| at > 0 && cell[at..].contains('.')) && !cell.contains(' ') {
+        return Some("an address of electronic mail");
+    }
+    is_date(cell).then_some("a date")
+}
+
+/// Whether it is a date: `1990-05-17`, `17/05/1990`, `17.05.1990`.
+fn is_date(cell: &str) -> bool {
+    let day = cell.split(['T', ' ']).next().unwrap_or_default();
+    let parts: Vec<&str> = day.split(['-', '/', '.']).collect();
+    let [first, second, third] = parts.as_slice() else {
+        return false;
+    };
+    let number = |text: &str, len: std::ops::RangeInclusive<usize>| {
+        len.contains(&text.len()) && text.chars().all(|sign| sign.is_ascii_digit())
+    };
+    let short = |text: &str| number(text, 1..=2) && (1..=31).contains(&text.parse().unwrap_or(0));
+    let year = |text: &str| number(text, 4..=4);
+    short(second) && ((year(first) && short(third)) || (short(first) && year(third)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_shifted_and_what_lies_between_stays() {
+        // 2026-03-01T10:22:33.250Z
+        let first = 1_772_360_553_250;
+        let calendar = Calendar::beginning(first);
+        assert_eq!(calendar.text(first), "1900-01-01T10:22:33.250");
+        assert_eq!(
+            calendar.text(first + 26 * 3_600_000),
+            "1900-01-02T12:22:33.250"
+        );
+        assert_eq!(
+            ms_of(&calendar.text(first)),
+            Some(calendar.shifted_ms(first))
+        );
+        let start = |text: &str| StartTime::try_from(text.to_owned()).unwrap();
+        assert_eq!(
+            calendar.start(&start("2026-03-02T10:22:33+01:00")),
+            "1900-01-02T09:22:33"
+        );
+        assert_eq!(
+            calendar.start(&start("2026-03-02T10:22:33.123456789")),
+            "1900-01-02T10:22:33.123456"
+        );
+    }
+
+    #[test]
+    fn who_somebody_is_is_found() {
+        for name in [
+            "name",
+            "real_name",
+            "firstName",
+            "birth_date",
+            "date of birth",
+            "Prénom",
+            "e-mail",
+            "DOB",
+        ] {
+            assert!(tells_who(name), "{name}");
+        }
+        for name in [
+            "age",
+            "sex",
+            "participant_id",
+            "filename",
+            "handedness",
+            "pseudonym",
+            "kind",
+            "namespace",
+        ] {
+            assert!(!tells_who(name), "{name}");
+        }
+        for cell in ["1990-05-17", "17/05/1990", "17.5.1990", "a.b@example.org"] {
+            assert!(personal(cell).is_some(), "{cell}");
+        }
+        for cell in ["30", "1.2.3", "S2-S4-S8", "n/a", "2024", "1/2/3"] {
+            assert!(personal(cell).is_none(), "{cell}");
+        }
+        assert_eq!(
+            without_folders("file /home/ab/S2.wav of m/s²"),
+            "file S2.wav of m/s²"
+        );
+    }
+}

@@ -1,0 +1,233 @@
+//! What a data set says in words: the read-me, the columns that every study has, and the tags of events.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use piezotact::number::counted;
+use piezotact_people::campaign::dictionary::ColumnMeaning;
+use piezotact_people::campaign::protocol::Protocol;
+use serde::Serialize;
+
+use super::super::about::DatasetAbout;
+use super::super::json::{ColumnSidecar, Columns, Tags};
+use super::Exported;
+
+/// What the program is.
+pub(super) const PROGRAM: &str = "The open instrument for the sense of touch: friction-induced vibrations, measured, rendered and verified.";
+
+/// The columns of the tables of sessions, with unit (empty for a text) and meaning.
+pub(super) const SESSION_COLUMNS: [(&str, (&str, &str)); 12] = [
+    ("session_id", ("", "Session, by the label of the data set.")),
+    (
+        "acq_time",
+        (
+            "",
+            "When the session was begun (UTC), on the participant's shifted calendar, whose first day is 1900-01-01.",
+        ),
+    ),
+    ("session", ("", "Session, by its name in the protocol.")),
+    (
+        "ended",
+        (
+            "",
+            "complete: all trials that are needed were confirmed; ended: before that, or consent was not given; stopped: by participant or experimenter; open: still under way.",
+        ),
+    ),
+    ("confirmed", ("1", "How many trials were confirmed.")),
+    ("planned", ("1", "How many trials were planned and needed.")),
+    ("stated_sex", ("", "Sex in the words of the participant.")),
+    ("age", ("year", "Age; 89 for everybody of 89 or more.")),
+    (
+        "handedness",
+        ("", "Preferred hand, as noted: right, left or both."),
+    ),
+    (
+        "finger",
+        ("", "Finger that touches; n/a for that of the protocol."),
+    ),
+    (
+        "language",
+        ("", "Language of the instructions, as in BCP 47."),
+    ),
+    (
+        "judge",
+        ("", "How a virtual volunteer judges; n/a for a person."),
+    ),
+];
+
+/// The meaning of a column, of its unit and description.
+pub(super) fn column(_name: &str, (unit, description): &(&str, &str)) -> ColumnSidecar {
+    ColumnSidecar::from(ColumnMeaning {
+        description: (*description).to_owned(),
+        units: (!unit.is_empty()).then(|| (*unit).to_owned()),
+        ..ColumnMeaning::default()
+    })
+}
+
+/// What the answers to a task say of it.
+#[derive(Debug, Serialize)]
+#[serde(rename_all = "PascalCase")]
+pub(super) struct TaskSidecar<'a> {
+    pub(super) task_name: &'a str,
+    pub(super) task_description: &'a str,
+    pub(super) instructions: &'a str,
+    pub(super) study: &'a str,
+    #[serde(flatten)]
+    pub(super) columns: Columns,
+}
+
+/// The columns of the events of recordings, beside those of trials.
+const RECORDING_EVENTS: [(&str, (&str, &str)); 6] = [
+    (
+        "stroke",
+        ("1", "Number of the stroke in the recording, from 1."),
+    ),
+    (
+        "contact_onset",
+        (
+            "s",
+            "First touch of the stroke; in passive touch the begin of the motion.",
+        ),
+    ),
+    (
+        "contact_duration",
+        ("s", "From the first touch of the stroke to the last."),
+    ),
+    ("cut_by", ("", "Who cut the stroke: rule or person.")),
+    ("reason", ("", "Why the part was rejected.")),
+    (
+        "value",
+        ("", "Value that the recording states for the event."),
+    ),
+];
+
+/// What the kinds of events are; others are as the recording calls them.
+fn kind_meaning(kind: &str) -> String {
+    match kind {
+        "stroke" => "the part of a stroke that is analysed, without landing and take-off".into(),
+        "rejected" => "a contact or motion that is no stroke".into(),
+        other => format!("event `{other}` of the recording"),
+    }
+}
+
+/// Adds what events of recordings have, of these kinds.
+pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<String>) {
+    for (name, meaning) in &RECORDING_EVENTS {
+        columns.insert((*name).to_owned(), column(name, meaning));
+    }
+    if let Some(kind) = columns.get_mut("trial_type") {
+        let known = kinds.iter().map(|kind| (kind.clone(), kind_meaning(kind)));
+        kind.meaning.levels.extend(known);
+    }
+    let more = [
+        (
+            "onset",
+            " In a table of one recording (acq- and run- in its name): after the first sample of the recording.",
+        ),
+        ("duration", " In a table of one recording: of the part."),
+    ];
+    for (name, sentence) in more {
+        if let Some(column) = columns.get_mut(name) {
+            column.meaning.description.push_str(sentence);
+        }
+    }
+}
+
+/// The read-me of what is derived.
+pub(super) const DERIVED: &str = "# What was computed of the study
+
+Tables with a JSON file each: its description, the recordings that it was made from (`Sources`), and how (`Provenance`: settings, doubts, verdicts).
+
+- `*_psd`: power spectral density of the friction-induced vibration over strokes. `*_features`: features of each stroke.
+- `*_verification`: how close a drive came to the recorded stroke when it was prepared.
+- `*_transfer`: transfer function of the device with the participant's finger on it.
+- `desc-association_matrix`: association matrices. `desc-adaptive_thresholds`: thresholds of adaptive comparisons.
+";
+
+/// The files of what is derived that BIDS has no names for.
+pub(super) const NOT_OF_BIDS: &str =
+    "*_psd.*\n*_features.*\n*_verification.*\n*_transfer.*\n*_matrix.*\n*_thresholds.*\n";
+
+/// The tag of the place of a stimulus, which tells those apart that were noted at one time.
+const OF_ELEMENT: (&str, &str) = ("element", "Label/#");
+
+/// The tags of the kinds of events.
+///
+/// Source: HED 8.3.0, standard schema.
+const TAGS: [(&str, &str); 4] = [
+    ("trial", "Experimental-trial"),
+    (
+        "stimulus",
+        "(Sensory-event, Experimental-stimulus, Tactile-presentation, Tactile-vibration, {element})",
+    ),
+    (
+        "stroke",
+        "Agent-action, Participant-response, (Touch, Tactile-texture)",
+    ),
+    ("rejected", "Agent-action, Touch"),
+];
+
+/// Adds the tags of those kinds of events that have some.
+pub(super) fn with_tags(columns: &mut Columns) {
+    if let Some(kind) = columns.get_mut("trial_type") {
+        let known = kind.meaning.levels.keys();
+        let tags = known.filter_map(|level| {
+            let tag = TAGS.iter().find(|(known, _)| known == level)?;
+            Some((level.clone(), tag.1.to_owned()))
+        });
+        kind.hed = Tags::Levels(tags.collect());
+    }
+    if let Some(element) = columns.get_mut(OF_ELEMENT.0) {
+        element.hed = Tags::Every(OF_ELEMENT.1);
+    }
+}
+
+/// The read-me of a data set.
+pub(super) fn readme(about: &DatasetAbout<'_>, protocol: &Protocol, exported: &Exported) -> String {
+    let mut text = format!("# {}\n\n", about.name);
+    if let Some(simulated) = about.simulated {
+        let _never_fails = writeln!(
+            text,
+            "**Simulated: no person took part.** Virtual volunteers of a digital twin: {simulated}.\n"
+        );
+    }
+    let _never_fails = writeln!(
+        text,
+        "A study of touch with {} in {}: {} and {}. Protocol: {} ({}), written whole in `sourcedata/protocol.toml`.\n",
+        counted(exported.participants, "participant"),
+        counted(exported.sessions, "session"),
+        counted(exported.recordings, "recording"),
+        counted(exported.answers, "answer"),
+        protocol.name,
+        protocol.source
+    );
+    if !about.doubts.is_empty() {
+        text.push_str("## What to know before relying on it\n\n");
+        for doubt in about.doubts {
+            let _never_fails = writeln!(text, "- {doubt}");
+        }
+        text.push('\n');
+    }
+    text.push_str("## Tasks\n\n");
+    for task in &protocol.tasks {
+        let _never_fails = writeln!(
+            text,
+            "- `{}`: {}. {}",
+            task.name, task.title, task.instruction
+        );
+    }
+    text.push_str(
+        "\n## Where what is\n\n\
+        - `sub-*/ses-*/beh/*_physio.tsv.gz`: acceleration and forces of a finger, one column a channel, described in the JSON file beside; `*_stim.tsv.gz`: the drive as it was recorded while it was played. `acq-` is the sample or stimulus, `run-` the number of the recording.\n\
+        - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
+        - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
+        - `stimuli/`: the files of the drives that were played.\n\
+        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
+        - `derivatives/piezotact/`: what was computed, with settings and sources.\n",
+    );
+    text.push_str("\n## What the study holds and this data set does not carry\n\n");
+    for what in &exported.not_carried {
+        let _never_fails = writeln!(text, "- {what}");
+    }
+    text
+}

@@ -1,0 +1,296 @@
+//! Answers, trials and evidence, made again of responses and events.
+
+use piezotact::page::{Cell, Table};
+
+use super::super::answer::{Answer, Flag};
+use super::super::of_session::REPETITION;
+use super::super::tables::{OF_EVIDENCE, OF_TRIALS, table};
+use super::{BETWEEN, STIMULUS, TRIAL};
+
+/// One task of one session, as it was read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadBehaviour {
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// The session.
+    pub session: String,
+    /// The task.
+    pub task: String,
+    /// How a virtual volunteer judges; absent for a person.
+    pub judge: Option<String>,
+    /// When the session began, in ms since 1970-01-01 00:00 UTC, on the shifted calendar where dates were shifted; absent where
+    /// it is not stated.
+    pub began_ms: Option<i64>,
+    /// The responses.
+    pub responses: Table,
+    /// The events.
+    pub events: Table,
+}
+
+/// Why a table gives no answers.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum BehaviourError {
+    /// A cell that is no number.
+    #[error(
+        "row {row}: expected a number in the column `{column}`, found `{found}`; correct the cell"
+    )]
+    Number {
+        /// The row, from 1.
+        row: usize,
+        /// The column.
+        column: String,
+        /// What stands there.
+        found: String,
+    },
+    /// A cell without a name.
+    #[error("row {row}: expected a name in the column `{column}`, found none; complete the cell")]
+    Missing {
+        /// The row, from 1.
+        row: usize,
+        /// The column.
+        column: String,
+    },
+    /// A flag that is not known.
+    #[error("row {row}: expected flags of {known}, found `{found}`; correct the cell")]
+    Flag {
+        /// The row, from 1.
+        row: usize,
+        /// Those that are known.
+        known: String,
+        /// What stands there.
+        found: String,
+    },
+}
+
+/// One row, by the names of its columns.
+#[derive(Clone, Copy)]
+struct Row<'a> {
+    table: &'a Table,
+    number: usize,
+}
+
+impl<'a> Row<'a> {
+    fn all(table: &'a Table) -> impl Iterator<Item = Self> {
+        (0..table.rows.len()).map(move |number| Self { table, number })
+    }
+
+    /// The text of a cell; `None` where the column is not there or the cell has nothing.
+    fn text(self, column: &str) -> Option<&'a str> {
+        let at = self
+            .table
+            .columns
+            .iter()
+            .position(|one| one.name == column)?;
+        match &self.table.rows[self.number][at] {
+            Cell::Text(text) if !text.is_empty() => Some(text),
+            _ => None,
+        }
+    }
+
+    fn or_empty(self, column: &str) -> String {
+        self.text(column).unwrap_or_default().to_owned()
+    }
+
+    fn required(self, column: &str) -> Result<&'a str, BehaviourError> {
+        self.text(column).ok_or_else(|| BehaviourError::Missing {
+            row: self.number + 1,
+            column: column.to_owned(),
+        })
+    }
+
+    /// The number in a cell; `None` where it has none.
+    fn number<T: std::str::FromStr>(self, column: &str) -> Result<Option<T>, BehaviourError> {
+        let Some(text) = self.text(column) else {
+            return Ok(None);
+        };
+        text.parse()
+            .map(Some)
+            .map_err(|_says_less| BehaviourError::Number {
+                row: self.number + 1,
+                column: column.to_owned(),
+                found: text.to_owned(),
+            })
+    }
+
+    fn has(self, column: &str) -> bool {
+        self.table.columns.iter().any(|one| one.name == column)
+    }
+}
+
+/// The counted answers that name a sample, and the places of samples in orders: the rows of [`super::super::answers_of`], as far as the
+/// responses hold them. Tables of other tasks and other programs give those rows that have a presented stimulus and a response that
+/// is right or wrong.
+///
+/// # Errors
+/// [`BehaviourError`].
+///
+/// Source: decision 0081 of this project.
+pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError> {
+    let mut answers = Vec::new();
+    for row in Row::all(&of.responses) {
+        let is_order = row.has("rank");
+        let is_judged = row.has("expected") || row.has("correct");
+        if row.text("kind").is_some_and(|kind| kind != "counted") || !is_judged {
+            continue;
+        }
+        let (presented, answered) = match is_order {
+            true => ("response", "expected"),
+            false => ("presented", "response"),
+        };
+        // No order is right or wrong.
+        if is_order && row.text(answered).is_none() {
+            continue;
+        }
+        let repetition: Option<u32> = row.number("repetition")?;
+        let session = match repetition {
+            Some(again) if again > 1 => format!("{}{REPETITION}{again}", of.session),
+            _ => of.session.clone(),
+        };
+        let offered = row.text("offered").map(|names| names.split(BETWEEN));
+        let position = row.number(if is_order { "rank" } else { "position" })?;
+        let trial = row.text("trial").map(str::to_owned);
+        answers.push(Answer {
+            participant: of.participant.clone(),
+            session,
+            task: of.task.clone(),
+            set: row.or_empty("set"),
+            trial: trial.unwrap_or_else(|| (row.number + 1).to_string()),
+            presented: row.required(presented)?.to_owned(),
+            answered: row.required(answered)?.to_owned(),
+            position,
+            offered: offered.into_iter().flatten().map(str::to_owned).collect(),
+            flags: flags(row)?,
+            judge: of.judge.clone(),
+            ..Answer::default()
+        });
+    }
+    Ok(answers)
+}
+
+fn flags(row: Row<'_>) -> Result<Vec<Flag>, BehaviourError> {
+    let words = row.text("flags").unwrap_or_default().split_whitespace();
+    let flags = words.map(|word| {
+        let known = Flag::ALL.into_iter().find(|flag| flag.word() == word);
+        known.ok_or_else(|| BehaviourError::Flag {
+            row: row.number + 1,
+            known: Flag::ALL.map(Flag::word).join(", "),
+            found: word.to_owned(),
+        })
+    });
+    flags.collect()
+}
+
+fn of_kind<'a>(of: &'a ReadBehaviour, kind: &'a str) -> impl Iterator<Item = Row<'a>> {
+    Row::all(&of.events).filter(move |row| row.text("trial_type") == Some(kind))
+}
+
+/// The trials that were presented, in the columns of [`super::super::trials_table`] and in the order of their numbers; times are those
+/// of the shifted calendar, and no reason of a correction is known.
+///
+/// # Errors
+/// [`BehaviourError`].
+///
+/// Source: decision 0081 of this project.
+pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourError> {
+    let mut trials = table(&OF_TRIALS);
+    let mut keyed = Vec::new();
+    for (place, of) in all.iter().enumerate() {
+        let session = all.iter().position(|other| {
+            (&other.participant, &other.session) == (&of.participant, &of.session)
+        });
+        for row in of_kind(of, TRIAL) {
+            let number: usize = row.number("number")?.unwrap_or(row.number + 1);
+            let onset_s: Option<f64> = row.number("onset")?;
+            let seconds: Option<f64> = row.number("duration")?;
+            let presented_ms = of
+                .began_ms
+                .zip(onset_s)
+                .map(|(began_ms, onset_s)| began_ms + (onset_s * 1000.0).round() as i64);
+            let confirmed_ms = presented_ms
+                .zip(seconds)
+                .map(|(presented_ms, seconds)| presented_ms + (seconds * 1000.0).round() as i64);
+            let ms = |ms: Option<i64>| Cell::from(ms.map_or(String::new(), |ms| ms.to_string()));
+            let same = |column| Cell::from(row.or_empty(column));
+            let cells = vec![
+                Cell::from(of.participant.as_str()),
+                Cell::from(of.session.as_str()),
+                Cell::from(number.to_string()),
+                same("trial"),
+                Cell::from(of.task.as_str()),
+                same("set"),
+                same("kind"),
+                same("planned"),
+                same("presented"),
+                same("response"),
+                same("first_response"),
+                same("confirmed_response"),
+                same("revisions"),
+                Cell::from(""),
+                same("plays"),
+                same("attempts"),
+                same("interrupted"),
+                same("voided"),
+                same("missed_target"),
+                ms(presented_ms),
+                ms(confirmed_ms),
+                Cell::from(seconds.map_or(String::new(), |s| format!("{s:.3}"))),
+                Cell::from("no"),
+                Cell::from(of.judge.as_deref().unwrap_or("")),
+            ];
+            keyed.push(((session.unwrap_or(place), number), cells));
+        }
+    }
+    keyed.sort_by_key(|(key, _)| *key);
+    trials.rows = keyed.into_iter().map(|(_, cells)| cells).collect();
+    Ok(trials)
+}
+
+/// What was measured at every playing, in the columns of [`super::super::evidence_table`]; the journal is the recording of the playing.
+///
+/// # Errors
+/// [`BehaviourError`].
+///
+/// Source: decision 0081 of this project.
+pub fn evidence_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourError> {
+    let mut evidence = table(&OF_EVIDENCE);
+    let mut keyed = Vec::new();
+    for (place, of) in all.iter().enumerate() {
+        let trials: Vec<(&str, usize)> = of_kind(of, TRIAL)
+            .filter_map(|row| Some((row.text("trial")?, row.number("number").ok()??)))
+            .collect();
+        let session = all.iter().position(|other| {
+            (&other.participant, &other.session) == (&of.participant, &of.session)
+        });
+        for row in of_kind(of, STIMULUS) {
+            let trial = row.required("trial")?;
+            let number = trials.iter().find(|(name, _)| *name == trial);
+            let number = number.map_or(usize::MAX, |(_, number)| *number);
+            let same = |column| Cell::from(row.or_empty(column));
+            let cells = vec![
+                Cell::from(of.participant.as_str()),
+                Cell::from(of.session.as_str()),
+                Cell::from(trial),
+                same("element"),
+                same("stimulus"),
+                same("drive_sha256"),
+                same("gain"),
+                same("verified"),
+                same("reached"),
+                same("criteria_not_met"),
+                same("score_jnd"),
+                same("level_re_target_db"),
+                same("rendered_at_db"),
+                same("normal_force_n"),
+                same("onset_in_recording"),
+                same("onset_uncertainty"),
+                same("strokes"),
+                same("recording_file"),
+                Cell::from(of.judge.as_deref().unwrap_or("")),
+            ];
+            keyed.push(((session.unwrap_or(place), number), cells));
+        }
+    }
+    keyed.sort_by_key(|(key, _)| *key);
+    evidence.rows = keyed.into_iter().map(|(_, cells)| cells).collect();
+    Ok(evidence)
+}
