@@ -1,6 +1,7 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
 mod belonging;
+mod bids;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;

@@ -3,7 +3,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stderr, reason = "a test says what it left out")]
 
-use std::path::Path;
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime};
 
@@ -11,7 +10,7 @@ use piezotact_people::campaign::protocol::LIBRARY;
 
 use crate::campaign_session::{holds, run, session, until, whole};
 use crate::support::session::table;
-use crate::support::{BENCH, Folder};
+use crate::support::{BENCH, Folder, copy};
 
 /// Four textures, their strokes, the transfer function and the drives of P01.
 pub(crate) fn prepared() -> &'static Folder {
@@ -32,20 +31,6 @@ pub(crate) fn prepared() -> &'static Folder {
         run(&folder, &line).expect_success();
         folder
     })
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let there = to.join(path.file_name().unwrap());
-        match path.is_dir() {
-            true => copy(&path, &there),
-            false => {
-                std::fs::copy(&path, there).unwrap();
-            }
-        }
-    }
 }
 
 /// The isotropic protocol of the library with two sets, four samples, strokes played once, and both sessions on one day.

@@ -9,7 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use crate::support::session::{Session, naming, table, trial_shown};
-use crate::support::{Done, Folder};
+use crate::support::{Done, Folder, copy};
 
 /// Forty answers, and the learning before them.
 const TRIALS: usize = 41;
@@ -222,20 +222,6 @@ impl Script {
 
 fn run(folder: &Folder, line: &str) -> Done {
     folder.run(&line.split_whitespace().collect::<Vec<_>>())
-}
-
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir_all(to).unwrap();
-    for entry in std::fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let there = to.join(path.file_name().unwrap());
-        match path.is_dir() {
-            true => copy(&path, &there),
-            false => {
-                std::fs::copy(&path, there).unwrap();
-            }
-        }
-    }
 }
 
 /// A copy of the study whose log lost its last `cut` bytes: whole, or refused with the number of lost changes.

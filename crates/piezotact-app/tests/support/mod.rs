@@ -36,6 +36,10 @@ pub(crate) const COMMANDS: &[&str] = &[
     "compare",
     "roughness",
     "matrix",
+    "bids",
+    "bids export",
+    "bids import",
+    "bids check",
     "campaign",
     "campaign design",
     "campaign identity",
@@ -61,6 +65,21 @@ pub(crate) const COMMANDS: &[&str] = &[
     "replay",
     "rerun",
 ];
+
+/// Copies a folder with everything in it.
+pub(crate) fn copy(from: &std::path::Path, to: &std::path::Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let there = to.join(path.file_name().unwrap());
+        match path.is_dir() {
+            true => copy(&path, &there),
+            false => {
+                std::fs::copy(&path, there).unwrap();
+            }
+        }
+    }
+}
 
 /// A folder of its own in which the command is run.
 pub(crate) struct Folder(tempfile::TempDir);

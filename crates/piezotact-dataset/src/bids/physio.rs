@@ -83,7 +83,7 @@ pub(super) fn each_row(
     let opened = BufReader::with_capacity(1 << 16, open_input(path)?);
     let decoder = BufReader::with_capacity(1 << 16, MultiGzDecoder::new(opened));
     let mut lines = Lines::of(decoder);
-    let mut numbers = Vec::with_capacity(columns);
+    let mut numbers = Vec::new();
     let mut rows = 0;
     loop {
         let (number, line) = match lines.next() {

@@ -39,6 +39,8 @@ struct ReadPerson {
 #[derive(Debug, Default)]
 struct ReadSession {
     name: String,
+    /// Its row in the table of sessions.
+    row_number: usize,
     began_ms: Option<i64>,
     judge: Option<String>,
     /// The cells of its row, by the names of the columns.
@@ -140,6 +142,7 @@ impl BidsFolder {
                 .sessions
                 .entry((sub.to_owned(), label.clone()))
                 .or_default();
+            session.row_number = row;
             session.name = cell(&table, row, "session").unwrap_or(&label).to_owned();
             session.began_ms = cell(&table, row, "acq_time").and_then(ms_of);
             session.judge = cell(&table, row, "judge").map(str::to_owned);
@@ -232,11 +235,12 @@ impl BidsFolder {
         )
     }
 
-    /// The sessions with the cells of their rows, by participant and session; the participant's pseudonym first.
+    /// The sessions with the cells of their rows, the participant's pseudonym first: by participant, in the order of their rows.
     #[must_use]
     pub fn sessions(&self) -> Vec<(String, BTreeMap<String, String>)> {
-        let all = self.sessions.iter();
-        let named = all.map(|((sub, _), session)| {
+        let mut all: Vec<_> = self.sessions.iter().collect();
+        all.sort_by_key(|((sub, _), session)| (sub.clone(), session.row_number));
+        let named = all.into_iter().map(|((sub, _), session)| {
             let person = self.people.get(sub);
             let pseudonym = person.map_or(sub, |person| &person.pseudonym);
             (pseudonym.clone(), session.row.clone())
@@ -277,7 +281,7 @@ impl BidsFolder {
         let mut channels: Vec<(usize, Channel, Clock)> = Vec::new();
         let mut about = About::default();
         let mut first = "";
-        let mut labels = BTreeMap::new();
+        let (mut labels, mut is_ours) = (BTreeMap::new(), false);
         for (at, entry) in of.files.iter().enumerate() {
             let sidecar = self.signal_sidecar(entry)?;
             let known = sidecar.channels.clone();
@@ -289,6 +293,7 @@ impl BidsFolder {
             if at == 0 {
                 first = &entry.file;
                 labels = sidecar.labels;
+                is_ours = sidecar.study.is_some();
                 about = About {
                     condition: sidecar.condition,
                     provenance: sidecar.provenance,
@@ -297,7 +302,9 @@ impl BidsFolder {
             }
         }
         channels.sort_by_key(|(place, ..)| *place);
-        self.complete(&mut about.condition, &of.entities);
+        if !is_ours {
+            self.complete(&mut about.condition, &of.entities);
+        }
         let with_clocks = channels
             .into_iter()
             .map(|(_, channel, clock)| (channel, clock));
@@ -487,7 +494,16 @@ impl BidsFolder {
                 false => of.responses = table,
             }
         }
-        Ok(found.into_values().map(|(_, of)| of).collect())
+        let mut found: Vec<(Entities, ReadBehaviour)> = found.into_values().collect();
+        found.sort_by_key(|(entities, _)| {
+            let key = (
+                entities.sub.clone(),
+                entities.ses.clone().unwrap_or_default(),
+            );
+            let row = self.sessions.get(&key).map(|session| session.row_number);
+            (key.0, row)
+        });
+        Ok(found.into_iter().map(|(_, of)| of).collect())
     }
 
     /// The task of a table: the name in its sidecar, or in that of its answers, or its label.

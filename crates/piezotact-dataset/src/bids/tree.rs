@@ -93,8 +93,8 @@ impl Tree {
             .filter_map(|file| Some(file.strip_suffix(DESCRIPTION)?.trim_end_matches('/')))
             .filter(|folder| {
                 !folder.is_empty()
-                    && !folder.starts_with("derivatives")
-                    && !folder.starts_with("sourcedata")
+                    && !(folder.split('/'))
+                        .any(|part| ["derivatives", "sourcedata"].contains(&part))
             })
             .map(str::to_owned)
             .collect();

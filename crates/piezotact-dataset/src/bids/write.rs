@@ -587,7 +587,7 @@ impl<'a> BidsWriter<'a> {
             self.folder.put_text(&file, &tsv_text(&table, &file)?)?;
             let columns: Columns = texts::SESSION_COLUMNS
                 .iter()
-                .map(|(name, meaning)| ((*name).to_owned(), texts::column(name, meaning)))
+                .map(|(name, meaning)| ((*name).to_owned(), texts::column(meaning)))
                 .collect();
             self.folder
                 .put_json(&format!("sub-{sub}/sub-{sub}_sessions.json"), &columns)?;

@@ -102,7 +102,7 @@ fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
     let read = format!(
         "{} and {}",
         counted(checked.tables, "table"),
-        counted(checked.signals, "file of signals")
+        counted(checked.signals, "signal file")
     );
     let folder = args.folder.display();
     print(&match checked.outcome {
@@ -112,7 +112,7 @@ fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
             counted(checked.problems.len() + checked.more, "problem")
         ),
         Judged::NotDecided => {
-            format!("{folder}: nothing could be checked: no table and no signals")
+            format!("{folder}: nothing could be checked: no table and no signal file")
         }
     })?;
     if !checked.not_read.is_empty() {

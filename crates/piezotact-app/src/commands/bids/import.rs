@@ -157,6 +157,7 @@ fn participants(dataset: &BidsFolder) -> Table {
         ("language", "language"),
         ("confirmed", "confirmed"),
         ("planned", "planned"),
+        ("rehearsal", "rehearsal"),
         ("judge", "judge"),
     ];
     let names = ["participant"]
@@ -164,7 +165,11 @@ fn participants(dataset: &BidsFolder) -> Table {
         .chain(columns.map(|(name, _)| name));
     let mut table = Table::new(names.map(|name| Column::new(name, name)));
     for (participant, row) in dataset.sessions() {
-        let cells = columns.map(|(_, from)| Cell::from(row.get(from).cloned().unwrap_or_default()));
+        let cells = columns.map(|(_, from)| match from {
+            // Rehearsals are not carried.
+            "rehearsal" => Cell::from("no"),
+            from => Cell::from(row.get(from).cloned().unwrap_or_default()),
+        });
         table
             .rows
             .push([Cell::from(participant)].into_iter().chain(cells).collect());

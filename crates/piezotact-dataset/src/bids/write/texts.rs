@@ -56,7 +56,7 @@ pub(super) const SESSION_COLUMNS: [(&str, (&str, &str)); 12] = [
 ];
 
 /// The meaning of a column, of its unit and description.
-pub(super) fn column(_name: &str, (unit, description): &(&str, &str)) -> ColumnSidecar {
+pub(super) fn column((unit, description): &(&str, &str)) -> ColumnSidecar {
     ColumnSidecar::from(ColumnMeaning {
         description: (*description).to_owned(),
         units: (!unit.is_empty()).then(|| (*unit).to_owned()),
@@ -86,7 +86,7 @@ const RECORDING_EVENTS: [(&str, (&str, &str)); 6] = [
         "contact_onset",
         (
             "s",
-            "First touch of the stroke; in passive touch the begin of the motion.",
+            "First touch of the stroke; in passive touch the beginning of the motion.",
         ),
     ),
     (
@@ -112,12 +112,17 @@ fn kind_meaning(kind: &str) -> String {
 
 /// Adds what events of recordings have, of these kinds.
 pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<String>) {
-    for (name, meaning) in &RECORDING_EVENTS {
-        columns.insert((*name).to_owned(), column(name, meaning));
+    // Playings have no columns of their own.
+    if kinds.iter().any(|kind| kind != "stimulus") {
+        for (name, meaning) in &RECORDING_EVENTS {
+            columns.insert((*name).to_owned(), column(meaning));
+        }
     }
     if let Some(kind) = columns.get_mut("trial_type") {
         let known = kinds.iter().map(|kind| (kind.clone(), kind_meaning(kind)));
-        kind.meaning.levels.extend(known);
+        for (level, meaning) in known {
+            kind.meaning.levels.entry(level).or_insert(meaning);
+        }
     }
     let more = [
         (
