@@ -19,6 +19,7 @@ use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
     CharacteriseDocument, PlayDocument, RenderBatchDocument, RenderDocument,
 };
+use piezotact_dataset::bids::{Checked, Exported};
 use piezotact_dataset::document::{
     ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
 };
@@ -79,7 +80,9 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<CharacteriseDocument<'_>>()?,
         schema::<ComparisonDocument<'_>>()?,
         schema::<CutsDocument<'_>>()?,
+        schema::<Checked>()?,
         schema::<DataDictionary>()?,
+        schema::<Exported>()?,
         schema::<DemoDocument<'_>>()?,
         schema::<EstimateDocument<'_>>()?,
         schema::<ExportDocument<'_>>()?,

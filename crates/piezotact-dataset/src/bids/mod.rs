@@ -19,7 +19,7 @@ mod tree;
 mod write;
 
 pub use about::{DatasetAbout, NotCarried, Person, SessionFacts};
-pub use check::{Checked, Problem, ProblemKind, check};
+pub use check::{Checked, Problem, ProblemKind, SecondOpinion, check};
 pub use error::BidsError;
 pub use folder::NewFolder;
 pub use label::label_of;

@@ -6,10 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
 use piezotact::criterion::Outcome as Judged;
-use piezotact::document::Content;
 use piezotact::number::counted;
-use piezotact_dataset::bids::{Checked, check};
-use serde::Serialize;
+use piezotact_dataset::bids::{Checked, SecondOpinion, check};
 
 use crate::failure::{Failure, Outcome};
 use crate::output::{print, print_document, say};
@@ -26,7 +24,7 @@ pub(super) struct Arguments {
     folder: PathBuf,
     /// Whether the official validator is asked too, where it is installed.
     #[arg(long, value_enum, default_value = "if-installed")]
-    second_opinion: SecondOpinion,
+    second_opinion: Asked,
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
@@ -34,65 +32,33 @@ pub(super) struct Arguments {
 
 /// Whether the official validator is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum SecondOpinion {
+enum Asked {
     /// Where it is installed.
     IfInstalled,
     /// Never.
     None,
 }
 
-/// What both found.
-#[derive(Debug, Serialize)]
-struct Opinions {
-    #[serde(flatten)]
-    checked: Checked,
-    /// What the official validator found; absent where it was not asked or is not installed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    validator: Option<Validator>,
-}
-
-impl Content for Opinions {
-    const SCHEMA: &'static str = Checked::SCHEMA;
-}
-
-/// What the official validator found.
-#[derive(Debug, Serialize)]
-struct Validator {
-    /// Its name.
-    program: &'static str,
-    /// Errors, each with its file.
-    errors: Vec<String>,
-    /// How many warnings.
-    warnings: usize,
-    /// Why nothing is known of it; absent where it gave an answer.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    failed: Option<String>,
-}
-
 pub(super) fn run(args: &Arguments) -> Outcome {
-    let checked = check(&args.folder)?;
-    let validator = match args.second_opinion {
-        SecondOpinion::IfInstalled => second_opinion(&args.folder),
-        SecondOpinion::None => None,
+    let mut checked = check(&args.folder)?;
+    checked.second_opinion = match args.second_opinion {
+        Asked::IfInstalled => second_opinion(&args.folder),
+        Asked::None => None,
     };
-    let opinions = Opinions { checked, validator };
     match args.json {
-        true => print_document(&opinions)?,
-        false => shown(args, &opinions)?,
+        true => print_document(&checked)?,
+        false => shown(args, &checked)?,
     }
-    let errors = opinions
-        .validator
-        .as_ref()
-        .is_some_and(|other| !other.errors.is_empty());
-    match (opinions.checked.outcome, errors) {
+    let other = checked.second_opinion.as_ref();
+    let errors = other.is_some_and(|other| !other.errors.is_empty());
+    match (checked.outcome, errors) {
         (Judged::NotMet, _) | (_, true) => Err(Failure::NotPassed),
         (Judged::NotDecided, _) => Err(Failure::NotDecided),
         (Judged::Met, false) => Ok(()),
     }
 }
 
-fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
-    let Opinions { checked, validator } = opinions;
+fn shown(args: &Arguments, checked: &Checked) -> Outcome {
     for problem in &checked.problems {
         print(&problem.to_string())?;
     }
@@ -125,9 +91,9 @@ fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
             kinds.join(", ")
         ))?;
     }
-    match validator {
+    match &checked.second_opinion {
         None => {}
-        Some(Validator {
+        Some(SecondOpinion {
             failed: Some(why), ..
         }) => say(&format!("{VALIDATOR}: {why}")),
         Some(validator) => {
@@ -145,7 +111,7 @@ fn shown(args: &Arguments, opinions: &Opinions) -> Outcome {
 }
 
 /// What the official validator says; `None` where it is not installed.
-fn second_opinion(folder: &Path) -> Option<Validator> {
+fn second_opinion(folder: &Path) -> Option<SecondOpinion> {
     let mut child = Command::new(VALIDATOR)
         .args(["--format", "json", "--max-rows", "-1"])
         .arg(folder)
@@ -155,8 +121,8 @@ fn second_opinion(folder: &Path) -> Option<Validator> {
         .spawn()
         .ok()?;
     let failed = |why: String| {
-        Some(Validator {
-            program: VALIDATOR,
+        Some(SecondOpinion {
+            program: VALIDATOR.to_owned(),
             errors: Vec::new(),
             warnings: 0,
             failed: Some(why),
@@ -183,8 +149,8 @@ fn second_opinion(folder: &Path) -> Option<Validator> {
     }
     let text = reading.join().ok()?.ok()?;
     match issues(&text) {
-        Some((errors, warnings)) => Some(Validator {
-            program: VALIDATOR,
+        Some((errors, warnings)) => Some(SecondOpinion {
+            program: VALIDATOR.to_owned(),
             errors,
             warnings,
             failed: None,

@@ -115,6 +115,24 @@ pub struct Checked {
     pub signals: usize,
     /// How many files hold data that this check does not read, by kind of data.
     pub not_read: BTreeMap<String, usize>,
+    /// What the official validator found; absent where it was not asked or is not installed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub second_opinion: Option<SecondOpinion>,
+}
+
+/// What another validator found.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SecondOpinion {
+    /// Its name.
+    pub program: String,
+    /// Errors, each with its file.
+    pub errors: Vec<String>,
+    /// How many warnings.
+    pub warnings: usize,
+    /// Why nothing is known of it; absent where it gave an answer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub failed: Option<String>,
 }
 
 impl Content for Checked {
@@ -221,6 +239,7 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
         tables,
         signals,
         not_read: not_read(&tree),
+        second_opinion: None,
     })
 }
 
