@@ -140,9 +140,9 @@ def legacy(dataset):
 
 
 def hed(dataset):
-    command = [*OFFLINE, str(pathlib.Path(sys.executable).parent / "validate_bids"), dataset, "-f", "json", "--no-log"]
-    result = subprocess.run(command, capture_output=True, text=True)
-    return json.loads(result.stdout[result.stdout.index("[") :])
+    code = "import json, sys; from hed.tools import BidsDataset; print(json.dumps([str(one) for one in BidsDataset(sys.argv[1]).validate()]))"
+    out = done([*OFFLINE, sys.executable, "-c", code, str(dataset)])
+    return json.loads(out.strip().splitlines()[-1])
 
 
 def ours_finds(dataset):
