@@ -1,5 +1,7 @@
 //! Every test of files, in one program: it is linked once and runs on all cores.
 
+mod eeg;
+mod eeg_damage;
 mod files_of_before;
 mod haptic;
 mod haptic_limits;

@@ -92,18 +92,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     }
     let (parts, started_at, doubts) = parts_of(&markers, header.rate, points);
     let mut lines = Vec::with_capacity(header.channels.len());
-    for (k, described) in header.channels.iter().enumerate() {
+    let all = samples_of(&header, &stored, points);
+    for (described, samples) in header.channels.iter().zip(all) {
         let (unit, factor) = eeg_unit(&described.unit);
         let scale = described.resolution * factor;
-        let mut samples = one_channel(&header, &stored, k, points);
-        for sample in &mut samples {
-            *sample *= scale;
-        }
         lines.push(Line {
             channel: Channel {
                 name: described.name.clone(),
                 unit,
-                samples,
+                samples: samples.into_iter().map(|code| code * scale).collect(),
             },
             rate: header.rate,
             per_unit: 1,
@@ -141,19 +138,22 @@ fn missing(path: &Path, key: &str, file: &Path) -> ReadError {
     )
 }
 
-/// The samples of channel `k`, as stored.
-fn one_channel(header: &Header, stored: &[u8], k: usize, points: usize) -> Vec<f64> {
+/// The samples of each channel, as stored.
+fn samples_of(header: &Header, stored: &[u8], points: usize) -> Vec<Vec<f64>> {
     let width = header.format.width();
     let channels = header.channels.len();
     if header.multiplexed {
-        let frames = stored.chunks_exact(width * channels);
-        frames
-            .filter_map(|frame| frame.get(k * width..(k + 1) * width))
-            .map(|bytes| header.format.value(bytes, header.order))
-            .collect()
+        let mut all = vec![Vec::with_capacity(points); channels];
+        for frame in stored.chunks_exact(width * channels) {
+            for (own, bytes) in all.iter_mut().zip(frame.chunks_exact(width)) {
+                own.push(header.format.value(bytes, header.order));
+            }
+        }
+        all
     } else {
-        let own = stored.get(k * points * width..(k + 1) * points * width);
-        header.format.values(own.unwrap_or_default(), header.order)
+        let each = stored.chunks_exact(width * points);
+        each.map(|bytes| header.format.values(bytes, header.order))
+            .collect()
     }
 }
 

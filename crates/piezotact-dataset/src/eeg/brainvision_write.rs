@@ -7,7 +7,7 @@ use piezotact::Doubt;
 use piezotact::quantity::Unit;
 use piezotact::recording::{EventValue, Recording, RecordingDoubt, StartTime};
 
-use crate::atomic::Prepared;
+use crate::atomic::{Prepared, led_to};
 use crate::error::WriteError;
 
 /// A marker of a `BrainVision` recording. Markers stand on samples.
@@ -121,11 +121,9 @@ pub fn write_brainvision(
     let marked = text(&marks, marker_text)?;
     let headed = text(path, header_text)?;
     // An older header does not describe the new samples: it goes before they come.
-    match std::fs::remove_file(path) {
-        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-            return Err(WriteError::io(path)(error));
-        }
-        _ => {}
+    let older = led_to(path);
+    if older.is_file() {
+        std::fs::remove_file(&older).map_err(WriteError::io(path))?;
     }
     samples.commit()?;
     marked.commit()?;

@@ -12,6 +12,7 @@ use super::content::{Content, Line, Marked, Part, Place};
 use super::{EegFile, EegKind, in_folder_of};
 use crate::error::ReadError;
 use crate::matlab::{MatFile, MatNumbers, MatValue, looks_like_mat, parse_mat};
+use crate::stored::{ByteOrder, Stored};
 
 const TODO: &str = "save it again in EEGLAB as one .set file";
 /// V in one µV.
@@ -229,13 +230,18 @@ fn from_fdt(path: &Path, name: &str, channels: usize, points: usize) -> Result<S
             "copy it again together with its .set file",
         ));
     }
+    let numbers = Stored::F32
+        .values(&bytes, ByteOrder::Little)
+        .into_iter()
+        .map(|value| value * MICRO);
+    // The older `.dat` has one channel after the other.
+    let is_dat = file
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("dat"));
     let mut values = vec![Vec::with_capacity(points); channels];
-    for frame in bytes.chunks_exact(4 * channels) {
-        for (own, value) in values.iter_mut().zip(frame.chunks_exact(4)) {
-            if let &[a, b, c, d] = value {
-                own.push(f64::from(f32::from_le_bytes([a, b, c, d])) * MICRO);
-            }
-        }
+    for (at, value) in numbers.enumerate() {
+        let channel = if is_dat { at / points } else { at % channels };
+        values[channel].push(value);
     }
     Ok(Samples {
         channels,

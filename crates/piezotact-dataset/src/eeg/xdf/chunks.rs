@@ -22,6 +22,9 @@ const BOUNDARY_MARK: [u8; 16] = [
     0x43, 0xA5, 0x46, 0xDC, 0xCB, 0xF5, 0x41, 0x0F, 0xB3, 0x0E, 0xD5, 0x46, 0x73, 0x83, 0xCB, 0xE4,
 ];
 
+/// All streams together have no more channels.
+const MOST_CHANNELS: usize = 1 << 17;
+
 /// What the header of a stream says.
 pub(super) struct Header {
     pub(super) name: String,
@@ -121,7 +124,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content, ReadError> {
         let used = match tag {
             STREAM_HEADER if cut => true,
             STREAM_HEADER => {
-                let stream = header(path, body, bytes.len())?;
+                let known = content.streams.iter().map(|stream| stream.header.channels);
+                let left = MOST_CHANNELS.saturating_sub(known.sum());
+                let stream = header(path, body, bytes.len().min(left))?;
                 if content.streams.iter().any(|known| known.id == stream.id) {
                     return Err(ReadError::content(
                         path,
@@ -149,10 +154,16 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content, ReadError> {
             _ => true,
         };
         if !used {
-            content.skipped += body.len();
-            // The end of a chunk with other content is not known: the next one is behind the next boundary.
-            cursor.at = from + 1;
-            skip(&mut cursor);
+            // Its length holds where another chunk follows; otherwise the next one is behind the next boundary.
+            let mut after = Cursor {
+                bytes,
+                at: cursor.at,
+            };
+            if cursor.at < bytes.len() && chunk(&mut after).is_none() {
+                cursor.at = from + 1;
+                skip(&mut cursor);
+            }
+            content.skipped += cursor.at - from;
         }
     }
     if content.streams.is_empty() {
@@ -203,7 +214,7 @@ fn text_at<'d>(node: Node<'d, 'd>, names: &[&str]) -> Option<&'d str> {
     node.text().map(str::trim).filter(|text| !text.is_empty())
 }
 
-fn header(path: &Path, body: &[u8], file_bytes: usize) -> Result<Stored, ReadError> {
+fn header(path: &Path, body: &[u8], most_channels: usize) -> Result<Stored, ReadError> {
     let wrong = |expected: &str, found: String| {
         ReadError::content(
             path,
@@ -233,7 +244,7 @@ fn header(path: &Path, body: &[u8], file_bytes: usize) -> Result<Stored, ReadErr
     let channels: usize = count
         .parse()
         .ok()
-        .filter(|n| *n <= file_bytes)
+        .filter(|n| *n <= most_channels)
         .ok_or_else(|| {
             wrong(
                 "a number of channels that the file can hold",
