@@ -119,6 +119,18 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
         .max_by(|a, b| clocks[*a].rate_hz.hz().total_cmp(&clocks[*b].rate_hz.hz()))
         .unwrap_or(0);
     let rate_hz = clocks[fastest].rate_hz.hz();
+    let ends_s = |clock: usize| clocks[clock].rate_hz.duration_of(lengths[clock]).0;
+    let uneven = (0..clocks.len()).any(|clock| {
+        let off_s = (ends_s(clock) - ends_s(fastest)).abs();
+        off_s > 1.000_001 / clocks[clock].rate_hz.hz()
+    });
+    if uneven {
+        return refuse(
+            "channels that end together",
+            format!("channels of {lengths:?} samples at {} rates", clocks.len()),
+            "cut them to a common length, or write them to separate files",
+        );
+    }
     let frame_bytes: usize = clocks
         .iter()
         .enumerate()
@@ -152,17 +164,24 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
         Some((samples, text, per_record?))
     };
     let distance = |samples: usize| ((samples as f64 / rate_hz) / RECORD_S).ln().abs();
-    let added_by = |per_record: &[usize]| {
+    let records_of = |per_record: &[usize]| {
         let records = lengths.iter().zip(per_record).map(|(n, m)| n.div_ceil(*m));
-        let records = records.max().unwrap_or(0);
-        (records, records * per_record[fastest] - lengths[fastest])
+        records.max().unwrap_or(0)
     };
-    let best = (shortest..=longest).filter_map(exact).min_by(|a, b| {
-        let (x, y) = (added_by(&a.2).1, added_by(&b.2).1);
-        x.cmp(&y)
-            .then_with(|| distance(a.0).total_cmp(&distance(b.0)))
+    // What has to be added to all clocks together, s.
+    let added_s = |per_record: &[usize]| -> f64 {
+        let records = records_of(per_record);
+        let each = clocks.iter().zip(&lengths).zip(per_record);
+        each.map(|((clock, n), m)| clock.rate_hz.duration_of(records * m - n).0)
+            .sum()
+    };
+    let candidates = (shortest..=longest).filter_map(exact);
+    let rated = candidates.map(|(samples, text, per_record)| {
+        let added_s = added_s(&per_record);
+        (added_s, distance(samples), text, per_record)
     });
-    let Some((_, record_text, per_record)) = best else {
+    let best = rated.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    let Some((_, _, record_text, per_record)) = best else {
         return refuse(
             "rates that give whole numbers of samples in a record of at most 8 digits",
             clocks
@@ -173,18 +192,8 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
             "resample them to a rate such as 1000 Hz, or write BrainVision",
         );
     };
-    let (records, added) = added_by(&per_record);
-    let uneven = lengths
-        .iter()
-        .zip(&per_record)
-        .any(|(n, m)| n.div_ceil(*m) != records);
-    if uneven {
-        return refuse(
-            "channels that end together",
-            format!("channels of {lengths:?} samples at {} rates", clocks.len()),
-            "cut them to a common length, or write them to separate files",
-        );
-    }
+    let records = records_of(&per_record);
+    let added = records * per_record[fastest] - lengths[fastest];
     if records > 99_999_999 {
         return refuse(
             "at most 99999999 records",
@@ -203,6 +212,11 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
 
 /// `value` in at most eight characters, where that is exact to 12 digits.
 fn eight(value: f64) -> Option<String> {
+    // Eight characters hold at most six digits behind the point.
+    let millionths = value * 1e6;
+    if (millionths - millionths.round()).abs() > 1e-9 * millionths.max(1.0) {
+        return None;
+    }
     let text = format!("{value}");
     let short = (1..=6).map(|digits| format!("{value:.digits$}"));
     let mut all = std::iter::once(text).chain(short);
