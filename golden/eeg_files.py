@@ -6,7 +6,7 @@ compare with; and small files of other programs for it to read (eeglabio 0.1.4, 
 
 The first form writes tests/golden/eeg. Samples are in SI as MNE has them, the index of an event is that of
 `mne.events_from_annotations`, and triggers are those of `mne.find_events` with its defaults and a mask of 16 bits. The second form
-reads back what the Rust test `eeg::others_read_what_is_written` wrote to FOLDER (UPDATE_GOLDEN=FOLDER) with MNE, edfio and pybv's rules.
+reads back what the Rust test `eeg::others_read_what_is_written` wrote to FOLDER (WRITE_EEG_TO=FOLDER) with MNE, edfio and pybv's rules.
 """
 
 import json
@@ -309,12 +309,16 @@ def read_back(folder):
     again = mne.io.read_raw_edf(folder / "written.edf", preload=True)
     exact = np.array(json.loads((folder / "written.json").read_text())["samples"])
     events = json.loads((folder / "written.json").read_text())["events"]
-    print("BrainVision: largest error", np.abs(raw.get_data() - exact).max(), "V")
-    low, high = exact.min(axis=1), exact.max(axis=1)
-    lsb = (high - low) / 65534
-    data = again.get_data()[:, : exact.shape[1]]
-    print("EDF: largest error in steps", (np.abs(data - exact) / lsb[:, None]).max(), "samples", again.n_times, exact.shape[1])
-    print("events, EDF:", events_of(again) == events, "BrainVision:", [e[0] for e in events_of(raw)][1:] == [e[0] for e in events])
+    size = np.abs(exact).max(axis=1)
+    print("BrainVision: largest error, relative", (np.abs(raw.get_data() - exact) / size[:, None]).max())
+    header = edfio.read_edf(folder / "written.edf")
+    factors = [{"nV": 1e-9, "uV": 1e-6, "mV": 1e-3}.get(s.physical_dimension, 1) for s in header.signals]
+    # MNE takes nV for V; edfio gives the values in the dimension of the file.
+    steps = [(s.physical_max - s.physical_min) / (s.digital_max - s.digital_min) * f for s, f in zip(header.signals, factors)]
+    data = np.array([s.data * f for s, f in zip(header.signals, factors)])[:, : exact.shape[1]]
+    print("EDF: largest error in steps, edfio", (np.abs(data - exact) / np.array(steps)[:, None]).max(), "samples", again.n_times, exact.shape[1])
+    print("EDF: largest error of Cz in steps, MNE", (np.abs(again.get_data()[0] - exact[0]) / steps[0]).max())
+    print("events, EDF:", events_of(again) == events, "BrainVision:", [e[0] for e in events_of(raw)] == [e[0] for e in events])
     print("starts:", raw.info["meas_date"], again.info["meas_date"])
     read = edfio.read_edf(folder / "written.edf")
     print("edfio:", [s.label for s in read.signals], read.starttime, len(read.annotations))

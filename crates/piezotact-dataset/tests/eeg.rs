@@ -754,10 +754,10 @@ fn brainvision_is_read_back() {
     assert!(read_eeg(&path).is_ok());
 }
 
-/// MNE, edfio and pybv's rules read what is written here: `UPDATE_GOLDEN=FOLDER`, then `golden/eeg_files.py read FOLDER`.
+/// MNE, edfio and pybv's rules read what is written here: `WRITE_EEG_TO=FOLDER`, then `golden/eeg_files.py read FOLDER`.
 #[test]
 fn others_read_what_is_written() {
-    let Some(folder) = std::env::var_os("UPDATE_GOLDEN")
+    let Some(folder) = std::env::var_os("WRITE_EEG_TO")
         .map(PathBuf::from)
         .filter(|f| f.is_dir())
     else {

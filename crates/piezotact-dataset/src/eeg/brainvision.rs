@@ -62,14 +62,13 @@ struct Header {
 /// Reads the recording whose header is at `path`, with `bytes`.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let header = header_of(path, &text_of(bytes))?;
-    let stored = crate::input::open_input(&header.data)
-        .and_then(|_| crate::input::read_input(&header.data))
-        .map_err(|_| missing(path, "DataFile", &header.data))?;
+    let stored = crate::input::read_input(&header.data)
+        .map_err(|_unreadable| missing(path, "DataFile", &header.data))?;
     let points = points_of(path, &header, stored.len())?;
     let markers = match &header.markers {
         Some(file) => {
-            let bytes =
-                crate::input::read_input(file).map_err(|_| missing(path, "MarkerFile", file))?;
+            let bytes = crate::input::read_input(file)
+                .map_err(|_unreadable| missing(path, "MarkerFile", file))?;
             markers_of(file, &text_of(&bytes))?
         }
         None => Vec::new(),

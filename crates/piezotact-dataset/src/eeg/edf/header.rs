@@ -19,6 +19,15 @@ pub(super) enum Gaps {
     Stated,
 }
 
+/// Which of the two standards a file follows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Standard {
+    /// EDF of 1992, or BDF: samples alone.
+    Original,
+    /// EDF+ or BDF+, with annotations.
+    Plus,
+}
+
 /// One signal.
 #[derive(Debug)]
 pub(super) struct Signal {
@@ -46,7 +55,7 @@ impl Signal {
 pub(super) struct Header {
     /// Bytes of one sample: 2 or 3.
     pub(super) width: usize,
-    pub(super) plus: bool,
+    pub(super) standard: Standard,
     pub(super) gaps: Gaps,
     pub(super) started_at: Option<StartTime>,
     /// Bytes of the header, and of a record.
@@ -108,7 +117,7 @@ impl<'a> Fields<'a> {
         let text = latin(bytes);
         let text = text.trim_matches(['\0', ' ']);
         text.parse()
-            .map_err(|_| self.wrong(format!("a whole number as {what}"), text))
+            .map_err(|_no_number| self.wrong(format!("a whole number as {what}"), text))
     }
 
     fn wrong(&self, expected: String, found: &str) -> ReadError {
@@ -157,11 +166,15 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
     }
     let plus = (reserved.starts_with("EDF+") && width == 2)
         || (reserved.starts_with("BDF+") && width == 3);
+    let standard = match plus {
+        true => Standard::Plus,
+        false => Standard::Original,
+    };
     let gaps = match plus && reserved[4..].starts_with('D') {
         true => Gaps::Stated,
         false => Gaps::None,
     };
-    let signals = signals(path, &mut fields, count, plus, width)?;
+    let signals = signals(path, &mut fields, count, standard, width)?;
     let with_samples = signals.iter().any(|signal| !signal.annotations);
     if !with_samples {
         return Err(wrong(
@@ -208,7 +221,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
     }
     let header = Header {
         width,
-        plus,
+        standard,
         gaps,
         started_at,
         bytes: length,
@@ -228,7 +241,7 @@ fn signals(
     path: &Path,
     fields: &mut Fields<'_>,
     count: usize,
-    plus: bool,
+    standard: Standard,
     width: usize,
 ) -> Result<Vec<Signal>, ReadError> {
     let mut labels = Vec::with_capacity(count);
@@ -261,7 +274,8 @@ fn signals(
     for k in 0..count {
         let label = labels[k].clone();
         let per_record = fields.whole(8, &format!("the samples in a record of `{label}`"))?;
-        let annotations = plus && matches!(label.as_str(), "EDF Annotations" | "BDF Annotations");
+        let annotations = standard == Standard::Plus
+            && matches!(label.as_str(), "EDF Annotations" | "BDF Annotations");
         let signal = Signal {
             annotations,
             dimension: dimensions[k].clone(),

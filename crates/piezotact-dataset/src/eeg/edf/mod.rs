@@ -18,7 +18,7 @@ pub use write::write_edf;
 use super::content::{Content, Line, Marked, Part, Place};
 use super::{EegFile, EegKind, eeg_unit, trigger};
 use crate::error::ReadError;
-use header::{Gaps, Header, Signal};
+use header::{Gaps, Header, Signal, Standard};
 use tal::{Annotation, Onset};
 
 /// Whether `head` begins as an EDF file does.
@@ -128,13 +128,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
 }
 
 fn kind_of(header: &Header) -> EegKind {
-    match (header.width, header.plus, header.gaps) {
-        (2, false, _) => EegKind::Edf,
-        (2, true, Gaps::None) => EegKind::EdfPlus,
-        (2, true, Gaps::Stated) => EegKind::EdfPlusGaps,
-        (_, false, _) => EegKind::Bdf,
-        (_, true, Gaps::None) => EegKind::BdfPlus,
-        (_, true, Gaps::Stated) => EegKind::BdfPlusGaps,
+    match (header.width, header.standard, header.gaps) {
+        (2, Standard::Original, _) => EegKind::Edf,
+        (2, Standard::Plus, Gaps::None) => EegKind::EdfPlus,
+        (2, Standard::Plus, Gaps::Stated) => EegKind::EdfPlusGaps,
+        (_, Standard::Original, _) => EegKind::Bdf,
+        (_, Standard::Plus, Gaps::None) => EegKind::BdfPlus,
+        (_, Standard::Plus, Gaps::Stated) => EegKind::BdfPlusGaps,
     }
 }
 
@@ -159,7 +159,7 @@ fn annotations_of(
 ) -> Result<(Vec<Onset>, Vec<Annotation>), ReadError> {
     let channels: Vec<&Signal> = header.signals.iter().filter(|s| s.annotations).collect();
     let (mut onsets, mut annotations) = (Vec::new(), Vec::new());
-    if !header.plus {
+    if header.standard == Standard::Original {
         return Ok((onsets, annotations));
     }
     for (number, record) in records.iter().enumerate() {

@@ -226,12 +226,22 @@ fn eight(value: f64) -> Option<String> {
     })
 }
 
-/// The widest text of at most eight characters that is no larger than `value` (`down`) or no smaller.
-fn outer(value: f64, down: bool) -> Option<String> {
+/// Which limit of a range is meant.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Limit {
+    Lowest,
+    Highest,
+}
+
+/// The nearest text of at most eight characters that is no larger than `value`, for a lowest limit, or no smaller, for a highest one.
+fn outer(value: f64, limit: Limit) -> Option<String> {
     (0..=6).rev().find_map(|digits| {
         let step = 10_f64.powi(-digits);
         let scaled = value / step;
-        let rounded = if down { scaled.floor() } else { scaled.ceil() };
+        let rounded = match limit {
+            Limit::Lowest => scaled.floor(),
+            Limit::Highest => scaled.ceil(),
+        };
         let text = format!("{:.*}", digits.unsigned_abs() as usize, rounded * step);
         let text = if text.parse() == Ok(0.0) {
             "0".into()
@@ -239,7 +249,10 @@ fn outer(value: f64, down: bool) -> Option<String> {
             text
         };
         let back: f64 = text.parse().ok()?;
-        let outside = if down { back <= value } else { back >= value };
+        let outside = match limit {
+            Limit::Lowest => back <= value,
+            Limit::Highest => back >= value,
+        };
         (text.len() <= 8 && outside).then_some(text)
     })
 }
@@ -270,7 +283,10 @@ fn scaled<'r>(
             // A constant channel stands in the middle of its range.
             let half = if high > low { 0.0 } else { 1.0 };
             let range = || {
-                let (lowest, highest) = (outer(low - half, true)?, outer(high + half, false)?);
+                let (lowest, highest) = (
+                    outer(low - half, Limit::Lowest)?,
+                    outer(high + half, Limit::Highest)?,
+                );
                 let range: (f64, f64) = (lowest.parse().ok()?, highest.parse().ok()?);
                 (range.0 < range.1).then_some((lowest, highest, range))
             };
@@ -302,7 +318,11 @@ fn dimension_of(path: &Path, unit: &Unit, largest: f64) -> Result<(String, f64),
         Unit::Other(text) => text,
         known => known.symbol(),
     };
-    let prefixes = [("n", 1e9), ("u", 1e6), ("m", 1e3), ("", 1.0), ("k", 1e-3)];
+    // EEG is written in µV, as all programs expect it; several take nV for V.
+    let prefixes: &[(&str, f64)] = match unit {
+        Unit::Volt => &[("u", 1e6), ("m", 1e3), ("", 1.0)],
+        _ => &[("", 1.0), ("m", 1e3), ("u", 1e6), ("n", 1e9), ("k", 1e-3)],
+    };
     let known = prefixes.iter().filter_map(|(prefix, factor)| {
         let dimension = format!("{prefix}{symbol}");
         let (si, back) = eeg_unit(&dimension);
@@ -310,16 +330,11 @@ fn dimension_of(path: &Path, unit: &Unit, largest: f64) -> Result<(String, f64),
         same.then_some((dimension, *factor))
     });
     let known: Vec<(String, f64)> = known.collect();
-    // EEG is written in µV, as all programs expect it, unless its digits do not fit.
-    let usual = known.iter().find(|(name, _)| name == "uV");
-    let fits = |(_, factor): &&(String, f64)| (1.0..1e5).contains(&(largest * factor));
-    let chosen = usual
-        .filter(fits)
-        .or_else(|| known.iter().find(fits))
-        .or(usual.filter(|_| largest == 0.0))
-        .or(known
-            .iter()
-            .find(|(_, factor)| (factor - 1.0).abs() < f64::EPSILON));
+    let fits = |(_, factor): &&(String, f64)| (1e-2..1e5).contains(&(largest * factor));
+    let chosen = known.iter().find(fits).or_else(|| match unit {
+        Unit::Volt if largest > 1.0 => known.last(),
+        _ => known.first(),
+    });
     let (dimension, factor) = chosen.cloned().unwrap_or_else(|| (symbol.to_owned(), 1.0));
     // The letter µ is not in the ASCII of the format; degrees have no other sign.
     let written = dimension.replace(['µ', 'μ'], "u").replace('°', "deg");
@@ -580,7 +595,10 @@ mod tests {
             -1e-5,
             0.1,
         ] {
-            let (low, high) = (outer(value, true).unwrap(), outer(value, false).unwrap());
+            let (low, high) = (
+                outer(value, Limit::Lowest).unwrap(),
+                outer(value, Limit::Highest).unwrap(),
+            );
             let (below, above): (f64, f64) = (low.parse().unwrap(), high.parse().unwrap());
             assert!(below <= value && value <= above, "{low} {value} {high}");
             assert!(
@@ -588,7 +606,7 @@ mod tests {
                 "{low} {high}"
             );
         }
-        assert_eq!(outer(1e9, false), None);
+        assert_eq!(outer(1e9, Limit::Highest), None);
         assert_eq!(eight(0.015_625).as_deref(), Some("0.015625"));
         assert_eq!(eight(1.0).as_deref(), Some("1"));
         assert_eq!(eight(1.0 / 256.0), None);

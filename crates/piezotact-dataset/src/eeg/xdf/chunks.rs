@@ -7,6 +7,7 @@ use roxmltree::{Document, Node};
 
 use super::super::{eeg_unit, unique_names};
 use super::XdfValues;
+use super::clock::Spacing;
 use crate::error::ReadError;
 use crate::stored::{ByteOrder, Stored as Number};
 
@@ -30,8 +31,7 @@ pub(super) struct Header {
     pub(super) name: String,
     pub(super) kind: String,
     pub(super) rate_hz: f64,
-    /// Whether samples may be missing between others, so that times are kept as they are.
-    pub(super) drops_samples: bool,
+    pub(super) spacing: Spacing,
     /// The type of its numbers; `None` for texts.
     number: Option<Number>,
     channels: usize,
@@ -148,7 +148,11 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Content, ReadError> {
                 known.is_some_and(|stream| match tag {
                     SAMPLES => samples(stream, &mut body) || cut,
                     CLOCK_OFFSET => offset(stream, &mut body) || cut,
-                    _ => footer(stream, &body, cut),
+                    _ => {
+                        footer(stream, &body);
+                        stream.has_footer = !cut;
+                        true
+                    }
                 })
             }
             _ => true,
@@ -274,7 +278,10 @@ fn header(path: &Path, body: &[u8], most_channels: usize) -> Result<Stored, Read
         name: text_at(info, &["name"]).unwrap_or_default().to_owned(),
         kind: text_at(info, &["type"]).unwrap_or_default().to_owned(),
         rate_hz,
-        drops_samples: drops.is_some_and(|text| text.eq_ignore_ascii_case("true")),
+        spacing: match drops.is_some_and(|text| text.eq_ignore_ascii_case("true")) {
+            true => Spacing::WithLosses,
+            false => Spacing::Even,
+        },
         number,
         channels,
     };
@@ -408,12 +415,10 @@ fn offset(stream: &mut Stored, body: &mut Cursor<'_>) -> bool {
 }
 
 /// Reads a footer; what cannot be understood in it changes nothing that was read.
-fn footer(stream: &mut Stored, body: &Cursor<'_>, cut: bool) -> bool {
+fn footer(stream: &mut Stored, body: &Cursor<'_>) {
     let text = String::from_utf8_lossy(body.bytes.get(4..).unwrap_or_default());
     if let Ok(document) = Document::parse(text.trim_end_matches('\0')) {
         let count = text_at(document.root_element(), &["sample_count"]);
         stream.footer_count = count.and_then(|count| count.parse().ok());
     }
-    stream.has_footer = !cut;
-    true
 }

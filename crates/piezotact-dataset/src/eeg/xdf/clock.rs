@@ -14,6 +14,15 @@ const RESET_OFFSET: (f64, f64) = (10.0, 1.0);
 /// How far a last clock offset is from the others, in intervals or standard deviations, if an ended outlet sent it.
 const OUTLIER: f64 = 10.0;
 
+/// How the samples of a stream of constant rate follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Spacing {
+    /// Evenly, but for gaps.
+    Even,
+    /// Single ones may be missing, so that times are kept as they are.
+    WithLosses,
+}
+
 fn median(values: impl Iterator<Item = f64>) -> f64 {
     let mut sorted: Vec<f64> = values.collect();
     sorted.sort_by(f64::total_cmp);
@@ -196,7 +205,7 @@ fn robust_line(offsets: &[(f64, f64)]) -> Option<(f64, f64)> {
 pub(super) fn without_jitter(
     time_s: &mut [f64],
     nominal_hz: f64,
-    drops_samples: bool,
+    spacing: Spacing,
 ) -> (Vec<Range<usize>>, Option<f64>) {
     let count = time_s.len();
     if count == 0 {
@@ -206,7 +215,7 @@ pub(super) fn without_jitter(
     if nominal_hz == 0.0 {
         return (whole, None);
     }
-    if drops_samples {
+    if spacing == Spacing::WithLosses {
         let lasts_s = time_s[count - 1] - time_s[0];
         return (whole, (lasts_s > 0.0).then(|| (count - 1) as f64 / lasts_s));
     }
@@ -268,7 +277,7 @@ mod tests {
     fn gaps_divide_a_stream() {
         let mut times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.01).collect();
         times.extend((0..50).map(|k| 11.0 + f64::from(k) * 0.01));
-        let (parts, rate) = without_jitter(&mut times, 100.0, false);
+        let (parts, rate) = without_jitter(&mut times, 100.0, Spacing::Even);
         assert_eq!(parts, [0..100, 100..150]);
         assert!((rate.unwrap() - 100.0).abs() < 1e-9);
     }

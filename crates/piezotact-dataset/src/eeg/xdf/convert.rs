@@ -21,8 +21,12 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
         match &stream.values {
             _ if stream.time_s.is_empty() => {}
             XdfValues::Numbers(all) if is_signal(stream) => {
+                let prefix = match several {
+                    true => format!("{}: ", stream.name),
+                    false => String::new(),
+                };
                 doubts.extend(one_segment(stream));
-                channels.extend(signals(path, stream, all, several)?);
+                channels.extend(signals(path, stream, all, &prefix)?);
             }
             XdfValues::Numbers(all) => match all.as_slice() {
                 [only] => {
@@ -99,12 +103,12 @@ fn one_segment(stream: &XdfStream) -> Option<Doubt> {
     })
 }
 
-/// The channels of the first segment of a stream, with their clock; with the name of the stream where there are several.
+/// The channels of the first segment of a stream, with their clock; named with `prefix`.
 fn signals(
     path: &Path,
     stream: &XdfStream,
     all: &[Channel],
-    several: bool,
+    prefix: &str,
 ) -> Result<Vec<(Channel, Clock)>, ReadError> {
     let part = stream.segments.first().cloned().unwrap_or_default();
     let times = stream.time_s.get(part.clone()).unwrap_or_default();
@@ -122,10 +126,7 @@ fn signals(
         start_s: Seconds(start_s),
     };
     let named = all.iter().map(|channel| {
-        let name = match several {
-            true => format!("{}: {}", stream.name, channel.name),
-            false => channel.name.clone(),
-        };
+        let name = format!("{prefix}{}", channel.name);
         let samples = channel
             .samples
             .get(part.clone())

@@ -92,7 +92,7 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
         }
         let nominal = stream.header.rate_hz;
         let (segments, effective) =
-            clock::without_jitter(&mut time_s, nominal, stream.header.drops_samples);
+            clock::without_jitter(&mut time_s, nominal, stream.header.spacing);
         if let Some(found_hz) = effective.filter(|hz| (hz - nominal).abs() > 0.1 * nominal) {
             let what = format!(
                 "stream `{}` states {nominal} Hz, but its time stamps give {found_hz:.3} Hz",
