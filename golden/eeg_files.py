@@ -6,7 +6,7 @@ compare with; and small files of other programs for it to read (eeglabio 0.1.4, 
 
 The first form writes tests/golden/eeg. Samples are in SI as MNE has them, the index of an event is that of
 `mne.events_from_annotations`, and triggers are those of `mne.find_events` with its defaults and a mask of 16 bits. The second form
-reads back what the Rust test `eeg::others_read_what_is_written` wrote to FOLDER (WRITE_EEG_TO=FOLDER) with MNE, edfio and pybv's rules.
+reads back what the Rust test `eeg_written::others_read_what_is_written` wrote to FOLDER (WRITE_EEG_TO=FOLDER) with MNE, edfio and pybv's rules.
 """
 
 import json

@@ -2,6 +2,7 @@
 
 mod eeg;
 mod eeg_damage;
+mod eeg_written;
 mod files_of_before;
 mod haptic;
 mod haptic_limits;

@@ -14,7 +14,7 @@ use crate::error::ReadError;
 use crate::matlab::{MatFile, MatNumbers, MatValue, looks_like_mat, parse_mat};
 use crate::stored::{ByteOrder, Stored};
 
-const TODO: &str = "save it again in EEGLAB as one .set file";
+const WHAT_TO_DO: &str = "save it again in EEGLAB as one .set file";
 /// V in one µV.
 const MICRO: f64 = 1e-6;
 
@@ -53,7 +53,7 @@ impl<'m> Fields<'m> {
                 path,
                 format!("a whole number from 1 on in EEG.{name}"),
                 format!("{other:?}").chars().take(60).collect::<String>(),
-                TODO,
+                WHAT_TO_DO,
             )),
         }
     }
@@ -63,7 +63,8 @@ impl<'m> Fields<'m> {
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let file = parse_mat(path, bytes)?;
     let fields = Fields::of(&file);
-    let wrong = |expected: String, found: String| ReadError::content(path, expected, found, TODO);
+    let wrong =
+        |expected: String, found: String| ReadError::content(path, expected, found, WHAT_TO_DO);
     let Some(data) = fields.get("data") else {
         return Err(wrong(
             "the data set `EEG` of EEGLAB, or its fields".into(),
@@ -134,7 +135,8 @@ fn samples_of(
     data: &MatValue,
     (nbchan, pnts, trials): (Option<usize>, Option<usize>, usize),
 ) -> Result<Samples, ReadError> {
-    let wrong = |expected: String, found: String| ReadError::content(path, expected, found, TODO);
+    let wrong =
+        |expected: String, found: String| ReadError::content(path, expected, found, WHAT_TO_DO);
     let stated = nbchan.zip(pnts.and_then(|pnts| pnts.checked_mul(trials)));
     let numbers = match data {
         MatValue::Numbers(numbers) => numbers,
@@ -264,7 +266,7 @@ fn names_of(path: &Path, fields: &Fields<'_>, channels: usize) -> Result<Vec<Str
             path,
             format!("{channels} names of channels in EEG.chanlocs"),
             format!("{}", labels.len()),
-            TODO,
+            WHAT_TO_DO,
         ));
     }
     let named = labels.into_iter().enumerate();

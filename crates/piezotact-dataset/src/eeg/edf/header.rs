@@ -8,7 +8,7 @@ use piezotact::recording::{RecordingDoubt, StartTime};
 
 use crate::error::ReadError;
 
-const TODO: &str = "copy the file again, or correct its header";
+const WHAT_TO_DO: &str = "copy the file again, or correct its header";
 
 /// Whether a file has gaps between its records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +97,7 @@ impl<'a> Fields<'a> {
                 self.path,
                 "a complete header of EDF or BDF",
                 format!("the end of the file after {} bytes", self.bytes.len()),
-                TODO,
+                WHAT_TO_DO,
             )
         })
     }
@@ -125,7 +125,7 @@ impl<'a> Fields<'a> {
             self.path,
             expected,
             format!("`{}`", found.escape_debug()),
-            TODO,
+            WHAT_TO_DO,
         )
     }
 }
@@ -146,7 +146,8 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
     let stated = fields.whole(8, "the number of records")?;
     let record_s = fields.number("the duration of a record")?;
     let count = fields.whole(4, "the number of signals")?;
-    let wrong = |expected: String, found: String| ReadError::content(path, expected, found, TODO);
+    let wrong =
+        |expected: String, found: String| ReadError::content(path, expected, found, WHAT_TO_DO);
     let count = usize::try_from(count)
         .ok()
         .filter(|count| *count > 0)
@@ -289,7 +290,7 @@ fn signals(
                         path,
                         format!("at least one sample of `{label}` in a record"),
                         format!("{per_record}"),
-                        TODO,
+                        WHAT_TO_DO,
                     )
                 })?,
             label,
