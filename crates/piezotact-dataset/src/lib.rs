@@ -13,6 +13,7 @@ mod csv_table;
 mod cuts_file;
 mod device_file;
 pub mod document;
+pub mod eeg;
 mod error;
 mod felt_folder;
 mod flat;

@@ -14,6 +14,7 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording, played_thr
 use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
+use crate::eeg;
 use crate::error::ReadError;
 use crate::format::{self, Format, Opened, Recognition};
 use crate::haptic::{self, HapticKind, haptic_kind};
@@ -100,7 +101,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 15] = [
+static RECORDINGS: [Format<FileKind, Reader>; 20] = [
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -173,6 +174,42 @@ static RECORDINGS: [Format<FileKind, Reader>; 15] = [
             let functions = uff::parse_uff(file.path, file.bytes()?)?;
             Ok(uff::recording_of(file.path, &functions, options)?.into())
         },
+    },
+    Format {
+        kind: FileKind::named("BrainVision"),
+        label: "VHDR",
+        endings: &["vhdr"],
+        sniff: Recognition::Head(eeg::looks_like_brainvision),
+        read: |file, _| from_eeg(file),
+    },
+    Format {
+        kind: FileKind::named("BrainVision markers"),
+        label: "",
+        endings: &["vmrk"],
+        sniff: Recognition::Head(eeg::looks_like_markers),
+        read: |file, _| Err(eeg::not_the_header(file.path)),
+    },
+    Format {
+        kind: FileKind::named("EDF or BDF"),
+        label: "EDF, BDF",
+        endings: &["edf", "bdf"],
+        sniff: Recognition::Head(|head| eeg::looks_like_edf(head) || eeg::looks_like_bdf(head)),
+        read: |file, _| from_eeg(file),
+    },
+    Format {
+        kind: FileKind::named("XDF"),
+        label: "XDF",
+        endings: &["xdf"],
+        sniff: Recognition::Head(eeg::looks_like_xdf),
+        read: |file, _| Ok(eeg::recording_of_xdf(file.path, file.bytes()?)?.into()),
+    },
+    // Known by its name too: it is a MATLAB file.
+    Format {
+        kind: FileKind::named("EEGLAB"),
+        label: "SET",
+        endings: &["set"],
+        sniff: Recognition::Whole(eeg::is_called_set),
+        read: |file, _| from_eeg(file),
     },
     Format {
         kind: FileKind::MATLAB,
@@ -302,6 +339,13 @@ fn refuse_json(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadErr
     }
     let todo = format!("give a file that is {}", format::list(&RECORDINGS, " or "));
     Err(none(file, "JSON", todo))
+}
+
+/// The first segment of an EEG file.
+fn from_eeg(file: &mut Opened<'_>) -> Result<Stored, ReadError> {
+    let read = eeg::read_eeg(file.path)?;
+    let first = read.into_first().map(Stored::from);
+    first.ok_or_else(|| none(file, "no segment", "record it again".into()))
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {

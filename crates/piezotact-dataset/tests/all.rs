@@ -1,5 +1,8 @@
 //! Every test of files, in one program: it is linked once and runs on all cores.
 
+mod eeg;
+mod eeg_damage;
+mod eeg_written;
 mod files_of_before;
 mod haptic;
 mod haptic_limits;

@@ -133,6 +133,25 @@ doubts! {
             /// Where its journal is.
             journal: String,
         },
+        /// A file with gaps, of which only the part before the first gap is used.
+        OneSegment("one_segment") {
+            /// How many parts there are.
+            count: usize,
+            /// The length of the part that is used, s.
+            lasts_s: f64,
+            /// The length of all parts together, s.
+            all_s: f64,
+        },
+        /// Channels of one name, which were numbered.
+        ChannelsRenamed("channels_renamed") {
+            /// The names as in the file.
+            names: Vec<String>,
+        },
+        /// Samples that were added at the end to fill the last record of a file.
+        Padded("padded") {
+            /// How many, in the channels of the highest rate.
+            samples: usize,
+        },
         /// A file format cannot carry part of what is written to it.
         FormatLoses("format_loses") {
             /// The format.
@@ -186,6 +205,9 @@ impl DoubtKind for RecordingDoubt {
                 vec![Check(Subject::CutTimes), Advice::StateInFile]
             }
             Self::UnevenSampling { .. } | Self::Interrupted { .. } => Vec::new(),
+            Self::OneSegment { .. } => vec![Advice::KeepOriginal],
+            Self::ChannelsRenamed { .. } => vec![Advice::CorrectFile],
+            Self::Padded { .. } => vec![Advice::KeepOriginal],
             Self::InterruptedLater { .. } => vec![Check(Subject::Journal)],
             Self::FormatLoses { .. } => vec![Advice::KeepOriginal],
             Self::OtherCondition { measured, .. } => vec![Advice::CharacteriseFor {
@@ -293,6 +315,24 @@ impl fmt::Display for RecordingDoubt {
             Self::InterruptedLater { journal } => write!(
                 f,
                 "a later recording of this name was interrupted and is stored in {journal}"
+            ),
+            Self::OneSegment {
+                count,
+                lasts_s,
+                all_s,
+            } => write!(
+                f,
+                "the recording was paused: the file holds {count} parts with gaps between them, and only the first is used, {lasts_s:.3} s of \
+                    {all_s:.3} s"
+            ),
+            Self::ChannelsRenamed { names } => write!(
+                f,
+                "several channels are called {}: a number was added to their names",
+                names.join(", ")
+            ),
+            Self::Padded { samples } => write!(
+                f,
+                "{samples} sample(s) were added at the end, with the last value of each channel: the format stores whole records"
             ),
             Self::FormatLoses { format, what } => write!(f, "{format} cannot store {what}"),
             Self::OtherCondition {

@@ -1,0 +1,505 @@
+//! `BrainVision` recordings: a header (`.vhdr`), markers (`.vmrk`) and samples (`.eeg`).
+//!
+//! Source of the layout: Brain Products, *BrainVision Core Data Format 1.0*, and the header of version 2.0 of BrainVision Analyzer.
+
+use std::path::{Path, PathBuf};
+
+use piezotact::Doubt;
+use piezotact::quantity::SampleRate;
+use piezotact::recording::{Channel, EventValue, RecordingDoubt, StartTime};
+
+use super::content::{Content, Line, Marked, Part, Place};
+use super::ini::{section, text_of, value};
+use super::{EegFile, EegKind, eeg_unit, in_folder_of};
+use crate::error::ReadError;
+use crate::stored::{ByteOrder, Stored};
+
+/// No recording has more channels.
+const MOST_CHANNELS: usize = 100_000;
+
+/// Whether `head` begins as a header of version 1 or 2.
+pub(crate) fn looks_like_brainvision(head: &[u8]) -> bool {
+    begins(head, "header file")
+}
+
+/// Whether `head` begins as a file of markers.
+pub(crate) fn looks_like_markers(head: &[u8]) -> bool {
+    begins(head, "marker file")
+}
+
+fn begins(head: &[u8], kind: &str) -> bool {
+    let head = head.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(head);
+    let line = head.split(|byte| matches!(byte, b'\r' | b'\n')).next();
+    let line = String::from_utf8_lossy(line.unwrap_or_default()).to_ascii_lowercase();
+    ["brain vision data exchange ", "brainvision data exchange "]
+        .iter()
+        .any(|title| {
+            line.strip_prefix(title)
+                .is_some_and(|l| l.starts_with(kind))
+        })
+}
+
+/// A channel as the header describes it.
+struct Described {
+    name: String,
+    resolution: f64,
+    unit: String,
+}
+
+/// What the header says.
+struct Header {
+    data: PathBuf,
+    markers: Option<PathBuf>,
+    format: Stored,
+    order: ByteOrder,
+    multiplexed: bool,
+    rate: SampleRate,
+    /// The number of samples of a channel, where it is stated.
+    points: Option<usize>,
+    channels: Vec<Described>,
+}
+
+/// Reads the recording whose header is at `path`, with `bytes`.
+pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
+    let header = header_of(path, &text_of(bytes))?;
+    let stored = crate::input::read_input(&header.data)
+        .map_err(|_unreadable| missing(path, "DataFile", &header.data))?;
+    let points = points_of(path, &header, stored.len())?;
+    let markers = match &header.markers {
+        Some(file) => {
+            let bytes = crate::input::read_input(file)
+                .map_err(|_unreadable| missing(path, "MarkerFile", file))?;
+            markers_of(file, &text_of(&bytes))?
+        }
+        None => Vec::new(),
+    };
+    if header.points.is_none()
+        && let Some(beyond) = markers.iter().find(|marker| marker.sample >= points)
+    {
+        return Err(ReadError::content(
+            &header.data,
+            format!(
+                "samples up to the marker {} at data point {}",
+                beyond.number,
+                beyond.sample + 1
+            ),
+            format!("{points} samples of each channel: the file was cut short"),
+            format!(
+                "copy it again; if it is complete, state `DataPoints={points}` in the [Common Infos] of the header"
+            ),
+        ));
+    }
+    let (parts, started_at, doubts) = parts_of(&markers, header.rate, points);
+    let mut lines = Vec::with_capacity(header.channels.len());
+    let all = samples_of(&header, &stored, points);
+    for (described, samples) in header.channels.iter().zip(all) {
+        let (unit, factor) = eeg_unit(&described.unit);
+        let scale = described.resolution * factor;
+        lines.push(Line {
+            channel: Channel {
+                name: described.name.clone(),
+                unit,
+                samples: samples.into_iter().map(|code| code * scale).collect(),
+            },
+            rate: header.rate,
+            per_unit: 1,
+        });
+    }
+    drop(stored);
+    let events = markers
+        .into_iter()
+        .map(|marker| Marked {
+            place: Place::Sample(marker.sample as f64),
+            duration_s: marker.size as f64 / header.rate.hz(),
+            kind: marker.kind,
+            value: Some(marker.description)
+                .filter(|text| !text.is_empty())
+                .map(EventValue::Text),
+        })
+        .collect();
+    Content {
+        kind: EegKind::BrainVision,
+        lines,
+        parts,
+        events,
+        started_at,
+        doubts,
+    }
+    .into_file(path)
+}
+
+fn missing(path: &Path, key: &str, file: &Path) -> ReadError {
+    ReadError::content(
+        path,
+        format!("the file that {key} names, {}", file.display()),
+        "none there, or one that cannot be read",
+        format!("put it beside the header, or correct {key}"),
+    )
+}
+
+/// The samples of each channel, as stored.
+fn samples_of(header: &Header, stored: &[u8], points: usize) -> Vec<Vec<f64>> {
+    let width = header.format.width();
+    let channels = header.channels.len();
+    if header.multiplexed {
+        let mut all = vec![Vec::with_capacity(points); channels];
+        for frame in stored.chunks_exact(width * channels) {
+            for (own, bytes) in all.iter_mut().zip(frame.chunks_exact(width)) {
+                own.push(header.format.value(bytes, header.order));
+            }
+        }
+        all
+    } else {
+        let each = stored.chunks_exact(width * points);
+        each.map(|bytes| header.format.values(bytes, header.order))
+            .collect()
+    }
+}
+
+/// The number of samples of each channel in a data file of so many bytes.
+fn points_of(path: &Path, header: &Header, bytes: usize) -> Result<usize, ReadError> {
+    let frame = header.format.width() * header.channels.len();
+    let points = bytes / frame;
+    let todo = "copy the data file again, or correct the header";
+    if let Some(stated) = header.points.filter(|stated| *stated != points) {
+        return Err(ReadError::content(
+            &header.data,
+            format!(
+                "{stated} samples of each channel, as DataPoints of {} states",
+                path.display()
+            ),
+            format!("{points} in {bytes} bytes"),
+            todo,
+        ));
+    }
+    if !bytes.is_multiple_of(frame) || points == 0 {
+        return Err(ReadError::content(
+            &header.data,
+            format!(
+                "whole samples of {} channels, {frame} bytes each",
+                header.channels.len()
+            ),
+            format!(
+                "{bytes} bytes, which end within one: the file was cut short, or the header has the wrong number of channels"
+            ),
+            todo,
+        ));
+    }
+    Ok(points)
+}
+
+fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
+    let todo = "correct the header, or export the recording again";
+    let wrong = |expected: String, found: String| ReadError::content(path, expected, found, todo);
+    let infos = section(text, "Common Infos");
+    let required = |key: &str| {
+        value(&infos, key).ok_or_else(|| wrong(format!("`{key}` in [Common Infos]"), "none".into()))
+    };
+    let one_of = |key: &str, found: &str, all: &[&str]| {
+        all.iter()
+            .position(|word| found.eq_ignore_ascii_case(word))
+            .ok_or_else(|| {
+                wrong(
+                    format!("{key} to be {}", all.join(" or ")),
+                    format!("`{}`", short(found)),
+                )
+            })
+    };
+    if let Some(format) = value(&infos, "DataFormat") {
+        one_of("DataFormat", format, &["BINARY"])?;
+    }
+    if let Some(domain) = value(&infos, "DataType") {
+        one_of("DataType", domain, &["TIMEDOMAIN"])?;
+    }
+    let multiplexed = match value(&infos, "DataOrientation") {
+        Some(found) => one_of("DataOrientation", found, &["MULTIPLEXED", "VECTORIZED"])? == 0,
+        None => true,
+    };
+    let binary = section(text, "Binary Infos");
+    let format = value(&binary, "BinaryFormat")
+        .ok_or_else(|| wrong("`BinaryFormat` in [Binary Infos]".into(), "none".into()))?;
+    let formats = ["INT_16", "IEEE_FLOAT_32", "INT_32", "UINT_16"];
+    let format = match one_of("BinaryFormat", format, &formats)? {
+        0 => Stored::I16,
+        1 => Stored::F32,
+        2 => Stored::I32,
+        _ => Stored::U16,
+    };
+    let order = match value(&binary, "UseBigEndianOrder") {
+        Some(found) if one_of("UseBigEndianOrder", found, &["NO", "YES"])? == 1 => ByteOrder::Big,
+        _ => ByteOrder::Little,
+    };
+    let count = whole(required("NumberOfChannels")?)
+        .filter(|count| (1..=MOST_CHANNELS).contains(count))
+        .ok_or_else(|| {
+            wrong(
+                format!("NumberOfChannels to be a number from 1 to {MOST_CHANNELS}"),
+                format!(
+                    "`{}`",
+                    short(required("NumberOfChannels").unwrap_or_default())
+                ),
+            )
+        })?;
+    let interval = required("SamplingInterval")?;
+    let interval_us = decimal(interval).filter(|us| *us > 0.0).ok_or_else(|| {
+        wrong(
+            "SamplingInterval to be a number of µs above zero".into(),
+            format!("`{}`", short(interval)),
+        )
+    })?;
+    let rate = SampleRate::new(1e6 / interval_us).map_err(|source| ReadError::Quantity {
+        path: path.into(),
+        source,
+    })?;
+    let points = match value(&infos, "DataPoints") {
+        Some(found) => Some(whole(found).ok_or_else(|| {
+            wrong(
+                "DataPoints to be a whole number".into(),
+                format!("`{}`", short(found)),
+            )
+        })?),
+        None => None,
+    };
+    let named = |key: &str, name: &str| {
+        let own = path.file_stem().unwrap_or_default().to_string_lossy();
+        // The variable of BrainVision for the name of the header.
+        let name = name.replace("$b", &own);
+        match Path::new(&name).file_name() {
+            Some(file) if file.to_str() == Some(&name) => Ok(in_folder_of(path, &name)),
+            _ => Err(wrong(
+                format!("{key} to name a file in the folder of the header"),
+                format!("`{}`", short(&name)),
+            )),
+        }
+    };
+    Ok(Header {
+        data: named("DataFile", required("DataFile")?)?,
+        markers: match value(&infos, "MarkerFile") {
+            Some(name) => Some(named("MarkerFile", name)?),
+            None => None,
+        },
+        format,
+        order,
+        multiplexed,
+        rate,
+        points,
+        channels: channels_of(path, text, count)?,
+    })
+}
+
+/// The channels of [Channel Infos], which have to be as many as are stated.
+fn channels_of(path: &Path, text: &str, count: usize) -> Result<Vec<Described>, ReadError> {
+    let wrong = |expected: String, found: String| {
+        ReadError::content(
+            path,
+            expected,
+            found,
+            "correct the header, or export the recording again",
+        )
+    };
+    let infos = section(text, "Channel Infos");
+    if infos.len() != count {
+        return Err(wrong(
+            format!("{count} channels in [Channel Infos], as NumberOfChannels states"),
+            format!("{}", infos.len()),
+        ));
+    }
+    let mut channels: Vec<Option<Described>> = (0..count).map(|_| None).collect();
+    for (key, entry) in infos {
+        let number = key.get(..2).filter(|ch| ch.eq_ignore_ascii_case("ch"));
+        let number = number.and_then(|_| whole(key.get(2..)?));
+        let place = number
+            .and_then(|number| channels.get_mut(number.checked_sub(1)?))
+            .filter(|place| place.is_none())
+            .ok_or_else(|| {
+                wrong(
+                    format!("channels Ch1 to Ch{count}, each once, in [Channel Infos]"),
+                    format!("`{}`", short(key)),
+                )
+            })?;
+        let mut fields = entry.split(',');
+        let name = fields.next().unwrap_or_default().replace("\\1", ",");
+        let (_reference, resolution, unit) = (fields.next(), fields.next(), fields.next());
+        let resolution = resolution.map(str::trim).unwrap_or_default();
+        let scale = match resolution {
+            "" => 1.0,
+            text => decimal(text).filter(|scale| *scale != 0.0).ok_or_else(|| {
+                wrong(
+                    format!("a resolution that is a number other than 0 for {key}"),
+                    format!("`{}`", short(text)),
+                )
+            })?,
+        };
+        let unit = match unit.map(str::trim) {
+            None | Some("") => "µV",
+            // Latin-1 programs read the two bytes of µ in UTF-8 as two letters.
+            Some(unit) => unit,
+        };
+        *place = Some(Described {
+            name,
+            resolution: scale,
+            unit: unit.replace('\u{c2}', ""),
+        });
+    }
+    Ok(channels.into_iter().flatten().collect())
+}
+
+/// A marker of the `.vmrk` file.
+struct Marker {
+    number: String,
+    kind: String,
+    description: String,
+    /// From 0.
+    sample: usize,
+    size: usize,
+    date: Option<StartTime>,
+}
+
+impl Marker {
+    fn begins_segment(&self) -> bool {
+        self.kind.eq_ignore_ascii_case("New Segment")
+    }
+}
+
+fn markers_of(path: &Path, text: &str) -> Result<Vec<Marker>, ReadError> {
+    let mut markers = Vec::new();
+    for (key, entry) in section(text, "Marker Infos") {
+        let numbered = key.get(..2).is_some_and(|mk| mk.eq_ignore_ascii_case("mk"));
+        let fields: Vec<&str> = entry.split(',').collect();
+        let (&[kind, description, position, ..], true) = (fields.as_slice(), numbered) else {
+            return Err(ReadError::content(
+                path,
+                "markers such as `Mk1=Stimulus,S  1,487,1,0` in [Marker Infos]",
+                format!("`{}={}`", short(key), short(entry)),
+                "correct the line, or export the markers again",
+            ));
+        };
+        let sample = whole(position)
+            .and_then(|at| at.checked_sub(1))
+            .ok_or_else(|| {
+                ReadError::content(
+                    path,
+                    format!("a position in data points from 1 on for {key}"),
+                    format!("`{}`", short(position)),
+                    "correct the line, or export the markers again",
+                )
+            })?;
+        let size = fields.get(3).map_or(Some(0), |size| match size.trim() {
+            "" => Some(0),
+            size => whole(size),
+        });
+        let size = size.ok_or_else(|| {
+            ReadError::content(
+                path,
+                format!("a size in data points for {key}"),
+                format!("`{}`", short(fields.get(3).unwrap_or(&""))),
+                "correct the line, or export the markers again",
+            )
+        })?;
+        markers.push(Marker {
+            number: short(key),
+            kind: kind.replace("\\1", ","),
+            description: description.replace("\\1", ","),
+            sample,
+            size,
+            date: fields.get(5).and_then(|date| date_of(date)),
+        });
+    }
+    Ok(markers)
+}
+
+/// The parts between the markers of new segments that are gaps, and the time of the first sample.
+fn parts_of(
+    markers: &[Marker],
+    rate: SampleRate,
+    points: usize,
+) -> (Vec<Part>, Option<StartTime>, Vec<Doubt>) {
+    let first = Part {
+        from: 0,
+        start_s: 0.0,
+    };
+    let (mut parts, mut doubts) = (vec![first], Vec::new());
+    let mut starts: Vec<&Marker> = markers.iter().filter(|m| m.begins_segment()).collect();
+    starts.sort_by_key(|marker| marker.sample);
+    let started_at = starts
+        .iter()
+        .find(|marker| marker.sample == 0)
+        .and_then(|marker| marker.date.clone());
+    // The newest start with a date: where it is in the file, and when.
+    let mut known = started_at.clone().map(|at| (0_usize, 0.0_f64, at));
+    for marker in starts
+        .into_iter()
+        .filter(|m| 0 < m.sample && m.sample < points)
+    {
+        let last = parts.last().copied().unwrap_or(first);
+        let expected_s = last.start_s + rate.duration_of(marker.sample - last.from).0;
+        let (start_s, gap) = match (&known, &marker.date) {
+            (Some((_, known_s, at)), Some(date)) => {
+                let start_s = known_s + date.seconds_since(at).0;
+                // A date that differs by less than a sample, or that lies before the end of what was recorded, is no pause.
+                (start_s, (start_s - expected_s) * rate.hz() > 1.0)
+            }
+            _ => (expected_s, true),
+        };
+        if !gap {
+            if (start_s - expected_s) * rate.hz() < -1.0 {
+                let what = format!(
+                    "the new segment at sample {} has a date before the end of the samples that precede it, and is read as their continuation",
+                    marker.sample
+                );
+                doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            }
+            continue;
+        }
+        if known.is_none() || marker.date.is_none() {
+            let what = format!(
+                "the file does not say how long the recording paused before the new segment at sample {}: its start is counted as if it had not",
+                marker.sample
+            );
+            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        }
+        if let Some(date) = &marker.date {
+            known = Some((marker.sample, start_s, date.clone()));
+        }
+        parts.push(Part {
+            from: marker.sample,
+            start_s,
+        });
+    }
+    (parts, started_at, doubts)
+}
+
+/// The date of a marker, `YYYYMMDDhhmmssuuuuuu`; `None` where it is none, or all zeros.
+fn date_of(text: &str) -> Option<StartTime> {
+    let text = text.trim();
+    if text.len() != 20 || !text.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    let part = |from: usize, to: usize| text.get(from..to);
+    let written = format!(
+        "{}-{}-{}T{}:{}:{}.{}",
+        part(0, 4)?,
+        part(4, 6)?,
+        part(6, 8)?,
+        part(8, 10)?,
+        part(10, 12)?,
+        part(12, 14)?,
+        part(14, 20)?
+    );
+    StartTime::try_from(written).ok()
+}
+
+fn whole(text: &str) -> Option<usize> {
+    text.trim().parse().ok()
+}
+
+/// A number, with either decimal sign.
+fn decimal(text: &str) -> Option<f64> {
+    let number: f64 = text.trim().replace(',', ".").parse().ok()?;
+    number.is_finite().then_some(number)
+}
+
+/// At most 40 characters of what was found, without control characters.
+fn short(text: &str) -> String {
+    text.chars().take(40).flat_map(char::escape_debug).collect()
+}

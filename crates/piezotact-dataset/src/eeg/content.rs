@@ -1,0 +1,199 @@
+//! The content of an EEG file before it is cut at its gaps.
+
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::recording::{
+    Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingDoubt, StartTime,
+};
+
+use super::{EegFile, EegKind, EegSegment, unique_names};
+use crate::error::ReadError;
+
+/// Where an event stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Place {
+    /// At a sample of the fastest channel, counted over all that is stored. It may lie between two samples.
+    Sample(f64),
+    /// At a time from the first sample of the file, s.
+    Time(f64),
+}
+
+/// An event of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Marked {
+    pub(super) place: Place,
+    pub(super) duration_s: f64,
+    pub(super) kind: String,
+    pub(super) value: Option<EventValue>,
+}
+
+/// A part without a gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Part {
+    /// The unit of storage (a sample, a record) that it begins with.
+    pub(super) from: usize,
+    /// The time of its first sample from the first sample of the file, s.
+    pub(super) start_s: f64,
+}
+
+/// One channel with all its samples, gaps closed.
+pub(super) struct Line {
+    pub(super) channel: Channel,
+    pub(super) rate: SampleRate,
+    /// Samples in one unit of storage.
+    pub(super) per_unit: usize,
+}
+
+/// All that a file holds.
+pub(super) struct Content {
+    pub(super) kind: EegKind,
+    pub(super) lines: Vec<Line>,
+    /// Parts in the order of storage; the first begins with unit 0.
+    pub(super) parts: Vec<Part>,
+    pub(super) events: Vec<Marked>,
+    pub(super) started_at: Option<StartTime>,
+    pub(super) doubts: Vec<Doubt>,
+}
+
+/// The index of the sample nearest to a time, halves to the even one.
+fn nearest(sample: f64) -> i64 {
+    // Beyond the range of i64 the conversion ends at its limits.
+    sample.round_ties_even() as i64
+}
+
+impl Content {
+    /// The file, cut at its gaps.
+    pub(super) fn into_file(mut self, path: &Path) -> Result<EegFile, ReadError> {
+        let mut names: Vec<String> = self.lines.iter().map(|l| l.channel.name.clone()).collect();
+        let renamed = unique_names(&mut names);
+        if !renamed.is_empty() {
+            self.doubts
+                .push(Doubt::from(RecordingDoubt::ChannelsRenamed {
+                    names: renamed,
+                }));
+        }
+        for (line, name) in self.lines.iter_mut().zip(names) {
+            line.channel.name = name;
+        }
+        let fastest = self
+            .lines
+            .iter()
+            .max_by(|a, b| a.rate.hz().total_cmp(&b.rate.hz()));
+        let Some((rate, per_unit)) = fastest.map(|line| (line.rate, line.per_unit)) else {
+            return Err(ReadError::content(
+                path,
+                "a channel with samples",
+                "none",
+                "check the export",
+            ));
+        };
+        let starts: Vec<usize> = self.parts.iter().map(|part| part.from).collect();
+        let mut segments = Vec::with_capacity(self.parts.len());
+        for (number, part) in self.parts.iter().enumerate() {
+            let next = starts.get(number + 1).copied();
+            let (events, event_samples) = self.events_of(number, rate, per_unit);
+            let mut channels = Vec::with_capacity(self.lines.len());
+            for line in &mut self.lines {
+                let all = &mut line.channel.samples;
+                let samples = match (number, next) {
+                    (0, None) => std::mem::take(all),
+                    _ => {
+                        let at = |unit: usize| (unit * line.per_unit).min(all.len());
+                        let end = next.map_or(all.len(), at);
+                        all.get(at(part.from)..end).unwrap_or_default().to_vec()
+                    }
+                };
+                let channel = Channel {
+                    name: line.channel.name.clone(),
+                    unit: line.channel.unit.clone(),
+                    samples,
+                };
+                channels.push((channel, Clock::at(line.rate)));
+            }
+            let provenance = Provenance {
+                source: path.display().to_string(),
+                ..Provenance::default()
+            };
+            let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
+                .map_err(|source| ReadError::Recording {
+                    path: path.into(),
+                    source,
+                })?;
+            recording.annotations.started_at = self
+                .started_at
+                .as_ref()
+                .map(|at| at.later(Seconds(part.start_s)));
+            recording.annotations.events = events;
+            recording.about.doubts.clone_from(&self.doubts);
+            let length_s = recording.duration();
+            let outside = recording.annotations.outside(length_s);
+            if let Some(first) = outside.first() {
+                let doubt = Doubt::from(RecordingDoubt::EventsOutside {
+                    count: outside.len(),
+                    onset_s: first.onset_s.0,
+                    lasts_s: first.duration_s.0,
+                    length_s: length_s.0,
+                });
+                recording.about.doubts.push(doubt);
+            }
+            segments.push(EegSegment {
+                recording,
+                start_s: Seconds(part.start_s),
+                event_samples,
+            });
+        }
+        Ok(EegFile {
+            kind: self.kind,
+            segments,
+        })
+    }
+
+    /// The events of a part with the indices of their samples: those from its start to the start of the next. The first part has those
+    /// before it too.
+    fn events_of(
+        &self,
+        number: usize,
+        rate: SampleRate,
+        per_unit: usize,
+    ) -> (Vec<Event>, Vec<i64>) {
+        // Half a sample of the fastest channel, so that an onset that was rounded when it was written stays in its part.
+        let slack_s = 0.5 / rate.hz();
+        let first_sample = |part: &Part| (part.from * per_unit) as f64;
+        let part_of = |place: Place| {
+            let begun = |part: &Part| match place {
+                Place::Sample(sample) => first_sample(part) <= sample,
+                Place::Time(time_s) => part.start_s <= time_s + slack_s,
+            };
+            self.parts.iter().rposition(begun).unwrap_or(0)
+        };
+        let part = &self.parts[number];
+        let own = self
+            .events
+            .iter()
+            .filter(|event| part_of(event.place) == number);
+        own.map(|event| {
+            let (onset_s, sample) = match event.place {
+                Place::Sample(sample) => {
+                    let first = first_sample(part);
+                    // Rounded before the part is counted from its start: which sample it is does not depend on gaps.
+                    let own = nearest(sample) - nearest(first);
+                    ((sample - first) / rate.hz(), own)
+                }
+                Place::Time(time_s) => {
+                    let onset_s = time_s - part.start_s;
+                    (onset_s, nearest(onset_s * rate.hz()))
+                }
+            };
+            let event = Event {
+                onset_s: Seconds(onset_s),
+                duration_s: Seconds(event.duration_s),
+                kind: event.kind.clone(),
+                value: event.value.clone(),
+            };
+            (event, sample)
+        })
+        .unzip()
+    }
+}

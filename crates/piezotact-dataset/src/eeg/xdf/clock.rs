@@ -1,0 +1,284 @@
+//! Times of one device on the clock of another, and times without jitter: the algorithms of pyxdf 1.17.5 with its defaults.
+
+use std::ops::Range;
+
+/// Above this, s, an offset counts as an outlier.
+const WINSOR_S: f64 = 1e-4;
+/// A gap is longer than this, s, and than so many samples.
+const GAP_S: f64 = 1.0;
+const GAP_SAMPLES: f64 = 500.0;
+/// A reset of a clock comes with an interval between offsets that differs from the others by so many median absolute deviations
+/// and s, and with an offset that does.
+const RESET_INTERVAL: (f64, f64) = (5.0, 5.0);
+const RESET_OFFSET: (f64, f64) = (10.0, 1.0);
+/// How far a last clock offset is from the others, in intervals or standard deviations, if an ended outlet sent it.
+const OUTLIER: f64 = 10.0;
+
+/// How the samples of a stream of constant rate follow each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Spacing {
+    /// Evenly, but for gaps.
+    Even,
+    /// Single ones may be missing, so that times are kept as they are.
+    WithLosses,
+}
+
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let middle = sorted.len() / 2;
+    match sorted.get(middle) {
+        None => f64::NAN,
+        Some(upper) if sorted.len() % 2 == 1 => *upper,
+        Some(upper) => (sorted[middle - 1] + upper) / 2.0,
+    }
+}
+
+fn steps(values: impl Iterator<Item = f64> + Clone) -> Vec<f64> {
+    let next = values.clone().skip(1);
+    values.zip(next).map(|(a, b)| b - a).collect()
+}
+
+/// Which of `steps` are outliers.
+fn outliers(steps: &[f64], (deviations, least): (f64, f64)) -> Vec<bool> {
+    let middle = median(steps.iter().copied());
+    let spread = median(steps.iter().map(|step| (step - middle).abs())) + f64::EPSILON;
+    let far = |step: &f64| {
+        let away = (step - middle).abs();
+        away / spread > deviations && away > least
+    };
+    steps.iter().map(far).collect()
+}
+
+/// The ranges between breaks: a break stands between an element and the next.
+fn ranges(breaks: &[bool]) -> Vec<Range<usize>> {
+    let ends = breaks
+        .iter()
+        .enumerate()
+        .filter(|(_, b)| **b)
+        .map(|(k, _)| k + 1);
+    let ends: Vec<usize> = ends.chain([breaks.len() + 1]).collect();
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    starts
+        .zip(ends.iter().copied())
+        .map(|(a, b)| a..b)
+        .collect()
+}
+
+/// Whether the last offset is one that an ended outlet sent.
+pub(super) fn last_is_outlier(offsets: &[(f64, f64)]) -> bool {
+    let [before @ .., last] = offsets else {
+        return false;
+    };
+    if before.len() < 2 {
+        return false;
+    }
+    let intervals = steps(offsets.iter().map(|(time, _)| *time));
+    let (earlier, newest) = (
+        &intervals[..intervals.len() - 1],
+        intervals[intervals.len() - 1],
+    );
+    let usual = median(earlier.iter().copied());
+    let late = match usual > 0.0 {
+        true => newest.abs() / usual,
+        false if newest != 0.0 => f64::INFINITY,
+        false => 1.0,
+    };
+    let middle = median(before.iter().map(|(_, value)| *value));
+    let spread = median(before.iter().map(|(_, value)| (value - middle).abs()));
+    let away = match spread > f64::EPSILON {
+        true => (last.1 - middle).abs() / (1.4826 * spread),
+        false => 0.0,
+    };
+    late > OUTLIER || away > OUTLIER
+}
+
+/// Brings `time_s` to the clock of the recording computer, with the offsets measured while it ran. Returns the parts between resets of
+/// the device's clock, and whether offsets could not be used.
+pub(super) fn synchronise(time_s: &mut [f64], offsets: &[(f64, f64)]) -> (Vec<Range<usize>>, bool) {
+    if time_s.is_empty() || offsets.is_empty() {
+        return (Vec::new(), false);
+    }
+    let parts = resets(offsets);
+    let mut failed = false;
+    let maps: Vec<(f64, f64)> = parts
+        .iter()
+        .map(|part| {
+            let own = &offsets[part.clone()];
+            match own {
+                [(_, only)] => (*only, 0.0),
+                _ => robust_line(own).unwrap_or_else(|| {
+                    failed = true;
+                    (0.0, 0.0)
+                }),
+            }
+        })
+        .collect();
+    let mut segments = Vec::new();
+    let mut from = 0;
+    for (part, (constant, slope)) in parts.iter().zip(maps) {
+        let end = match offsets.get(part.end) {
+            // The part ends with the first time that is nearer to the next part.
+            Some((next_s, _)) => {
+                let last_s = offsets[part.end - 1].0;
+                let own = time_s[from..].iter();
+                let count = own
+                    .take_while(|time| (**time - last_s).abs() < (**time - next_s).abs())
+                    .count();
+                from + count
+            }
+            None => time_s.len(),
+        };
+        if end > from {
+            for time in &mut time_s[from..end] {
+                *time += constant + slope * *time;
+            }
+            segments.push(from..end);
+        }
+        from = end;
+    }
+    (segments, failed)
+}
+
+/// The ranges of offsets between resets of the clock.
+fn resets(offsets: &[(f64, f64)]) -> Vec<Range<usize>> {
+    let times = steps(offsets.iter().map(|(time, _)| *time));
+    let values = steps(offsets.iter().map(|(_, value)| *value));
+    let late = outliers(&times, RESET_INTERVAL);
+    let far = outliers(&values, RESET_OFFSET);
+    let reset = |k: usize| times[k] < 0.0 || (late[k] && far[k]);
+    let breaks: Vec<bool> = (0..times.len()).map(reset).collect();
+    ranges(&breaks)
+}
+
+/// The line `constant + slope·time` through offsets with the least Huber loss, by the alternating direction method of multipliers with
+/// 1000 steps; `None` where all offsets are of one time.
+///
+/// Source: Boyd et al. 2011, *Distributed optimization and statistical learning via ADMM*, `huber_fit`.
+fn robust_line(offsets: &[(f64, f64)]) -> Option<(f64, f64)> {
+    const STEPS: usize = 1000;
+    let scaled: Vec<(f64, f64)> = offsets
+        .iter()
+        .map(|(t, v)| (t / WINSOR_S, v / WINSOR_S))
+        .collect();
+    let first = scaled.iter().map(|(t, _)| *t).fold(f64::INFINITY, f64::min);
+    let rows: Vec<(f64, f64)> = scaled.iter().map(|(t, v)| (t - first, *v)).collect();
+    let count = rows.len() as f64;
+    let sum: f64 = rows.iter().map(|(t, _)| t).sum();
+    let squares: f64 = rows.iter().map(|(t, _)| t * t).sum();
+    // The factors of the normal equations.
+    let corner = count.sqrt();
+    let side = sum / corner;
+    let below = squares - side * side;
+    if below.is_nan() || below <= 0.0 {
+        return None;
+    }
+    let below = below.sqrt();
+    let mut auxiliary = vec![0.0; rows.len()];
+    let mut dual = vec![0.0; rows.len()];
+    let (mut constant, mut slope) = (0.0, 0.0);
+    for _ in 0..STEPS {
+        let (mut right, mut right_t) = (0.0, 0.0);
+        for (((t, v), z), u) in rows.iter().zip(&auxiliary).zip(&dual) {
+            let target = v + (z - u);
+            right += target;
+            right_t += t * target;
+        }
+        let forward = right / corner;
+        let forward_t = (right_t - side * forward) / below;
+        slope = forward_t / below;
+        constant = (forward - side * slope) / corner;
+        for (((t, v), z), u) in rows.iter().zip(&mut auxiliary).zip(&mut dual) {
+            let d = constant + slope * t - v + *u;
+            let inverse = if d == 0.0 { 0.0 } else { 1.0 / d };
+            let shrunk = (1.0 - 2.0 * inverse.abs()).max(0.0);
+            *z = 0.5 * d + 0.5 * shrunk * d;
+            *u = d - *z;
+        }
+    }
+    let at_zero = constant - slope * first;
+    (at_zero.is_finite() && slope.is_finite()).then_some((at_zero * WINSOR_S, slope))
+}
+
+/// Frees the times of a stream of a constant rate from jitter: within each part without a gap they lie on the line of least squares.
+/// Returns the parts, and the rate of the times in Hz.
+pub(super) fn without_jitter(
+    time_s: &mut [f64],
+    nominal_hz: f64,
+    spacing: Spacing,
+) -> (Vec<Range<usize>>, Option<f64>) {
+    let count = time_s.len();
+    if count == 0 {
+        return (Vec::new(), None);
+    }
+    let whole = std::iter::once(0..count).collect();
+    if nominal_hz == 0.0 {
+        return (whole, None);
+    }
+    if spacing == Spacing::WithLosses {
+        let lasts_s = time_s[count - 1] - time_s[0];
+        return (whole, (lasts_s > 0.0).then(|| (count - 1) as f64 / lasts_s));
+    }
+    let gap_s = GAP_S.max(GAP_SAMPLES / nominal_hz);
+    let breaks: Vec<bool> = steps(time_s.iter().copied())
+        .iter()
+        .map(|step| step.abs() > gap_s)
+        .collect();
+    let parts = ranges(&breaks);
+    let (mut intervals, mut lasts_s) = (0.0, 0.0);
+    for part in &parts {
+        let own = &mut time_s[part.clone()];
+        let (start, step) = line(own);
+        for (k, time) in own.iter_mut().enumerate() {
+            *time = start + step * k as f64;
+        }
+        intervals += (own.len() - 1) as f64;
+        lasts_s += step * (own.len() - 1) as f64;
+    }
+    (parts, (lasts_s > 0.0).then(|| intervals / lasts_s))
+}
+
+/// The value at index 0 and the slope of the line of least squares.
+fn line(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let middle = (count - 1.0) / 2.0;
+    // Counted from the first one, so that large times lose no digits.
+    let first = values.first().copied().unwrap_or(0.0);
+    let mean = values.iter().map(|value| value - first).sum::<f64>() / count;
+    let (mut both, mut squares) = (0.0, 0.0);
+    for (k, value) in values.iter().enumerate() {
+        let away = k as f64 - middle;
+        both += away * (value - first - mean);
+        squares += away * away;
+    }
+    let slope = if squares > 0.0 { both / squares } else { 0.0 };
+    (first + mean - slope * middle, slope)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_outlier_does_not_bend_the_line() {
+        let mut offsets: Vec<(f64, f64)> = (0..50)
+            .map(|k| (f64::from(k) * 5.0, 2.0 + 1e-5 * f64::from(k) * 5.0))
+            .collect();
+        offsets[20].1 += 0.05;
+        let (constant, slope) = robust_line(&offsets).unwrap();
+        assert!(
+            (constant - 2.0).abs() < 1e-4 && (slope - 1e-5).abs() < 1e-6,
+            "{constant} {slope}"
+        );
+        assert_eq!(robust_line(&[(1.0, 2.0), (1.0, 2.0)]), None);
+    }
+
+    #[test]
+    fn gaps_divide_a_stream() {
+        let mut times: Vec<f64> = (0..100).map(|k| f64::from(k) * 0.01).collect();
+        times.extend((0..50).map(|k| 11.0 + f64::from(k) * 0.01));
+        let (parts, rate) = without_jitter(&mut times, 100.0, Spacing::Even);
+        assert_eq!(parts, [0..100, 100..150]);
+        assert!((rate.unwrap() - 100.0).abs() < 1e-9);
+    }
+}

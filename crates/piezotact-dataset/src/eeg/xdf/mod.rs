@@ -1,0 +1,157 @@
+//! XDF, the file format of the Lab Streaming Layer: streams of several devices, each with its clock.
+//!
+//! Source of the layout: C. Kothe et al., *XDF specification 1.0*. Time stamps are brought to the clock of the recording computer and
+//! freed of jitter as pyxdf 1.17.5 does with its defaults.
+
+mod chunks;
+mod clock;
+mod convert;
+
+use std::ops::Range;
+use std::path::Path;
+
+use piezotact::Doubt;
+use piezotact::recording::{Channel, RecordingDoubt};
+
+pub(crate) use convert::recording_of_xdf;
+
+use crate::error::ReadError;
+use chunks::Stored;
+
+/// Whether `head` begins as an XDF file does.
+pub(crate) fn looks_like_xdf(head: &[u8]) -> bool {
+    head.starts_with(b"XDF:")
+}
+
+/// The samples of a stream.
+#[derive(Clone, Debug, PartialEq)]
+pub enum XdfValues {
+    /// Channels of numbers, in SI where the stream states a unit.
+    Numbers(Vec<Channel>),
+    /// Texts: the channels of each sample.
+    Texts(Vec<Vec<String>>),
+}
+
+/// One stream of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct XdfStream {
+    /// Its number in the file.
+    pub id: u32,
+    /// Its name.
+    pub name: String,
+    /// Its content type: `EEG`, `Markers`, …
+    pub kind: String,
+    /// The rate that it states, Hz; 0 for samples at any time.
+    pub nominal_rate_hz: f64,
+    /// The rate of its time stamps, Hz; `None` for samples at any time, or less than two of them.
+    pub effective_rate_hz: Option<f64>,
+    /// The time of each sample on the clock of the recording computer, s, without jitter within a segment.
+    pub time_s: Vec<f64>,
+    /// The samples, as many as times.
+    pub values: XdfValues,
+    /// The parts without a gap, by the indices of their samples. A gap is longer than 1 s and than 500 samples.
+    pub segments: Vec<Range<usize>>,
+    /// The parts between resets of the device's clock, by the indices of their samples.
+    pub clock_segments: Vec<Range<usize>>,
+    /// How far its clock is from that of the recording computer: when measured, and the offset, both in s.
+    pub clock_offsets: Vec<(f64, f64)>,
+}
+
+/// What an XDF file holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct XdfFile {
+    /// Its streams in the order of their headers.
+    pub streams: Vec<XdfStream>,
+    /// What a person should know about the reading.
+    pub doubts: Vec<Doubt>,
+}
+
+/// Reads an XDF file. One that was cut short is read as far as it goes, with a doubt.
+///
+/// # Errors
+/// [`ReadError`] when it is no XDF file, has no stream, or the header of a stream cannot be understood.
+pub fn read_xdf(path: &Path) -> Result<XdfFile, ReadError> {
+    parse_xdf(path, &crate::input::read_input(path)?)
+}
+
+fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
+    let mut stored = chunks::read(path, bytes)?;
+    let mut doubts = Vec::new();
+    let mut last_s = 0.0_f64;
+    let mut streams = Vec::with_capacity(stored.streams.len());
+    for mut stream in std::mem::take(&mut stored.streams) {
+        doubts.extend(drop_late_samples(&mut stream));
+        let mut time_s = std::mem::take(&mut stream.time_s);
+        let (clock_segments, doubt) = clock::synchronise(&mut time_s, &stream.clock_offsets);
+        if doubt {
+            let what = format!(
+                "the clock offsets of stream `{}` are at one time, and cannot be used",
+                stream.header.name
+            );
+            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        }
+        let nominal = stream.header.rate_hz;
+        let (segments, effective) =
+            clock::without_jitter(&mut time_s, nominal, stream.header.spacing);
+        if let Some(found_hz) = effective.filter(|hz| (hz - nominal).abs() > 0.1 * nominal) {
+            let what = format!(
+                "stream `{}` states {nominal} Hz, but its time stamps give {found_hz:.3} Hz",
+                stream.header.name
+            );
+            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        }
+        if let (Some(first), Some(last)) = (time_s.first(), time_s.last()) {
+            last_s = last_s.max(last - first);
+        }
+        streams.push(XdfStream {
+            id: stream.id,
+            name: stream.header.name,
+            kind: stream.header.kind,
+            nominal_rate_hz: nominal,
+            effective_rate_hz: effective,
+            time_s,
+            values: stream.values,
+            segments,
+            clock_segments,
+            clock_offsets: stream.clock_offsets,
+        });
+    }
+    if stored.incomplete {
+        doubts.push(Doubt::from(RecordingDoubt::Interrupted { read_s: last_s }));
+    }
+    if stored.skipped > 0 {
+        let what = format!(
+            "{} bytes of the file are damaged, and were left out",
+            stored.skipped
+        );
+        doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+    }
+    Ok(XdfFile { streams, doubts })
+}
+
+/// Leaves out what an outlet that ended sent after its end: samples beyond the count of the footer, where the last clock offset is
+/// an outlier too.
+fn drop_late_samples(stream: &mut Stored) -> Option<Doubt> {
+    let count = stream
+        .footer_count
+        .filter(|count| *count < stream.time_s.len())?;
+    if !clock::last_is_outlier(&stream.clock_offsets) {
+        return None;
+    }
+    stream.clock_offsets.pop();
+    let what = format!(
+        "{} sample(s) of stream `{}` came after its end together with a clock offset that is an outlier, and were left out",
+        stream.time_s.len() - count,
+        stream.header.name
+    );
+    stream.time_s.truncate(count);
+    match &mut stream.values {
+        XdfValues::Numbers(channels) => {
+            for channel in channels {
+                channel.samples.truncate(count);
+            }
+        }
+        XdfValues::Texts(texts) => texts.truncate(count),
+    }
+    Some(Doubt::from(RecordingDoubt::Guessed { what }))
+}
