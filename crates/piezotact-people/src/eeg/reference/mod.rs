@@ -100,10 +100,11 @@ impl Montage {
 }
 
 fn on_sphere(position: [f64; 3]) -> [f64; 3] {
-    let length = dot(&position, &position).sqrt();
+    let length = position.iter().map(|v| v * v).sum::<f64>().sqrt();
     position.map(|v| v / length)
 }
 
+/// The cosine of the angle between two positions of length 1.
 fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter()
         .zip(b)
@@ -333,6 +334,9 @@ mod tests {
             Montage::ten_ten(&["T7".to_owned()]).unwrap().positions
         );
         assert!(Montage::new(vec!["a".into()], vec![[0.0; 3]]).is_err());
+        // In any unit.
+        let far = Montage::new(vec!["a".into()], vec![[30.0, 0.0, 40.0]]).unwrap();
+        assert_eq!(far.positions, [[0.6, 0.0, 0.8]]);
         let map = map_positions(5);
         assert!(map.iter().all(|(_, p)| (dot(p, p) - 1.0).abs() < 1e-12));
         assert!(map.contains(&(12, [0.0, 0.0, 1.0])));
