@@ -194,12 +194,14 @@ fn biases(seeds: std::ops::Range<u64>) -> [[f64; 3]; CHANGES.len()] {
     sums
 }
 
-fn assert_biases(seeds: std::ops::Range<u64>) {
-    for (change, [_, bias, per_epoch]) in CHANGES.iter().zip(biases(seeds)) {
+fn assert_biases(seeds: std::ops::Range<u64>) -> [[f64; 3]; CHANGES.len()] {
+    let found = biases(seeds);
+    for (change, [_, bias, per_epoch]) in CHANGES.iter().zip(found) {
         assert!(bias.abs() < 1.0, "{change}: {bias}");
         // Smaller where little is left: the bias is a share of the ratio.
         assert!(per_epoch > 12.0 * (1.0 + change), "{change}: {per_epoch}");
     }
+    found
 }
 
 #[test]
@@ -207,11 +209,13 @@ fn the_default_has_no_bias_and_single_epochs_have() {
     assert_biases(1..9);
 }
 
-/// The figures of the documentation: 200 seeds.
+/// 1000 seeds: the standard error of the mean error is 0.3 percentage points and less.
 #[test]
-#[ignore = "200 seeds take a minute: ./x soak erd"]
+#[ignore = "1000 seeds take a minute: ./x soak erd"]
 fn soak_erd_bias() {
-    assert_biases(1000..1200);
+    for [error, _, _] in assert_biases(1000..2000) {
+        assert!(error.abs() < 1.0, "{error}");
+    }
 }
 
 #[test]

@@ -1,4 +1,10 @@
 //! The analysis of EEG: against MNE-Python, and against simulations whose truth is known.
+#![allow(
+    clippy::disallowed_types,
+    clippy::print_stdout,
+    clippy::unwrap_used,
+    reason = "tests that read reference values, and say how near they came"
+)]
 
 mod desynchronisation;
 mod golden;

@@ -1,9 +1,4 @@
 //! Against `reference/eeg.npz` beside the checkout (MNE-Python 1.13.2).
-#![allow(
-    clippy::disallowed_methods,
-    clippy::disallowed_types,
-    reason = "a test that reads reference files"
-)]
 
 use piezotact::quantity::SampleRate;
 use piezotact_people::eeg::cluster::{self, ClusterConfig, Grid, Tail, Tried};

@@ -324,9 +324,9 @@ mod tests {
         assert!(at("Fpz")[1] > 0.9 && at("Oz")[1] < -0.8 && at("Cz")[2] > 0.9);
         // Each has neighbours, and the relation has no channel twice.
         let pairs = montage.neighbours(30.0);
-        for i in 0..64 {
+        for (i, name) in all.iter().enumerate() {
             let count = pairs.iter().filter(|pair| pair.contains(&i)).count();
-            assert!((2..=9).contains(&count), "{}: {count}", all[i]);
+            assert!((2..=9).contains(&count), "{name}: {count}");
         }
         assert!(Montage::ten_ten(&["EOG".to_owned()]).is_err());
         assert_eq!(

@@ -213,4 +213,31 @@ mod tests {
         assert!(tapers(3, 2.0, 3).is_none() && tapers(1, 0.1, 1).is_none());
         assert!(tapers(100, f64::NAN, 1).is_none());
     }
+
+    /// SciPy's by MNE-Python (`golden/eeg.py`). Both solve the same tridiagonal matrix, whose eigenvectors are well apart; the concentrations are
+    /// sums of as many products as there are samples.
+    #[test]
+    fn tapers_are_those_of_scipy() {
+        let golden: serde_json::Value =
+            serde_json::from_str(include_str!("../../../tests/golden/eeg.json")).unwrap();
+        let list = |value: &serde_json::Value| -> Vec<f64> {
+            let values = value.as_array().unwrap().iter();
+            values.map(|v| v.as_f64().unwrap()).collect()
+        };
+        for row in golden["dpss"].as_array().unwrap() {
+            let samples = row["n"].as_u64().unwrap() as usize;
+            let expected = row["windows"].as_array().unwrap();
+            let (windows, shares) =
+                tapers(samples, row["half"].as_f64().unwrap(), expected.len()).unwrap();
+            for (a, b) in shares.iter().zip(list(&row["shares"])) {
+                assert!((a - b).abs() < 1e-12, "{a} {b}");
+            }
+            for (window, expected) in windows.iter().zip(expected) {
+                let found = window.iter().step_by(23);
+                for (a, b) in found.zip(list(expected)) {
+                    assert!((a - b).abs() < 1e-11, "{samples}: {a} {b}");
+                }
+            }
+        }
+    }
 }

@@ -6,6 +6,9 @@ use piezotact::fourier::Complex;
 
 use super::taper::tapers;
 
+/// A complex wavelet, sample by sample.
+pub(super) type Wave = Vec<Complex<f64>>;
+
 /// A Morlet wavelet of standard deviation `sd_s`, cut at five of them on either side, with a norm of √2.
 ///
 /// Formula: exp(−t²/2σ²)·(exp(2πi·f·t) − κ), where κ = exp(−2(π·f·σ)²) makes the mean zero.
@@ -33,7 +36,7 @@ pub(super) fn multitaper(
     rate_hz: f64,
     half_bandwidth: f64,
     count: usize,
-) -> Option<(Vec<Vec<Complex<f64>>>, Vec<f64>)> {
+) -> Option<(Vec<Wave>, Vec<f64>)> {
     let samples = count_below(length_s, rate_hz);
     let (windows, concentrations) = tapers(samples, half_bandwidth, count)?;
     let waves = windows
