@@ -13,6 +13,8 @@ use super::epochs::Epochs;
 const HAMMING: f64 = 3.3;
 /// The transition bandwidth of a notch, Hz, both sides together.
 const NOTCH_TRANSITION_HZ: f64 = 1.0;
+/// The longest filter, samples.
+const LONGEST: usize = 10_000_000;
 /// A notch is its frequency divided by this wide.
 const NOTCH_QUALITY: f64 = 200.0;
 
@@ -56,14 +58,19 @@ impl Fir {
     /// B. Maess (2015), J. Neurosci. Methods 250.
     ///
     /// # Errors
-    /// [`FirError`] for an edge outside 0 to half the rate, a band that is not ascending, or notches that overlap.
+    /// [`FirError`] for an edge outside 0 to half the rate, a band that is not ascending, notches that overlap, or an
+    /// edge so near to an end of the band that the filter would be too long.
     pub fn plan(pass: &Pass, rate: SampleRate) -> Result<Self, FirError> {
         let edges = edges_of(pass, rate)?;
         let narrowest = edges
             .iter()
             .map(|edge| edge.high_hz - edge.low_hz)
             .fold(f64::INFINITY, f64::min);
-        let length = odd((HAMMING / widths(pass, rate, narrowest) * rate.hz()).ceil() as usize);
+        let periods = HAMMING / widths(pass, rate, narrowest);
+        if periods * rate.hz() > LONGEST as f64 {
+            return Err(FirError::TooLong { length_s: periods });
+        }
+        let length = odd((periods * rate.hz()).ceil() as usize);
         let mut taps = vec![0.0; length];
         let passes_highest = edges.last().is_some_and(|edge| edge.rises);
         if passes_highest {
@@ -347,6 +354,14 @@ pub enum FirError {
         /// The next, Hz.
         high_hz: f64,
     },
+    /// A transition so narrow that the filter is too long.
+    #[error(
+        "expected a filter of at most {LONGEST} samples, found one of {length_s} s; move the edge further from 0 Hz or half the rate"
+    )]
+    TooLong {
+        /// Its length, s.
+        length_s: f64,
+    },
     /// No notch.
     #[error("expected at least one frequency to leave out, found none; state 50 Hz or 60 Hz")]
     NoNotch,
@@ -422,6 +437,7 @@ mod tests {
         let rate = SampleRate::new(100.0).unwrap();
         for pass in [
             Pass::Above(0.0),
+            Pass::Above(1e-9),
             Pass::Below(50.0),
             Pass::Below(f64::NAN),
             Pass::Between(12.0, 8.0),

@@ -75,14 +75,18 @@ impl TfrPlan {
     ///
     /// # Errors
     /// [`TfrError`] without a frequency, for one outside 0 to half the rate, cycles that are not one positive number for each frequency, a
-    /// wavelet longer than the epoch, tapers that do not exist, or a decimation of 0.
+    /// wavelet longer than the epoch, tapers that do not exist, or a decimation of 0
+    /// or above the number of samples.
     pub fn plan(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<Self, TfrError> {
-        check(config, rate)?;
+        check(config, rate, samples)?;
         let mut waves = Vec::new();
         let mut smears_s = Vec::new();
         for (&frequency_hz, &cycles) in config.frequencies_hz.iter().zip(&config.cycles) {
-            let of = waves_of(config.method, frequency_hz, cycles, rate.hz())?;
-            let length = of.iter().map(|(wave, _)| wave.len()).max().unwrap_or(0);
+            // Before a wavelet is made, as it may be longer than the memory.
+            let length = match config.method {
+                Method::Morlet => wavelet::morlet_length(sd_s(frequency_hz, cycles), rate.hz()),
+                Method::Multitaper { .. } => wavelet::count_below(cycles / frequency_hz, rate.hz()),
+            };
             if length > samples {
                 return Err(TfrError::LongerThanEpoch {
                     frequency_hz,
@@ -90,8 +94,9 @@ impl TfrPlan {
                     epoch_s: samples as f64 / rate.hz(),
                 });
             }
+            let of = waves_of(config.method, frequency_hz, cycles, rate.hz())?;
             smears_s.push(match config.method {
-                Method::Morlet => cycles / (std::f64::consts::TAU * frequency_hz),
+                Method::Morlet => sd_s(frequency_hz, cycles),
                 Method::Multitaper { .. } => of
                     .iter()
                     .map(|(wave, _)| wavelet::smear_s(wave, rate.hz()))
@@ -176,8 +181,13 @@ impl TfrPlan {
     }
 }
 
+/// The standard deviation of a Morlet wavelet, s.
+fn sd_s(frequency_hz: f64, cycles: f64) -> f64 {
+    cycles / (std::f64::consts::TAU * frequency_hz)
+}
+
 /// Checks all that needs no wavelet.
-fn check(config: &TfrConfig, rate: SampleRate) -> Result<(), TfrError> {
+fn check(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<(), TfrError> {
     let TfrConfig {
         frequencies_hz,
         cycles,
@@ -190,8 +200,11 @@ fn check(config: &TfrConfig, rate: SampleRate) -> Result<(), TfrError> {
             found: cycles.len(),
         });
     }
-    if *decimation == 0 {
-        return Err(TfrError::Decimation);
+    if *decimation == 0 || *decimation > samples {
+        return Err(TfrError::Decimation {
+            found: *decimation,
+            samples,
+        });
     }
     let nyquist_hz = rate.nyquist().0;
     for (&found_hz, &cycles) in frequencies_hz.iter().zip(cycles) {
@@ -222,7 +235,7 @@ fn waves_of(
 ) -> Result<Waves, TfrError> {
     match method {
         Method::Morlet => {
-            let sd_s = cycles / (std::f64::consts::TAU * frequency_hz);
+            let sd_s = sd_s(frequency_hz, cycles);
             Ok(vec![(wavelet::morlet(frequency_hz, sd_s, rate_hz), 1.0)])
         }
         Method::Multitaper { time_bandwidth } => {
@@ -390,9 +403,16 @@ pub enum TfrError {
         /// The length of the window, s.
         length_s: f64,
     },
-    /// A decimation of 0.
-    #[error("expected every n-th sample with n from 1, found 0; 1 keeps all")]
-    Decimation,
+    /// A decimation of 0, or of more than there are samples.
+    #[error(
+        "expected every n-th sample with n from 1 to the {samples} samples of an epoch, found {found}; 1 keeps all"
+    )]
+    Decimation {
+        /// What was found.
+        found: usize,
+        /// The samples of an epoch.
+        samples: usize,
+    },
     /// Epochs of another rate or length than planned.
     #[error(
         "expected epochs of {samples} samples at {rate_hz} Hz as planned, found {found} at {found_hz} Hz; plan again for these epochs"

@@ -252,6 +252,8 @@ mod tests {
         assert!(plan(vec![10.0], vec![0.0], m, 1).is_err());
         assert!(plan(vec![101.0], vec![4.0], m, 1).is_err());
         assert!(plan(vec![10.0], vec![4.0], m, 0).is_err());
+        assert!(plan(vec![10.0], vec![4.0], m, usize::MAX).is_err());
+        assert!(plan(vec![1e-300], vec![4.0], m, 1).is_err());
         assert!(matches!(
             plan(vec![4.0], vec![7.0], m, 1),
             Err(TfrError::LongerThanEpoch { .. })

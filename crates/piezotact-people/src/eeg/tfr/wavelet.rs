@@ -29,6 +29,11 @@ pub(super) fn morlet(frequency_hz: f64, sd_s: f64, rate_hz: f64) -> Vec<Complex<
     scaled(wavelet)
 }
 
+/// The number of samples of a Morlet wavelet.
+pub(super) fn morlet_length(sd_s: f64, rate_hz: f64) -> usize {
+    count_below(5.0 * sd_s, rate_hz).saturating_mul(2) - 1
+}
+
 /// The oscillation under each of `count` Slepian tapers, less its mean, with a norm of √2; and the concentration of each taper.
 pub(super) fn multitaper(
     frequency_hz: f64,
@@ -58,7 +63,7 @@ pub(super) fn multitaper(
 }
 
 /// How many samples from 0 are before `end_s`, as NumPy's `arange(0, end, 1/rate)` counts them.
-fn count_below(end_s: f64, rate_hz: f64) -> usize {
+pub(super) fn count_below(end_s: f64, rate_hz: f64) -> usize {
     (end_s / (1.0 / rate_hz)).ceil().max(1.0) as usize
 }
 
