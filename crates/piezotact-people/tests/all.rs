@@ -5,7 +5,10 @@ mod answers;
 mod association;
 mod compared;
 mod design;
+mod eeg;
 mod felt;
 mod judges;
 mod power;
+#[path = "../../piezotact/tests/shared_data/mod.rs"]
+mod shared_data;
 mod sitting;

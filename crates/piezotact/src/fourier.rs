@@ -1,9 +1,9 @@
-//! Whole-signal Fourier transforms of real signals.
+//! Whole-signal Fourier transforms of real signals, and the planners for other uses.
 
 use std::sync::Arc;
 
-use num_complex::Complex;
-use piezotact_fourier::{ComplexToReal, RealPlanner, RealToComplex};
+pub use num_complex::Complex;
+pub use piezotact_fourier::{ComplexPlanner, ComplexToReal, Fft, RealPlanner, RealToComplex};
 
 /// The transforms of real signals of one length. Each direction is planned at its first use, as the plan and the scratch memory of
 /// a long signal are larger than the signal.

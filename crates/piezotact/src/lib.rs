@@ -50,7 +50,7 @@ pub mod criterion;
 pub mod document;
 pub mod doubt;
 pub mod figure;
-mod fourier;
+pub mod fourier;
 pub mod invocation;
 pub mod lineage;
 pub mod number;

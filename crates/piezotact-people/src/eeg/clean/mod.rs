@@ -1,0 +1,7 @@
+//! Eye movements and other artefacts taken out of EEG: by regression on electrodes near the eyes, or by independent components.
+
+mod ica;
+mod regression;
+
+pub use ica::{Ica, IcaConfig, IcaError};
+pub use regression::{EogRegression, RegressionError};

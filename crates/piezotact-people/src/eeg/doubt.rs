@@ -1,0 +1,362 @@
+//! Doubts about the analysis of EEG.
+
+use std::fmt;
+
+use piezotact::Doubt;
+use piezotact::doubt::{Advice, DoubtKind, FieldValue};
+
+/// Declares kinds of doubts with their codes and typed fields.
+macro_rules! kinds {
+    (
+        $(#[$meta:meta])*
+        pub enum $name:ident { $(
+            $(#[$doc:meta])*
+            $variant:ident($code:literal) { $(
+                $(#[$field_doc:meta])*
+                $field:ident: $type:ty
+            ),* $(,)? }
+        ),* $(,)? }
+    ) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, PartialEq)]
+        pub enum $name { $(
+            $(#[$doc])*
+            $variant { $( $(#[$field_doc])* $field: $type ),* }
+        ),* }
+
+        impl $name {
+            fn of_doubt(doubt: &Doubt) -> Option<Self> {
+                match doubt.code.as_ref() {
+                    $( $code => Some(Self::$variant { $(
+                        $field: doubt.field(stringify!($field), None)?
+                    ),* }), )*
+                    _ => None,
+                }
+            }
+        }
+
+        impl From<$name> for Doubt {
+            fn from(kind: $name) -> Self {
+                let advice = kind.advice();
+                match kind { $(
+                    $name::$variant { $($field),* } => Self::of_fields(
+                        $code,
+                        [$( (stringify!($field), FieldValue::into_value($field)) ),*],
+                        None,
+                        advice,
+                    ),
+                )* }
+            }
+        }
+    };
+}
+
+kinds! {
+    /// One thing to know before relying on a result of EEG.
+    pub enum EegDoubt {
+        /// Many epochs of a condition were rejected.
+        ManyRejected("eeg_many_epochs_rejected") {
+            /// The condition.
+            condition: String,
+            /// How many.
+            rejected: usize,
+            /// Of how many.
+            of: usize,
+        },
+        /// Conditions differ in the share of rejected epochs.
+        UnevenlyRejected("eeg_epochs_rejected_unevenly") {
+            /// The condition with most.
+            most: String,
+            /// Its share.
+            most_share: f64,
+            /// The condition with least.
+            least: String,
+            /// Its share.
+            least_share: f64,
+        },
+        /// A filter is longer than what it filters.
+        FilterLongerThanSignal("eeg_filter_longer_than_signal") {
+            /// The length of the filter, s.
+            filter_s: f64,
+            /// The length of the signal, s.
+            signal_s: f64,
+        },
+        /// A part of a window is so near to an end of the epoch that the wavelet reaches beyond it.
+        WindowAtEdge("eeg_window_at_edge") {
+            /// `baseline` or `window`.
+            window: String,
+            /// The share of it that is too near.
+            touched_share: f64,
+            /// How far the wavelet of the lowest frequency reaches, s.
+            reach_s: f64,
+        },
+        /// Baseline and window are nearer to each other than the wavelet smears.
+        BaselineNearWindow("eeg_baseline_near_window") {
+            /// The time between them, s.
+            gap_s: f64,
+            /// How far the wavelet of the lowest frequency reaches, s.
+            reach_s: f64,
+        },
+        /// The baseline's power is so uncertain that the ratio to it is biased.
+        RatioBias("eeg_erd_ratio_bias") {
+            /// The channel where it is largest.
+            channel: String,
+            /// The estimated bias at no change, percentage points.
+            bias_points: f64,
+            /// How many epochs there are.
+            epochs: usize,
+        },
+        /// Percentages were computed for each epoch and then averaged.
+        PerEpochBaseline("eeg_erd_per_epoch_baseline") {
+            /// The channel where the bias is largest.
+            channel: String,
+            /// The estimated bias at no change, percentage points.
+            bias_points: f64,
+            /// How many epochs there are.
+            epochs: usize,
+        },
+        /// So few people that the smallest probability is large.
+        FewPeople("eeg_cluster_few_people") {
+            /// How many.
+            people: usize,
+            /// How many different sign flips there are.
+            flips: usize,
+            /// The smallest p that they can give.
+            smallest_p: f64,
+        },
+        /// ICA stopped before its rule.
+        NotConverged("eeg_ica_not_converged") {
+            /// After so many iterations.
+            iterations: usize,
+            /// The last change.
+            change: f64,
+            /// The change at which it would have stopped.
+            wanted: f64,
+        },
+        /// ICA has few samples for its number of components.
+        FewSamplesForIca("eeg_ica_few_samples") {
+            /// How many.
+            samples: usize,
+            /// How many are wanted.
+            wanted: usize,
+            /// Components.
+            components: usize,
+        },
+        /// Values on the scalp were asked for far from any electrode.
+        FarFromElectrodes("eeg_map_far_from_electrodes") {
+            /// How many positions.
+            positions: usize,
+            /// The largest angle to the nearest electrode, degrees.
+            angle_deg: f64,
+        },
+        /// A small number of epochs in a phase measure, which has a floor.
+        CoherenceFloor("eeg_itc_floor") {
+            /// How many epochs.
+            epochs: usize,
+            /// What is expected of random phases.
+            expected: f64,
+        },
+    }
+}
+
+impl DoubtKind for EegDoubt {
+    fn of(doubt: &Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::ManyRejected { .. } => vec![Advice::RecordAgain],
+            Self::RatioBias {
+                bias_points,
+                epochs,
+                ..
+            } => vec![Advice::RecordMore {
+                // The bias falls with one over the number of epochs.
+                count: (*epochs as f64 * bias_points.abs()).ceil() as usize,
+            }],
+            Self::FewPeople { .. } => vec![Advice::MeasureParticipants { count: 6 }],
+            Self::FilterLongerThanSignal { .. }
+            | Self::FewSamplesForIca { .. }
+            | Self::NotConverged { .. } => vec![Advice::RecordLonger],
+            _ => Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for EegDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ManyRejected {
+                condition,
+                rejected,
+                of,
+            } => write!(
+                f,
+                "{condition}: {rejected} of {of} epochs were rejected: those that are left may be of another kind of trial; look at \
+                 the signals, and correct blinks by regression or ICA before epochs are rejected"
+            ),
+            Self::UnevenlyRejected {
+                most,
+                most_share,
+                least,
+                least_share,
+            } => write!(
+                f,
+                "{:.0} % of the epochs of {most} were rejected and {:.0} % of {least}: conditions whose epochs were selected unequally \
+                 can differ for that reason alone",
+                100.0 * most_share,
+                100.0 * least_share
+            ),
+            Self::FilterLongerThanSignal { filter_s, signal_s } => write!(
+                f,
+                "the filter is {filter_s:.2} s long and the signal {signal_s:.2} s: all of it is distorted at its ends; filter the \
+                 continuous recording before epochs are cut"
+            ),
+            Self::WindowAtEdge {
+                window,
+                touched_share,
+                reach_s,
+            } => write!(
+                f,
+                "{:.0} % of the {window} lies within {reach_s:.2} s (2 SD of the wavelet) of an end of the epoch, where power is too \
+                 low: cut longer epochs, or take fewer cycles",
+                100.0 * touched_share
+            ),
+            Self::BaselineNearWindow { gap_s, reach_s } => write!(
+                f,
+                "baseline and window are {gap_s:.2} s apart, and the wavelet smears over {reach_s:.2} s (2 SD): each holds some power \
+                 of the other; move the baseline, or take fewer cycles"
+            ),
+            Self::RatioBias {
+                channel,
+                bias_points,
+                epochs,
+            } => write!(
+                f,
+                "{channel}: the baseline of {epochs} epochs is so uncertain that no change would show as {bias_points:+.1} percentage \
+                 points; record more epochs or take a longer baseline"
+            ),
+            Self::PerEpochBaseline {
+                channel,
+                bias_points,
+                epochs,
+            } => write!(
+                f,
+                "percentages of each of {epochs} epochs were averaged: an epoch whose baseline is low by chance counts most, so no \
+                 change would show as {bias_points:+.1} percentage points at {channel}; average power before the baseline is divided"
+            ),
+            Self::FewPeople {
+                people,
+                flips,
+                smallest_p,
+            } => write!(
+                f,
+                "{people} people have {flips} different sign flips, so the smallest possible p is {smallest_p:.3}: no cluster can be \
+                 below 0.05"
+            ),
+            Self::NotConverged {
+                iterations,
+                change,
+                wanted,
+            } => write!(
+                f,
+                "ICA stopped after {iterations} iterations with a change of {change:.1e}, and {wanted:.1e} was asked for: components \
+                 may be mixed; give more samples or fewer components"
+            ),
+            Self::FewSamplesForIca {
+                samples,
+                wanted,
+                components,
+            } => write!(
+                f,
+                "{samples} samples for {components} components, and about {wanted} are wanted (30 times the square of their number): \
+                 components may be those of noise; give more samples or fewer components"
+            ),
+            Self::FarFromElectrodes {
+                positions,
+                angle_deg,
+            } => write!(
+                f,
+                "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
+            ),
+            Self::CoherenceFloor { epochs, expected } => write!(
+                f,
+                "{epochs} epochs of random phase have an inter-trial coherence of {expected:.2} on average: compare conditions with \
+                 the same number of epochs only"
+            ),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_doubt_comes_back() {
+        let text = || "C3".to_owned();
+        for kind in [
+            EegDoubt::ManyRejected {
+                condition: text(),
+                rejected: 3,
+                of: 4,
+            },
+            EegDoubt::UnevenlyRejected {
+                most: text(),
+                most_share: 0.5,
+                least: text(),
+                least_share: 0.1,
+            },
+            EegDoubt::FilterLongerThanSignal {
+                filter_s: 3.3,
+                signal_s: 2.0,
+            },
+            EegDoubt::WindowAtEdge {
+                window: text(),
+                touched_share: 0.2,
+                reach_s: 0.3,
+            },
+            EegDoubt::BaselineNearWindow {
+                gap_s: 0.1,
+                reach_s: 0.3,
+            },
+            EegDoubt::RatioBias {
+                channel: text(),
+                bias_points: 2.0,
+                epochs: 10,
+            },
+            EegDoubt::PerEpochBaseline {
+                channel: text(),
+                bias_points: 28.0,
+                epochs: 60,
+            },
+            EegDoubt::FewPeople {
+                people: 4,
+                flips: 8,
+                smallest_p: 0.125,
+            },
+            EegDoubt::NotConverged {
+                iterations: 200,
+                change: 1e-3,
+                wanted: 1e-4,
+            },
+            EegDoubt::FewSamplesForIca {
+                samples: 100,
+                wanted: 1000,
+                components: 6,
+            },
+            EegDoubt::FarFromElectrodes {
+                positions: 1,
+                angle_deg: 40.0,
+            },
+            EegDoubt::CoherenceFloor {
+                epochs: 10,
+                expected: 0.28,
+            },
+        ] {
+            assert!(!kind.to_string().is_empty());
+            assert_eq!(Doubt::from(kind.clone()).kind(), Some(kind));
+        }
+    }
+}

@@ -1,0 +1,355 @@
+//! Epochs: pieces of EEG around events, all of one length.
+
+mod cut;
+mod reject;
+
+use piezotact::quantity::SampleRate;
+
+pub use cut::{Continuous, Cut, CutConfig, CutError, Event, LeftOut, NotCut, cut};
+pub use reject::{Criterion, Kept, RejectError, Rejected, Rejection, reject};
+
+/// EEG around events: channels × epochs × samples in one buffer, in V.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Epochs {
+    channels: Vec<String>,
+    conditions: Vec<String>,
+    rate: SampleRate,
+    first_s: f64,
+    samples: usize,
+    volts: Vec<f64>,
+}
+
+impl Epochs {
+    /// Epochs of `volts`, channels × epochs × samples in this order, in V. The first sample of each is at `first_s` from its event.
+    /// There are as many epochs as `conditions`.
+    ///
+    /// # Errors
+    /// [`EpochsError`] without a channel, epoch or sample, with a name twice, or when `volts` has another length or a value that is
+    /// no finite number.
+    pub fn new(
+        channels: Vec<String>,
+        conditions: Vec<String>,
+        rate: SampleRate,
+        first_s: f64,
+        volts: Vec<f64>,
+    ) -> Result<Self, EpochsError> {
+        let signals = channels.len() * conditions.len();
+        if signals == 0 || volts.is_empty() || !volts.len().is_multiple_of(signals) {
+            return Err(EpochsError::Length {
+                channels: channels.len(),
+                epochs: conditions.len(),
+                found: volts.len(),
+            });
+        }
+        if let Some(name) = twice(&channels) {
+            return Err(EpochsError::Twice { name });
+        }
+        let samples = volts.len() / signals;
+        if let Some(at) = volts.iter().position(|v| !v.is_finite()) {
+            let signal = at / samples;
+            return Err(EpochsError::NotFinite {
+                channel: channels[signal / conditions.len()].clone(),
+                epoch: signal % conditions.len(),
+                sample: at % samples,
+            });
+        }
+        Ok(Self {
+            channels,
+            conditions,
+            rate,
+            first_s,
+            samples,
+            volts,
+        })
+    }
+
+    /// The names of the channels.
+    #[must_use]
+    pub fn channels(&self) -> &[String] {
+        &self.channels
+    }
+
+    /// The condition of each epoch.
+    #[must_use]
+    pub fn conditions(&self) -> &[String] {
+        &self.conditions
+    }
+
+    /// How many epochs there are.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.conditions.len()
+    }
+
+    /// How many samples each epoch has.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.samples
+    }
+
+    /// The rate.
+    #[must_use]
+    pub fn rate(&self) -> SampleRate {
+        self.rate
+    }
+
+    /// The time of the first sample from the event, s.
+    #[must_use]
+    pub fn first_s(&self) -> f64 {
+        self.first_s
+    }
+
+    /// The time of a sample from the event, s.
+    #[must_use]
+    pub fn time_s(&self, sample: usize) -> f64 {
+        self.first_s + sample as f64 / self.rate.hz()
+    }
+
+    /// The time of the last sample from the event, s.
+    #[must_use]
+    pub fn last_s(&self) -> f64 {
+        self.time_s(self.samples - 1)
+    }
+
+    /// All values, channels × epochs × samples, V.
+    #[must_use]
+    pub fn volts(&self) -> &[f64] {
+        &self.volts
+    }
+
+    /// The epochs of a channel one after the other, epochs × samples, V.
+    #[must_use]
+    pub fn channel(&self, channel: usize) -> &[f64] {
+        let length = self.count() * self.samples;
+        &self.volts[channel * length..(channel + 1) * length]
+    }
+
+    /// One epoch of one channel, V.
+    #[must_use]
+    pub fn signal(&self, channel: usize, epoch: usize) -> &[f64] {
+        let start = (channel * self.count() + epoch) * self.samples;
+        &self.volts[start..start + self.samples]
+    }
+
+    /// The index of each of `names`.
+    ///
+    /// # Errors
+    /// [`EpochsError::NoChannel`] for a name that no channel has.
+    pub fn indices(&self, names: &[&str]) -> Result<Vec<usize>, EpochsError> {
+        let index = |name: &&str| {
+            let found = self.channels.iter().position(|channel| channel == name);
+            found.ok_or_else(|| EpochsError::NoChannel {
+                name: (*name).to_owned(),
+                channels: self.channels.join(", "),
+            })
+        };
+        names.iter().map(index).collect()
+    }
+
+    /// The epochs of one condition.
+    ///
+    /// # Errors
+    /// [`EpochsError::NoCondition`] where no epoch has it.
+    pub fn of_condition(&self, condition: &str) -> Result<Self, EpochsError> {
+        let kept: Vec<usize> = (0..self.count())
+            .filter(|i| self.conditions[*i] == condition)
+            .collect();
+        if kept.is_empty() {
+            let mut found = self.conditions.clone();
+            found.sort();
+            found.dedup();
+            return Err(EpochsError::NoCondition {
+                condition: condition.to_owned(),
+                found: found.join(", "),
+            });
+        }
+        Ok(self.kept(&kept))
+    }
+
+    /// The epochs of the indices `kept`, which exist and are not none.
+    fn kept(&self, kept: &[usize]) -> Self {
+        let mut volts = Vec::with_capacity(self.channels.len() * kept.len() * self.samples);
+        for channel in 0..self.channels.len() {
+            for &epoch in kept {
+                volts.extend_from_slice(self.signal(channel, epoch));
+            }
+        }
+        Self {
+            channels: self.channels.clone(),
+            conditions: kept.iter().map(|i| self.conditions[*i].clone()).collect(),
+            volts,
+            ..*self
+        }
+    }
+
+    /// The same epochs with each signal changed by `change`, which gets one epoch of one channel.
+    pub(super) fn mapped(&self, mut change: impl FnMut(&[f64], &mut [f64])) -> Self {
+        let mut volts = vec![0.0; self.volts.len()];
+        let signals = self.volts.chunks_exact(self.samples);
+        for (signal, changed) in signals.zip(volts.chunks_exact_mut(self.samples)) {
+            change(signal, changed);
+        }
+        Self {
+            volts,
+            channels: self.channels.clone(),
+            conditions: self.conditions.clone(),
+            ..*self
+        }
+    }
+
+    /// As [`Self::mapped`], for the channels of the indices `channels` alone.
+    pub(super) fn mapped_channels(
+        &self,
+        channels: &[usize],
+        mut change: impl FnMut(&[f64], &mut [f64]),
+    ) -> Self {
+        let count = self.count();
+        let mut at = 0;
+        self.mapped(|signal, out| {
+            if channels.contains(&(at / count)) {
+                change(signal, out);
+            } else {
+                out.copy_from_slice(signal);
+            }
+            at += 1;
+        })
+    }
+
+    /// The same with the signals of the channels of the indices `channels` as they are in `other`, which has the same shape.
+    pub(super) fn with_channels_of(mut self, other: &Self, channels: &[usize]) -> Self {
+        let length = self.count() * self.samples;
+        for channel in channels {
+            let range = channel * length..(channel + 1) * length;
+            self.volts[range].copy_from_slice(other.channel(*channel));
+        }
+        self
+    }
+
+    /// Signals that are sums of those of the channels: `weights` is channels out × channels in, `names` those of the channels out.
+    pub(super) fn mixed(&self, names: Vec<String>, weights: &[f64]) -> Self {
+        let length = self.count() * self.samples;
+        let inputs = self.channels.len();
+        let mut volts = vec![0.0; names.len() * length];
+        for (row, out) in volts.chunks_exact_mut(length).enumerate() {
+            for channel in 0..inputs {
+                let weight = weights[row * inputs + channel];
+                if weight == 0.0 {
+                    continue;
+                }
+                for (sum, value) in out.iter_mut().zip(self.channel(channel)) {
+                    *sum += weight * value;
+                }
+            }
+        }
+        Self {
+            channels: names,
+            conditions: self.conditions.clone(),
+            volts,
+            ..*self
+        }
+    }
+}
+
+/// The first name that stands twice.
+fn twice(names: &[String]) -> Option<String> {
+    let mut sorted: Vec<&String> = names.iter().collect();
+    sorted.sort();
+    let found = sorted.windows(2).find(|pair| pair[0] == pair[1]);
+    found.map(|pair| pair[0].clone())
+}
+
+/// Epochs that cannot be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EpochsError {
+    /// A buffer of the wrong length.
+    #[error(
+        "expected channels × epochs × samples values, at least one of each; found {found} values for {channels} channels and {epochs} epochs; \
+         state all channels and one condition per epoch"
+    )]
+    Length {
+        /// Channels stated.
+        channels: usize,
+        /// Conditions stated, one for each epoch.
+        epochs: usize,
+        /// Values found.
+        found: usize,
+    },
+    /// A channel name that stands twice.
+    #[error("expected a name of its own for each channel, found `{name}` twice; rename one")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// A value that is no number.
+    #[error(
+        "expected finite values, found one that is none in channel {channel}, epoch {epoch}, sample {sample}; leave the epoch out"
+    )]
+    NotFinite {
+        /// Its channel.
+        channel: String,
+        /// Its epoch, from 0.
+        epoch: usize,
+        /// Its sample, from 0.
+        sample: usize,
+    },
+    /// A channel that does not exist.
+    #[error(
+        "expected one of the channels {channels}; found `{name}`; name a channel that was recorded"
+    )]
+    NoChannel {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        channels: String,
+    },
+    /// A condition that no epoch has.
+    #[error(
+        "expected one of the conditions {found}; found `{condition}`; name a condition that has epochs"
+    )]
+    NoCondition {
+        /// What was asked for.
+        condition: String,
+        /// What there is.
+        found: String,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn epochs_are_where_they_were_put() {
+        let names = |n: &[&str]| n.iter().map(|s| (*s).to_owned()).collect::<Vec<_>>();
+        let rate = SampleRate::new(100.0).unwrap();
+        let of = |volts: Vec<f64>| {
+            Epochs::new(
+                names(&["C3", "C4"]),
+                names(&["a", "b", "a"]),
+                rate,
+                -0.02,
+                volts,
+            )
+        };
+        let epochs = of((0..30).map(f64::from).collect()).unwrap();
+        assert_eq!((epochs.samples(), epochs.count()), (5, 3));
+        assert_eq!(epochs.signal(1, 2), [25.0, 26.0, 27.0, 28.0, 29.0]);
+        assert!((epochs.last_s() - 0.02).abs() < 1e-12);
+        let a = epochs.of_condition("a").unwrap();
+        assert_eq!(a.signal(0, 1), epochs.signal(0, 2));
+        assert!(
+            epochs
+                .of_condition("c")
+                .unwrap_err()
+                .to_string()
+                .contains("a, b")
+        );
+        assert_eq!(epochs.indices(&["C4"]).unwrap(), [1]);
+        assert!(epochs.indices(&["Cz"]).is_err());
+        assert!(
+            of(vec![0.0; 31]).is_err() && of(vec![f64::NAN; 30]).is_err() && of(vec![]).is_err()
+        );
+        let twice = Epochs::new(names(&["C3", "C3"]), names(&["a"]), rate, 0.0, vec![0.0; 2]);
+        assert!(matches!(twice, Err(EpochsError::Twice { .. })));
+    }
+}

@@ -1,0 +1,486 @@
+//! Event-related desynchronisation (ERD, negative) and synchronisation (ERS, positive): power in a window relative to a baseline.
+//!
+//! Power is averaged over epochs first, and the averages are divided: a ratio of each epoch, averaged, is biased upwards by a quarter and
+//! more (0 % shows as +28 % in MNE-Python's own example), because an epoch whose baseline is low by chance counts most.
+
+use piezotact::Doubt;
+use piezotact::quantity::Band;
+use piezotact::statistics::mean;
+
+use super::EegDoubt;
+use super::epochs::Epochs;
+use super::tfr::{AverageSink, Power, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
+
+/// A bias of so many percentage points is a doubt.
+const BIAS_POINTS: f64 = 1.0;
+/// So many standard deviations of the wavelet are what it reaches: 0.2 % of its energy lies beyond them.
+const REACH: f64 = 2.0;
+
+/// The unit of a change of power.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// 100·(A − R)/R, %: −100 where nothing is left.
+    Percent,
+    /// 10·log₁₀(A/R), dB.
+    Decibels,
+}
+
+impl Mode {
+    fn change(self, window: f64, baseline: f64) -> f64 {
+        match self {
+            Self::Percent => 100.0 * (window - baseline) / baseline,
+            Self::Decibels => 10.0 * (window / baseline).log10(),
+        }
+    }
+}
+
+/// What is averaged before the baseline is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Order {
+    /// Power over epochs: the default.
+    PowerFirst,
+    /// Nothing: the percentages of single epochs are averaged, which is biased.
+    PercentOfEachEpoch,
+}
+
+/// What is compared with what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ErdConfig {
+    /// The band; power is the mean over the planned frequencies in it.
+    pub band: Band,
+    /// The baseline from the event, s.
+    pub baseline_s: [f64; 2],
+    /// The window from the event, s.
+    pub window_s: [f64; 2],
+    /// The unit of the change.
+    pub mode: Mode,
+    /// With fewer epochs there is no result.
+    pub min_epochs: usize,
+}
+
+/// The change of power of one channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelErd {
+    /// The name of the channel.
+    pub channel: String,
+    /// The change in the unit of the mode; negative is a desynchronisation.
+    pub change: f64,
+    /// The mean power in the baseline, V².
+    pub baseline_power: f64,
+    /// The mean power in the window, V².
+    pub window_power: f64,
+    /// The bias that a true change of 0 would have, estimated, percentage points.
+    pub bias_points: f64,
+}
+
+/// The change of power of all channels, with all that it depends on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Erd {
+    /// What was compared.
+    pub config: ErdConfig,
+    /// What was averaged first.
+    pub order: Order,
+    /// The largest temporal smear in the band, s.
+    pub smear_s: f64,
+    /// How many epochs it is of.
+    pub epochs: usize,
+    /// Each channel.
+    pub channels: Vec<ChannelErd>,
+    /// What to know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// The change of power over time and frequency.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErdMap {
+    /// The power that it was computed from; its values are replaced by the change in the unit of the mode.
+    pub power: Power,
+    /// The baseline from the event, s.
+    pub baseline_s: [f64; 2],
+    /// The unit.
+    pub mode: Mode,
+    /// What to know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+/// ERD/ERS of each channel: the mean power over epochs, band and window relative to that over epochs, band and baseline, in the unit of
+/// the mode.
+///
+/// Formula: A and R are means over epochs, times and frequencies; 100·(A − R)/R or 10·log₁₀(A/R). The bias of the ratio is var(R)/R².
+///
+/// Source: G. Pfurtscheller and F. H. Lopes da Silva (1999), Clin. Neurophysiol. 110; order of averages: R. Grandchamp and A. Delorme (2011),
+/// Front. Psychol. 2.
+///
+/// # Errors
+/// [`ErdError`] for fewer epochs than asked for or 2, a baseline or window that is not within the epoch or only where the wavelet reaches
+/// beyond its ends, a baseline that overlaps the window, and a baseline without power.
+pub fn desynchronisation(
+    plan: &TfrPlan,
+    epochs: &Epochs,
+    config: &ErdConfig,
+) -> Result<Erd, ErdError> {
+    let (trials, smear_s, mut doubts) = measured(plan, epochs, config)?;
+    let mut channels = Vec::with_capacity(epochs.channels().len());
+    for (i, channel) in epochs.channels().iter().enumerate() {
+        let baselines = trials.of(i, 0);
+        let (baseline_power, window_power) = (mean(baselines), mean(trials.of(i, 1)));
+        has_power(channel, baseline_power)?;
+        let n = baselines.len() as f64;
+        let squares: f64 = baselines.iter().map(|r| (r - baseline_power).powi(2)).sum();
+        let variance = squares / (n - 1.0) / n;
+        channels.push(ChannelErd {
+            channel: channel.clone(),
+            change: config.mode.change(window_power, baseline_power),
+            baseline_power,
+            window_power,
+            bias_points: 100.0 * variance / (baseline_power * baseline_power),
+        });
+    }
+    if let Some((channel, bias_points)) = most_biased(&channels)
+        && bias_points > BIAS_POINTS
+        && config.mode == Mode::Percent
+    {
+        doubts.push(
+            EegDoubt::RatioBias {
+                channel,
+                bias_points,
+                epochs: epochs.count(),
+            }
+            .into(),
+        );
+    }
+    Ok(Erd {
+        config: *config,
+        order: Order::PowerFirst,
+        smear_s,
+        epochs: epochs.count(),
+        channels,
+        doubts,
+    })
+}
+
+/// The mean over epochs of the percentages of single epochs: **biased** upwards, so that a desynchronisation looks too small, or like a
+/// synchronisation. It is here to repeat what others computed; [`desynchronisation`] is the measure to use.
+///
+/// Formula: the mean of 100·(Aₑ − Rₑ)/Rₑ. Its bias at no change is 100·(mean(R)·mean(1/R) − 1), which the result and its doubt state.
+///
+/// Source: as MNE-Python's `apply_baseline(mode="percent")` on single epochs; R. Grandchamp and A. Delorme (2011), Front. Psychol. 2 for the bias.
+///
+/// # Errors
+/// As [`desynchronisation`], and [`ErdError::NotPercent`] for another mode.
+pub fn biased_percent_of_each_epoch(
+    plan: &TfrPlan,
+    epochs: &Epochs,
+    config: &ErdConfig,
+) -> Result<Erd, ErdError> {
+    if config.mode != Mode::Percent {
+        return Err(ErdError::NotPercent);
+    }
+    let (trials, smear_s, mut doubts) = measured(plan, epochs, config)?;
+    let mut channels = Vec::with_capacity(epochs.channels().len());
+    for (i, channel) in epochs.channels().iter().enumerate() {
+        let (baselines, windows) = (trials.of(i, 0), trials.of(i, 1));
+        for baseline in baselines {
+            has_power(channel, *baseline)?;
+        }
+        let changes: Vec<f64> = baselines
+            .iter()
+            .zip(windows)
+            .map(|(r, a)| config.mode.change(*a, *r))
+            .collect();
+        let inverse: Vec<f64> = baselines.iter().map(|r| 1.0 / r).collect();
+        channels.push(ChannelErd {
+            channel: channel.clone(),
+            change: mean(&changes),
+            baseline_power: mean(baselines),
+            window_power: mean(windows),
+            bias_points: 100.0 * (mean(baselines) * mean(&inverse) - 1.0),
+        });
+    }
+    if let Some((channel, bias_points)) = most_biased(&channels) {
+        doubts.push(
+            EegDoubt::PerEpochBaseline {
+                channel,
+                bias_points,
+                epochs: epochs.count(),
+            }
+            .into(),
+        );
+    }
+    Ok(Erd {
+        config: *config,
+        order: Order::PercentOfEachEpoch,
+        smear_s,
+        epochs: epochs.count(),
+        channels,
+        doubts,
+    })
+}
+
+/// The change of mean power at each channel, frequency and time relative to the mean of the baseline at this channel and frequency, in the
+/// unit of the mode.
+///
+/// Source: as MNE-Python's `apply_baseline` (`percent` × 100, `logratio` × 10) on averaged power.
+///
+/// # Errors
+/// [`ErdError`] for fewer epochs than asked for or 2, a baseline outside the epochs or only where the wavelet reaches beyond their ends, and
+/// a baseline without power.
+pub fn map(
+    power: &Power,
+    baseline_s: [f64; 2],
+    mode: Mode,
+    min_epochs: usize,
+) -> Result<ErdMap, ErdError> {
+    enough(power.epochs, min_epochs)?;
+    let smear_s = power.smears_s.iter().copied().fold(0.0, f64::max);
+    let mut doubts = Vec::new();
+    within(
+        Part::Baseline,
+        baseline_s,
+        power.extent_s,
+        smear_s,
+        &mut doubts,
+    )?;
+    let range = super::tfr::times_within(&power.times_s, baseline_s);
+    if range.is_empty() {
+        return Err(ErdError::Outside {
+            part: Part::Baseline,
+            from_s: baseline_s[0],
+            to_s: baseline_s[1],
+            first_s: power.extent_s[0],
+            last_s: power.extent_s[1],
+        });
+    }
+    let mut changed = power.clone();
+    let lines = power.frequencies_hz.len();
+    for (i, line) in changed
+        .values
+        .chunks_exact_mut(power.times_s.len())
+        .enumerate()
+    {
+        let baseline = mean(&line[range.clone()]);
+        has_power(&power.channels[i / lines], baseline)?;
+        for value in line {
+            *value = mode.change(*value, baseline);
+        }
+    }
+    Ok(ErdMap {
+        power: changed,
+        baseline_s,
+        mode,
+        doubts,
+    })
+}
+
+/// The mean power over epochs and the mean power of each epoch in baseline and window, in one pass.
+///
+/// Source: [`TfrPlan::average`] and [`TfrPlan::trials`].
+///
+/// # Errors
+/// [`TfrError`] for epochs of another rate or length than planned, or windows without a time or frequency.
+pub fn average_and_trials(
+    plan: &TfrPlan,
+    epochs: &Epochs,
+    windows: &[Window],
+) -> Result<(Power, TrialPowers), TfrError> {
+    let mut average = AverageSink::new(plan, epochs);
+    let mut trials = WindowSink::new(plan, epochs, windows)?;
+    plan.run(epochs, &mut (&mut average, &mut trials))?;
+    Ok((average.finish(plan, epochs), trials.finish()))
+}
+
+/// Power of each epoch in baseline (window 0) and window (window 1), the smear, and doubts about both.
+fn measured(
+    plan: &TfrPlan,
+    epochs: &Epochs,
+    config: &ErdConfig,
+) -> Result<(TrialPowers, f64, Vec<Doubt>), ErdError> {
+    enough(epochs.count(), config.min_epochs)?;
+    let hz = &plan.config().frequencies_hz;
+    let smear_s = hz
+        .iter()
+        .zip(plan.smears_s())
+        .filter(|(hz, _)| config.band.contains(**hz))
+        .map(|(_, smear)| *smear)
+        .fold(0.0, f64::max);
+    let extent_s = [epochs.first_s(), epochs.last_s()];
+    let mut doubts = Vec::new();
+    within(
+        Part::Baseline,
+        config.baseline_s,
+        extent_s,
+        smear_s,
+        &mut doubts,
+    )?;
+    within(
+        Part::Window,
+        config.window_s,
+        extent_s,
+        smear_s,
+        &mut doubts,
+    )?;
+    let gap_s =
+        (config.window_s[0] - config.baseline_s[1]).max(config.baseline_s[0] - config.window_s[1]);
+    if gap_s < 0.0 {
+        return Err(ErdError::Overlap { by_s: -gap_s });
+    }
+    let reach_s = REACH * smear_s;
+    if gap_s < reach_s {
+        doubts.push(EegDoubt::BaselineNearWindow { gap_s, reach_s }.into());
+    }
+    let windows = [config.baseline_s, config.window_s].map(|extent_s| Window {
+        band: config.band,
+        extent_s,
+    });
+    Ok((plan.trials(epochs, &windows)?, smear_s, doubts))
+}
+
+fn enough(found: usize, min_epochs: usize) -> Result<(), ErdError> {
+    let needed = min_epochs.max(2);
+    if found < needed {
+        return Err(ErdError::FewEpochs { found, needed });
+    }
+    Ok(())
+}
+
+fn has_power(channel: &str, power: f64) -> Result<(), ErdError> {
+    if power > 0.0 && power.is_finite() {
+        return Ok(());
+    }
+    Err(ErdError::NoPower {
+        channel: channel.to_owned(),
+    })
+}
+
+fn most_biased(channels: &[ChannelErd]) -> Option<(String, f64)> {
+    let most = channels
+        .iter()
+        .max_by(|a, b| a.bias_points.total_cmp(&b.bias_points));
+    most.map(|one| (one.channel.clone(), one.bias_points))
+}
+
+/// Checks that a part lies within the epoch, and how much of it the ends of the epoch touch.
+fn within(
+    part: Part,
+    [from_s, to_s]: [f64; 2],
+    [first_s, last_s]: [f64; 2],
+    smear_s: f64,
+    doubts: &mut Vec<Doubt>,
+) -> Result<(), ErdError> {
+    let slack = 1e-9;
+    if !(from_s < to_s && from_s >= first_s - slack && to_s <= last_s + slack) {
+        return Err(ErdError::Outside {
+            part,
+            from_s,
+            to_s,
+            first_s,
+            last_s,
+        });
+    }
+    let reach_s = REACH * smear_s;
+    let free = (to_s.min(last_s - reach_s) - from_s.max(first_s + reach_s)).max(0.0);
+    let touched_share = 1.0 - free / (to_s - from_s);
+    if free == 0.0 {
+        return Err(ErdError::AtEdge {
+            part,
+            from_s,
+            to_s,
+            reach_s,
+        });
+    }
+    if touched_share > slack {
+        doubts.push(
+            EegDoubt::WindowAtEdge {
+                window: part.to_string(),
+                touched_share,
+                reach_s,
+            }
+            .into(),
+        );
+    }
+    Ok(())
+}
+
+/// Which part of an epoch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The baseline.
+    Baseline,
+    /// The window.
+    Window,
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Baseline => "baseline",
+            Self::Window => "window",
+        })
+    }
+}
+
+/// A change of power that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ErdError {
+    /// Too few epochs.
+    #[error("expected at least {needed} epochs, found {found}; record more, or reject fewer")]
+    FewEpochs {
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// A part outside the epoch.
+    #[error(
+        "expected a {part} within the epoch ({first_s} s to {last_s} s), found {from_s} s to {to_s} s; state another, or cut longer epochs"
+    )]
+    Outside {
+        /// Which part.
+        part: Part,
+        /// Its first time, s.
+        from_s: f64,
+        /// Its last time, s.
+        to_s: f64,
+        /// The epoch's first time, s.
+        first_s: f64,
+        /// The epoch's last time, s.
+        last_s: f64,
+    },
+    /// A part that lies only where wavelets reach beyond the epoch.
+    #[error(
+        "expected a {part} of which some is further from the ends of the epoch than the wavelet reaches ({reach_s:.3} s), found {from_s} s to {to_s} s; cut \
+         longer epochs, or take fewer cycles"
+    )]
+    AtEdge {
+        /// Which part.
+        part: Part,
+        /// Its first time, s.
+        from_s: f64,
+        /// Its last time, s.
+        to_s: f64,
+        /// Two standard deviations of the wavelet, s.
+        reach_s: f64,
+    },
+    /// A baseline that overlaps the window.
+    #[error(
+        "expected a baseline before or after the window, found an overlap of {by_s} s; move one of them"
+    )]
+    Overlap {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// A baseline without power.
+    #[error("expected a baseline with power, found none in {channel}; leave the channel out")]
+    NoPower {
+        /// The channel.
+        channel: String,
+    },
+    /// Another mode than percent.
+    #[error(
+        "expected percent, found decibels: the mean of decibels of single epochs is no measure here; take `Mode::Percent`"
+    )]
+    NotPercent,
+    /// The plan, the epochs or the windows.
+    #[error(transparent)]
+    Tfr(#[from] TfrError),
+}

@@ -1,0 +1,21 @@
+//! EEG: from continuous signals to event-related desynchronisation, and to what differs over people.
+//!
+//! `Continuous` + events → [`epochs::Epochs`] → [`tfr::TfrPlan`] → [`tfr::Power`] → [`erd::Erd`] of each person → [`cluster::test`] and
+//! [`contrast::paired`] over people. Signals are in V; power of wavelets is in V², or (V/m²)² after a current source density.
+//!
+//! Conventions are those of MNE-Python 1.13.2 (A. Gramfort et al. 2013, Front. Neurosci. 7), against which `golden/eeg.py` computes
+//! reference values. A negative ERD is a desynchronisation (G. Pfurtscheller and F. H. Lopes da Silva 1999, Clin. Neurophysiol. 110).
+
+pub mod clean;
+pub mod cluster;
+pub mod contrast;
+mod doubt;
+pub mod epochs;
+pub mod erd;
+pub mod filter;
+mod linear;
+pub mod phase;
+pub mod reference;
+pub mod tfr;
+
+pub use doubt::EegDoubt;

@@ -1,0 +1,360 @@
+//! References, current source density, and values between electrodes.
+
+mod positions;
+mod spline;
+
+use piezotact::Doubt;
+
+use super::EegDoubt;
+use super::epochs::{Epochs, EpochsError};
+use positions::POSITIONS;
+
+pub use spline::{Csd, CsdConfig, Interpolation};
+
+/// An electrode further than this from a position says little about it, degrees.
+const FAR_DEG: f64 = 30.0;
+
+/// Positions of channels on a sphere of radius 1: x to the right, y to the front, z up.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Montage {
+    /// The names of the channels.
+    pub channels: Vec<String>,
+    /// The position of each, of length 1.
+    pub positions: Vec<[f64; 3]>,
+}
+
+impl Montage {
+    /// The names of the 64 positions that are built in.
+    #[must_use]
+    pub fn names() -> Vec<&'static str> {
+        POSITIONS.iter().map(|(name, _)| *name).collect()
+    }
+
+    /// The positions of `channels` by their names in the extended 10-20 system, upper or lower case. The old names T3, T4, T5 and T6 are
+    /// those of T7, T8, P7 and P8.
+    ///
+    /// # Errors
+    /// [`ReferenceError::NoPosition`] for a name that is not built in; [`Montage::new`] takes positions of any channel.
+    pub fn ten_ten(channels: &[String]) -> Result<Self, ReferenceError> {
+        let position = |name: &String| {
+            let own = match name.to_ascii_uppercase().as_str() {
+                "T3" => "T7".to_owned(),
+                "T4" => "T8".to_owned(),
+                "T5" => "P7".to_owned(),
+                "T6" => "P8".to_owned(),
+                other => other.to_owned(),
+            };
+            let found = POSITIONS
+                .iter()
+                .find(|(known, _)| known.eq_ignore_ascii_case(&own));
+            found
+                .map(|(_, position)| *position)
+                .ok_or_else(|| ReferenceError::NoPosition { name: name.clone() })
+        };
+        let positions = channels.iter().map(position).collect::<Result<_, _>>()?;
+        Self::new(channels.to_vec(), positions)
+    }
+
+    /// Channels at measured positions, relative to the centre of a sphere, in any unit: they are set to length 1.
+    ///
+    /// # Errors
+    /// [`ReferenceError::Positions`] unless there is one position for each channel, of finite length above 0, no two of them the same.
+    pub fn new(channels: Vec<String>, positions: Vec<[f64; 3]>) -> Result<Self, ReferenceError> {
+        let unit: Vec<[f64; 3]> = positions
+            .iter()
+            .map(|position| on_sphere(*position))
+            .collect();
+        let broken = unit.iter().flatten().any(|v| !v.is_finite());
+        let same = |i: usize| {
+            unit[..i]
+                .iter()
+                .any(|other| dot(other, &unit[i]) > 1.0 - 1e-9)
+        };
+        if channels.is_empty()
+            || positions.len() != channels.len()
+            || broken
+            || (0..unit.len()).any(same)
+        {
+            return Err(ReferenceError::Positions {
+                channels: channels.len(),
+                found: positions.len(),
+            });
+        }
+        Ok(Self {
+            channels,
+            positions: unit,
+        })
+    }
+
+    /// The pairs of channels that are neighbours: at most `angle_deg` apart as seen from the centre of the sphere.
+    ///
+    /// MNE-Python's `find_ch_adjacency` triangulates instead, and also joins far channels at the rim of a cap.
+    #[must_use]
+    pub fn neighbours(&self, angle_deg: f64) -> Vec<[usize; 2]> {
+        let least = angle_deg.to_radians().cos();
+        let pairs = (0..self.positions.len()).flat_map(|i| (0..i).map(move |j| [j, i]));
+        pairs
+            .filter(|[i, j]| dot(&self.positions[*i], &self.positions[*j]) >= least)
+            .collect()
+    }
+}
+
+fn on_sphere(position: [f64; 3]) -> [f64; 3] {
+    let length = position.iter().map(|v| v * v).sum::<f64>().sqrt();
+    position.map(|v| v / length)
+}
+
+/// The cosine of the angle between two positions of length 1.
+fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| a * b)
+        .sum::<f64>()
+        .clamp(-1.0, 1.0)
+}
+
+/// `epochs` less the mean of all channels at each sample, V.
+///
+/// Source: the average reference, D. Lehmann and W. Skrandies (1980), Electroencephalogr. Clin. Neurophysiol. 48.
+#[must_use]
+pub fn average(epochs: &Epochs) -> Epochs {
+    let n = epochs.channels().len();
+    let share = 1.0 / n as f64;
+    let weights: Vec<f64> = (0..n * n)
+        .map(|i| f64::from(u8::from(i / n == i % n)) - share)
+        .collect();
+    epochs.mixed(epochs.channels().to_vec(), &weights)
+}
+
+/// `epochs` less the mean of the channels named `references` at each sample, V: of both mastoids (M1 and M2, or TP9 and TP10), or of one
+/// electrode. The references are left in; with several of them they do not become 0.
+///
+/// Source: as MNE-Python's `set_eeg_reference(ref_channels=…)`.
+///
+/// # Errors
+/// [`ReferenceError`] without a reference, or for a name that no channel has.
+pub fn to_channels(epochs: &Epochs, references: &[&str]) -> Result<Epochs, ReferenceError> {
+    if references.is_empty() {
+        return Err(ReferenceError::NoReference);
+    }
+    let indices = epochs.indices(references)?;
+    let n = epochs.channels().len();
+    let share = 1.0 / indices.len() as f64;
+    let weights: Vec<f64> = (0..n * n)
+        .map(|i| {
+            let own = f64::from(u8::from(i / n == i % n));
+            own - if indices.contains(&(i % n)) {
+                share
+            } else {
+                0.0
+            }
+        })
+        .collect();
+    Ok(epochs.mixed(epochs.channels().to_vec(), &weights))
+}
+
+/// The current source density of `epochs` at each channel, V/m² (which stand in the place of V): the surface Laplacian of a spherical
+/// spline, with the sign of a source.
+///
+/// Source: F. Perrin et al. (1989), Electroencephalogr. Clin. Neurophysiol. 72, corrected 1990; as MNE-Python's
+/// `compute_current_source_density`.
+///
+/// # Errors
+/// [`ReferenceError`] for channels without a built-in position, or settings that have no spline.
+pub fn current_source_density(
+    epochs: &Epochs,
+    config: &CsdConfig,
+) -> Result<Epochs, ReferenceError> {
+    let montage = Montage::ten_ten(epochs.channels())?;
+    Ok(Csd::plan(&montage, config)?.apply(epochs))
+}
+
+/// Positions on the sphere of a square map of `side` × `side` points seen from above, row after row from the front left, and the index of
+/// each point; only points inside the circle of 110° from the top are there.
+///
+/// Formula: azimuthal equidistant projection, the edge of the circle at 110°.
+///
+/// Source: J. P. Snyder (1987), *Map Projections*, USGS Professional Paper 1395, chapter 25.
+#[must_use]
+pub fn map_positions(side: usize) -> Vec<(usize, [f64; 3])> {
+    let at = |i: usize| match side {
+        0 | 1 => 0.0,
+        side => 2.0 * i as f64 / (side - 1) as f64 - 1.0,
+    };
+    let mut positions = Vec::new();
+    for row in 0..side {
+        for column in 0..side {
+            let (x, y) = (at(column), -at(row));
+            let radius = x.hypot(y);
+            if radius > 1.0 + 1e-12 {
+                continue;
+            }
+            let angle = radius * 110f64.to_radians();
+            let share = if radius > 0.0 {
+                angle.sin() / radius
+            } else {
+                0.0
+            };
+            positions.push((row * side + column, [x * share, y * share, angle.cos()]));
+        }
+    }
+    positions
+}
+
+/// A doubt where positions of a map lie far from every electrode.
+fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Doubt> {
+    let nearest = |position: &[f64; 3]| {
+        let closest = montage.positions.iter().map(|own| dot(own, position));
+        closest.fold(-1.0, f64::max).acos().to_degrees()
+    };
+    let angles: Vec<f64> = positions
+        .iter()
+        .map(nearest)
+        .filter(|a| *a > FAR_DEG)
+        .collect();
+    let angle_deg = angles.iter().copied().fold(0.0, f64::max);
+    let doubt = EegDoubt::FarFromElectrodes {
+        positions: angles.len(),
+        angle_deg,
+    };
+    (!angles.is_empty())
+        .then(|| doubt.into())
+        .into_iter()
+        .collect()
+}
+
+/// A reference, density or map that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReferenceError {
+    /// No reference.
+    #[error(
+        "expected at least one channel as the reference, found none; name the mastoids (M1, M2), or take the average reference"
+    )]
+    NoReference,
+    /// A channel that has no built-in position.
+    #[error(
+        "expected a name of the 10-10 system, found `{name}`; rename it, leave it out, or state measured positions"
+    )]
+    NoPosition {
+        /// The name.
+        name: String,
+    },
+    /// Positions that are none.
+    #[error(
+        "expected one position for each of {channels} channels, finite, not at the centre and no two the same; found {found}; correct them"
+    )]
+    Positions {
+        /// Channels.
+        channels: usize,
+        /// Positions.
+        found: usize,
+    },
+    /// Settings without a spline.
+    #[error(
+        "expected a radius above 0 m, a regularisation from 0 to below 1, a stiffness from 2 and at least 3 terms, found {radius_m} m, {regularisation}, \
+         {stiffness} and {terms}; 0.095 m, 1e-5, 4 and 50 are usual"
+    )]
+    Spline {
+        /// The radius, m.
+        radius_m: f64,
+        /// The regularisation.
+        regularisation: f64,
+        /// The stiffness.
+        stiffness: u32,
+        /// The number of terms.
+        terms: usize,
+    },
+    /// Electrodes that do not determine a spline.
+    #[error(
+        "expected electrodes that determine a spline, found {channels} that do not; add electrodes or a regularisation"
+    )]
+    Singular {
+        /// How many there are.
+        channels: usize,
+    },
+    /// Values that are not one for each channel.
+    #[error("expected one value for each of {channels} channels, found {found}; give all of them")]
+    Values {
+        /// Channels.
+        channels: usize,
+        /// Values.
+        found: usize,
+    },
+    /// A channel that does not exist.
+    #[error(transparent)]
+    Epochs(#[from] EpochsError),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use piezotact::quantity::SampleRate;
+
+    fn epochs(names: &[&str], volts: Vec<f64>) -> Epochs {
+        let names = names.iter().map(|s| (*s).to_owned()).collect();
+        Epochs::new(
+            names,
+            vec!["a".into()],
+            SampleRate::new(100.0).unwrap(),
+            0.0,
+            volts,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn references_take_away_what_they_say() {
+        let given = epochs(&["C3", "M1", "M2"], vec![10.0, 20.0, 2.0, 4.0, 4.0, 0.0]);
+        let found = to_channels(&given, &["M1", "M2"]).unwrap();
+        assert_eq!(found.volts(), [7.0, 18.0, -1.0, 2.0, 1.0, -2.0]);
+        assert!(to_channels(&given, &[]).is_err() && to_channels(&given, &["TP9"]).is_err());
+        let mean = average(&given);
+        for sample in 0..2 {
+            let sum: f64 = (0..3).map(|c| mean.signal(c, 0)[sample]).sum();
+            assert!(sum.abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn positions_are_where_they_should_be() {
+        let all: Vec<String> = Montage::names().into_iter().map(str::to_owned).collect();
+        let montage = Montage::ten_ten(&all).unwrap();
+        let at = |name: &str| montage.positions[all.iter().position(|n| n == name).unwrap()];
+        assert!(at("C3")[0] < -0.5 && at("C4")[0] > 0.5);
+        assert!(at("Fpz")[1] > 0.9 && at("Oz")[1] < -0.8 && at("Cz")[2] > 0.9);
+        // Each has neighbours, and the relation has no channel twice.
+        let pairs = montage.neighbours(30.0);
+        for (i, name) in all.iter().enumerate() {
+            let count = pairs.iter().filter(|pair| pair.contains(&i)).count();
+            assert!((2..=9).contains(&count), "{name}: {count}");
+        }
+        assert!(Montage::ten_ten(&["EOG".to_owned()]).is_err());
+        assert_eq!(
+            Montage::ten_ten(&["t3".to_owned()]).unwrap().positions,
+            Montage::ten_ten(&["T7".to_owned()]).unwrap().positions
+        );
+        assert!(Montage::new(vec!["a".into()], vec![[0.0; 3]]).is_err());
+        // In any unit.
+        let far = Montage::new(vec!["a".into()], vec![[30.0, 0.0, 40.0]]).unwrap();
+        assert_eq!(far.positions, [[0.6, 0.0, 0.8]]);
+        let map = map_positions(5);
+        assert!(map.iter().all(|(_, p)| (dot(p, p) - 1.0).abs() < 1e-12));
+        assert!(map.contains(&(12, [0.0, 0.0, 1.0])));
+    }
+
+    /// A potential of the first degree on a sphere has the Laplacian −2/r² times itself.
+    #[test]
+    fn a_density_is_the_negative_laplacian() {
+        let names = Montage::names();
+        let all: Vec<String> = names.iter().map(|n| (*n).to_owned()).collect();
+        let montage = Montage::ten_ten(&all).unwrap();
+        let volts: Vec<f64> = montage.positions.iter().map(|p| 1e-6 * p[0]).collect();
+        let given = epochs(&names, volts.clone());
+        let found = current_source_density(&given, &CsdConfig::perrin_1989(0.095)).unwrap();
+        let c3 = all.iter().position(|n| n == "C3").unwrap();
+        let expected = 2.0 / (0.095 * 0.095) * volts[c3];
+        let share = found.volts()[c3] / expected;
+        // A cap sees one half of the sphere, and the spline is regularised.
+        assert!((0.85..1.15).contains(&share), "{share}");
+    }
+}

@@ -1,0 +1,438 @@
+//! Power over time and frequency: Morlet wavelets and multitapers.
+//!
+//! A [`TfrPlan`] is made once for a rate, a length and frequencies, and processes any number of epochs. Nothing is kept of single trials
+//! but what is asked for: their average, or their mean power in bands and windows.
+
+mod run;
+mod taper;
+mod wavelet;
+mod windows;
+
+use piezotact::fourier::{Complex, ComplexPlanner};
+use piezotact::quantity::SampleRate;
+
+use super::epochs::Epochs;
+use run::{Kernel, good_length};
+
+pub(super) use run::Sink;
+pub use windows::{TrialPowers, Window, WindowError};
+pub(super) use windows::{WindowSink, times_within};
+
+/// How power is estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Method {
+    /// Morlet wavelets with a mean of zero, cut at five standard deviations.
+    Morlet,
+    /// Oscillations under Slepian tapers.
+    Multitaper {
+        /// The product of length and full bandwidth, at least 2; floor(product − 1) tapers are used.
+        time_bandwidth: f64,
+    },
+}
+
+/// What is estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TfrConfig {
+    /// How.
+    pub method: Method,
+    /// The frequencies, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// The number of cycles at each frequency. A Morlet wavelet has a standard deviation of cycles/(2π·f), a multitaper window a length
+    /// of cycles/f.
+    pub cycles: Vec<f64>,
+    /// Every so many-th sample is given out; power is computed at the full rate.
+    pub decimation: usize,
+}
+
+/// A planned estimate for epochs of one rate and length.
+#[derive(Clone)]
+pub struct TfrPlan {
+    config: TfrConfig,
+    rate: SampleRate,
+    samples: usize,
+    smears_s: Vec<f64>,
+    kernels: Vec<Vec<Kernel>>,
+    length: usize,
+    forward: std::sync::Arc<dyn piezotact::fourier::Fft<f64>>,
+    inverse: std::sync::Arc<dyn piezotact::fourier::Fft<f64>>,
+}
+
+impl std::fmt::Debug for TfrPlan {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("TfrPlan")
+            .field("config", &self.config)
+            .field("rate", &self.rate)
+            .field("samples", &self.samples)
+            .finish_non_exhaustive()
+    }
+}
+
+impl TfrPlan {
+    /// A plan for epochs of `samples` at `rate`.
+    ///
+    /// Source: MNE-Python's `tfr_array_morlet` (with `zero_mean`) and `tfr_array_multitaper`; C. Tallon-Baudry et al. (1997), J. Neurosci. 17;
+    /// D. J. Thomson (1982), Proc. IEEE 70.
+    ///
+    /// # Errors
+    /// [`TfrError`] without a frequency, for one outside 0 to half the rate, cycles that are not one positive number for each frequency, a
+    /// wavelet longer than the epoch, tapers that do not exist, or a decimation of 0
+    /// or above the number of samples.
+    pub fn plan(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<Self, TfrError> {
+        check(config, rate, samples)?;
+        let mut waves = Vec::new();
+        let mut smears_s = Vec::new();
+        for (&frequency_hz, &cycles) in config.frequencies_hz.iter().zip(&config.cycles) {
+            // Before a wavelet is made, as it may be longer than the memory.
+            let length = match config.method {
+                Method::Morlet => wavelet::morlet_length(sd_s(frequency_hz, cycles), rate.hz()),
+                Method::Multitaper { .. } => wavelet::count_below(cycles / frequency_hz, rate.hz()),
+            };
+            if length > samples {
+                return Err(TfrError::LongerThanEpoch {
+                    frequency_hz,
+                    wavelet_s: length as f64 / rate.hz(),
+                    epoch_s: samples as f64 / rate.hz(),
+                });
+            }
+            let of = waves_of(config.method, frequency_hz, cycles, rate.hz())?;
+            smears_s.push(match config.method {
+                Method::Morlet => sd_s(frequency_hz, cycles),
+                Method::Multitaper { .. } => of
+                    .iter()
+                    .map(|(wave, _)| wavelet::smear_s(wave, rate.hz()))
+                    .fold(0.0, f64::max),
+            });
+            waves.push(of);
+        }
+        let longest = waves.iter().flatten().map(|(wave, _)| wave.len()).max();
+        // What wraps around only meets zeros: half a wavelet behind the samples is enough.
+        let needed = samples + longest.unwrap_or(0) / 2;
+        let folded = good_length(needed.div_ceil(config.decimation));
+        let length = folded * config.decimation;
+        let mut planner = ComplexPlanner::new();
+        let forward = planner.plan_fft_forward(length);
+        let inverse = planner.plan_fft_inverse(folded);
+        let mut scratch = vec![Complex::default(); forward.get_inplace_scratch_len()];
+        let kernels = waves
+            .iter()
+            .map(|of| {
+                let response = |(wave, weight): &(Vec<Complex<f64>>, f64)| {
+                    Kernel::new(
+                        wave,
+                        *weight,
+                        length,
+                        config.method,
+                        &*forward,
+                        &mut scratch,
+                    )
+                };
+                of.iter().map(response).collect()
+            })
+            .collect();
+        Ok(Self {
+            config: config.clone(),
+            rate,
+            samples,
+            smears_s,
+            kernels,
+            length,
+            forward,
+            inverse,
+        })
+    }
+
+    /// What is estimated.
+    #[must_use]
+    pub fn config(&self) -> &TfrConfig {
+        &self.config
+    }
+
+    /// The temporal smear at each frequency, s: the standard deviation of the amplitude envelope of the wavelet. Power at a time holds that of
+    /// about two of them before and after.
+    #[must_use]
+    pub fn smears_s(&self) -> &[f64] {
+        &self.smears_s
+    }
+
+    /// The number of times given out for each epoch.
+    #[must_use]
+    pub fn times(&self) -> usize {
+        self.samples.div_ceil(self.config.decimation)
+    }
+
+    /// The mean power over epochs, channels × frequencies × times, V².
+    ///
+    /// # Errors
+    /// [`TfrError::Epochs`] for epochs of another rate or length than planned.
+    pub fn average(&self, epochs: &Epochs) -> Result<Power, TfrError> {
+        let mut sink = AverageSink::new(self, epochs);
+        self.run(epochs, &mut sink)?;
+        Ok(sink.finish(self, epochs))
+    }
+
+    /// The mean power of each channel and epoch in each of `windows`, V²; nothing else is kept of single epochs.
+    ///
+    /// # Errors
+    /// [`TfrError::Epochs`] for epochs of another rate or length than planned, [`TfrError::Window`] for a window without a time or frequency.
+    pub fn trials(&self, epochs: &Epochs, windows: &[Window]) -> Result<TrialPowers, TfrError> {
+        let mut sink = WindowSink::new(self, epochs, windows)?;
+        self.run(epochs, &mut sink)?;
+        Ok(sink.finish())
+    }
+}
+
+/// The standard deviation of a Morlet wavelet, s.
+fn sd_s(frequency_hz: f64, cycles: f64) -> f64 {
+    cycles / (std::f64::consts::TAU * frequency_hz)
+}
+
+/// Checks all that needs no wavelet.
+fn check(config: &TfrConfig, rate: SampleRate, samples: usize) -> Result<(), TfrError> {
+    let TfrConfig {
+        frequencies_hz,
+        cycles,
+        decimation,
+        ..
+    } = config;
+    if frequencies_hz.is_empty() || cycles.len() != frequencies_hz.len() {
+        return Err(TfrError::Cycles {
+            frequencies: frequencies_hz.len(),
+            found: cycles.len(),
+        });
+    }
+    if *decimation == 0 || *decimation > samples {
+        return Err(TfrError::Decimation {
+            found: *decimation,
+            samples,
+        });
+    }
+    let nyquist_hz = rate.nyquist().0;
+    for (&found_hz, &cycles) in frequencies_hz.iter().zip(cycles) {
+        if !(found_hz > 0.0 && found_hz <= nyquist_hz) {
+            return Err(TfrError::Frequency {
+                found_hz,
+                nyquist_hz,
+            });
+        }
+        if !(cycles > 0.0 && cycles.is_finite()) {
+            return Err(TfrError::NoCycles {
+                frequency_hz: found_hz,
+                found: cycles,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The wavelets of one frequency with the weight of the power of each; the weights of all add up to the factor of their sum.
+type Waves = Vec<(Vec<Complex<f64>>, f64)>;
+
+fn waves_of(
+    method: Method,
+    frequency_hz: f64,
+    cycles: f64,
+    rate_hz: f64,
+) -> Result<Waves, TfrError> {
+    match method {
+        Method::Morlet => {
+            let sd_s = sd_s(frequency_hz, cycles);
+            Ok(vec![(wavelet::morlet(frequency_hz, sd_s, rate_hz), 1.0)])
+        }
+        Method::Multitaper { time_bandwidth } => {
+            if !(time_bandwidth >= 2.0 && time_bandwidth.is_finite()) {
+                return Err(TfrError::TimeBandwidth {
+                    found: time_bandwidth,
+                });
+            }
+            let count = (time_bandwidth - 1.0).floor() as usize;
+            let length_s = cycles / frequency_hz;
+            let half = time_bandwidth / 2.0;
+            let found = wavelet::multitaper(frequency_hz, length_s, rate_hz, half, count);
+            let (waves, shares) = found.ok_or(TfrError::NoTapers {
+                frequency_hz,
+                length_s,
+            })?;
+            // MNE weighs power by the concentration, and one taper alone is not normalised by it.
+            let total: f64 = shares.iter().sum();
+            let factor = if count > 1 { 2.0 / total } else { 1.0 };
+            let weights = shares.into_iter().map(|share| share * factor);
+            Ok(waves.into_iter().zip(weights).collect())
+        }
+    }
+}
+
+/// Mean power over epochs.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Power {
+    /// The names of the channels.
+    pub channels: Vec<String>,
+    /// The frequencies, Hz.
+    pub frequencies_hz: Vec<f64>,
+    /// The times from the event, s.
+    pub times_s: Vec<f64>,
+    /// The temporal smear at each frequency, s.
+    pub smears_s: Vec<f64>,
+    /// How many epochs were averaged.
+    pub epochs: usize,
+    /// The first and the last time of the epochs, s.
+    pub extent_s: [f64; 2],
+    /// Channels × frequencies × times, V².
+    pub values: Vec<f64>,
+}
+
+impl Power {
+    /// Power over time of one channel and frequency, V².
+    #[must_use]
+    pub fn line(&self, channel: usize, frequency: usize) -> &[f64] {
+        let times = self.times_s.len();
+        let start = (channel * self.frequencies_hz.len() + frequency) * times;
+        &self.values[start..start + times]
+    }
+}
+
+/// Adds up power over epochs.
+pub(super) struct AverageSink {
+    frequencies: usize,
+    times: usize,
+    arch: pulp::Arch,
+    sums: Vec<f64>,
+}
+
+impl AverageSink {
+    pub(super) fn new(plan: &TfrPlan, epochs: &Epochs) -> Self {
+        let frequencies = plan.config.frequencies_hz.len();
+        let times = plan.times();
+        Self {
+            frequencies,
+            times,
+            arch: pulp::Arch::new(),
+            sums: vec![0.0; epochs.channels().len() * frequencies * times],
+        }
+    }
+
+    pub(super) fn finish(self, plan: &TfrPlan, epochs: &Epochs) -> Power {
+        let mut values = self.sums;
+        for value in &mut values {
+            *value /= epochs.count() as f64;
+        }
+        Power {
+            channels: epochs.channels().to_vec(),
+            frequencies_hz: plan.config.frequencies_hz.clone(),
+            times_s: (0..self.times)
+                .map(|i| epochs.time_s(i * plan.config.decimation))
+                .collect(),
+            smears_s: plan.smears_s.clone(),
+            epochs: epochs.count(),
+            extent_s: [epochs.first_s(), epochs.last_s()],
+            values,
+        }
+    }
+}
+
+impl Sink for AverageSink {
+    fn take(&mut self, channel: usize, _: usize, frequency: usize, z: &[Complex<f64>], scale: f64) {
+        let start = (channel * self.frequencies + frequency) * self.times;
+        let sums = &mut self.sums[start..start + self.times];
+        self.arch.dispatch(|| {
+            for (sum, value) in sums.iter_mut().zip(z) {
+                *sum += scale * (value.re * value.re + value.im * value.im);
+            }
+        });
+    }
+}
+
+/// An estimate that cannot be.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum TfrError {
+    /// No frequency, or not one number of cycles for each.
+    #[error(
+        "expected one number of cycles for each of at least one frequency, found {found} for {frequencies}; state as many of both"
+    )]
+    Cycles {
+        /// How many frequencies there are.
+        frequencies: usize,
+        /// How many numbers of cycles.
+        found: usize,
+    },
+    /// A number of cycles that is none.
+    #[error(
+        "expected a number of cycles above 0 at {frequency_hz} Hz, found {found}; 4 to 7 are usual"
+    )]
+    NoCycles {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+        /// What was found.
+        found: f64,
+    },
+    /// A frequency outside the band of the signal.
+    #[error(
+        "expected a frequency above 0 Hz up to half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another"
+    )]
+    Frequency {
+        /// What was found, Hz.
+        found_hz: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// A wavelet that is longer than the epoch.
+    #[error(
+        "expected a wavelet within the epoch of {epoch_s} s, found one of {wavelet_s} s at {frequency_hz} Hz; take fewer cycles, a higher \
+         frequency or longer epochs"
+    )]
+    LongerThanEpoch {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+        /// The length of the wavelet, s.
+        wavelet_s: f64,
+        /// The length of the epoch, s.
+        epoch_s: f64,
+    },
+    /// A time-bandwidth product that has no taper.
+    #[error("expected a product of time and bandwidth of at least 2, found {found}; 4 is usual")]
+    TimeBandwidth {
+        /// What was found.
+        found: f64,
+    },
+    /// A window too short for its tapers.
+    #[error(
+        "expected a window that is long enough for its tapers, found {length_s} s at {frequency_hz} Hz; take more cycles or a smaller product"
+    )]
+    NoTapers {
+        /// The frequency, Hz.
+        frequency_hz: f64,
+        /// The length of the window, s.
+        length_s: f64,
+    },
+    /// A decimation of 0, or of more than there are samples.
+    #[error(
+        "expected every n-th sample with n from 1 to the {samples} samples of an epoch, found {found}; 1 keeps all"
+    )]
+    Decimation {
+        /// What was found.
+        found: usize,
+        /// The samples of an epoch.
+        samples: usize,
+    },
+    /// Epochs of another rate or length than planned.
+    #[error(
+        "expected epochs of {samples} samples at {rate_hz} Hz as planned, found {found} at {found_hz} Hz; plan again for these epochs"
+    )]
+    Epochs {
+        /// The length planned.
+        samples: usize,
+        /// The rate planned, Hz.
+        rate_hz: f64,
+        /// The length found.
+        found: usize,
+        /// The rate found, Hz.
+        found_hz: f64,
+    },
+    /// A window that holds no time or frequency.
+    #[error(transparent)]
+    Window(#[from] WindowError),
+    /// A measure of phase of several tapers.
+    #[error(
+        "expected Morlet wavelets for a measure of phase, found multitapers; plan with Morlet wavelets"
+    )]
+    PhaseOfTapers,
+}

@@ -1,0 +1,140 @@
+"""Golden values for the analysis of EEG, from MNE-Python and SciPy.
+
+    python3 golden/eeg.py > crates/piezotact-people/tests/golden/eeg.json
+    python3 golden/eeg.py positions > /tmp/positions.txt
+
+Made with MNE-Python 1.13.2, SciPy 1.17.1 and NumPy 2.4.6. Signals are sums of sines and a linear congruential noise that the tests compute
+again, so that only results are stored. `positions` prints the table of crates/piezotact-people/src/eeg/reference/positions.rs: the 64
+names of a 10-10 cap (`biosemi64`) at their places of `standard_1005`, in head coordinates, seen from the centre of the sphere that MNE
+fits to the whole montage.
+"""
+
+import json
+import sys
+
+import mne
+import numpy as np
+import scipy
+from mne.bem import fit_sphere_to_headshape
+from mne.channels.interpolation import _make_interpolation_matrix
+from mne.preprocessing._csd import _compute_csd, _prepare_G
+from mne.channels.interpolation import _calc_g, _calc_h
+from mne.time_frequency import tfr_array_morlet, tfr_array_multitaper
+from mne.time_frequency.multitaper import dpss_windows
+from scipy.stats import nct
+from scipy.optimize import brentq
+
+mne.set_log_level("ERROR")
+NAMES = mne.channels.make_standard_montage("biosemi64").ch_names
+
+
+def positions():
+    """Unit vectors of the 64 names, rounded as they are stored."""
+    montage = mne.channels.make_standard_montage("standard_1005")
+    info = mne.create_info(montage.ch_names, 1000.0, "eeg")
+    info.set_montage(montage)
+    _, centre, _ = fit_sphere_to_headshape(info)
+    cap = mne.create_info(NAMES, 1000.0, "eeg")
+    cap.set_montage(montage)
+    found = np.array([channel["loc"][:3] for channel in cap["chs"]]) - centre
+    return np.round(found / np.linalg.norm(found, axis=1, keepdims=True), 6)
+
+
+def noise(n, seed):
+    """Numbers from -1 to 1 that any language computes alike."""
+    state, out = seed, np.empty(n)
+    for i in range(n):
+        state = (1664525 * state + 1013904223) % 2**32
+        out[i] = state / 2**31 - 1
+    return out
+
+
+def signal(n, rate, seed):
+    t = np.arange(n) / rate
+    return 1e-6 * (8 * np.sin(2 * np.pi * 10 * t + seed) + 3 * np.sin(2 * np.pi * 50 * t) + 5 * noise(n, seed) + 20 * t)
+
+
+def filters():
+    x = signal(4000, 500.0, 1)
+    rows = []
+    for low, high in [(1.0, 40.0), (0.5, None), (None, 30.0), (8.0, 12.0), (None, 240.0)]:
+        h = mne.filter.create_filter(None, 500.0, low, high)
+        y = mne.filter.filter_data(x.copy(), 500.0, low, high)
+        rows.append({"low": low, "high": high, "length": len(h), "taps": h[: len(h) // 2 + 1][::37].tolist(), "y": y[::100].tolist()})
+    y = mne.filter.notch_filter(x.copy(), 500.0, [50.0, 100.0])
+    short = mne.filter.filter_data(x[:400].copy(), 500.0, 1.0, 40.0)
+    return {"rows": rows, "notch": y[::100].tolist(), "short": short[::10].tolist()}
+
+
+def dpss():
+    rows = []
+    for n, half, count in [(500, 2.0, 3), (101, 1.5, 2), (1000, 4.0, 7)]:
+        windows, shares = dpss_windows(n, half, count, sym=False, low_bias=False)
+        rows.append({"n": n, "half": half, "shares": shares.tolist(), "windows": [w[::23].tolist() for w in windows]})
+    return rows
+
+
+def power():
+    epochs = np.array([[signal(1000, 500.0, 10 * c + e) for c in range(2)] for e in range(3)])
+    freqs = np.array([8.0, 10.0, 12.5, 20.0])
+    cycles = np.array([4.0, 5.0, 5.0, 7.0])
+    keep = lambda a: a.reshape(-1).tolist()
+    multitaper = {
+        str(tb): keep(tfr_array_multitaper(epochs, 500.0, freqs, n_cycles=cycles, time_bandwidth=tb, output="avg_power", decim=40))
+        for tb in (2.0, 4.0, 5.0)
+    }
+    morlet = tfr_array_morlet(epochs, 500.0, freqs, n_cycles=cycles, zero_mean=True, output="avg_power", decim=40)
+    single = tfr_array_morlet(epochs, 500.0, freqs, n_cycles=cycles, zero_mean=True, output="power")
+    # Band 8 to 12.5 Hz, samples 100 to 300 (0.2 s to 0.6 s from the first), epochs x channels.
+    window = single[:, :, :3, 100:301].mean(axis=(2, 3))
+    itc = tfr_array_morlet(epochs, 500.0, freqs, n_cycles=cycles, zero_mean=True, output="itc", decim=40)
+    return {
+        "freqs": freqs.tolist(), "cycles": cycles.tolist(), "multitaper": multitaper,
+        "morlet": keep(morlet), "window": keep(window.T), "itc": keep(itc),
+    }
+
+
+def splines():
+    pos = positions()
+    unit = pos / np.linalg.norm(pos, axis=1, keepdims=True)
+    cosines = np.clip(unit @ unit.T, -1, 1)
+    csd = _compute_csd(G_precomputed=_prepare_G(_calc_g(cosines), 1e-5), H=_calc_h(cosines), radius=0.095)
+    # The same through MNE's public function, on the sphere.
+    info = mne.create_info(NAMES, 500.0, "eeg")
+    info.set_montage(mne.channels.make_dig_montage(dict(zip(NAMES, 0.095 * unit)), coord_frame="head"))
+    volts = np.array([signal(50, 500.0, 100 + c) for c in range(64)])
+    evoked = mne.EvokedArray(volts, info)
+    density = mne.preprocessing.compute_current_source_density(evoked, sphere=(0, 0, 0, 0.095)).data
+    assert np.allclose(density, csd @ volts, rtol=1e-9, atol=1e-12)
+    where = np.array([[0.0, 0.0, 1.0], [0.5, 0.3, 0.7], [-0.7, -0.6, 0.1], [0.1, -0.9, -0.2]])
+    weights = _make_interpolation_matrix(pos, where)
+    return {"density": density[:, ::10].tolist(), "where": where.tolist(), "interpolated": (weights @ volts[:, ::10]).tolist()}
+
+
+def regression():
+    info = mne.create_info(["Fz", "Cz", "VEOG", "HEOG"], 500.0, ["eeg", "eeg", "eog", "eog"])
+    data = np.array([[signal(400, 500.0, 30 + 10 * c + e) for c in range(4)] for e in range(3)])
+    data[:, 0] += 0.4 * data[:, 2] - 0.1 * data[:, 3]
+    epochs = mne.EpochsArray(data, info)
+    model = mne.preprocessing.EOGRegression(picks="eeg", picks_artifact="eog").fit(mne.set_eeg_reference(epochs, [])[0])
+    clean = model.apply(mne.set_eeg_reference(epochs, [])[0]).get_data()
+    return {"coefficients": model.coef_.reshape(-1).tolist(), "clean": clean[:, :2, ::40].transpose(1, 0, 2).reshape(-1).tolist()}
+
+
+def contrast():
+    a = np.array([1.0, 2.5, 3.0, 2.2, 0.7, 1.9, 2.8, 3.3, 0.2, 1.1])
+    b = np.array([1.5, 2.7, 4.2, 2.1, 1.9, 2.6, 3.5, 3.2, 1.4, 1.0])
+    t = scipy.stats.ttest_rel(b, a).statistic
+    ends = [brentq(lambda d: nct.cdf(t, 9, d) - share, -20, 20, xtol=1e-12) / np.sqrt(10) for share in (0.975, 0.025)]
+    return {"a": a.tolist(), "b": b.tolist(), "t": float(t), "d_z": float(t / np.sqrt(10)), "interval": ends}
+
+
+if sys.argv[1:] == ["positions"]:
+    for name, (x, y, z) in zip(NAMES, positions()):
+        print(f'    ("{name}", [{x:.6f}, {y:.6f}, {z:.6f}]),')
+else:
+    made_with = {"mne": mne.__version__, "scipy": scipy.__version__, "numpy": np.__version__}
+    print(json.dumps({
+        "made_with": made_with, "filters": filters(), "dpss": dpss(), "power": power(), "splines": splines(),
+        "regression": regression(), "contrast": contrast(),
+    }, indent=0))
