@@ -128,6 +128,8 @@ pub enum NotCarried {
     },
     /// What virtual volunteers judged by.
     Cues,
+    /// How drives were rendered, the device, and cuts by hand as a file.
+    Rendering,
 }
 
 impl fmt::Display for NotCarried {
@@ -168,7 +170,7 @@ impl fmt::Display for NotCarried {
             ),
             Self::DatedFiles { files } => write!(
                 f,
-                "a copy of {} as recorded, which state a date: the samples are in the tables",
+                "a copy of {} as recorded, which state a date or are files of other programs, whose headers may: the samples are in the tables",
                 counted(*files, "recording")
             ),
             Self::MissingRuns { runs } => write!(
@@ -185,6 +187,9 @@ impl fmt::Display for NotCarried {
                 f,
                 "strokes of {}, which could not be cut",
                 counted(*recordings, "recording")
+            ),
+            Self::Rendering => f.write_str(
+                "how drives were rendered and with which device, outside the recordings in sourcedata; cuts by hand as a file (their strokes are events); names and notes of files of other programs",
             ),
             Self::Cues => f.write_str("the cues that virtual volunteers judged by"),
         }

@@ -70,6 +70,8 @@ pub(super) struct Description<'a> {
     pub(super) authors: &'a [String],
     pub(super) generated_by: [GeneratedBy<'a>; 1],
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) dataset_links: Option<DatasetLinks>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) source_datasets: Option<[SourceDataset; 1]>,
 }
 
@@ -79,6 +81,12 @@ pub(super) struct GeneratedBy<'a> {
     pub(super) name: &'static str,
     pub(super) version: &'a str,
     pub(super) description: &'static str,
+}
+
+/// Where the data sets are that URIs name.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct DatasetLinks {
+    pub(super) study: &'static str,
 }
 
 #[derive(Clone, Debug, Serialize)]

@@ -102,6 +102,60 @@ pub(super) fn sex_of(stated: &str) -> Option<&'static str> {
     }
 }
 
+/// Words that tell nobody: fingers and hands in English, French and Italian.
+const FINGERS: [&str; 34] = [
+    "right",
+    "left",
+    "dominant",
+    "non-dominant",
+    "index",
+    "middle",
+    "ring",
+    "little",
+    "thumb",
+    "finger",
+    "hand",
+    "of",
+    "the",
+    "droit",
+    "droite",
+    "gauche",
+    "majeur",
+    "annulaire",
+    "auriculaire",
+    "pouce",
+    "doigt",
+    "main",
+    "destro",
+    "destra",
+    "sinistro",
+    "sinistra",
+    "indice",
+    "medio",
+    "anulare",
+    "mignolo",
+    "pollice",
+    "dito",
+    "mano",
+    "forefinger",
+];
+
+/// Whether `text` holds nothing but words for fingers.
+pub(super) fn is_finger(text: &str) -> bool {
+    let lower = text.to_lowercase();
+    let mut words = lower.split_whitespace().peekable();
+    words.peek().is_some() && words.all(|word| FINGERS.contains(&word))
+}
+
+/// Whether `text` has the form of a tag of a language (BCP 47), such as `fr` or `fr-CH`.
+pub(super) fn is_language(text: &str) -> bool {
+    let mut parts = text.split('-');
+    let fits = |part: &str, len: std::ops::RangeInclusive<usize>| {
+        len.contains(&part.len()) && part.chars().all(|sign| sign.is_ascii_alphanumeric())
+    };
+    parts.next().is_some_and(|part| fits(part, 2..=3)) && parts.all(|part| fits(part, 2..=4))
+}
+
 /// The handedness as BIDS has it (R, L, A), of the word that a session keeps.
 #[must_use]
 pub(super) fn handedness_of(stated: &str) -> Option<&'static str> {
@@ -233,6 +287,13 @@ mod tests {
             calendar.start(&start("2026-03-02T10:22:33.123456789")),
             "1900-01-02T10:22:33.123456"
         );
+    }
+
+    #[test]
+    fn words_that_tell_nobody_are_known() {
+        assert!(is_finger("right index") && is_finger("Indice destro"));
+        assert!(!is_finger("the finger of Jane") && !is_finger(""));
+        assert!(is_language("fr-CH") && is_language("it") && !is_language("Jane"));
     }
 
     #[test]

@@ -20,12 +20,15 @@ use super::about::{DatasetAbout, NotCarried, Person, SessionFacts};
 use super::error::BidsError;
 use super::folder::NewFolder;
 use super::json::{
-    ColumnSidecar, Columns, Description, GeneratedBy, SignalSidecar, SourceDataset, channel_meaning,
+    ColumnSidecar, Columns, DatasetLinks, Description, GeneratedBy, SignalSidecar, SourceDataset,
+    channel_meaning,
 };
 use super::label::Labels;
 use super::name::{Entities, RECORDING_FIV, TRIALS};
 use super::physio::write_signals;
-use super::privacy::{Calendar, age_of, handedness_of, sex_of, without_folders};
+use super::privacy::{
+    Calendar, age_of, handedness_of, is_finger, is_language, sex_of, without_folders,
+};
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROTOCOL};
 
@@ -74,7 +77,7 @@ pub struct Derived<'a> {
     pub description: &'a str,
     /// How it was made: settings, doubts and verdicts, as its document has them.
     pub provenance: serde_json::Value,
-    /// The files that it was made from, from the root.
+    /// The files that it was made from, re the folder of its session.
     pub sources: Vec<String>,
 }
 
@@ -313,14 +316,20 @@ impl<'a> BidsWriter<'a> {
         name
     }
 
-    /// A copy of the file of a recording, bit by bit; its name from the root. None of a file that states a date.
+    /// A copy of the file of a recording, bit by bit; its name from the root. None of a file that states a date,
+    /// or of another program, whose header may.
     fn source(
         &mut self,
         of: &Entities,
         touched: &Touched<'_>,
     ) -> Result<Option<String>, BidsError> {
         let annotations = &touched.recording.annotations;
-        if annotations.started_at.is_some() {
+        let of_a_bench = touched.recording.about.provenance.bench.is_some();
+        let is_ours = touched
+            .file
+            .extension()
+            .is_some_and(|end| end == "parquet" || end == "part");
+        if annotations.started_at.is_some() || !of_a_bench || !is_ours {
             self.dated += 1;
             return Ok(None);
         }
@@ -343,6 +352,11 @@ impl<'a> BidsWriter<'a> {
     ) -> SignalSidecar {
         let about = &touched.recording.about;
         let mut provenance = about.provenance.clone();
+        // Notes on files of other programs hold their names and dates.
+        if provenance.bench.is_none() {
+            provenance.source.clear();
+            provenance.steps.clear();
+        }
         provenance.source = without_folders(&provenance.source);
         provenance
             .steps
@@ -463,7 +477,7 @@ impl<'a> BidsWriter<'a> {
         let sources: Vec<String> = derived
             .sources
             .iter()
-            .map(|file| format!("bids::{file}"))
+            .map(|file| format!("bids:study:{}/{file}", of.folder()))
             .collect();
         sidecar.insert("Sources".into(), sources.into());
         sidecar.insert("Provenance".into(), derived.provenance.clone());
@@ -476,7 +490,7 @@ impl<'a> BidsWriter<'a> {
         self.folder.put_json(&format!("{stem}.json"), &sidecar)
     }
 
-    /// How many recordings have no copy as they are, since they state a date.
+    /// How many recordings have no copy as they are, since they state a date or are of another program.
     #[must_use]
     pub fn dated(&self) -> usize {
         self.dated
@@ -504,7 +518,7 @@ impl<'a> BidsWriter<'a> {
         };
         let readme = texts::readme(&self.about, self.protocol, &exported);
         self.folder.put_text("README.md", &readme)?;
-        let description = |kind, hed_version, derived| Description {
+        let description = |kind, hed_version, derived: Option<[SourceDataset; 1]>| Description {
             name: self.about.name,
             bids_version: BIDS_VERSION,
             hed_version,
@@ -516,6 +530,7 @@ impl<'a> BidsWriter<'a> {
                 version: self.about.program.trim_start_matches("piezotact "),
                 description: texts::PROGRAM,
             }],
+            dataset_links: derived.as_ref().map(|_| DatasetLinks { study: "../.." }),
             source_datasets: derived,
         };
         if self.folder.has(DERIVATIVES) {
@@ -615,11 +630,11 @@ impl<'a> BidsWriter<'a> {
             Cell::from(facts.ended),
             Cell::from(facts.confirmed as f64),
             Cell::from(facts.planned as f64),
-            text(&facts.sex),
+            text(&facts.sex.clone().filter(|sex| sex_of(sex).is_some())),
             Cell::from(facts.age_years.map(|age| f64::from(age_of(age)))),
             text(&facts.handedness),
-            text(&facts.finger),
-            text(&facts.language),
+            text(&facts.finger.clone().filter(|one| is_finger(one))),
+            text(&facts.language.clone().filter(|one| is_language(one))),
             text(&judge),
         ])
     }

@@ -9,7 +9,7 @@ use crate::criterion::Criterion;
 use crate::feature::STROKE_COLUMNS;
 use crate::page::{Cell, Column, Table};
 use crate::recording::SlidingDirection;
-use crate::stroke::StrokeCriterion;
+use crate::stroke::{Reason, StrokeCriterion};
 
 /// The labels that a condition takes from a name.
 const IN_CONDITION: [&str; 6] = ["sample", "participant", "load", "speed", "angle", "touch"];
@@ -124,7 +124,7 @@ const CUTS_NAMES: [&str; 8] = [
 ];
 
 /// What happened in the recording of `take`, one row for each stroke (its analysed part), rejected part and event that the recording
-/// states, by their onsets in s after the first sample of the recording, of which the take's first sample is `from_s` later.
+/// states (without what somebody typed), by their onsets in s after the first sample of the recording, of which the take's first sample is `from_s` later.
 ///
 /// Source: BIDS 1.11, task events, for `onset`, `duration`, `trial_type` and `value`; decision 0081 of this project for the others.
 #[must_use]
@@ -159,7 +159,11 @@ pub fn events_table(take: &Take, from_s: f64) -> Table {
         let [onset_s, lasts_s] = span(rejected.interval.start, rejected.interval.end);
         let mut row = vec![Cell::from(onset_s), Cell::from(lasts_s)];
         row.extend(others("rejected"));
-        row[EVENT_NAMES.len() - 2] = Cell::from(rejected.reason.to_string());
+        row[EVENT_NAMES.len() - 2] = match &rejected.reason {
+            // What a person typed may say who somebody is.
+            Reason::ByPerson { .. } => Cell::from("excluded by hand"),
+            other => Cell::from(other.to_string()),
+        };
         rows.push((onset_s, row));
     }
     for event in &take.recording.annotations.events {

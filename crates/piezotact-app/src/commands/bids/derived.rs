@@ -88,12 +88,19 @@ pub(super) fn of_strokes(
     let of_psd = format!("({unit})^2/Hz");
     let mut psd = columns(&["frequency", "mean", "sd"]);
     let spectra = &analysis.psd;
+    let strokes = spectra.each.len();
     let lines = spectra
         .frequencies_hz()
         .into_iter()
         .zip(spectra.mean.iter().zip(&spectra.sd));
     psd.rows = lines
-        .map(|(hz, (mean, sd))| vec![Cell::from(hz), Cell::from(*mean), Cell::from(*sd)])
+        .map(|(hz, (mean, sd))| {
+            vec![
+                Cell::from(hz),
+                Cell::from(*mean),
+                Cell::from((strokes > 1).then_some(*sd)),
+            ]
+        })
         .collect();
     let settings = json!({ "settings": analysis.config, "doubts": take.doubts() });
     let owned = |desc, suffix, table, columns, description| Owned {
@@ -123,7 +130,7 @@ pub(super) fn of_strokes(
                 (
                     "sd",
                     &of_psd,
-                    "Their standard deviation, n − 1 in the denominator.",
+                    "Their standard deviation, n − 1 in the denominator; n/a for one stroke.",
                 ),
             ]),
             "Power spectral density of the friction-induced vibration, by Welch's method over each stroke.",
@@ -131,7 +138,7 @@ pub(super) fn of_strokes(
         owned(
             "strokes",
             "features",
-            strokes_table(std::slice::from_ref(take)),
+            without_file(strokes_table(std::slice::from_ref(take))),
             BTreeMap::new(),
             "Features of each stroke, in SI units; the names of the columns end in the unit.",
         ),
@@ -299,6 +306,21 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
         provenance,
         sources: Vec::new(),
     })
+}
+
+/// `table` without the names of files, which may tell who somebody is.
+fn without_file(mut table: Table) -> Table {
+    if let Some(at) = table
+        .columns
+        .iter()
+        .position(|column| column.name == "file")
+    {
+        table.columns.remove(at);
+        table.rows.iter_mut().for_each(|row| {
+            row.remove(at);
+        });
+    }
+    table
 }
 
 /// `table` with nothing in the cells that say so in words.

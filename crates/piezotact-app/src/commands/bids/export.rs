@@ -465,6 +465,7 @@ impl Export<'_> {
             NotCarried::TypedTexts,
             NotCarried::Identities,
             NotCarried::Steps,
+            NotCarried::Rendering,
             NotCarried::Plans { unpresented },
         ];
         always

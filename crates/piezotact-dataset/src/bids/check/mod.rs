@@ -354,16 +354,16 @@ fn checksums(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
             found.add(ProblemKind::Missing, file, None, why);
             continue;
         }
-        let as_recorded =
-            (file.starts_with("sourcedata/") || file.starts_with("stimuli/")) && file != CHECKSUMS;
-        if !as_recorded {
+        // What people complete by hand is not looked at: read-me, description, what stands at the root, derivatives.
+        let is_data = file.contains('/') && !file.starts_with("derivatives/");
+        if !is_data || file == CHECKSUMS {
             continue;
         }
         let is = sha256_of_file(&tree.path(file));
         if is.is_ok_and(|is| is == sum) {
             continue;
         }
-        let why = "expected the file as it was exported, found another content; copy it again";
+        let why = "expected the file as it was exported, found another content; export the study again, or copy the file again";
         found.add(ProblemKind::Changed, file, None, why);
     }
     Ok(())

@@ -239,6 +239,14 @@ impl Rows<'_> {
             );
             found.add(ProblemKind::Onset, file, number, why);
         }
+        let ends_s = onset_s + duration_s.unwrap_or(0.0);
+        let outlasts = |end_s: &f64| onset_s <= end_s + TOLERANCE_S && ends_s > end_s + TOLERANCE_S;
+        if let Some(end_s) = self.end_s.filter(outlasts) {
+            let why = format!(
+                "expected an event that ends before the end of what was recorded ({end_s:.3} s), found one until {ends_s} s; correct its duration"
+            );
+            found.add(ProblemKind::Duration, file, number, why);
+        }
         let pause_s = onset_s - self.last_s.unwrap_or(0.0);
         if self.end_s.is_none() && pause_s > LONGEST_PAUSE_S {
             let why = format!(

@@ -227,7 +227,7 @@ pub(super) fn readme(about: &DatasetAbout<'_>, protocol: &Protocol, exported: &E
         - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
         - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
         - `stimuli/`: the files of the drives that were played.\n\
-        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
+        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
         - `derivatives/piezotact/`: what was computed, with settings and sources.\n",
     );
     text.push_str("\n## What the study holds and this data set does not carry\n\n");

@@ -299,7 +299,7 @@ impl Meanings<'_> {
             }
             "revisions" => number("How often the participant revised the answer.", "1"),
             "corrections" => number(
-                "How often the experimenter corrected what was noted after the confirmation.",
+                "How often the experimenter corrected the answer after its confirmation, or the order that its letters stand for where that changes it.",
                 "1",
             ),
             "plays" => many("How often each element was felt, with | between."),

@@ -473,7 +473,7 @@ impl OfTask<'_> {
                 text(as_given(of.as_confirmed(), last)),
             ),
             ("revisions", count(last)),
-            ("corrections", count(of.corrections.len())),
+            ("corrections", count(self.state.corrections(trial))),
             ("plays", text(plays.join(BETWEEN))),
             ("attempts", count(of.attempts)),
             ("interrupted", count(of.interrupted)),

@@ -83,18 +83,33 @@ impl State<'_> {
     /// which the order that its letters stand for was since. `None` where nothing was corrected that changes it.
     #[must_use]
     pub fn corrected_because(&self, trial: &Trial) -> Option<String> {
-        let of = self.state_of(&trial.name)?;
+        let reasons = self.reasons(trial);
+        (!reasons.is_empty()).then(|| reasons.join("; "))
+    }
+
+    /// How often the answer to `trial` was corrected after its confirmation, or the order that its letters stand for where that
+    /// changes it.
+    #[must_use]
+    pub fn corrections(&self, trial: &Trial) -> usize {
+        self.reasons(trial).len()
+    }
+
+    fn reasons(&self, trial: &Trial) -> Vec<String> {
+        let Some(of) = self.state_of(&trial.name) else {
+            return Vec::new();
+        };
         let mut reasons: Vec<String> = of.corrections.iter().map(|(_, why)| why.clone()).collect();
         if let AnswerForm::EachOfOrder { trial: order } = &trial.answer
             && self.is_read_anew(trial)
         {
             let known = of.order_corrections.last().copied().unwrap_or(0);
-            let since = self.state_of(order)?.corrections.iter().skip(known);
+            let of_order = self.state_of(order).into_iter();
+            let since = of_order.flat_map(|order| order.corrections.iter().skip(known));
             let number = self.number(order);
             reasons
                 .extend(since.map(|(_, why)| format!("order of trial {number} corrected: {why}")));
         }
-        (!reasons.is_empty()).then(|| reasons.join("; "))
+        reasons
     }
 
     /// How often the order that letters answered to the trial named `name` stand for was corrected until now; 0 where there is none.
