@@ -184,7 +184,7 @@ pub(super) fn without_folders(text: &str) -> String {
 }
 
 /// Words in the name of a column that holds who somebody is.
-const WHO: [&str; 30] = [
+const WHO: [&str; 59] = [
     "name",
     "names",
     "firstname",
@@ -215,6 +215,35 @@ const WHO: [&str; 30] = [
     "indirizzo",
     "ssn",
     "contact",
+    "vorname",
+    "nachname",
+    "geburtsdatum",
+    "geburtstag",
+    "nombre",
+    "nombres",
+    "apellido",
+    "apellidos",
+    "initials",
+    "birthyear",
+    "birthplace",
+    "emails",
+    "fname",
+    "lname",
+    "mobile",
+    "tel",
+    "passport",
+    "insurance",
+    "street",
+    "city",
+    "zip",
+    "postcode",
+    "prenoms",
+    "identity",
+    "namn",
+    "maiden",
+    "имя",
+    "名前",
+    "氏名",
 ];
 
 /// Why a column called `name` may tell who somebody is; `None` where it does not.
@@ -233,31 +262,77 @@ pub(super) fn tells_who(name: &str) -> bool {
         before = sign;
     }
     words.push(word);
-    words.iter().any(|word| WHO.contains(&word.as_str()))
+    let plain =
+        |word: &String| WHO.contains(&word.trim_end_matches(|sign: char| sign.is_ascii_digit()));
+    words.iter().any(plain)
+}
+
+/// The same of a table in which samples and stimuli have names too: a name alone tells nobody.
+pub(super) fn tells_who_beside_stimuli(name: &str) -> bool {
+    let lower = name.to_lowercase();
+    let of_a_person = [
+        "first",
+        "last",
+        "full",
+        "real",
+        "family",
+        "given",
+        "sur",
+        "participant",
+        "subject",
+    ];
+    let is_name = lower.contains("name") && of_a_person.iter().any(|word| lower.contains(word));
+    let born = [
+        "birth",
+        "naissance",
+        "nascita",
+        "geburt",
+        "email",
+        "e-mail",
+        "phone",
+    ];
+    is_name || born.iter().any(|word| lower.contains(word))
 }
 
 /// What a cell holds that would tell who somebody is.
 pub(super) fn personal(cell: &str) -> Option<&'static str> {
-    let at = cell.find('@');
-    if at.is_some_and(|at| at > 0 && cell[at..].contains('.')) && !cell.contains(' ') {
+    let apart = |sign: char| sign.is_whitespace() || "()<>[],;".contains(sign);
+    let mut parts = cell.split(apart);
+    let digits = cell.chars().filter(char::is_ascii_digit).count();
+    if parts.clone().any(is_mail) {
         return Some("an address of electronic mail");
     }
-    is_date(cell).then_some("a date")
+    if cell.trim().starts_with('+') && digits >= 9 && !cell.contains('.') {
+        return Some("a number of a telephone");
+    }
+    parts.any(is_date).then_some("a date")
 }
 
-/// Whether it is a date: `1990-05-17`, `17/05/1990`, `17.05.1990`.
-fn is_date(cell: &str) -> bool {
-    let day = cell.split(['T', ' ']).next().unwrap_or_default();
-    let parts: Vec<&str> = day.split(['-', '/', '.']).collect();
-    let [first, second, third] = parts.as_slice() else {
-        return false;
-    };
+fn is_mail(part: &str) -> bool {
+    let at = part.find('@');
+    at.is_some_and(|at| at > 0 && part[at..].contains('.'))
+}
+
+/// Whether it is a date: `1990-05-17`, `17/05/1990`, `17.05.1990`, `17/05/90`, `19900517`.
+fn is_date(part: &str) -> bool {
+    let day = part.split('T').next().unwrap_or_default();
     let number = |text: &str, len: std::ops::RangeInclusive<usize>| {
         len.contains(&text.len()) && text.chars().all(|sign| sign.is_ascii_digit())
     };
-    let short = |text: &str| number(text, 1..=2) && (1..=31).contains(&text.parse().unwrap_or(0));
+    let up_to = |text: &str, most: u32| (1..=most).contains(&text.parse().unwrap_or(0));
+    if number(day, 8..=8) {
+        let is_year = day.starts_with("19") || day.starts_with("20");
+        return is_year && up_to(&day[4..6], 12) && up_to(&day[6..], 31);
+    }
+    let parts: Vec<&str> = day.split(['-', '/', '.', '_']).collect();
+    let [first, second, third] = parts.as_slice() else {
+        return false;
+    };
+    let short = |text: &str| number(text, 1..=2) && up_to(text, 31);
     let year = |text: &str| number(text, 4..=4);
-    short(second) && ((year(first) && short(third)) || (short(first) && year(third)))
+    let of_century = |text: &str| number(text, 2..=2) && day.contains('/');
+    short(second)
+        && ((year(first) && short(third)) || (short(first) && (year(third) || of_century(third))))
 }
 
 #[cfg(test)]
@@ -300,6 +375,8 @@ mod tests {
     fn who_somebody_is_is_found() {
         for name in [
             "name",
+            "name1",
+            "Vorname",
             "real_name",
             "firstName",
             "birth_date",
@@ -322,10 +399,23 @@ mod tests {
         ] {
             assert!(!tells_who(name), "{name}");
         }
-        for cell in ["1990-05-17", "17/05/1990", "17.5.1990", "a.b@example.org"] {
+        for cell in [
+            "1990-05-17",
+            "17/05/1990",
+            "17.5.1990",
+            "17/05/90",
+            "19900517",
+            "born 1990-05-17",
+            "(1990-05-17)",
+            "a.b@example.org",
+            "A <a@b.org>",
+            "+41 79 123 45 67",
+        ] {
             assert!(personal(cell).is_some(), "{cell}");
         }
-        for cell in ["30", "1.2.3", "S2-S4-S8", "n/a", "2024", "1/2/3"] {
+        for cell in [
+            "30", "+0.25", "12345678", "20191399", "1.2.3", "S2-S4-S8", "n/a", "2024", "1/2/3",
+        ] {
             assert!(personal(cell).is_none(), "{cell}");
         }
         assert_eq!(

@@ -120,6 +120,8 @@ impl<R: BufRead> Lines<R> {
             bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
         }
         match std::str::from_utf8(bytes) {
+            // Wide characters of another encoding.
+            Ok(line) if line.contains('\0') => Err((number, LineFault::NoText)),
             Ok(line) => Ok(Some((number, line))),
             Err(_no_text) => Err((number, LineFault::NoText)),
         }

@@ -132,7 +132,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     export.played()?;
     export.touched()?;
     export.derived(&study)?;
-    let mut not_carried = export.not_carried(simulated.is_some());
+    let mut not_carried = export.not_carried();
     not_carried.extend((rehearsals > 0).then_some(NotCarried::Rehearsals {
         sessions: rehearsals,
     }));
@@ -416,7 +416,7 @@ impl Export<'_> {
     }
 
     /// What the study holds and the data set does not carry.
-    fn not_carried(&self, simulated: bool) -> Vec<NotCarried> {
+    fn not_carried(&self) -> Vec<NotCarried> {
         let mut unrecorded = 0;
         let (mut unpresented, mut void) = (0, 0);
         let mut old = BTreeSet::new();
@@ -458,7 +458,9 @@ impl Export<'_> {
             (self.uncut > 0).then_some(NotCarried::Uncut {
                 recordings: self.uncut,
             }),
-            simulated.then_some(NotCarried::Cues),
+            (self.sessions.iter())
+                .any(|one| one.state.participant().judge.is_some())
+                .then_some(NotCarried::Cues),
         ];
         let always = [
             NotCarried::Dates,

@@ -43,6 +43,13 @@ impl Answers {
 
     pub(super) fn row(&mut self, file: &str, number: u64, cells: &[&str], found: &mut Found) {
         let Some(response) = self.cell(cells, "response") else {
+            let has_column = self.names.iter().any(|name| name == "response");
+            if let (true, Some(correct)) = (has_column, self.cell(cells, "correct")) {
+                let why = format!(
+                    "expected n/a for `correct` where there is no response, found `{correct}`; correct one of them"
+                );
+                found.add(ProblemKind::Correct, file, number, why);
+            }
             return;
         };
         let offered: BTreeSet<&str> = self

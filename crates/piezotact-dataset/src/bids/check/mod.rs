@@ -206,10 +206,18 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
         }
         Err(other) => return Err(other),
     }
-    if tree.has(DESCRIPTION)
-        && let Err(error) = tree.json(DESCRIPTION)
-    {
-        found.error(ProblemKind::Metadata, DESCRIPTION, error);
+    if tree.has(DESCRIPTION) {
+        match tree.json(DESCRIPTION) {
+            Err(error) => found.error(ProblemKind::Metadata, DESCRIPTION, error),
+            Ok(stated) => {
+                for key in ["Name", "BIDSVersion"] {
+                    if super::tree::text(&stated, key).is_none() {
+                        let why = format!("expected {key}, a text, found none; add it");
+                        found.add(ProblemKind::Metadata, DESCRIPTION, None, why);
+                    }
+                }
+            }
+        }
     }
     if let Some((file, why)) = two_studies(&tree) {
         found.add(ProblemKind::Study, &file, None, why);
@@ -340,7 +348,8 @@ fn checksums(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
         }
     };
     for (number, line) in text.lines().enumerate() {
-        let parts = line.split_once("  ");
+        // Sums of binary files have an asterisk in the place of the second space.
+        let parts = line.split_once("  ").or_else(|| line.split_once(" *"));
         let (sum, file) = match parts {
             Some((sum, file)) if sum.len() == 64 => (sum, file.trim_start_matches("../")),
             _ => {
@@ -354,13 +363,13 @@ fn checksums(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
             found.add(ProblemKind::Missing, file, None, why);
             continue;
         }
-        // What people complete by hand is not looked at: read-me, description, what stands at the root, derivatives.
-        let is_data = file.contains('/') && !file.starts_with("derivatives/");
+        // What people complete by hand is not looked at: read-me, description, what stands at the root.
+        let is_data = file.contains('/') && !file.ends_with("README.md");
         if !is_data || file == CHECKSUMS {
             continue;
         }
         let is = sha256_of_file(&tree.path(file));
-        if is.is_ok_and(|is| is == sum) {
+        if is.is_ok_and(|is| is.eq_ignore_ascii_case(sum)) {
             continue;
         }
         let why = "expected the file as it was exported, found another content; export the study again, or copy the file again";

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use piezotact::page::{Cell, Table};
 
 use super::super::error::BidsError;
-use super::super::privacy::{personal, tells_who};
+use super::super::physio::number_in;
+use super::super::privacy::{ms_of, personal, tells_who, tells_who_beside_stimuli};
 use super::super::table::{cell, read_table};
 use super::super::tree::Tree;
 use super::{Found, ProblemKind};
@@ -24,7 +25,8 @@ pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
         // Lines that are uneven are found with the other tables.
         if let Ok(table) = read_table(&tree.path(PARTICIPANTS), PARTICIPANTS) {
             rows(&table, "participant_id", PARTICIPANTS, &folders, found);
-            private(&table, PARTICIPANTS, found);
+            private(&table, PARTICIPANTS, tells_who, found);
+            ages(&table, PARTICIPANTS, found);
         }
     } else if tree.has(super::CHECKSUMS) {
         let why = "expected the table of participants, found none; restore it from a copy";
@@ -47,9 +49,16 @@ pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
                 let sessions = inside.filter(|rest| rest.starts_with("ses-") && rest.contains('/'));
                 let sessions = sessions.map(first).collect();
                 rows(&table, "session_id", &entry.file, &sessions, found);
-                private(&table, &entry.file, found);
+                private(&table, &entry.file, tells_who, found);
+                ages(&table, &entry.file, found);
+                times(tree, (&entry.file, &table), found);
             }
-            "scans" => scans(tree, entry.folder(), (&entry.file, &table), found),
+            "scans" => {
+                scans(tree, entry.folder(), (&entry.file, &table), found);
+                private(&table, &entry.file, tells_who_beside_stimuli, found);
+                times(tree, (&entry.file, &table), found);
+            }
+            "beh" | "events" => private(&table, &entry.file, tells_who_beside_stimuli, found),
             _ => {}
         }
     }
@@ -90,9 +99,9 @@ fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, fou
 }
 
 /// Columns and cells that tell who somebody is.
-fn private(table: &Table, file: &str, found: &mut Found) {
+fn private(table: &Table, file: &str, tells: fn(&str) -> bool, found: &mut Found) {
     for (at, column) in table.columns.iter().enumerate() {
-        if tells_who(&column.name) {
+        if tells(&column.name) {
             let why = format!(
                 "expected nothing that tells who somebody is, found the column `{}`; remove it",
                 column.name
@@ -115,6 +124,51 @@ fn private(table: &Table, file: &str, found: &mut Found) {
                 );
                 found.add(ProblemKind::Privacy, file, row as u64 + 2, why);
             }
+        }
+    }
+}
+
+/// Ages that are rare, or none.
+fn ages(table: &Table, file: &str, found: &mut Found) {
+    for row in 0..table.rows.len() {
+        let Some(age) = cell(table, row, "age").and_then(number_in) else {
+            continue;
+        };
+        let line = row as u64 + 2;
+        if !(0.0..=150.0).contains(&age) {
+            let why = format!("expected an age in years, found {age}; correct the cell");
+            found.add(ProblemKind::Number, file, line, why);
+        } else if age > 89.0 {
+            let why =
+                format!("expected no age over 89, which few people have, found {age}; write 89");
+            found.add(ProblemKind::Privacy, file, line, why);
+        }
+    }
+}
+
+/// Times that are none, and true dates where the data set was exported with shifted ones.
+fn times(tree: &Tree, (file, table): (&str, &Table), found: &mut Found) {
+    // The end of 1925, to which BIDS has dates shifted.
+    let shifted = ms_of("1926-01-01T00:00:00").unwrap_or_default();
+    for row in 0..table.rows.len() {
+        let Some(text) = cell(table, row, "acq_time") else {
+            continue;
+        };
+        let line = row as u64 + 2;
+        match ms_of(text) {
+            None => {
+                let why = format!(
+                    "expected a time such as 1900-01-01T10:22:33, found `{text}`; correct the cell"
+                );
+                found.add(ProblemKind::Number, file, line, why);
+            }
+            Some(ms) if ms >= shifted && tree.has(super::CHECKSUMS) => {
+                let why = format!(
+                    "expected a shifted date before 1926, found `{text}`; shift it, or write n/a"
+                );
+                found.add(ProblemKind::Privacy, file, line, why);
+            }
+            Some(_) => {}
         }
     }
 }

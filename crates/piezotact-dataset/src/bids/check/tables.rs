@@ -79,6 +79,7 @@ fn table(tree: &Tree, entry: &Entry, ends: &Ends, found: &mut Found) -> Result<(
                     answers: Answers::of(line),
                     end_s: together(entry).and_then(|key| ends.get(&key).copied()),
                     last_s: None,
+                    is_empty: true,
                     sidecar_of_levels: tree.sidecars(entry).last().map(|of| of.file.clone()),
                 });
                 heading(file, line, found);
@@ -93,7 +94,17 @@ fn table(tree: &Tree, entry: &Entry, ends: &Ends, found: &mut Found) -> Result<(
             None,
             "expected a heading, found an empty file; copy it again",
         ),
-        Some(rows) => rows.answers.end(file, found),
+        Some(rows) => {
+            if rows.is_empty && file.ends_with("_beh.tsv") {
+                found.add(
+                    ProblemKind::Empty,
+                    file,
+                    None,
+                    "expected answers, found a heading alone; copy it again, or remove the file",
+                );
+            }
+            rows.answers.end(file, found);
+        }
     }
     Ok(())
 }
@@ -155,12 +166,14 @@ struct Rows<'a> {
     /// When what was recorded with it ends.
     end_s: Option<f64>,
     last_s: Option<f64>,
+    is_empty: bool,
     sidecar_of_levels: Option<String>,
 }
 
 impl Rows<'_> {
     fn row(&mut self, number: u64, line: &str, found: &mut Found) {
         let file = self.entry.file.as_str();
+        self.is_empty = false;
         let cells: Vec<&str> = line.split('\t').collect();
         if cells.len() != self.rules.len() {
             let why = match line.is_empty() {
@@ -189,6 +202,14 @@ impl Rows<'_> {
                     );
                     found.add(ProblemKind::Number, file, number, why);
                 }
+            }
+            let is_count = ["response_time", "n_replays"].contains(&rule.name.as_str());
+            if is_count && number_in(cell).is_some_and(|value| value < 0.0) {
+                let why = format!(
+                    "expected 0 or more in the column `{}`, found {cell}; correct the cell",
+                    rule.name
+                );
+                found.add(ProblemKind::Number, file, number, why);
             }
             if let (Some(levels), None) = (&rule.levels, &rule.delimiter)
                 && !levels.contains(*cell)
