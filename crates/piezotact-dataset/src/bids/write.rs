@@ -1,5 +1,6 @@
 //! Writes a data set: aside, file by file, and renamed when it is complete.
 
+mod parts;
 mod texts;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -7,7 +8,6 @@ use std::path::{Path, PathBuf};
 
 use piezotact::document::Content;
 use piezotact::page::{Cell, Column, Table};
-use piezotact::quantity::Unit;
 use piezotact::recording::{Channel, Clock, Recording};
 use piezotact_people::association::{
     Behaviour, BehaviourMeanings, behaviour_meanings, is_recorded, person_meanings,
@@ -24,13 +24,14 @@ use super::json::{
     channel_meaning,
 };
 use super::label::Labels;
-use super::name::{Entities, RECORDING_FIV, TRIALS};
+use super::name::{Entities, TRIALS};
 use super::physio::write_signals;
 use super::privacy::{
     Calendar, age_of, handedness_of, is_finger, is_language, sex_of, without_folders,
 };
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROTOCOL};
+use parts::{DRIVE, STIM, column_names, described, groups, sidecars, suffix_number};
 
 /// The folder of what is derived, from the root.
 const DERIVATIVES: &str = "derivatives/piezotact";
@@ -689,87 +690,4 @@ impl<'a> BidsWriter<'a> {
         }
         Ok(())
     }
-}
-
-/// The label of recordings of the drive.
-const DRIVE: &str = "drive";
-/// The suffix of drives.
-const STIM: &str = "stim";
-
-/// A clock with its number among those of the same label, from 1.
-type NumberedClock = (Clock, u32);
-
-/// The channels of `recording` that stand in one file, by their places: those of one clock, drives apart; with the label of each.
-fn groups(recording: &Recording) -> Vec<(&'static str, NumberedClock, Vec<usize>)> {
-    let mut groups: Vec<(bool, usize, Vec<usize>)> = Vec::new();
-    let clocks = recording.clock_numbers().iter();
-    for (at, (channel, clock)) in recording.channels().iter().zip(clocks).enumerate() {
-        let is_drive = channel.unit == Unit::FullScale;
-        let known = groups
-            .iter_mut()
-            .find(|(drive, of, _)| (*drive, of) == (is_drive, clock));
-        match known {
-            Some((_, _, members)) => members.push(at),
-            None => groups.push((is_drive, *clock, vec![at])),
-        }
-    }
-    let mut counts: BTreeMap<&str, u32> = BTreeMap::new();
-    let labelled = groups.into_iter().map(|(is_drive, clock, members)| {
-        let label = if is_drive { DRIVE } else { RECORDING_FIV };
-        let count = counts.entry(label).or_default();
-        *count += 1;
-        (label, (recording.clocks()[clock], *count), members)
-    });
-    labelled.collect()
-}
-
-fn suffix_number(count: &u32) -> String {
-    match count {
-        1 => String::new(),
-        more => more.to_string(),
-    }
-}
-
-/// The names of the columns: those of the channels without signs that a table cannot hold, each once.
-fn column_names(channels: &[&Channel]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for channel in channels {
-        let plain: String = channel
-            .name
-            .chars()
-            .map(|sign| {
-                if sign.is_ascii_alphanumeric() {
-                    sign
-                } else {
-                    '_'
-                }
-            })
-            .collect();
-        let plain = if plain.is_empty() {
-            "channel".to_owned()
-        } else {
-            plain
-        };
-        let mut name = plain.clone();
-        let mut count = 1;
-        while names.contains(&name) {
-            count += 1;
-            name = format!("{plain}_{count}");
-        }
-        names.push(name);
-    }
-    names
-}
-
-fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
-    let all = meanings.iter();
-    all.map(|(name, meaning)| (name.clone(), ColumnSidecar::from(meaning.clone())))
-        .collect()
-}
-
-fn described(text: &str) -> ColumnSidecar {
-    ColumnSidecar::from(ColumnMeaning {
-        description: text.to_owned(),
-        ..ColumnMeaning::default()
-    })
 }

@@ -118,10 +118,24 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         doubts: &in_words,
     };
     let writer = BidsWriter::create(&args.out, about, protocol)?;
+    let counts = [rehearsals, withdrawn];
+    let (exported, place) = written(args, (&study, &sessions), writer, counts)?;
+    shown(args, &exported, &place)?;
+    say_doubts(&doubts);
+    Ok(())
+}
+
+/// Everything, in its place; with how many rehearsals and sessions of people who withdrew are left out.
+fn written(
+    args: &Arguments,
+    (study, sessions): (&Study, &[Session<'_>]),
+    writer: BidsWriter<'_>,
+    [rehearsals, withdrawn]: [usize; 2],
+) -> Outcome<(Exported, PathBuf)> {
     let mut export = Export {
         args,
-        protocol,
-        sessions: &sessions,
+        protocol: &study.campaign.protocol,
+        sessions,
         writer,
         missing_runs: 0,
         uncut: 0,
@@ -131,7 +145,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     export.people()?;
     export.played()?;
     export.touched()?;
-    export.derived(&study)?;
+    export.derived(study)?;
     let mut not_carried = export.not_carried();
     not_carried.extend((rehearsals > 0).then_some(NotCarried::Rehearsals {
         sessions: rehearsals,
@@ -139,10 +153,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     not_carried.extend((withdrawn > 0).then_some(NotCarried::Withdrawn {
         sessions: withdrawn,
     }));
-    let (exported, place) = export.writer.finish(not_carried)?;
-    shown(args, &exported, &place)?;
-    say_doubts(&doubts);
-    Ok(())
+    Ok(export.writer.finish(not_carried)?)
 }
 
 fn shown(args: &Arguments, exported: &Exported, place: &Path) -> Outcome {

@@ -40,6 +40,31 @@ pub(super) struct Arguments {
 pub(super) fn run(args: &Arguments) -> Outcome {
     let dataset = BidsFolder::open(&args.folder)?;
     let mut out = NewFolder::beside(&args.out)?;
+    let [recordings, drives] = copied(&dataset, &mut out)?;
+    let behaviour = dataset.behaviour()?;
+    let protocol = protocol(&dataset)?;
+    let answers = answers(&behaviour)?;
+    for (name, table) in tables(&dataset, &behaviour, (protocol.as_ref(), &answers))? {
+        if !table.rows.is_empty() {
+            out.put_text(name, &report::csv(&table)?)?;
+        }
+    }
+    if let Some(text) = dataset.protocol()? {
+        out.put_text("protocol.toml", &text)?;
+    }
+    out.commit()?;
+    print(&format!(
+        "{}: {}, {} and {} of {}",
+        args.out.display(),
+        counted(recordings, "recording"),
+        counted(drives, "drive"),
+        counted(answers.len(), "answer"),
+        args.folder.display()
+    ))
+}
+
+/// Writes the recordings and the drives; gives how many there are of each.
+fn copied(dataset: &BidsFolder, out: &mut NewFolder) -> Outcome<[usize; 2]> {
     let recordings = dataset.recordings();
     let reading = Work::of_sizes(READING, vec![1.0; recordings.len()]);
     let between = Between::items("recording");
@@ -62,26 +87,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         let name = file.strip_prefix("stimuli").unwrap_or(file);
         out.copy(&format!("drives/{}", name.display()), &dataset.path(file))?;
     }
-    let behaviour = dataset.behaviour()?;
-    let protocol = protocol(&dataset)?;
-    let answers = answers(&behaviour)?;
-    for (name, table) in tables(&dataset, &behaviour, (protocol.as_ref(), &answers))? {
-        if !table.rows.is_empty() {
-            out.put_text(name, &report::csv(&table)?)?;
-        }
-    }
-    if let Some(text) = dataset.protocol()? {
-        out.put_text("protocol.toml", &text)?;
-    }
-    out.commit()?;
-    print(&format!(
-        "{}: {}, {} and {} of {}",
-        args.out.display(),
-        counted(recordings.len(), "recording"),
-        counted(drives.len(), "drive"),
-        counted(answers.len(), "answer"),
-        args.folder.display()
-    ))
+    Ok([recordings.len(), drives.len()])
 }
 
 /// The protocol of the study, where the data set has it.

@@ -100,6 +100,8 @@ pub(super) fn response_columns(protocol: &Protocol, kind: &TaskKind) -> Vec<&'st
 }
 
 /// Whether recordings belong to the trials of a task of this kind: of strokes, or of playings.
+///
+/// Source: decision 0081 of this project.
 #[must_use]
 pub fn is_recorded(kind: &TaskKind) -> bool {
     plays(kind) || matches!(kind, TaskKind::Touch { .. })

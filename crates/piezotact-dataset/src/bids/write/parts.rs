@@ -1,0 +1,93 @@
+//! The columns and files of one recording, and the meanings of columns.
+
+use std::collections::BTreeMap;
+
+use piezotact::quantity::Unit;
+use piezotact::recording::{Channel, Clock, Recording};
+use piezotact_people::campaign::dictionary::ColumnMeaning;
+
+use super::super::json::{ColumnSidecar, Columns};
+use super::super::name::RECORDING_FIV;
+
+/// The label of recordings of the drive.
+pub(super) const DRIVE: &str = "drive";
+/// The suffix of drives.
+pub(super) const STIM: &str = "stim";
+
+/// A clock with its number among those of the same label, from 1.
+pub(super) type NumberedClock = (Clock, u32);
+
+/// The channels of `recording` that stand in one file, by their places: those of one clock, drives apart; with the label of each.
+pub(super) fn groups(recording: &Recording) -> Vec<(&'static str, NumberedClock, Vec<usize>)> {
+    let mut groups: Vec<(bool, usize, Vec<usize>)> = Vec::new();
+    let clocks = recording.clock_numbers().iter();
+    for (at, (channel, clock)) in recording.channels().iter().zip(clocks).enumerate() {
+        let is_drive = channel.unit == Unit::FullScale;
+        let known = groups
+            .iter_mut()
+            .find(|(drive, of, _)| (*drive, of) == (is_drive, clock));
+        match known {
+            Some((_, _, members)) => members.push(at),
+            None => groups.push((is_drive, *clock, vec![at])),
+        }
+    }
+    let mut counts: BTreeMap<&str, u32> = BTreeMap::new();
+    let labelled = groups.into_iter().map(|(is_drive, clock, members)| {
+        let label = if is_drive { DRIVE } else { RECORDING_FIV };
+        let count = counts.entry(label).or_default();
+        *count += 1;
+        (label, (recording.clocks()[clock], *count), members)
+    });
+    labelled.collect()
+}
+
+pub(super) fn suffix_number(count: &u32) -> String {
+    match count {
+        1 => String::new(),
+        more => more.to_string(),
+    }
+}
+
+/// The names of the columns: those of the channels without signs that a table cannot hold, each once.
+pub(super) fn column_names(channels: &[&Channel]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for channel in channels {
+        let plain: String = channel
+            .name
+            .chars()
+            .map(|sign| {
+                if sign.is_ascii_alphanumeric() {
+                    sign
+                } else {
+                    '_'
+                }
+            })
+            .collect();
+        let plain = if plain.is_empty() {
+            "channel".to_owned()
+        } else {
+            plain
+        };
+        let mut name = plain.clone();
+        let mut count = 1;
+        while names.contains(&name) {
+            count += 1;
+            name = format!("{plain}_{count}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+pub(super) fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
+    let all = meanings.iter();
+    all.map(|(name, meaning)| (name.clone(), ColumnSidecar::from(meaning.clone())))
+        .collect()
+}
+
+pub(super) fn described(text: &str) -> ColumnSidecar {
+    ColumnSidecar::from(ColumnMeaning {
+        description: text.to_owned(),
+        ..ColumnMeaning::default()
+    })
+}
