@@ -355,7 +355,7 @@ mod tests {
             }
         }
         let expected: Vec<Event> = [start.annotations.events.clone(), vec![lost]].concat();
-        let check = |recording: &piezotact::recording::Recording| {
+        let check = |recording: &Recording| {
             assert_eq!(recording.stated_clocks(), clocks);
             let counts = recording.channels().iter().map(|c| c.samples.len());
             assert_eq!(counts.collect::<Vec<_>>(), [300, 30]);
@@ -453,7 +453,7 @@ mod tests {
         next.finish(start().about.provenance, vec![]).unwrap();
         assert!(aside.ends_with("r.parquet.interrupted-1.part"));
         let samples =
-            |recording: &piezotact::recording::Recording| recording.channels()[0].samples.clone();
+            |recording: &Recording| recording.channels()[0].samples.clone();
         assert_eq!(samples(&read_journal(&aside).unwrap().recording)[0], 0.0);
         let finished = read_parquet(&path, None).unwrap().recording;
         assert_eq!(samples(&finished)[0], 100.0);
