@@ -452,8 +452,7 @@ mod tests {
         next.append(&second(1)).unwrap();
         next.finish(start().about.provenance, vec![]).unwrap();
         assert!(aside.ends_with("r.parquet.interrupted-1.part"));
-        let samples =
-            |recording: &Recording| recording.channels()[0].samples.clone();
+        let samples = |recording: &Recording| recording.channels()[0].samples.clone();
         assert_eq!(samples(&read_journal(&aside).unwrap().recording)[0], 0.0);
         let finished = read_parquet(&path, None).unwrap().recording;
         assert_eq!(samples(&finished)[0], 100.0);
