@@ -2,6 +2,7 @@
 
 mod belonging;
 mod bids;
+mod bids_attacks;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;

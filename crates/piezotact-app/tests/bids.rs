@@ -17,7 +17,7 @@ use crate::support::session::table;
 use crate::support::{BENCH, Folder, copy};
 
 /// A study of two people, one of whom felt textures on the twin and one on another system, and its data set.
-fn exported() -> &'static Folder {
+pub(crate) fn exported() -> &'static Folder {
     static EXPORTED: OnceLock<Folder> = OnceLock::new();
     EXPORTED.get_or_init(|| {
         let folder = measured();
@@ -57,7 +57,7 @@ fn exported() -> &'static Folder {
 const EXPORT: &str = "bids export study --recordings S2.parquet S4.parquet S8.parquet S9.parquet --transfer tf.json --license CC0 --out bids";
 
 /// The files of a folder, from its root, in order.
-fn files(root: &Path) -> Vec<PathBuf> {
+pub(crate) fn files(root: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     let mut open = vec![root.to_owned()];
     while let Some(folder) = open.pop() {
@@ -74,7 +74,7 @@ fn files(root: &Path) -> Vec<PathBuf> {
 }
 
 /// The only file whose name holds all `parts`, or the first of several.
-fn file(root: &Path, parts: &[&str]) -> PathBuf {
+pub(crate) fn file(root: &Path, parts: &[&str]) -> PathBuf {
     let all = files(root);
     let holds = |path: &&PathBuf| {
         let name = path.to_string_lossy();
@@ -84,14 +84,14 @@ fn file(root: &Path, parts: &[&str]) -> PathBuf {
     root.join(found.unwrap_or_else(|| panic!("no file with {parts:?}")))
 }
 
-fn edit(path: &Path, change: impl Fn(&str) -> String) {
+pub(crate) fn edit(path: &Path, change: impl Fn(&str) -> String) {
     let text = std::fs::read_to_string(path).unwrap();
     let changed = change(&text);
     assert_ne!(text, changed, "{}", path.display());
     std::fs::write(path, changed).unwrap();
 }
 
-fn unpacked(path: &Path) -> String {
+pub(crate) fn unpacked(path: &Path) -> String {
     let mut text = String::new();
     GzDecoder::new(std::fs::File::open(path).unwrap())
         .read_to_string(&mut text)
@@ -99,14 +99,19 @@ fn unpacked(path: &Path) -> String {
     text
 }
 
-fn pack(path: &Path, text: &str) {
+pub(crate) fn pack(path: &Path, text: &str) {
     let mut encoder = GzEncoder::new(std::fs::File::create(path).unwrap(), Compression::fast());
     encoder.write_all(text.as_bytes()).unwrap();
     encoder.finish().unwrap();
 }
 
 /// Line `number` (from 1) with the cell of `column` changed.
-fn with_cell(text: &str, number: usize, column: &str, change: impl Fn(&str) -> String) -> String {
+pub(crate) fn with_cell(
+    text: &str,
+    number: usize,
+    column: &str,
+    change: impl Fn(&str) -> String,
+) -> String {
     let lines = text.lines().enumerate();
     let at = text
         .lines()
@@ -126,7 +131,10 @@ fn with_cell(text: &str, number: usize, column: &str, change: impl Fn(&str) -> S
 }
 
 /// What is wrong with the data set in `root`, by kind, file and line.
-fn problems(folder: &Folder, root: &str) -> (Vec<BTreeMap<String, String>>, Option<i32>) {
+pub(crate) fn problems(
+    folder: &Folder,
+    root: &str,
+) -> (Vec<BTreeMap<String, String>>, Option<i32>) {
     let line = format!("bids check {root} --json --second-opinion none");
     let done = run(folder, &line);
     assert!(!done.out().is_empty(), "{}", done.err());

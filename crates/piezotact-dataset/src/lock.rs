@@ -1,7 +1,7 @@
 //! File locks for exclusive writing: the operating system releases a lock when the process that holds it ends for any reason.
 
 use std::fs::{File, TryLockError};
-use std::io::{Read as _, Write as _};
+use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -70,6 +70,7 @@ impl Lock {
         };
         let mut attempt = 1;
         loop {
+            require_no_link(path)?;
             let mut file = File::options()
                 .read(true)
                 .write(true)
@@ -80,6 +81,7 @@ impl Lock {
                 // Its holder may have removed the file between the two: the lock of another one is none.
                 Ok(()) if !is_at(&file, path) => {}
                 Ok(()) => {
+                    require_own(&mut file)?;
                     // For whoever waits: who it is.
                     file.set_len(0)?;
                     write!(file, "{}", std::process::id())?;
@@ -102,6 +104,32 @@ impl Lock {
                 Err(TryLockError::Error(error)) => return Err(error.into()),
             }
         }
+    }
+}
+
+/// Refuses a link: what it leads to is not ours to empty.
+fn require_no_link(path: &Path) -> std::io::Result<()> {
+    let is_link = std::fs::symlink_metadata(path).is_ok_and(|found| found.is_symlink());
+    match is_link {
+        true => Err(std::io::Error::new(
+            std::io::ErrorKind::InvalidInput,
+            "expected a lock file or none, found a link; remove it",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// Refuses a file that is none of our locks: these hold nothing, or the number of a process.
+fn require_own(file: &mut File) -> std::io::Result<()> {
+    let mut found = Vec::new();
+    file.take(16).read_to_end(&mut found)?;
+    file.rewind()?;
+    match found.len() <= 10 && found.iter().all(u8::is_ascii_digit) {
+        true => Ok(()),
+        false => Err(std::io::Error::new(
+            std::io::ErrorKind::AlreadyExists,
+            "expected a lock file or none, found another file; move it, or use another name",
+        )),
     }
 }
 
@@ -140,5 +168,18 @@ mod tests {
         drop(clone);
         assert!(!path.exists());
         let _again = Lock::take(&path, LockFile::Goes).unwrap();
+        // Neither a file of somebody else nor what a link leads to is emptied or removed.
+        let foreign = folder.path().join("thesis.lock");
+        std::fs::write(&foreign, "chapter 6").unwrap();
+        let refused = Lock::take(&foreign, LockFile::Goes).unwrap_err();
+        assert!(matches!(refused, LockError::Io(_)));
+        #[cfg(unix)]
+        {
+            let link = folder.path().join("link.lock");
+            std::os::unix::fs::symlink(&foreign, &link).unwrap();
+            let refused = Lock::take(&link, LockFile::Goes).unwrap_err();
+            assert!(matches!(refused, LockError::Io(_)));
+        }
+        assert_eq!(std::fs::read_to_string(&foreign).unwrap(), "chapter 6");
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! All reading of files goes through this module (`xtask tidy` checks it), so that no format can forget to be noted.
 
+use std::collections::BTreeSet;
 use std::fs::{File, Metadata};
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -12,7 +13,15 @@ use piezotact::invocation::{Found, Input};
 use sha2::{Digest as _, Sha256};
 
 /// What was read or looked for, in the order of the first reading.
-static NOTED: Mutex<Vec<Noted>> = Mutex::new(Vec::new());
+static NOTED: Mutex<AllNoted> = Mutex::new(AllNoted {
+    known: BTreeSet::new(),
+    list: Vec::new(),
+});
+
+struct AllNoted {
+    known: BTreeSet<PathBuf>,
+    list: Vec<Noted>,
+}
 
 struct Noted {
     path: PathBuf,
@@ -54,6 +63,10 @@ pub fn is_there(path: &Path) -> bool {
 /// Where it is no regular file, and those of the operating system.
 pub(crate) fn open(path: &Path) -> io::Result<File> {
     note(path);
+    open_regular(path)
+}
+
+fn open_regular(path: &Path) -> io::Result<File> {
     let found = std::fs::metadata(path)?;
     if found.is_dir() {
         return Err(io::Error::from(io::ErrorKind::IsADirectory));
@@ -75,8 +88,8 @@ fn note(path: &Path) {
         _ => return,
     };
     let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
-    if noted.iter().all(|known| known.path != path) {
-        noted.push(Noted {
+    if noted.known.insert(path.to_owned()) {
+        noted.list.push(Noted {
             path: path.to_owned(),
             state,
         });
@@ -92,7 +105,7 @@ fn state_of(found: &Metadata) -> (u64, Option<SystemTime>) {
 #[must_use]
 pub fn inputs(own: impl Fn(&Path) -> bool) -> Vec<Input> {
     let noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
-    let foreign = noted.iter().filter(|noted| !own(&noted.path));
+    let foreign = noted.list.iter().filter(|noted| !own(&noted.path));
     let input = |noted: &Noted| Input {
         path: noted.path.display().to_string(),
         found: match noted.state {
@@ -127,7 +140,7 @@ fn found_at(path: &Path, before: Option<(u64, Option<SystemTime>)>) -> Found {
 }
 
 pub(crate) fn sha256_of_file(path: &Path) -> io::Result<String> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular(path)?;
     let mut sum = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
     loop {

@@ -128,6 +128,11 @@ pub enum NotCarried {
     },
     /// What virtual volunteers judged by.
     Cues,
+    /// Pseudonyms without a digit, which stand in the names of files: they may be names.
+    Wordlike {
+        /// Which.
+        pseudonyms: Vec<String>,
+    },
     /// How drives were rendered, the device, and cuts by hand as a file.
     Rendering,
 }
@@ -190,6 +195,11 @@ impl fmt::Display for NotCarried {
             ),
             Self::Rendering => f.write_str(
                 "how drives were rendered and with which device, outside the recordings in sourcedata; cuts by hand as a file (their strokes are events); names and notes of files of other programs",
+            ),
+            Self::Wordlike { pseudonyms } => write!(
+                f,
+                "any other name than the pseudonyms; look whether {} tell who somebody is: they stand in the names of files",
+                pseudonyms.join(", ")
             ),
             Self::Cues => f.write_str("the cues that virtual volunteers judged by"),
         }

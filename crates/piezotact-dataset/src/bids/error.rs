@@ -18,6 +18,12 @@ pub enum BidsError {
         /// What stands there.
         found: &'static str,
     },
+    /// The place is inside the data set that is read.
+    #[error("{}: expected a folder outside the data set, found one in it; give another folder", folder.display())]
+    Inside {
+        /// The folder.
+        folder: PathBuf,
+    },
     /// Another program writes there.
     #[error("{}: another program writes this folder; wait until it has ended", folder.display())]
     Held {

@@ -35,6 +35,16 @@ fn found_at(place: &Path) -> Option<&'static str> {
     }
 }
 
+/// How many letters and digits a temporary folder has behind its prefix.
+const RANDOM: usize = 6;
+
+/// Whether `name` is a folder that this module began with `prefix`, and not one of a longer name.
+fn is_of(prefix: &str, name: &str) -> bool {
+    name.strip_prefix(prefix).is_some_and(|rest| {
+        rest.len() == RANDOM && rest.bytes().all(|byte| byte.is_ascii_alphanumeric())
+    })
+}
+
 impl NewFolder {
     /// Begins a folder that will stand at `place`. What a killed program left of it is removed.
     ///
@@ -56,7 +66,7 @@ impl NewFolder {
             _ => Path::new("."),
         };
         std::fs::create_dir_all(parent).map_err(BidsError::io(parent))?;
-        let lock = parent.join(format!("{name}.lock"));
+        let lock = parent.join(format!("{UNFINISHED}{name}.lock"));
         let alone = Lock::take(&lock, LockFile::Goes).map_err(|error| match error {
             LockError::Io(source) => BidsError::io(&lock)(source),
             LockError::Held(_) => BidsError::Held {
@@ -66,13 +76,17 @@ impl NewFolder {
         let prefix = format!("{UNFINISHED}{name}-");
         let left = std::fs::read_dir(parent).into_iter().flatten().flatten();
         for entry in left {
-            let is_ours = entry.file_name().to_string_lossy().starts_with(&prefix);
-            if is_ours && entry.path().is_dir() {
+            let is_ours = is_of(&prefix, &entry.file_name().to_string_lossy());
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            if is_ours && is_folder {
                 // Nobody else writes it: the lock is ours.
                 let _stays = std::fs::remove_dir_all(entry.path());
             }
         }
-        let side = tempfile::Builder::new().prefix(&prefix).tempdir_in(parent);
+        let side = tempfile::Builder::new()
+            .prefix(&prefix)
+            .rand_bytes(RANDOM)
+            .tempdir_in(parent);
         let side = side.map_err(BidsError::io(parent))?;
         Ok(Self {
             place: place.to_owned(),
@@ -82,7 +96,7 @@ impl NewFolder {
         })
     }
 
-    /// Writes the file `name` (from the root, with slashes), flushed to the disk.
+    /// Writes the file `name` (from the root, with slashes), which must not be there yet, flushed to the disk.
     pub(super) fn put(
         &mut self,
         name: &str,
@@ -170,6 +184,13 @@ impl NewFolder {
     /// # Errors
     /// [`BidsError::Write`].
     pub fn path(&self, name: &str) -> Result<PathBuf, BidsError> {
+        // Where somebody removed what was written, nothing may be made again in its place.
+        if !self.side.path().is_dir() {
+            return Err(BidsError::io(&self.place)(std::io::Error::new(
+                std::io::ErrorKind::NotFound,
+                "expected the unfinished folder beside it, found none: another program removed it; write it again",
+            )));
+        }
         let path = self.side.path().join(name);
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(BidsError::io(folder))?;
@@ -187,6 +208,16 @@ impl NewFolder {
                 folder: self.place,
                 found,
             });
+        }
+        if let Some(lost) = self
+            .sums
+            .keys()
+            .find(|file| !self.side.path().join(file).is_file())
+        {
+            return Err(BidsError::io(&self.place.join(lost))(std::io::Error::new(
+                std::io::ErrorKind::NotFound,
+                "expected this file, which was written, found none: another program removed it; write it again",
+            )));
         }
         readable(self.side.path())?;
         std::fs::rename(self.side.path(), &self.place).map_err(BidsError::io(&self.place))?;
@@ -223,5 +254,49 @@ impl<W: Write> Write for Summed<W> {
 
     fn flush(&mut self) -> std::io::Result<()> {
         self.out.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_of_a_longer_name_stays_and_what_a_killed_program_left_goes() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let mut longer = NewFolder::beside(&place("bids-2")).unwrap();
+        longer.put_text("a", "a").unwrap();
+        let left = place(&format!("{UNFINISHED}bids-abc123"));
+        std::fs::create_dir(&left).unwrap();
+        let shorter = NewFolder::beside(&place("bids")).unwrap();
+        assert!(!left.exists());
+        assert!(matches!(
+            NewFolder::beside(&place("bids")).unwrap_err(),
+            BidsError::Held { .. }
+        ));
+        longer.commit().unwrap();
+        assert!(place("bids-2/a").is_file());
+        drop(shorter);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_that_somebody_removes_is_not_called_complete() {
+        let folder = tempfile::tempdir().unwrap();
+        let begun = || {
+            let mut new = NewFolder::beside(&folder.path().join("bids")).unwrap();
+            new.put_text("a", "a").unwrap();
+            new
+        };
+        let mut removed = begun();
+        std::fs::remove_dir_all(removed.side.path()).unwrap();
+        assert!(removed.put_text("b", "b").is_err());
+        assert!(removed.commit().is_err());
+        let emptied = begun();
+        std::fs::remove_file(emptied.side.path().join("a")).unwrap();
+        assert!(emptied.commit().is_err());
+        let mut twice = begun();
+        assert!(twice.put_text("a", "b").is_err());
     }
 }

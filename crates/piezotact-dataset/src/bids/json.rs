@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use piezotact::doubt::Doubt;
 use piezotact::quantity::Unit;
-use piezotact::recording::{Channel, Condition, Provenance};
+use piezotact::recording::{Condition, Provenance};
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde::{Deserialize, Serialize};
 
@@ -139,8 +139,8 @@ pub(super) fn unit_text(unit: &Unit) -> String {
 }
 
 /// What a channel is, in words, and its unit.
-pub(super) fn channel_meaning(channel: &Channel) -> ColumnMeaning {
-    let what = match &channel.unit {
+pub(super) fn channel_meaning(name: &str, unit: &Unit) -> ColumnMeaning {
+    let what = match unit {
         Unit::MetrePerSecondSquared => "Acceleration",
         Unit::Newton => "Force",
         Unit::FullScale => "Digital drive that was sent to the amplifier, as a share of full scale",
@@ -150,8 +150,8 @@ pub(super) fn channel_meaning(channel: &Channel) -> ColumnMeaning {
         _ => "Signal",
     };
     ColumnMeaning {
-        description: format!("{what}, channel `{}`.", channel.name),
-        units: Some(unit_text(&channel.unit)),
+        description: format!("{what}, channel `{name}`."),
+        units: Some(unit_text(unit)),
         ..ColumnMeaning::default()
     }
 }

@@ -32,6 +32,8 @@ pub use write::{BidsWriter, Derived, Exported, Touched};
 pub const BIDS_VERSION: &str = "1.11.0";
 /// The version of the HED schema of the tags.
 pub const HED_VERSION: &str = "8.3.0";
+/// The name of the program in what it writes.
+pub(crate) const PROGRAM: &str = "Piezotact";
 /// What stands in a cell that has nothing.
 pub(crate) const NOTHING: &str = "n/a";
 /// The file that says what the data set is, from the root.

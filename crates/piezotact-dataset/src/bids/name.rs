@@ -53,9 +53,9 @@ const ORDER: [&str; 38] = [
 ];
 
 /// The folders of data.
-pub(super) const DATATYPES: [&str; 14] = [
+pub(super) const DATATYPES: [&str; 15] = [
     "anat", "beh", "dwi", "eeg", "emg", "fmap", "func", "ieeg", "meg", "micr", "motion", "mrs",
-    "nirs", "perf",
+    "nirs", "perf", "pet",
 ];
 
 /// The entities of one of our files, by their labels.

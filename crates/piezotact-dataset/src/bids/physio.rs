@@ -1,6 +1,7 @@
 //! Continuous signals: compressed tables without a heading, one column for each channel of one clock.
 
 use std::io::{BufReader, Read, Write};
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
@@ -64,11 +65,12 @@ pub(super) enum LineFault {
     Bytes(String),
 }
 
-/// Reads the table at `path` line by line, each with so many `columns`; gives `row` the numbers, NaN for what was not measured.
+/// Reads the table at `path` line by line, each with so many `columns`; gives `row` the numbers, NaN for what was not measured, until
+/// it has enough.
 pub(super) fn each_row(
     path: &Path,
     columns: usize,
-    mut row: impl FnMut(&[f64]),
+    mut row: impl FnMut(&[f64]) -> ControlFlow<()>,
 ) -> Result<Result<u64, SignalFault>, BidsError> {
     let mut opened = BufReader::with_capacity(1 << 16, open_input(path)?);
     let mut magic = [0; 2];
@@ -118,8 +120,10 @@ pub(super) fn each_row(
             let fault = LineFault::Cells(numbers.len());
             return Ok(Err(SignalFault::Line(number, fault)));
         }
-        row(&numbers);
         rows += 1;
+        if row(&numbers).is_break() {
+            return Ok(Ok(rows));
+        }
     }
 }
 
@@ -196,7 +200,11 @@ mod tests {
         // Flags, then four bytes of time: neither a name nor a date.
         assert_eq!((bytes[3], &bytes[4..8]), (0, &[0; 4][..]));
         let mut read = Vec::new();
-        let rows = each_row(file.path(), 2, |row| read.push(row.to_vec())).unwrap();
+        let rows = each_row(file.path(), 2, |row| {
+            read.push(row.to_vec());
+            ControlFlow::Continue(())
+        })
+        .unwrap();
         assert_eq!(rows.ok(), Some(7));
         for (row, value) in read.iter().zip(&values) {
             assert!(value.is_nan() && row[0].is_nan() || row[0].to_bits() == value.to_bits());
@@ -208,7 +216,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let check = |bytes: &[u8], columns: usize, part: &str| {
             std::fs::write(file.path(), bytes).unwrap();
-            let fault = each_row(file.path(), columns, |_| ())
+            let fault = each_row(file.path(), columns, |_| ControlFlow::Continue(()))
                 .unwrap()
                 .err()
                 .unwrap();

@@ -170,10 +170,16 @@ pub(super) fn handedness_of(stated: &str) -> Option<&'static str> {
 /// What a folder and a name of a user would tell: of a path its last part.
 pub(super) fn without_folders(text: &str) -> String {
     let words = text.split(' ').map(|word| {
+        let has_file = word.rsplit(['/', '\\']).next().is_some_and(|last| {
+            let ending = last.rsplit_once('.').map(|(_, ending)| ending);
+            ending.is_some_and(|ending| ending.starts_with(|sign: char| sign.is_ascii_alphabetic()))
+        });
         let is_path = word.starts_with('/')
             || word.starts_with("~/")
             || word.starts_with("../")
-            || word.get(1..3) == Some(":\\")
+            || word.starts_with("file:")
+            || word.contains('\\')
+            || (word.contains('/') && has_file)
             || (word.matches('/').count() > 1 && !word.contains("//"));
         match is_path {
             true => word.rsplit(['/', '\\']).next().unwrap_or_default(),
@@ -183,70 +189,116 @@ pub(super) fn without_folders(text: &str) -> String {
     words.collect::<Vec<_>>().join(" ")
 }
 
-/// Words in the name of a column that holds who somebody is.
-const WHO: [&str; 59] = [
-    "name",
-    "names",
+/// A text of a recording as it may be carried: without folders; `None` where it holds a date, an address or a number of a telephone.
+pub(super) fn carried(text: &str) -> Option<String> {
+    personal(text).is_none().then(|| without_folders(text))
+}
+
+/// Words of which one in the name of a column says that it holds who somebody is.
+const WHO: [&str; 34] = [
     "firstname",
     "lastname",
     "surname",
     "forename",
     "fullname",
     "realname",
-    "nom",
+    "cognome",
     "prenom",
     "prénom",
-    "nome",
-    "cognome",
-    "birth",
+    "prenoms",
     "birthday",
     "birthdate",
+    "birthyear",
+    "birthplace",
     "dob",
     "dateofbirth",
-    "naissance",
-    "nascita",
     "email",
-    "mail",
-    "phone",
-    "telephone",
-    "telefono",
-    "address",
-    "adresse",
-    "indirizzo",
+    "emails",
     "ssn",
-    "contact",
     "vorname",
     "nachname",
     "geburtsdatum",
     "geburtstag",
-    "nombre",
-    "nombres",
     "apellido",
     "apellidos",
     "initials",
-    "birthyear",
-    "birthplace",
-    "emails",
     "fname",
     "lname",
-    "mobile",
-    "tel",
     "passport",
-    "insurance",
-    "street",
-    "city",
-    "zip",
     "postcode",
-    "prenoms",
-    "identity",
-    "namn",
-    "maiden",
+    "telefono",
     "имя",
     "名前",
     "氏名",
 ];
 
-/// Why a column called `name` may tell who somebody is; `None` where it does not.
+/// Words that say it alone or beside those of [`OF_A_PERSON`]: a scanner has a name too.
+const WHO_OF_A_PERSON: [&str; 25] = [
+    "name",
+    "names",
+    "nom",
+    "nome",
+    "namn",
+    "nombre",
+    "nombres",
+    "maiden",
+    "birth",
+    "naissance",
+    "nascita",
+    "mail",
+    "phone",
+    "telephone",
+    "mobile",
+    "tel",
+    "address",
+    "adresse",
+    "indirizzo",
+    "contact",
+    "insurance",
+    "street",
+    "city",
+    "zip",
+    "identity",
+];
+
+/// Words beside which those of [`WHO_OF_A_PERSON`] are about a person.
+const OF_A_PERSON: [&str; 33] = [
+    "first",
+    "last",
+    "full",
+    "family",
+    "given",
+    "real",
+    "legal",
+    "own",
+    "participant",
+    "participants",
+    "subject",
+    "patient",
+    "person",
+    "volunteer",
+    "middle",
+    "maiden",
+    "date",
+    "day",
+    "month",
+    "year",
+    "place",
+    "of",
+    "de",
+    "di",
+    "the",
+    "number",
+    "no",
+    "nr",
+    "home",
+    "work",
+    "private",
+    "e",
+    "code",
+];
+
+/// Whether a column called `name` tells who somebody is.
 pub(super) fn tells_who(name: &str) -> bool {
     let mut words: Vec<String> = Vec::new();
     let mut word = String::new();
@@ -262,36 +314,23 @@ pub(super) fn tells_who(name: &str) -> bool {
         before = sign;
     }
     words.push(word);
-    let plain =
-        |word: &String| WHO.contains(&word.trim_end_matches(|sign: char| sign.is_ascii_digit()));
-    words.iter().any(plain)
+    let words: Vec<&str> = words
+        .iter()
+        .map(|word| word.trim_end_matches(|sign: char| sign.is_ascii_digit()))
+        .filter(|word| !word.is_empty())
+        .collect();
+    let (of_who, others): (Vec<&str>, Vec<&str>) =
+        (words.iter().copied()).partition(|word| WHO_OF_A_PERSON.contains(word));
+    words.iter().any(|word| WHO.contains(word))
+        || (!of_who.is_empty() && others.iter().all(|word| OF_A_PERSON.contains(word)))
 }
 
 /// The same of a table in which samples and stimuli have names too: a name alone tells nobody.
 pub(super) fn tells_who_beside_stimuli(name: &str) -> bool {
-    let lower = name.to_lowercase();
-    let of_a_person = [
-        "first",
-        "last",
-        "full",
-        "real",
-        "family",
-        "given",
-        "sur",
-        "participant",
-        "subject",
+    let is_name = [
+        "name", "names", "nom", "nome", "code", "contact", "city", "identity",
     ];
-    let is_name = lower.contains("name") && of_a_person.iter().any(|word| lower.contains(word));
-    let born = [
-        "birth",
-        "naissance",
-        "nascita",
-        "geburt",
-        "email",
-        "e-mail",
-        "phone",
-    ];
-    is_name || born.iter().any(|word| lower.contains(word))
+    tells_who(name) && !is_name.contains(&name.to_lowercase().as_str())
 }
 
 /// What a cell holds that would tell who somebody is.
@@ -313,7 +352,7 @@ fn is_mail(part: &str) -> bool {
     at.is_some_and(|at| at > 0 && part[at..].contains('.'))
 }
 
-/// Whether it is a date: `1990-05-17`, `17/05/1990`, `17.05.1990`, `17/05/90`, `19900517`.
+/// Whether it is a date that is not shifted: `1990-05-17`, `17/05/1990`, `17.05.1990`, `17/05/90`, `19900517`.
 fn is_date(part: &str) -> bool {
     let day = part.split('T').next().unwrap_or_default();
     let number = |text: &str, len: std::ops::RangeInclusive<usize>| {
@@ -321,7 +360,7 @@ fn is_date(part: &str) -> bool {
     };
     let up_to = |text: &str, most: u32| (1..=most).contains(&text.parse().unwrap_or(0));
     if number(day, 8..=8) {
-        let is_year = day.starts_with("19") || day.starts_with("20");
+        let is_year = (1926..2100).contains(&day[..4].parse().unwrap_or(0));
         return is_year && up_to(&day[4..6], 12) && up_to(&day[6..], 31);
     }
     let parts: Vec<&str> = day.split(['-', '/', '.', '_']).collect();
@@ -329,7 +368,8 @@ fn is_date(part: &str) -> bool {
         return false;
     };
     let short = |text: &str| number(text, 1..=2) && up_to(text, 31);
-    let year = |text: &str| number(text, 4..=4);
+    // Before 1926 are dates that were shifted.
+    let year = |text: &str| number(text, 4..=4) && text.parse().is_ok_and(|year: u32| year >= 1926);
     let of_century = |text: &str| number(text, 2..=2) && day.contains('/');
     short(second)
         && ((year(first) && short(third)) || (short(first) && (year(third) || of_century(third))))
@@ -384,6 +424,8 @@ mod tests {
             "Prénom",
             "e-mail",
             "DOB",
+            "participant_name",
+            "phone number",
         ] {
             assert!(tells_who(name), "{name}");
         }
@@ -396,6 +438,9 @@ mod tests {
             "pseudonym",
             "kind",
             "namespace",
+            "scanner_name",
+            "birth_weight",
+            "phone_use_hours",
         ] {
             assert!(!tells_who(name), "{name}");
         }
@@ -414,7 +459,16 @@ mod tests {
             assert!(personal(cell).is_some(), "{cell}");
         }
         for cell in [
-            "30", "+0.25", "12345678", "20191399", "1.2.3", "S2-S4-S8", "n/a", "2024", "1/2/3",
+            "30",
+            "+0.25",
+            "12345678",
+            "20191399",
+            "1.2.3",
+            "S2-S4-S8",
+            "n/a",
+            "2024",
+            "1/2/3",
+            "1900-01-05",
         ] {
             assert!(personal(cell).is_none(), "{cell}");
         }
@@ -422,5 +476,16 @@ mod tests {
             without_folders("file /home/ab/S2.wav of m/s²"),
             "file S2.wav of m/s²"
         );
+        for path in [
+            "file:///home/jane/S2.wav",
+            "jane/S2.wav",
+            r"\\server\jane\S2.wav",
+            r"C:\jane\S2.wav",
+        ] {
+            assert_eq!(without_folders(path), "S2.wav", "{path}");
+        }
+        assert_eq!(without_folders("in m/s^2 and N/m"), "in m/s^2 and N/m");
+        assert_eq!(carried("accel z").as_deref(), Some("accel z"));
+        assert_eq!(carried("made on 1990-05-17"), None);
     }
 }

@@ -1,6 +1,7 @@
 //! Reads a data set back: recordings, answers, participants, and what it says of itself.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use piezotact::page::Table;
@@ -11,6 +12,7 @@ use piezotact::recording::{
 use piezotact_people::association::ReadBehaviour;
 use serde_json::Value;
 
+use super::check::{LEADS_OUT, changes};
 use super::error::BidsError;
 use super::json::SignalSidecar;
 use super::name::{Entities, Parsed, TRIALS};
@@ -54,9 +56,14 @@ struct ReadSession {
 pub struct BidsRecording {
     /// What its name says.
     pub entities: Entities,
+    /// Its entities as they stand in the names of its files, with what tells it from another recording of the same name.
+    pub name: String,
     files: Vec<Entry>,
     events: Option<Entry>,
 }
+
+/// More cells of one file of signals than these are not held in memory: 2 h of 4 channels at 5 kHz are 144 million.
+const MOST_CELLS: usize = 400_000_000;
 
 /// What belongs together: the folder, and the entities but `recording`.
 type Together<'a> = (String, Vec<(&'a str, &'a str)>);
@@ -69,11 +76,13 @@ impl BidsFolder {
     ///
     /// # Errors
     /// [`BidsError::NoDataset`] for a folder without one, with a half-written one or with several; [`BidsError::NoTouch`] for one
-    /// without touch data; [`BidsError::File`] for tables that cannot be read, and for files of two studies.
+    /// without touch data; [`BidsError::File`] for tables that cannot be read, for files of two studies, for links that lead out of the
+    /// folder, and for data that are missing or changed since the export.
     pub fn open(root: &Path) -> Result<Self, BidsError> {
         let tree = Tree::of(root)?;
         require_one(&tree)?;
         tree.json(DESCRIPTION)?;
+        require_whole(&tree)?;
         let mut folder = Self {
             tree,
             people: BTreeMap::new(),
@@ -198,6 +207,24 @@ impl BidsFolder {
         })
     }
 
+    /// Refuses a place inside the data set for what is made of it.
+    ///
+    /// # Errors
+    /// [`BidsError::Inside`].
+    pub fn require_outside(&self, place: &Path) -> Result<(), BidsError> {
+        let root = self.tree.root.canonicalize();
+        let above = place.ancestors().find_map(|above| match above.as_os_str() {
+            here if here.is_empty() => Path::new(".").canonicalize().ok(),
+            _ => above.canonicalize().ok(),
+        });
+        match (root, above) {
+            (Ok(root), Some(above)) if above.starts_with(&root) => Err(BidsError::Inside {
+                folder: place.to_owned(),
+            }),
+            _ => Ok(()),
+        }
+    }
+
     /// The protocol of the study, where the data set has it.
     ///
     /// # Errors
@@ -257,6 +284,7 @@ impl BidsFolder {
             let key = (entry.folder().to_owned(), name.together());
             let of = found.entry(key).or_insert_with(|| BidsRecording {
                 entities: entities_of(name),
+                name: String::new(),
                 files: Vec::new(),
                 events: None,
             });
@@ -270,7 +298,14 @@ impl BidsFolder {
                 of.events = Some(entry.clone());
             }
         }
-        found.into_values().collect()
+        let mut known = BTreeSet::new();
+        let named = found
+            .into_iter()
+            .map(|((folder, entities), of)| BidsRecording {
+                name: name_of(&folder, &entities, &mut known),
+                ..of
+            });
+        named.collect()
     }
 
     /// The recording `of`, bit by bit as it was written.
@@ -433,12 +468,24 @@ impl BidsFolder {
                 (channel, factor)
             })
             .unzip();
+        let mut cells = 0;
         let read = each_row(&self.tree.path(&entry.file), channels.len(), |row| {
+            cells += row.len();
+            if cells > MOST_CELLS {
+                return ControlFlow::Break(());
+            }
             for ((channel, value), factor) in channels.iter_mut().zip(row).zip(&factors) {
                 // A factor of 1 changes no bit.
                 channel.samples.push(value * factor);
             }
+            ControlFlow::Continue(())
         })?;
+        if cells > MOST_CELLS {
+            let why = format!(
+                "expected at most {MOST_CELLS} values in a file, found more; split the recording"
+            );
+            return Err(BidsError::file(&entry.file, None, why));
+        }
         match read {
             Ok(_rows) => Ok((clock, channels)),
             Err(fault) => {
@@ -543,6 +590,21 @@ fn of_task(name: &Parsed) -> Vec<(&str, &str)> {
     all
 }
 
+/// A name for the recording of `entities` in `folder` that is not `known` yet, small and capital letters being one.
+fn name_of(folder: &str, entities: &[(&str, &str)], known: &mut BTreeSet<String>) -> String {
+    let parts: Vec<String> = entities
+        .iter()
+        .map(|(key, label)| format!("{key}-{label}"))
+        .collect();
+    let plain = parts.join("_");
+    let of_kind = format!("{plain}_{}", folder.rsplit('/').next().unwrap_or_default());
+    let numbered = (2..).map(|count| format!("{of_kind}_{count}"));
+    let mut names = [plain, of_kind.clone()].into_iter().chain(numbered);
+    let free = names.find(|name| known.insert(name.to_lowercase()));
+    // There are more numbers than recordings.
+    free.unwrap_or(of_kind)
+}
+
 /// A unit of a column, and the factor to SI; a share of full scale is a number without unit.
 fn unit_of(text: &str) -> (Unit, f64) {
     match text {
@@ -597,6 +659,17 @@ pub(super) fn require_one(tree: &Tree) -> Result<(), BidsError> {
             format!("further ones within it: {}", within.join(", ")),
             "move them out: a data set is one study",
         ),
+    }
+}
+
+/// Refuses links that lead out of the data set, and data that are not those that were exported.
+fn require_whole(tree: &Tree) -> Result<(), BidsError> {
+    if let Some(file) = tree.outside.first() {
+        return Err(BidsError::file(file, None, LEADS_OUT));
+    }
+    match changes(tree).into_iter().next() {
+        None => Ok(()),
+        Some(change) => Err(BidsError::file(&change.file, change.line, change.text)),
     }
 }
 

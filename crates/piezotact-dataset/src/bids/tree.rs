@@ -1,17 +1,34 @@
 //! The files of a data set, with what their names say.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
+use ignore::gitignore::{Gitignore, GitignoreBuilder};
 use serde_json::{Map, Value};
 
 use super::error::BidsError;
 use super::name::{DATATYPES, Parsed};
-use super::{DESCRIPTION, NOTHING};
+use super::{DESCRIPTION, NOTHING, PROGRAM};
 use crate::input::read_input_text;
 
 /// How deep folders are followed.
-const DEEPEST: usize = 12;
+const DEEPEST: usize = 64;
+/// The longest text with fields that is read, in bytes: sidecars hold kilobytes.
+const LONGEST_JSON: u64 = 1 << 26;
+/// The file that lists what is not of BIDS, from the root.
+const IGNORED: &str = ".bidsignore";
+/// The suffixes of sidecars that stand at the root without an entity.
+const SIDECARS_OF_ALL: [&str; 9] = [
+    "beh",
+    "channels",
+    "coordsystem",
+    "eeg",
+    "electrodes",
+    "events",
+    "physio",
+    "scans",
+    "stim",
+];
 /// Data sets have no more files.
 const MOST_FILES: usize = 2_000_000;
 /// Folders at the root that hold no data of this data set in its raw form.
@@ -66,6 +83,10 @@ pub(super) struct Tree {
     pub(super) others: Vec<String>,
     /// Folders at the root that hold a data set of their own.
     pub(super) within: Vec<String>,
+    /// Links that lead out of the data set, which are not followed.
+    pub(super) outside: Vec<String>,
+    /// The folders of participants at the root.
+    pub(super) participants: BTreeSet<String>,
     /// The places of JSON files among the entries, by their folders.
     json: BTreeMap<String, Vec<usize>>,
 }
@@ -85,8 +106,16 @@ impl Tree {
                 "give the folder that holds dataset_description.json",
             ));
         }
-        let mut files = Vec::new();
-        list(root, "", 0, &mut files).map_err(|error| none(&error, "give one data set"))?;
+        let mut listed = Listed::of(root);
+        listed
+            .list("", 0)
+            .map_err(|error| none(&error, "give one data set"))?;
+        let Listed {
+            mut files,
+            outside,
+            participants,
+            ..
+        } = listed;
         files.sort();
         let within: Vec<String> = files
             .iter()
@@ -94,7 +123,7 @@ impl Tree {
             .filter(|folder| {
                 !folder.is_empty()
                     && !(folder.split('/'))
-                        .any(|part| ["derivatives", "sourcedata"].contains(&part))
+                        .any(|part| ["derivatives", "sourcedata", "code"].contains(&part))
             })
             .map(str::to_owned)
             .collect();
@@ -118,8 +147,23 @@ impl Tree {
             entries,
             others,
             within,
+            outside,
+            participants,
             json,
         })
+    }
+
+    /// Whether this program wrote the data set: it then holds to more than BIDS asks for.
+    pub(super) fn is_ours(&self) -> bool {
+        let stated = self.json(DESCRIPTION).unwrap_or_default();
+        let by = stated.get("GeneratedBy").and_then(Value::as_array);
+        let mut names = by.into_iter().flatten().filter_map(|one| one.get("Name"));
+        names.any(|name| name.as_str() == Some(PROGRAM))
+    }
+
+    /// Whether a file stands at `file`, also where a link to a folder leads to it.
+    pub(super) fn is_there(&self, file: &str) -> bool {
+        self.has(file) || self.path(file).is_file()
     }
 
     pub(super) fn path(&self, file: &str) -> PathBuf {
@@ -184,7 +228,15 @@ impl Tree {
 
     /// The object in the JSON file `file`.
     pub(super) fn json(&self, file: &str) -> Result<Map<String, Value>, BidsError> {
-        let text = read_input_text(&self.path(file))?;
+        let path = self.path(file);
+        let long = std::fs::metadata(&path).is_ok_and(|found| found.len() > LONGEST_JSON);
+        if long {
+            let why = format!(
+                "expected a text of at most {LONGEST_JSON} bytes, found a longer one; it is no sidecar"
+            );
+            return Err(BidsError::file(file, None, why));
+        }
+        let text = read_input_text(&path)?;
         let text = text.trim_start_matches('\u{feff}');
         let value: Value = serde_json::from_str(text).map_err(|error| {
             BidsError::file(
@@ -213,39 +265,91 @@ fn named(file: &str) -> Option<Result<Parsed, String>> {
     if name.starts_with('.') || in_format {
         return None;
     }
-    if at_root && !name.contains('-') {
+    let of_all = |suffix: &str| SIDECARS_OF_ALL.contains(&suffix);
+    if at_root && !name.contains('-') && !name.strip_suffix(".json").is_some_and(of_all) {
         return None;
     }
     Some(Parsed::of(name))
 }
 
-/// Adds the files below `folder` to `files`; a sentence for what is no data set.
-fn list(root: &Path, folder: &str, depth: usize, files: &mut Vec<String>) -> Result<(), String> {
-    if depth > DEEPEST {
-        return Err(format!("folders that are more than {DEEPEST} deep"));
+/// The files below a root, while they are listed.
+struct Listed<'a> {
+    root: &'a Path,
+    /// Where the root is, without links.
+    place: Option<PathBuf>,
+    ignored: Gitignore,
+    files: Vec<String>,
+    outside: Vec<String>,
+    participants: BTreeSet<String>,
+}
+
+impl<'a> Listed<'a> {
+    fn of(root: &'a Path) -> Self {
+        let mut ignored = GitignoreBuilder::new("");
+        let patterns = read_input_text(&root.join(IGNORED)).unwrap_or_default();
+        for line in patterns.lines() {
+            // A pattern that is none hides nothing.
+            let _kept = ignored.add_line(None, line);
+        }
+        Self {
+            root,
+            place: root.canonicalize().ok(),
+            ignored: ignored.build().unwrap_or_else(|_| Gitignore::empty()),
+            files: Vec::new(),
+            outside: Vec::new(),
+            participants: BTreeSet::new(),
+        }
     }
-    let entries = std::fs::read_dir(root.join(folder));
-    let entries =
-        entries.map_err(|error| format!("a folder that cannot be read ({folder}: {error})"))?;
-    for entry in entries.flatten() {
-        let name = entry.file_name().to_string_lossy().into_owned();
-        if folder.is_empty() && name.starts_with('.') {
-            continue;
+
+    /// Adds the files below `folder`; a sentence for what is no data set.
+    fn list(&mut self, folder: &str, depth: usize) -> Result<(), String> {
+        if depth > DEEPEST {
+            return Err(format!("folders that are more than {DEEPEST} deep"));
         }
-        let file = match folder {
-            "" => name,
-            folder => format!("{folder}/{name}"),
-        };
-        match entry.file_type() {
-            Ok(kind) if kind.is_dir() => list(root, &file, depth + 1, files)?,
-            Ok(_) => files.push(file),
-            Err(_gone) => {}
+        let entries = std::fs::read_dir(self.root.join(folder));
+        let entries =
+            entries.map_err(|error| format!("a folder that cannot be read ({folder}: {error})"))?;
+        for entry in entries.flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if folder.is_empty() && name.starts_with('.') {
+                continue;
+            }
+            let file = match folder {
+                "" => name,
+                folder => format!("{folder}/{name}"),
+            };
+            // Nobody is there any more where this fails.
+            let Ok(kind) = entry.file_type() else {
+                continue;
+            };
+            if self.ignored.matched(&file, kind.is_dir()).is_ignore() {
+                continue;
+            }
+            if kind.is_dir() {
+                if folder.is_empty() && file.starts_with("sub-") {
+                    self.participants.insert(file.clone());
+                }
+                self.list(&file, depth + 1)?;
+            } else if kind.is_symlink() && self.leads_out(&file) {
+                self.outside.push(file);
+            } else {
+                self.files.push(file);
+            }
+            if self.files.len() > MOST_FILES {
+                return Err(format!("more than {MOST_FILES} files"));
+            }
         }
-        if files.len() > MOST_FILES {
-            return Err(format!("more than {MOST_FILES} files"));
+        Ok(())
+    }
+
+    /// Whether the link `file` leads to a file outside the data set. One to nothing is found when it is read.
+    fn leads_out(&self, file: &str) -> bool {
+        let led = self.root.join(file).canonicalize();
+        match (led, &self.place) {
+            (Ok(led), Some(place)) => led.is_file() && !led.starts_with(place),
+            _ => false,
         }
     }
-    Ok(())
 }
 
 /// A text of a sidecar that is not `n/a`.

@@ -27,11 +27,14 @@ use super::label::Labels;
 use super::name::{Entities, TRIALS};
 use super::physio::write_signals;
 use super::privacy::{
-    Calendar, age_of, handedness_of, is_finger, is_language, sex_of, without_folders,
+    Calendar, age_of, carried, handedness_of, is_finger, is_language, sex_of, without_folders,
 };
 use super::table::tsv_text;
-use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROTOCOL};
-use parts::{DRIVE, STIM, column_names, described, groups, sidecars, suffix_number};
+use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROGRAM, PROTOCOL};
+use parts::{
+    DRIVE, STIM, column_names, described, events_carried, groups, is_of_a_bench, names_carried,
+    sidecars, suffix_number,
+};
 
 /// The folder of what is derived, from the root.
 const DERIVATIVES: &str = "derivatives/piezotact";
@@ -279,6 +282,7 @@ impl<'a> BidsWriter<'a> {
         }
         of.recording = None;
         if let Some(events) = touched.events.filter(|events| !events.rows.is_empty()) {
+            let events = &events_carried(events, touched);
             let at = events
                 .columns
                 .iter()
@@ -325,12 +329,11 @@ impl<'a> BidsWriter<'a> {
         touched: &Touched<'_>,
     ) -> Result<Option<String>, BidsError> {
         let annotations = &touched.recording.annotations;
-        let of_a_bench = touched.recording.about.provenance.bench.is_some();
         let is_ours = touched
             .file
             .extension()
             .is_some_and(|end| end == "parquet" || end == "part");
-        if annotations.started_at.is_some() || !of_a_bench || !is_ours {
+        if annotations.started_at.is_some() || !is_of_a_bench(touched) || !is_ours {
             self.dated += 1;
             return Ok(None);
         }
@@ -353,29 +356,37 @@ impl<'a> BidsWriter<'a> {
     ) -> SignalSidecar {
         let about = &touched.recording.about;
         let mut provenance = about.provenance.clone();
+        let mut labels = touched.recording.annotations.labels.clone();
         // Notes on files of other programs hold their names and dates.
-        if provenance.bench.is_none() {
+        if !is_of_a_bench(touched) {
             provenance.source.clear();
             provenance.steps.clear();
+            labels.clear();
         }
         provenance.source = without_folders(&provenance.source);
         provenance
             .steps
             .iter_mut()
             .for_each(|step| *step = without_folders(step));
-        let names = column_names(channels);
-        let meanings = names.iter().zip(channels).map(|(name, channel)| {
-            let meaning = ColumnSidecar::from(channel_meaning(channel));
-            (
-                name.clone(),
-                serde_json::to_value(meaning).unwrap_or_default(),
-            )
+        labels.retain(|name, text| {
+            let kept = carried(text);
+            *text = kept.clone().unwrap_or_default();
+            kept.is_some() && carried(name).is_some()
         });
-        let mut others: BTreeMap<String, serde_json::Value> = meanings.collect();
-        let own: Vec<&str> = channels
+        let own = names_carried(channels);
+        let names = column_names(&own);
+        let meanings = names
             .iter()
-            .map(|channel| channel.name.as_str())
-            .collect();
+            .zip(&own)
+            .zip(channels)
+            .map(|((name, own), channel)| {
+                let meaning = ColumnSidecar::from(channel_meaning(own, &channel.unit));
+                (
+                    name.clone(),
+                    serde_json::to_value(meaning).unwrap_or_default(),
+                )
+            });
+        let mut others: BTreeMap<String, serde_json::Value> = meanings.collect();
         others.insert("ChannelNames".into(), own.into());
         SignalSidecar {
             sampling_frequency: clock.rate_hz.hz(),
@@ -388,7 +399,7 @@ impl<'a> BidsWriter<'a> {
             condition: about.condition.clone(),
             provenance,
             doubts: about.doubts.clone(),
-            labels: touched.recording.annotations.labels.clone(),
+            labels,
             source_file: source.as_ref().map(|name| format!("bids::{name}")),
             others,
         }
@@ -508,7 +519,8 @@ impl<'a> BidsWriter<'a> {
         self.participants()?;
         self.session_tables()?;
         self.task_sidecars()?;
-        self.folder.put_text(PROTOCOL, self.about.protocol)?;
+        self.folder
+            .put_text(PROTOCOL, &without_comments(self.about.protocol))?;
         let exported = Exported {
             participants: self.people.len(),
             sessions: self.sessions.len(),
@@ -527,7 +539,7 @@ impl<'a> BidsWriter<'a> {
             license: self.about.license,
             authors: self.about.authors,
             generated_by: [GeneratedBy {
-                name: "Piezotact",
+                name: PROGRAM,
                 version: self.about.program.trim_start_matches("piezotact "),
                 description: texts::PROGRAM,
             }],
@@ -690,4 +702,11 @@ impl<'a> BidsWriter<'a> {
         }
         Ok(())
     }
+}
+
+/// A protocol without what somebody noted in it: its values alone. One that is none stays out.
+fn without_comments(text: &str) -> String {
+    let values: Result<toml::Table, _> = toml::from_str(text);
+    let text = values.ok().and_then(|values| toml::to_string(&values).ok());
+    text.unwrap_or_default()
 }

@@ -22,8 +22,8 @@ pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stim
 pub use asked::{Asked, AskedTask};
 pub use behaviour::{
     BETWEEN, Behaviour, BehaviourError, BehaviourMeanings, ReadBehaviour, StimulusFiles, behaviour,
-    behaviour_meanings, evidence_of_behaviour, is_recorded, person_meanings, playing_events,
-    read_behaviour, trials_of_behaviour,
+    behaviour_meanings, evidence_of_behaviour, holds_orders, is_recorded, person_meanings,
+    playing_events, read_behaviour, trials_of_behaviour,
 };
 pub use compared::{CompareError, Compared, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};

@@ -458,6 +458,11 @@ impl Export<'_> {
             }
         }
         let dated = self.writer.dated();
+        let pseudonyms = self.sessions.iter().map(|one| one.participant.as_str());
+        let wordlike: BTreeSet<String> = pseudonyms
+            .filter(|name| !name.contains(|sign: char| sign.is_ascii_digit()))
+            .map(str::to_owned)
+            .collect();
         let counts = [
             (void > 0).then_some(NotCarried::VoidAttempts { attempts: void }),
             (!old.is_empty()).then_some(NotCarried::Ages { people: old.len() }),
@@ -472,6 +477,9 @@ impl Export<'_> {
             (self.sessions.iter())
                 .any(|one| one.state.participant().judge.is_some())
                 .then_some(NotCarried::Cues),
+            (!wordlike.is_empty()).then_some(NotCarried::Wordlike {
+                pseudonyms: wordlike.into_iter().collect(),
+            }),
         ];
         let always = [
             NotCarried::Dates,

@@ -9,7 +9,7 @@ use piezotact::page::{Cell, Column, Table};
 use piezotact_dataset::bids::{BidsFolder, NewFolder};
 use piezotact_dataset::write_recording;
 use piezotact_people::association::{
-    Answer, Declared, ReadBehaviour, answers_table, declared, evidence_of_behaviour,
+    Answer, Declared, ReadBehaviour, answers_table, declared, evidence_of_behaviour, holds_orders,
     read_behaviour, trials_of_behaviour,
 };
 use piezotact_people::campaign::protocol::{Protocol, read};
@@ -39,6 +39,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(args: &Arguments) -> Outcome {
     let dataset = BidsFolder::open(&args.folder)?;
+    dataset.require_outside(&args.out)?;
     let mut out = NewFolder::beside(&args.out)?;
     let [recordings, drives] = copied(&dataset, &mut out)?;
     let behaviour = dataset.behaviour()?;
@@ -76,7 +77,7 @@ fn copied(dataset: &BidsFolder, out: &mut NewFolder) -> Outcome<[usize; 2]> {
         }
         let recording = dataset.read_recording(of)?;
         write_recording(
-            &out.path(&format!("recordings/{}.parquet", of.entities))?,
+            &out.path(&format!("recordings/{}.parquet", of.name))?,
             &recording,
         )?;
         reading.one_more();
@@ -128,15 +129,8 @@ fn tables(
     };
     let declared = protocol.map_or(nothing, declared);
     let orders = |answer: &&Answer| {
-        let of = behaviour.iter().find(|of| {
-            of.task == answer.task
-                && of
-                    .responses
-                    .columns
-                    .iter()
-                    .any(|column| column.name == "rank")
-        });
-        of.is_some()
+        let mut of = behaviour.iter().filter(|of| of.task == answer.task);
+        of.any(|of| holds_orders(&of.responses))
     };
     let (orders, named): (Vec<&Answer>, Vec<&Answer>) = answers.iter().partition(orders);
     let table = |answers: Vec<&Answer>| {

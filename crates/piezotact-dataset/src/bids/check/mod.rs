@@ -4,12 +4,14 @@
 //! The limits are those of BIDS 1.11 and of decision 0081. What is not looked at is said.
 
 mod answers;
+mod both;
 mod people;
 mod signals;
 mod tables;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
+use std::io::BufReader;
 use std::path::Path;
 
 use piezotact::criterion::Outcome;
@@ -17,10 +19,12 @@ use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
 
 use super::error::BidsError;
+use super::name::DATATYPES;
 use super::read::{require_one, two_studies};
+use super::table::Lines;
 use super::tree::{Entry, Tree};
 use super::{CHECKSUMS, DESCRIPTION};
-use crate::input::read_input_text;
+use crate::input::open_input;
 use crate::reads::sha256_of_file;
 
 /// What is wrong.
@@ -91,12 +95,24 @@ pub struct Problem {
 
 impl fmt::Display for Problem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.file)?;
+        plain(&self.file, f)?;
         if let Some(line) = self.line {
             write!(f, ":{line}")?;
         }
-        write!(f, ": {}", self.text)
+        f.write_str(": ")?;
+        plain(&self.text, f)
     }
+}
+
+/// A text of a foreign file, whose control characters do nothing to a terminal.
+fn plain(text: &str, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+    for sign in text.chars() {
+        match sign.is_control() {
+            true => write!(f, "{}", sign.escape_default())?,
+            false => write!(f, "{sign}")?,
+        }
+    }
+    Ok(())
 }
 
 /// What was found in a data set.
@@ -138,6 +154,19 @@ pub struct SecondOpinion {
 impl Content for Checked {
     const SCHEMA: &'static str = "bids_check";
 }
+
+/// Who wrote a data set: this program's hold to more than BIDS asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    Ours,
+    Foreign,
+}
+
+/// No session lasts as long, in s: a week.
+const LONGEST_SESSION_S: f64 = 604_800.0;
+
+/// What is said of a link to a file elsewhere.
+pub(super) const LEADS_OUT: &str = "expected a file of the data set, found a link that leads out of it; copy the file into its place";
 
 /// So many problems of one kind are listed of a file.
 const MOST_OF_A_KIND: usize = 10;
@@ -222,12 +251,19 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
     if let Some((file, why)) = two_studies(&tree) {
         found.add(ProblemKind::Study, &file, None, why);
     }
+    for file in &tree.outside {
+        found.add(ProblemKind::File, file, None, LEADS_OUT);
+    }
+    let origin = match tree.is_ours() {
+        true => Origin::Ours,
+        false => Origin::Foreign,
+    };
     names(&tree, &mut found);
     sidecars(&tree, &mut found);
-    checksums(&tree, &mut found)?;
-    people::check(&tree, &mut found)?;
-    let ends = signals::check(&tree, &mut found)?;
-    let tables = tables::check(&tree, &ends, &mut found)?;
+    checksums(&tree, &mut found);
+    people::check(&tree, origin, &mut found);
+    let spans = signals::check(&tree, origin, &mut found);
+    let tables = tables::check(&tree, origin, &spans, &mut found);
     let signals = tree
         .entries
         .iter()
@@ -258,6 +294,12 @@ fn is_of_participant(entry: &Entry) -> bool {
 fn names(tree: &Tree, found: &mut Found) {
     for entry in &tree.entries {
         let rename = |why: &str| format!("{why}; rename the file");
+        if let Some(folder) = odd_folder(entry) {
+            let why = format!(
+                "expected a folder of data such as beh or eeg, found {folder}; move the file, or list it in .bidsignore"
+            );
+            found.add(ProblemKind::Name, &entry.file, None, why);
+        }
         match &entry.name {
             None => {}
             Some(Err(why)) => found.add(ProblemKind::Name, &entry.file, None, rename(why)),
@@ -302,6 +344,19 @@ fn names(tree: &Tree, found: &mut Found) {
     }
 }
 
+/// The folder of a file of a participant, where it is none of BIDS.
+fn odd_folder(entry: &Entry) -> Option<&str> {
+    let mut folders = entry.folder().split('/');
+    let participant = folders.next()?;
+    let mut folder = folders.next()?;
+    if folder.starts_with("ses-") {
+        folder = folders.next()?;
+    }
+    // Formats that are folders have an ending.
+    let is_known = DATATYPES.contains(&folder) || folder.contains('.');
+    (participant.starts_with("sub-") && !is_known).then_some(folder)
+}
+
 /// Sidecars that cannot be read, or that are beside no data.
 fn sidecars(tree: &Tree, found: &mut Found) {
     let mut used: BTreeSet<&str> = BTreeSet::new();
@@ -335,47 +390,76 @@ fn sidecars(tree: &Tree, found: &mut Found) {
     }
 }
 
+/// The data of a data set that are missing or changed since they were exported.
+pub(super) fn changes(tree: &Tree) -> Vec<Problem> {
+    let mut found = Found::default();
+    checksums(tree, &mut found);
+    found.problems
+}
+
 /// Files that the list of checksums names and that are missing, and recordings that were changed.
-fn checksums(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
+fn checksums(tree: &Tree, found: &mut Found) {
+    let lost =
+        "expected the checksums of what was exported, found none; restore the file from a copy";
     if !tree.has(CHECKSUMS) {
-        return Ok(());
+        if tree.is_ours() {
+            found.add(ProblemKind::Missing, CHECKSUMS, None, lost);
+        }
+        return;
     }
-    let text = match read_input_text(&tree.path(CHECKSUMS)) {
-        Ok(text) => text,
+    let opened = match open_input(&tree.path(CHECKSUMS)) {
+        Ok(opened) => opened,
         Err(error) => {
             found.add(ProblemKind::Metadata, CHECKSUMS, None, error.to_string());
-            return Ok(());
+            return;
         }
     };
-    for (number, line) in text.lines().enumerate() {
-        // Sums of binary files have an asterisk in the place of the second space.
-        let parts = line.split_once("  ").or_else(|| line.split_once(" *"));
-        let (sum, file) = match parts {
-            Some((sum, file)) if sum.len() == 64 => (sum, file.trim_start_matches("../")),
-            _ => {
-                let why = "expected a checksum, two spaces and a file, found another line; restore the file from a copy";
-                found.add(ProblemKind::Metadata, CHECKSUMS, number as u64 + 1, why);
-                continue;
+    let mut lines = Lines::of(BufReader::new(opened));
+    let mut count = 0;
+    loop {
+        let (number, line) = match lines.next() {
+            Ok(Some(line)) => line,
+            Ok(None) => break,
+            Err((number, fault)) => {
+                found.add(ProblemKind::Metadata, CHECKSUMS, number, fault.sentence());
+                return;
             }
         };
-        if !tree.has(file) {
-            let why = "expected this file, which was exported, found none: the data set is half copied, or the file was removed; copy it again";
-            found.add(ProblemKind::Missing, file, None, why);
-            continue;
+        // Sums of binary files have an asterisk in the place of the second space.
+        let parts = line.split_once("  ").or_else(|| line.split_once(" *"));
+        match parts {
+            Some((sum, file)) if sum.len() == 64 => {
+                count += 1;
+                checksum(tree, sum, file.trim_start_matches("../"), found);
+            }
+            _ => {
+                let why = "expected a checksum, two spaces and a file, found another line; restore the file from a copy";
+                found.add(ProblemKind::Metadata, CHECKSUMS, number, why);
+            }
         }
-        // What people complete by hand is not looked at: read-me, description, what stands at the root.
-        let is_data = file.contains('/') && !file.ends_with("README.md");
-        if !is_data || file == CHECKSUMS {
-            continue;
-        }
-        let is = sha256_of_file(&tree.path(file));
-        if is.is_ok_and(|is| is.eq_ignore_ascii_case(sum)) {
-            continue;
-        }
-        let why = "expected the file as it was exported, found another content; export the study again, or copy the file again";
-        found.add(ProblemKind::Changed, file, None, why);
     }
-    Ok(())
+    if count == 0 {
+        found.add(ProblemKind::Empty, CHECKSUMS, None, lost);
+    }
+}
+
+fn checksum(tree: &Tree, sum: &str, file: &str, found: &mut Found) {
+    if !tree.has(file) {
+        let why = "expected this file, which was exported, found none: the data set is half copied, or the file was removed; copy it again";
+        found.add(ProblemKind::Missing, file, None, why);
+        return;
+    }
+    // What people complete by hand is not looked at: read-me, description, what stands at the root.
+    let is_data = file.contains('/') && !file.ends_with("README.md");
+    if !is_data || file == CHECKSUMS {
+        return;
+    }
+    let is = sha256_of_file(&tree.path(file));
+    if is.is_ok_and(|is| is.eq_ignore_ascii_case(sum)) {
+        return;
+    }
+    let why = "expected the file as it was exported, found another content; export the study again, or copy the file again";
+    found.add(ProblemKind::Changed, file, None, why);
 }
 
 /// How many files hold data of other kinds.

@@ -2,33 +2,43 @@
 
 use std::collections::BTreeSet;
 
-use piezotact::page::{Cell, Table};
+use piezotact::page::Table;
 
-use super::super::error::BidsError;
 use super::super::physio::number_in;
-use super::super::privacy::{ms_of, personal, tells_who, tells_who_beside_stimuli};
+use super::super::privacy::ms_of;
 use super::super::table::{cell, read_table};
 use super::super::tree::Tree;
-use super::{Found, ProblemKind};
+use super::{Found, Origin, ProblemKind};
 
 const PARTICIPANTS: &str = "participants.tsv";
 
-pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
+pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) {
     let first = |file: &str| file.split('/').next().unwrap_or_default().to_owned();
-    let folders: BTreeSet<String> = tree
-        .entries
-        .iter()
-        .filter(|entry| entry.file.starts_with("sub-") && entry.file.contains('/'))
-        .map(|entry| first(&entry.file))
-        .collect();
+    let mut folders: BTreeSet<String> = tree.participants.clone();
+    for folder in &tree.participants {
+        let within = format!("{folder}/");
+        let is_empty = !tree
+            .entries
+            .iter()
+            .any(|entry| entry.file.starts_with(&within));
+        if is_empty {
+            let why = "expected files of this participant, found an empty folder; copy it again, or remove it";
+            found.add(ProblemKind::Empty, folder, None, why);
+        }
+    }
+    let of_links = tree.entries.iter().filter(|entry| entry.file.contains('/'));
+    folders.extend(
+        of_links
+            .map(|entry| first(&entry.file))
+            .filter(|folder| folder.starts_with("sub-")),
+    );
     if tree.has(PARTICIPANTS) {
         // Lines that are uneven are found with the other tables.
         if let Ok(table) = read_table(&tree.path(PARTICIPANTS), PARTICIPANTS) {
             rows(&table, "participant_id", PARTICIPANTS, &folders, found);
-            private(&table, PARTICIPANTS, tells_who, found);
             ages(&table, PARTICIPANTS, found);
         }
-    } else if tree.has(super::CHECKSUMS) {
+    } else if origin == Origin::Ours {
         let why = "expected the table of participants, found none; restore it from a copy";
         found.add(ProblemKind::Participant, PARTICIPANTS, None, why);
     }
@@ -36,6 +46,9 @@ pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
         let Some(name) = entry.parsed().filter(|name| name.ending == "tsv") else {
             continue;
         };
+        if !["sessions", "scans"].contains(&name.suffix.as_str()) {
+            continue;
+        }
         let Ok(table) = read_table(&tree.path(&entry.file), &entry.file) else {
             continue;
         };
@@ -49,20 +62,16 @@ pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<(), BidsError> {
                 let sessions = inside.filter(|rest| rest.starts_with("ses-") && rest.contains('/'));
                 let sessions = sessions.map(first).collect();
                 rows(&table, "session_id", &entry.file, &sessions, found);
-                private(&table, &entry.file, tells_who, found);
                 ages(&table, &entry.file, found);
-                times(tree, (&entry.file, &table), found);
+                times(origin, (&entry.file, &table), found);
             }
             "scans" => {
-                scans(tree, entry.folder(), (&entry.file, &table), found);
-                private(&table, &entry.file, tells_who_beside_stimuli, found);
-                times(tree, (&entry.file, &table), found);
+                scans((tree, origin), entry.folder(), (&entry.file, &table), found);
+                times(origin, (&entry.file, &table), found);
             }
-            "beh" | "events" => private(&table, &entry.file, tells_who_beside_stimuli, found),
             _ => {}
         }
     }
-    Ok(())
 }
 
 /// Rows that are there once, each with its folder.
@@ -98,36 +107,6 @@ fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, fou
     }
 }
 
-/// Columns and cells that tell who somebody is.
-fn private(table: &Table, file: &str, tells: fn(&str) -> bool, found: &mut Found) {
-    for (at, column) in table.columns.iter().enumerate() {
-        if tells(&column.name) {
-            let why = format!(
-                "expected nothing that tells who somebody is, found the column `{}`; remove it",
-                column.name
-            );
-            found.add(ProblemKind::Privacy, file, 1, why);
-            continue;
-        }
-        // Times of sessions are dates, which may be shifted.
-        if column.name == "acq_time" {
-            continue;
-        }
-        for (row, cells) in table.rows.iter().enumerate() {
-            let Cell::Text(text) = &cells[at] else {
-                continue;
-            };
-            if let Some(what) = personal(text) {
-                let why = format!(
-                    "expected nothing that tells who somebody is, found {what} in the column `{}`; remove it",
-                    column.name
-                );
-                found.add(ProblemKind::Privacy, file, row as u64 + 2, why);
-            }
-        }
-    }
-}
-
 /// Ages that are rare, or none.
 fn ages(table: &Table, file: &str, found: &mut Found) {
     for row in 0..table.rows.len() {
@@ -147,7 +126,7 @@ fn ages(table: &Table, file: &str, found: &mut Found) {
 }
 
 /// Times that are none, and true dates where the data set was exported with shifted ones.
-fn times(tree: &Tree, (file, table): (&str, &Table), found: &mut Found) {
+fn times(origin: Origin, (file, table): (&str, &Table), found: &mut Found) {
     // The end of 1925, to which BIDS has dates shifted.
     let shifted = ms_of("1926-01-01T00:00:00").unwrap_or_default();
     for row in 0..table.rows.len() {
@@ -162,7 +141,7 @@ fn times(tree: &Tree, (file, table): (&str, &Table), found: &mut Found) {
                 );
                 found.add(ProblemKind::Number, file, line, why);
             }
-            Some(ms) if ms >= shifted && tree.has(super::CHECKSUMS) => {
+            Some(ms) if ms >= shifted && origin == Origin::Ours => {
                 let why = format!(
                     "expected a shifted date before 1926, found `{text}`; shift it, or write n/a"
                 );
@@ -173,7 +152,12 @@ fn times(tree: &Tree, (file, table): (&str, &Table), found: &mut Found) {
     }
 }
 
-fn scans(tree: &Tree, folder: &str, (file, table): (&str, &Table), found: &mut Found) {
+fn scans(
+    (tree, origin): (&Tree, Origin),
+    folder: &str,
+    (file, table): (&str, &Table),
+    found: &mut Found,
+) {
     let mut listed = BTreeSet::new();
     for row in 0..table.rows.len() {
         let line = row as u64 + 2;
@@ -196,6 +180,20 @@ fn scans(tree: &Tree, folder: &str, (file, table): (&str, &Table), found: &mut F
         if !listed.insert(name.to_owned()) {
             let why = format!("expected {name} once, found it twice; remove one of the lines");
             found.add(ProblemKind::Twice, file, line, why);
+        }
+    }
+    if origin == Origin::Foreign {
+        return;
+    }
+    let within = format!("{folder}/");
+    let data = tree.entries.iter().filter(|entry| {
+        let is_data = entry.is_signal() || entry.file.ends_with("_beh.tsv");
+        is_data && entry.file.starts_with(&within)
+    });
+    for name in data.filter_map(|entry| entry.file.strip_prefix(&within)) {
+        if !listed.contains(name) {
+            let why = format!("expected a line for the file {name}, found none; restore it");
+            found.add(ProblemKind::File, file, None, why);
         }
     }
 }

@@ -1,16 +1,30 @@
 //! Continuous signals against their sidecars.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 
 use serde_json::{Map, Value};
 
-use super::super::error::BidsError;
 use super::super::physio::{LineFault, SignalFault, each_row};
 use super::super::tree::{Entry, Tree};
-use super::{Found, ProblemKind};
+use super::{Found, LONGEST_SESSION_S, Origin, ProblemKind};
 
-/// When what was recorded ends, in s, by the folder and the entities of what belongs together.
-pub(super) type Ends = BTreeMap<(String, Vec<(String, String)>), f64>;
+/// Sampling rates that are possible, in Hz.
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1e-3..=1e8;
+/// Columns whose meaning BIDS itself gives.
+///
+/// Source: BIDS 1.11, physiological recordings.
+const KNOWN_COLUMNS: [&str; 3] = ["cardiac", "respiratory", "trigger"];
+
+/// When what was recorded begins and ends, in s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub(super) start_s: f64,
+    pub(super) end_s: f64,
+}
+
+/// By the folder and the entities of what belongs together.
+pub(super) type Spans = BTreeMap<(String, Vec<(String, String)>), Span>;
 
 /// The key of what belongs together.
 pub(super) fn together(entry: &Entry) -> Option<(String, Vec<(String, String)>)> {
@@ -19,8 +33,8 @@ pub(super) fn together(entry: &Entry) -> Option<(String, Vec<(String, String)>)>
     Some((entry.folder().to_owned(), of.collect()))
 }
 
-pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<Ends, BidsError> {
-    let mut ends = Ends::new();
+pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) -> Spans {
+    let mut spans = Spans::new();
     for entry in tree.entries.iter().filter(|entry| entry.is_signal()) {
         let file = &entry.file;
         let sidecar = match tree.sidecar(entry) {
@@ -28,68 +42,96 @@ pub(super) fn check(tree: &Tree, found: &mut Found) -> Result<Ends, BidsError> {
             // It is named with the sidecars.
             Err(_damaged) => continue,
         };
-        if tree.sidecars(entry).is_empty() {
+        let has_sidecar = !tree.sidecars(entry).is_empty();
+        if !has_sidecar {
             let why = "expected a JSON file of the same name beside it, found none; restore it: without it nobody knows the rate and the columns";
             found.add(ProblemKind::Sidecar, file, None, why);
         }
-        let rate_hz = number(&sidecar, "SamplingFrequency").filter(|rate_hz| *rate_hz > 0.0);
-        let start_s = number(&sidecar, "StartTime");
-        let has_sidecar = !tree.sidecars(entry).is_empty();
-        for (key, is_there) in [
-            ("SamplingFrequency", rate_hz.is_some()),
-            ("StartTime", start_s.is_some()),
-        ] {
-            if has_sidecar && !is_there {
-                let stated = sidecar
-                    .get(key)
-                    .map_or("none".to_owned(), |value| format!("`{value}`"));
-                let why = format!(
-                    "expected {key} in its JSON file, a number{}, found {stated}; complete it",
-                    if key == "StartTime" { "" } else { " above 0" }
-                );
-                found.add(ProblemKind::Metadata, file, None, why);
-            }
-        }
-        let columns = sidecar.get("Columns").and_then(Value::as_array);
-        if has_sidecar && columns.is_none_or(Vec::is_empty) {
-            let why = "expected Columns in its JSON file, a list of names, found none; complete it";
+        let rate_hz =
+            number(&sidecar, "SamplingFrequency").filter(|rate_hz| RATES_HZ.contains(rate_hz));
+        let start_s =
+            number(&sidecar, "StartTime").filter(|start_s| start_s.abs() <= LONGEST_SESSION_S);
+        let needed = [
+            ("SamplingFrequency", " above 0 in Hz", rate_hz.is_some()),
+            (
+                "StartTime",
+                " in s after the first trial",
+                start_s.is_some(),
+            ),
+        ];
+        for (key, which, _) in needed.iter().filter(|(.., is)| has_sidecar && !is) {
+            let stated = sidecar
+                .get(*key)
+                .map_or("none".to_owned(), |value| format!("`{value}`"));
+            let why = format!(
+                "expected {key} in its JSON file, a number{which}, found {stated}; correct it"
+            );
             found.add(ProblemKind::Metadata, file, None, why);
         }
-        let names: Vec<&str> = columns
-            .into_iter()
-            .flatten()
-            .filter_map(Value::as_str)
-            .collect();
-        for name in &names {
-            if !sidecar.contains_key(*name) {
-                let why = format!(
-                    "expected a description of the column `{name}` in its JSON file, found none; add it with its unit"
-                );
-                found.add(ProblemKind::Metadata, file, None, why);
-            }
-        }
+        let names = columns(file, &sidecar, has_sidecar, found);
         let path = tree.path(file);
         let expected = match names.len() {
-            0 => first_cells(&path)?,
+            0 => first_cells(&path),
             count => Some(count),
         };
-        match each_row(&path, expected.unwrap_or(1), |_| ())? {
-            Ok(rows) => {
+        match each_row(&path, expected.unwrap_or(1), |_| ControlFlow::Continue(())) {
+            Ok(Ok(rows)) => {
                 if let (Some(rate_hz), Some(start_s), Some(key)) =
                     (rate_hz, start_s, together(entry))
                 {
                     let end_s = start_s + rows as f64 / rate_hz;
-                    let known = ends.entry(key).or_insert(end_s);
-                    *known = known.max(end_s);
+                    let known = spans.entry(key).or_insert(Span { start_s, end_s });
+                    known.start_s = known.start_s.min(start_s);
+                    known.end_s = known.end_s.max(end_s);
+                    if origin == Origin::Ours && end_s - start_s > LONGEST_SESSION_S {
+                        let why = format!(
+                            "expected a recording of less than a week, found {rows} samples at {rate_hz} Hz; correct SamplingFrequency"
+                        );
+                        found.add(ProblemKind::Metadata, file, None, why);
+                    }
                 }
             }
-            Err(fault) => {
+            Ok(Err(fault)) => {
                 let (line, why) = fault.sentence(expected.unwrap_or(1));
                 found.add(kind_of(&fault), file, line, why);
             }
+            Err(error) => found.error(ProblemKind::File, file, error),
         }
     }
-    Ok(ends)
+    spans
+}
+
+/// The names of the columns, as the sidecar has them.
+fn columns<'a>(
+    file: &str,
+    sidecar: &'a Map<String, Value>,
+    has_sidecar: bool,
+    found: &mut Found,
+) -> Vec<&'a str> {
+    let columns = sidecar.get("Columns").and_then(Value::as_array);
+    let stated = columns.map_or(0, Vec::len);
+    let names: Vec<&str> = columns
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_str)
+        .collect();
+    if has_sidecar && (stated == 0 || names.len() != stated) {
+        let why = "expected Columns in its JSON file, a list of names, found none, or values that are none; complete it";
+        found.add(ProblemKind::Metadata, file, None, why);
+    }
+    let mut known = BTreeSet::new();
+    for name in &names {
+        if !known.insert(name) {
+            let why = format!("expected the column `{name}` once, found it twice; rename one");
+            found.add(ProblemKind::Twice, file, None, why);
+        } else if !sidecar.contains_key(*name) && !KNOWN_COLUMNS.contains(name) {
+            let why = format!(
+                "expected a description of the column `{name}` in its JSON file, found none; add it with its unit"
+            );
+            found.add(ProblemKind::Metadata, file, None, why);
+        }
+    }
+    names
 }
 
 fn kind_of(fault: &SignalFault) -> ProblemKind {
@@ -103,10 +145,10 @@ fn kind_of(fault: &SignalFault) -> ProblemKind {
 }
 
 /// How many cells the first line has, where nothing states it.
-fn first_cells(path: &std::path::Path) -> Result<Option<usize>, BidsError> {
-    match each_row(path, usize::MAX, |_| ())? {
-        Err(SignalFault::Line(1, LineFault::Cells(count))) => Ok(Some(count)),
-        _ => Ok(None),
+fn first_cells(path: &std::path::Path) -> Option<usize> {
+    match each_row(path, usize::MAX, |_| ControlFlow::Break(())) {
+        Ok(Err(SignalFault::Line(1, LineFault::Cells(count)))) => Some(count),
+        _ => None,
     }
 }
 

@@ -2,12 +2,16 @@
 
 use std::collections::BTreeMap;
 
+use piezotact::page::{Cell, Table};
 use piezotact::quantity::Unit;
 use piezotact::recording::{Channel, Clock, Recording};
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 
 use super::super::json::{ColumnSidecar, Columns};
 use super::super::name::RECORDING_FIV;
+use super::super::physio::number_in;
+use super::super::privacy::carried;
+use super::Touched;
 
 /// The label of recordings of the drive.
 pub(super) const DRIVE: &str = "drive";
@@ -49,11 +53,10 @@ pub(super) fn suffix_number(count: &u32) -> String {
 }
 
 /// The names of the columns: those of the channels without signs that a table cannot hold, each once.
-pub(super) fn column_names(channels: &[&Channel]) -> Vec<String> {
+pub(super) fn column_names(own: &[String]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
-    for channel in channels {
-        let plain: String = channel
-            .name
+    for name in own {
+        let plain: String = name
             .chars()
             .map(|sign| {
                 if sign.is_ascii_alphanumeric() {
@@ -90,4 +93,37 @@ pub(super) fn described(text: &str) -> ColumnSidecar {
         description: text.to_owned(),
         ..ColumnMeaning::default()
     })
+}
+
+/// The names of channels as they may be carried.
+pub(super) fn names_carried(channels: &[&Channel]) -> Vec<String> {
+    let names = channels.iter().map(|channel| carried(&channel.name));
+    names
+        .map(|name| name.unwrap_or_else(|| "channel".to_owned()))
+        .collect()
+}
+
+/// Whether the recording is of one of our benches; notes in files of other programs were typed by somebody.
+pub(super) fn is_of_a_bench(touched: &Touched<'_>) -> bool {
+    touched.recording.about.provenance.bench.is_some()
+}
+
+/// The events of a recording as they may be carried: texts without folders, dates and addresses, and no values that somebody typed.
+pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
+    let mut events = events.clone();
+    let is_typed: Vec<bool> = events
+        .columns
+        .iter()
+        .map(|column| column.name == "value" && !is_of_a_bench(touched))
+        .collect();
+    for row in &mut events.rows {
+        for (cell, is_typed) in row.iter_mut().zip(&is_typed) {
+            let Cell::Text(text) = &*cell else { continue };
+            *cell = match carried(text) {
+                Some(text) if !is_typed || number_in(&text).is_some() => Cell::from(text),
+                _ => Cell::Missing(()),
+            };
+        }
+    }
+    events
 }

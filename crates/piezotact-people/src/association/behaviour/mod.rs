@@ -20,7 +20,8 @@ use crate::campaign::session::{Evidence, State, TrialState};
 
 pub use meanings::{BehaviourMeanings, behaviour_meanings, person_meanings};
 pub use read::{
-    BehaviourError, ReadBehaviour, evidence_of_behaviour, read_behaviour, trials_of_behaviour,
+    BehaviourError, ReadBehaviour, evidence_of_behaviour, holds_orders, read_behaviour,
+    trials_of_behaviour,
 };
 
 /// Between the names in a cell of several.

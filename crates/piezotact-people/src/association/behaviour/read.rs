@@ -62,6 +62,9 @@ pub enum BehaviourError {
     },
 }
 
+/// No time in a session is as long, in s.
+const LONGEST_S: f64 = 3e9;
+
 /// One row, by the names of its columns.
 #[derive(Clone, Copy)]
 struct Row<'a> {
@@ -112,6 +115,19 @@ impl<'a> Row<'a> {
             })
     }
 
+    /// The time in a cell, in s: less than a human life.
+    fn seconds(self, column: &str) -> Result<Option<f64>, BehaviourError> {
+        let found: Option<f64> = self.number(column)?;
+        match found.filter(|seconds| seconds.abs() >= LONGEST_S || !seconds.is_finite()) {
+            None => Ok(found),
+            Some(_) => Err(BehaviourError::Number {
+                row: self.number + 1,
+                column: column.to_owned(),
+                found: self.or_empty(column),
+            }),
+        }
+    }
+
     fn has(self, column: &str) -> bool {
         self.table.columns.iter().any(|one| one.name == column)
     }
@@ -128,7 +144,7 @@ impl<'a> Row<'a> {
 pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError> {
     let mut answers = Vec::new();
     for row in Row::all(&of.responses) {
-        let is_order = row.has("rank");
+        let is_order = holds_orders(&of.responses);
         let is_judged = row.has("expected") || row.has("correct");
         if row.text("kind").is_some_and(|kind| kind != "counted") || !is_judged {
             continue;
@@ -137,6 +153,10 @@ pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError>
             true => ("response", "expected"),
             false => ("presented", "response"),
         };
+        // Of other programs: nothing that is known to have been presented.
+        if !row.has(presented) {
+            continue;
+        }
         // No order is right or wrong.
         if is_order && row.text(answered).is_none() {
             continue;
@@ -165,6 +185,13 @@ pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError>
         });
     }
     Ok(answers)
+}
+
+/// Whether the rows of `responses` are places of orders: of other programs a column `rank` may hold anything.
+#[must_use]
+pub fn holds_orders(responses: &Table) -> bool {
+    let has = |wanted| responses.columns.iter().any(|one| one.name == wanted);
+    has("rank") && has("offered")
 }
 
 fn flags(row: Row<'_>) -> Result<Vec<Flag>, BehaviourError> {
@@ -200,15 +227,13 @@ pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourErro
         });
         for row in of_kind(of, TRIAL) {
             let number: usize = row.number("number")?.unwrap_or(row.number + 1);
-            let onset_s: Option<f64> = row.number("onset")?;
-            let seconds: Option<f64> = row.number("duration")?;
-            let presented_ms = of
-                .began_ms
-                .zip(onset_s)
-                .map(|(began_ms, onset_s)| began_ms + (onset_s * 1000.0).round() as i64);
-            let confirmed_ms = presented_ms
-                .zip(seconds)
-                .map(|(presented_ms, seconds)| presented_ms + (seconds * 1000.0).round() as i64);
+            let onset_s = row.seconds("onset")?;
+            let seconds = row.seconds("duration")?;
+            let later = |(from_ms, seconds): (i64, f64)| {
+                from_ms.saturating_add((seconds * 1000.0).round() as i64)
+            };
+            let presented_ms = of.began_ms.zip(onset_s).map(later);
+            let confirmed_ms = presented_ms.zip(seconds).map(later);
             let ms = |ms: Option<i64>| Cell::from(ms.map_or(String::new(), |ms| ms.to_string()));
             let same = |column| Cell::from(row.or_empty(column));
             let cells = vec![
