@@ -674,6 +674,15 @@ fn names_and_recordings_that_do_not_fit_are_refused_before_anything_is_written()
         "twin record --bench acttouch --sample S7 --participant 1 --seed 7 --strokes 2 --stroke-time 1s --out S7.parquet",
     )
     .expect_success();
+    std::fs::copy(folder.path("S2.parquet"), folder.path("again.parquet")).unwrap();
+    refused(
+        "bids export study --recordings S2.parquet again.parquet --out refused",
+        2,
+        &[
+            "expected recordings that differ",
+            "with the bytes of S2.parquet",
+        ],
+    );
     refused(
         "bids export study --recordings S7.parquet --out refused",
         2,

@@ -493,7 +493,8 @@ impl<'a> BidsWriter<'a> {
             .collect();
         sidecar.insert("Sources".into(), sources.into());
         sidecar.insert("Provenance".into(), derived.provenance.clone());
-        for (name, meaning) in &derived.columns {
+        let has = |name: &String| derived.table.columns.iter().any(|one| one.name == *name);
+        for (name, meaning) in derived.columns.iter().filter(|(name, _)| has(name)) {
             sidecar.insert(
                 name.clone(),
                 serde_json::to_value(meaning).unwrap_or_default(),

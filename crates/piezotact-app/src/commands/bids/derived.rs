@@ -17,6 +17,7 @@ use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
 use serde_json::json;
 
+use super::words;
 use crate::commands::campaign::study::Study;
 use crate::commands::prepare::file_name;
 use crate::commands::verify::verified;
@@ -138,8 +139,8 @@ pub(super) fn of_strokes(
         owned(
             "strokes",
             "features",
-            without_file(strokes_table(std::slice::from_ref(take))),
-            BTreeMap::new(),
+            of_columns(strokes_table(std::slice::from_ref(take)), words::FEATURES),
+            meanings(words::FEATURES),
             "Features of each stroke, in SI units; the names of the columns end in the unit.",
         ),
     ]
@@ -308,17 +309,17 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
     })
 }
 
-/// `table` without the names of files, which may tell who somebody is.
-fn without_file(mut table: Table) -> Table {
-    if let Some(at) = table
-        .columns
-        .iter()
-        .position(|column| column.name == "file")
-    {
-        table.columns.remove(at);
-        table.rows.iter_mut().for_each(|row| {
-            row.remove(at);
-        });
+/// `table` with the columns that are `known` alone: names of files and labels that somebody typed may tell who somebody is.
+fn of_columns(mut table: Table, known: &[(&str, &str, &str)]) -> Table {
+    let names = table.columns.iter().map(|column| column.name.as_str());
+    let kept: Vec<bool> = names
+        .map(|name| known.iter().any(|(known, ..)| *known == name))
+        .collect();
+    let mut keeps = kept.iter();
+    table.columns.retain(|_| keeps.next() == Some(&true));
+    for row in &mut table.rows {
+        let mut keeps = kept.iter();
+        row.retain(|_| keeps.next() == Some(&true));
     }
     table
 }
@@ -364,7 +365,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             desc: "association",
             suffix: "matrix",
             table: without_words(found.cells_table()),
-            columns: BTreeMap::new(),
+            columns: meanings(words::MATRIX),
             description: "Association matrices: what was presented, and what it was declared to be; one row for each cell, with a 95 % interval over participants.",
             provenance: json!({ "settings": found.config, "sentence": found.sentence(), "doubts": found.doubts }),
             sources: Vec::new(),
@@ -379,7 +380,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             desc: "adaptive",
             suffix: "thresholds",
             table: thresholds,
-            columns: BTreeMap::new(),
+            columns: meanings(words::THRESHOLDS),
             description: "Thresholds of adaptive comparisons, in the unit of their levels.",
             provenance: json!({}),
             sources: Vec::new(),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::doubt::merged;
+use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact_dataset::NamePattern;
 use piezotact_dataset::bids::{
@@ -319,8 +320,20 @@ impl Export<'_> {
     fn touched(&mut self) -> Outcome {
         let writing = Work::of_files(WRITING, &self.args.recordings);
         let between = Between::items("recording");
+        let mut known: BTreeMap<String, &PathBuf> = BTreeMap::new();
         for path in &self.args.recordings {
             goes_on()?;
+            let content = match piezotact_dataset::reads::found(path) {
+                Found::File { sha256, .. } => Some(sha256),
+                _ => None,
+            };
+            if let Some(other) = content.and_then(|content| known.insert(content, path)) {
+                return Err(usage(anyhow!(
+                    "expected recordings that differ, found {} with the bytes of {}; give one of them",
+                    path.display(),
+                    other.display()
+                )));
+            }
             let strokes = recordings::strokes(path, self.args.meta.as_ref(), &self.args.reading)?;
             let (session, task) = self.place_of(path, &strokes)?;
             if strokes.events.is_none() {

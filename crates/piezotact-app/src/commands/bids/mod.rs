@@ -8,6 +8,8 @@ mod export;
 mod import;
 #[cfg(feature = "campaign")]
 mod recordings;
+#[cfg(feature = "campaign")]
+mod words;
 
 use clap::{Args, Subcommand};
 
