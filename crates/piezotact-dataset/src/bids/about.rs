@@ -144,7 +144,7 @@ impl fmt::Display for NotCarried {
                 "true dates: the first day of each participant is 1900-01-01; times of day and times between sessions are kept",
             ),
             Self::TypedTexts => f.write_str(
-                "texts that somebody typed (notes, reasons of corrections, stops and void trials) and the tag of the experimenter",
+                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; values of events in files of other programs that are no numbers; words for sex, finger and language that are not common ones) and the tag of the experimenter",
             ),
             Self::Identities => f.write_str("consents and identities"),
             Self::Steps => f.write_str(
@@ -175,7 +175,7 @@ impl fmt::Display for NotCarried {
             ),
             Self::DatedFiles { files } => write!(
                 f,
-                "a copy of {} as recorded, which state a date or are files of other programs, whose headers may: the samples are in the tables",
+                "the original files of {}: they state a date or a typed label, or were written by another program (their samples are in the tables)",
                 counted(*files, "recording")
             ),
             Self::MissingRuns { runs } => write!(

@@ -18,8 +18,8 @@ pub enum BidsError {
         /// What stands there.
         found: &'static str,
     },
-    /// The place is inside the data set that is read.
-    #[error("{}: expected a folder outside the data set, found one in it; give another folder", folder.display())]
+    /// The place is inside the study or data set that is read.
+    #[error("{}: expected a folder outside the data set or study that is read, found one in it; give another folder", folder.display())]
     Inside {
         /// The folder.
         folder: PathBuf,

@@ -35,6 +35,24 @@ fn found_at(place: &Path) -> Option<&'static str> {
     }
 }
 
+/// Refuses a `place` inside `folder`, which is read.
+///
+/// # Errors
+/// [`BidsError::Inside`].
+pub fn require_outside(folder: &Path, place: &Path) -> Result<(), BidsError> {
+    let root = folder.canonicalize();
+    let above = place.ancestors().find_map(|above| match above.as_os_str() {
+        here if here.is_empty() => Path::new(".").canonicalize().ok(),
+        _ => above.canonicalize().ok(),
+    });
+    match (root, above) {
+        (Ok(root), Some(above)) if above.starts_with(&root) => Err(BidsError::Inside {
+            folder: place.to_owned(),
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// How many letters and digits a temporary folder has behind its prefix.
 const RANDOM: usize = 6;
 
@@ -168,12 +186,12 @@ impl NewFolder {
         self.sums.len()
     }
 
-    /// Writes the checksums of all files so far, as `sha256sum` has them, re the folder of the file `name`.
+    /// Writes the checksums of the files so far but read-mes, which people complete by hand, as `sha256sum` has them, re the folder of the file `name`.
     pub(super) fn put_checksums(&mut self, name: &str) -> Result<(), BidsError> {
         let depth = name.matches('/').count();
-        let lines = self
-            .sums
-            .iter()
+        let is_data = |file: &str| !file.ends_with("README.md");
+        let lines = (self.sums.iter())
+            .filter(|(file, _)| is_data(file))
             .map(|(file, sum)| format!("{sum}  {}{file}\n", "../".repeat(depth)));
         let text: String = lines.collect();
         self.put_text(name, &text)

@@ -8,6 +8,8 @@ use piezotact::recording::{Condition, Provenance};
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde::{Deserialize, Serialize};
 
+use super::name::STIM;
+
 /// What a column means, with the tags of its levels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub(super) struct ColumnSidecar {
@@ -138,9 +140,12 @@ pub(super) fn unit_text(unit: &Unit) -> String {
     }
 }
 
-/// What a channel is, in words, and its unit.
-pub(super) fn channel_meaning(name: &str, unit: &Unit) -> ColumnMeaning {
+/// What a channel of a file with this suffix is, in words, and its unit.
+pub(super) fn channel_meaning(name: &str, unit: &Unit, suffix: &str) -> ColumnMeaning {
     let what = match unit {
+        Unit::FullScale if suffix != STIM => {
+            "Signal of a file that states no scale, as a share of full scale"
+        }
         Unit::MetrePerSecondSquared => "Acceleration",
         Unit::Newton => "Force",
         Unit::FullScale => "Digital drive that was sent to the amplifier, as a share of full scale",

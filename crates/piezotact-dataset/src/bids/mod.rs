@@ -21,12 +21,12 @@ mod write;
 pub use about::{DatasetAbout, NotCarried, Person, SessionFacts};
 pub use check::{Checked, Problem, ProblemKind, SecondOpinion, check};
 pub use error::BidsError;
-pub use folder::NewFolder;
+pub use folder::{NewFolder, require_outside};
 pub use label::label_of;
 pub use name::Entities;
 pub use privacy::Calendar;
 pub use read::{BidsFolder, BidsRecording};
-pub use write::{BidsWriter, Derived, Exported, Touched};
+pub use write::{BidsWriter, Derived, Exported, NamedBy, Sources, Touched};
 
 /// The version of BIDS that is written.
 pub const BIDS_VERSION: &str = "1.11.0";

@@ -5,6 +5,9 @@ use std::fmt;
 /// The recording with the acceleration of the finger: the label in names of files.
 pub(super) const RECORDING_FIV: &str = "fiv";
 
+/// The suffix of drives.
+pub(super) const STIM: &str = "stim";
+
 /// The label of the events of a session, beside which recordings have events with onsets of their own.
 pub(super) const TRIALS: &str = "trials";
 

@@ -334,7 +334,20 @@ pub(super) fn tells_who_beside_stimuli(name: &str) -> bool {
 }
 
 /// What a cell holds that would tell who somebody is.
+///
+/// Digits alone may be a date or a number of a telephone, and are looked at by [`personal_in_people`].
 pub(super) fn personal(cell: &str) -> Option<&'static str> {
+    let is_number = cell
+        .chars()
+        .all(|sign| sign.is_ascii_digit() || sign == '+');
+    match is_number {
+        true => None,
+        false => personal_in_people(cell),
+    }
+}
+
+/// The same in a table of people.
+pub(super) fn personal_in_people(cell: &str) -> Option<&'static str> {
     let apart = |sign: char| sign.is_whitespace() || "()<>[],;".contains(sign);
     let mut parts = cell.split(apart);
     let digits = cell.chars().filter(char::is_ascii_digit).count();
@@ -456,7 +469,7 @@ mod tests {
             "A <a@b.org>",
             "+41 79 123 45 67",
         ] {
-            assert!(personal(cell).is_some(), "{cell}");
+            assert!(personal_in_people(cell).is_some(), "{cell}");
         }
         for cell in [
             "30",
@@ -470,7 +483,7 @@ mod tests {
             "1/2/3",
             "1900-01-05",
         ] {
-            assert!(personal(cell).is_none(), "{cell}");
+            assert!(personal_in_people(cell).is_none(), "{cell}");
         }
         assert_eq!(
             without_folders("file /home/ab/S2.wav of m/s²"),

@@ -12,8 +12,9 @@ use piezotact::recording::{
 use piezotact_people::association::ReadBehaviour;
 use serde_json::Value;
 
-use super::check::{LEADS_OUT, changes};
+use super::check::{LEADS_OUT, LONGEST_SESSION_S, changes};
 use super::error::BidsError;
+use super::folder::require_outside;
 use super::json::SignalSidecar;
 use super::name::{Entities, Parsed, TRIALS};
 use super::physio::{each_row, number_in};
@@ -94,6 +95,21 @@ impl BidsFolder {
         Ok(folder)
     }
 
+    /// The recordings of `tree` that are not those in `sourcedata` that they were made from, each with what is wrong.
+    pub(super) fn recordings_unlike(tree: &Tree) -> Vec<(String, BidsError)> {
+        let folder = Self {
+            tree: tree.clone(),
+            people: BTreeMap::new(),
+            sessions: BTreeMap::new(),
+        };
+        let all = folder.recordings();
+        let unlike = all.iter().filter_map(|of| {
+            let file = of.files.first()?.file.clone();
+            Some((file, folder.read_recording(of).err()?))
+        });
+        unlike.collect()
+    }
+
     /// Refuses files that say that they are of two studies.
     fn require_one_study(&self) -> Result<(), BidsError> {
         match two_studies(&self.tree) {
@@ -105,6 +121,10 @@ impl BidsFolder {
     fn read_people(&mut self) -> Result<(), BidsError> {
         if self.tree.has("participants.tsv") {
             let table = self.table("participants.tsv")?;
+            if !table.columns.iter().any(|one| one.name == "participant_id") {
+                let why = "expected the column participant_id, found none; name it, with tabulators between columns";
+                return Err(BidsError::file("participants.tsv", 1, why));
+            }
             for row in 0..table.rows.len() {
                 let Some(id) = cell(&table, row, "participant_id") else {
                     continue;
@@ -212,17 +232,7 @@ impl BidsFolder {
     /// # Errors
     /// [`BidsError::Inside`].
     pub fn require_outside(&self, place: &Path) -> Result<(), BidsError> {
-        let root = self.tree.root.canonicalize();
-        let above = place.ancestors().find_map(|above| match above.as_os_str() {
-            here if here.is_empty() => Path::new(".").canonicalize().ok(),
-            _ => above.canonicalize().ok(),
-        });
-        match (root, above) {
-            (Ok(root), Some(above)) if above.starts_with(&root) => Err(BidsError::Inside {
-                folder: place.to_owned(),
-            }),
-            _ => Ok(()),
-        }
+        require_outside(&self.tree.root, place)
     }
 
     /// The protocol of the study, where the data set has it.
@@ -317,6 +327,7 @@ impl BidsFolder {
         let mut about = About::default();
         let mut first = "";
         let (mut labels, mut is_ours) = (BTreeMap::new(), false);
+        let mut source = None;
         for (at, entry) in of.files.iter().enumerate() {
             let sidecar = self.signal_sidecar(entry)?;
             let known = sidecar.channels.clone();
@@ -328,6 +339,7 @@ impl BidsFolder {
             if at == 0 {
                 first = &entry.file;
                 labels = sidecar.labels;
+                source = sidecar.source_file;
                 is_ours = sidecar.study.is_some();
                 about = About {
                     condition: sidecar.condition,
@@ -355,7 +367,66 @@ impl BidsFolder {
         }
         recording.annotations.labels = labels;
         recording.annotations.started_at = self.started(of);
+        if let Some(source) = source {
+            self.require_source(first, &recording, &source)?;
+        }
         Ok(recording)
+    }
+
+    /// Refuses samples that are not those of the recording as it was made.
+    fn require_source(
+        &self,
+        file: &str,
+        recording: &Recording,
+        source: &str,
+    ) -> Result<(), BidsError> {
+        let source = source.trim_start_matches("bids::");
+        let path = self.tree.path(source);
+        let refused = |found: String| {
+            let why = format!(
+                "expected the recording of {source}, from which it was made, found {found}; copy both files again, or export the study again"
+            );
+            Err(BidsError::file(file, None, why))
+        };
+        if !self.tree.has(source) {
+            return refused("no such file".into());
+        }
+        let made = match source.ends_with(".part") {
+            true => crate::recording_file::read_journal(&path)?.recording,
+            false => crate::recording_file::read_parquet(&path, None)?.recording,
+        };
+        let person = (
+            &made.about.condition.participant,
+            &recording.about.condition.participant,
+        );
+        if made.channels().len() != recording.channels().len() {
+            return refused("another number of channels".into());
+        }
+        if let (Some(own), Some(stated)) = person
+            && own != stated
+        {
+            return refused(format!("participant {stated} for {own}"));
+        }
+        for (own, read) in made.channels().iter().zip(recording.channels()) {
+            let clocks = [made.clock_of(&own.name), recording.clock_of(&read.name)];
+            if clocks[0] != clocks[1] {
+                return refused(format!("another rate or start of {}", own.name));
+            }
+            if own.unit != read.unit {
+                return refused(format!("{} for {} of {}", read.unit, own.unit, own.name));
+            }
+            let same = |(one, other): (&f64, &f64)| {
+                one.to_bits() == other.to_bits() || (!one.is_finite() && other.is_nan())
+            };
+            let samples = (&own.samples, &read.samples);
+            if samples.0.len() != samples.1.len() {
+                return refused(format!("another number of samples of {}", own.name));
+            }
+            if !samples.0.iter().zip(samples.1).all(same) {
+                return refused(format!("other samples of {}", own.name));
+            }
+        }
+        Ok(())
     }
 
     /// What names of files say, where the sidecar does not say it.
@@ -444,6 +515,14 @@ impl BidsFolder {
                 format!("SamplingFrequency of its JSON file: {error}"),
             )
         })?;
+        let within = -LONGEST_SESSION_S..=LONGEST_SESSION_S;
+        if !within.contains(&sidecar.start_time) {
+            let why = format!(
+                "expected a StartTime in its JSON file within a week, found {}; correct it",
+                sidecar.start_time
+            );
+            return Err(BidsError::file(&entry.file, None, why));
+        }
         let clock = Clock {
             rate_hz,
             start_s: Seconds(sidecar.start_time),
@@ -644,6 +723,10 @@ pub(super) fn require_one(tree: &Tree) -> Result<(), BidsError> {
                 .iter()
                 .any(|entry| entry.file.starts_with("sub-"));
             match is_half {
+                _ if tree.is_part() => none(
+                    "a part of one".into(),
+                    "give the folder above it, which holds dataset_description.json",
+                ),
                 true => none(
                     format!("a half-written one: folders of participants without {DESCRIPTION}"),
                     "export it again; an export that ended early is no data set",

@@ -156,9 +156,19 @@ impl Tree {
     /// Whether this program wrote the data set: it then holds to more than BIDS asks for.
     pub(super) fn is_ours(&self) -> bool {
         let stated = self.json(DESCRIPTION).unwrap_or_default();
+        if text(&stated, "DatasetType").is_some_and(|kind| kind != "raw") {
+            return false;
+        }
         let by = stated.get("GeneratedBy").and_then(Value::as_array);
         let mut names = by.into_iter().flatten().filter_map(|one| one.get("Name"));
         names.any(|name| name.as_str() == Some(PROGRAM))
+    }
+
+    /// Whether it is a folder of a data set rather than one.
+    pub(super) fn is_part(&self) -> bool {
+        let above = self.root.canonicalize().ok();
+        let above = above.as_deref().and_then(Path::parent);
+        !self.has(DESCRIPTION) && above.is_some_and(|above| above.join(DESCRIPTION).is_file())
     }
 
     /// Whether a file stands at `file`, also where a link to a folder leads to it.
@@ -242,7 +252,7 @@ impl Tree {
             BidsError::file(
                 file,
                 error.line() as u64,
-                format!("expected JSON, found a text that is none ({error}); correct it"),
+                format!("expected JSON, found other text ({error}); correct it"),
             )
         })?;
         match value {
@@ -346,7 +356,7 @@ impl<'a> Listed<'a> {
     fn leads_out(&self, file: &str) -> bool {
         let led = self.root.join(file).canonicalize();
         match (led, &self.place) {
-            (Ok(led), Some(place)) => led.is_file() && !led.starts_with(place),
+            (Ok(led), Some(place)) => !led.starts_with(place),
             _ => false,
         }
     }

@@ -24,7 +24,7 @@ use super::json::{
     channel_meaning,
 };
 use super::label::Labels;
-use super::name::{Entities, TRIALS};
+use super::name::{Entities, STIM, TRIALS};
 use super::physio::write_signals;
 use super::privacy::{
     Calendar, age_of, carried, handedness_of, is_finger, is_language, sex_of, without_folders,
@@ -32,8 +32,8 @@ use super::privacy::{
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROGRAM, PROTOCOL};
 use parts::{
-    DRIVE, STIM, column_names, described, events_carried, groups, is_of_a_bench, names_carried,
-    sidecars, suffix_number,
+    DRIVE, column_names, described, events_carried, groups, is_of_a_bench, names_carried,
+    require_no_notes, sidecars, suffix_number, texts_carried,
 };
 
 /// The folder of what is derived, from the root.
@@ -58,7 +58,21 @@ pub struct Touched<'a> {
     pub events: Option<&'a Table>,
     /// The file that it was read from.
     pub file: &'a Path,
+    /// Who named the run.
+    pub named_by: NamedBy,
 }
+
+/// Who gave a run its label, which is the first step of its provenance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedBy {
+    /// The session of the study.
+    Session,
+    /// Whoever recorded it: the label may say anything.
+    Person,
+}
+
+/// The label of a run that nobody named.
+const NO_LABEL: &str = "record";
 
 /// A value that was derived, with the recordings that it was made from.
 #[derive(Clone, Debug)]
@@ -81,8 +95,19 @@ pub struct Derived<'a> {
     pub description: &'a str,
     /// How it was made: settings, doubts and verdicts, as its document has them.
     pub provenance: serde_json::Value,
-    /// The files that it was made from, re the folder of its session.
-    pub sources: Vec<String>,
+    /// What it was made from.
+    pub sources: Sources<'a>,
+}
+
+/// What a value was made from.
+#[derive(Clone, Copy, Debug)]
+pub enum Sources<'a> {
+    /// Files, re the folder of its session.
+    Session(&'a [String]),
+    /// The drive of its stimulus.
+    Drive,
+    /// All answers.
+    Answers,
 }
 
 /// What was written.
@@ -239,6 +264,7 @@ impl<'a> BidsWriter<'a> {
             ..Entities::default()
         };
         let label = self.labels[SAMPLE].label(stimulus)?;
+        require_no_notes(file)?;
         let name = format!("{}/{label}_drive.wav", of.folder());
         self.folder.copy(&format!("stimuli/{name}"), file)?;
         Ok(name)
@@ -266,7 +292,7 @@ impl<'a> BidsWriter<'a> {
         });
         let source = self.source(&of, touched)?;
         let mut first = None;
-        for (label, clock, numbers) in groups(touched.recording) {
+        for (label, clock, numbers) in groups(touched) {
             of.recording = Some(label.to_owned() + &suffix_number(&clock.1));
             let channels = touched.recording.channels();
             let of_group: Vec<&Channel> = numbers.iter().map(|at| &channels[*at]).collect();
@@ -329,11 +355,12 @@ impl<'a> BidsWriter<'a> {
         touched: &Touched<'_>,
     ) -> Result<Option<String>, BidsError> {
         let annotations = &touched.recording.annotations;
+        let labelled = has_label(touched);
         let is_ours = touched
             .file
             .extension()
             .is_some_and(|end| end == "parquet" || end == "part");
-        if annotations.started_at.is_some() || !is_of_a_bench(touched) || !is_ours {
+        if annotations.started_at.is_some() || !is_of_a_bench(touched) || !is_ours || labelled {
             self.dated += 1;
             return Ok(None);
         }
@@ -363,11 +390,13 @@ impl<'a> BidsWriter<'a> {
             provenance.steps.clear();
             labels.clear();
         }
+        if has_label(touched) {
+            provenance.steps.remove(0);
+        }
         provenance.source = without_folders(&provenance.source);
-        provenance
-            .steps
-            .iter_mut()
-            .for_each(|step| *step = without_folders(step));
+        provenance.steps = (provenance.steps.iter())
+            .filter_map(|step| carried(step))
+            .collect();
         labels.retain(|name, text| {
             let kept = carried(text);
             *text = kept.clone().unwrap_or_default();
@@ -380,7 +409,7 @@ impl<'a> BidsWriter<'a> {
             .zip(&own)
             .zip(channels)
             .map(|((name, own), channel)| {
-                let meaning = ColumnSidecar::from(channel_meaning(own, &channel.unit));
+                let meaning = ColumnSidecar::from(channel_meaning(own, &channel.unit, suffix));
                 (
                     name.clone(),
                     serde_json::to_value(meaning).unwrap_or_default(),
@@ -486,13 +515,18 @@ impl<'a> BidsWriter<'a> {
             .put_text(&file, &tsv_text(derived.table, &file)?)?;
         let mut sidecar = serde_json::Map::new();
         sidecar.insert("Description".into(), derived.description.into());
-        let sources: Vec<String> = derived
-            .sources
-            .iter()
-            .map(|file| format!("bids:study:{}/{file}", of.folder()))
-            .collect();
+        let sources: Vec<String> = match derived.sources {
+            Sources::Session(files) => (files.iter())
+                .map(|file| format!("bids:study:{}/{file}", of.folder()))
+                .collect(),
+            Sources::Drive => self.drives_of(&of),
+            Sources::Answers => (self.scans.values().flatten())
+                .filter(|(name, _)| name.ends_with("_beh.tsv"))
+                .map(|(name, _)| format!("bids:study:{}", beside(name)))
+                .collect(),
+        };
         sidecar.insert("Sources".into(), sources.into());
-        sidecar.insert("Provenance".into(), derived.provenance.clone());
+        sidecar.insert("Provenance".into(), texts_carried(&derived.provenance));
         let has = |name: &String| derived.table.columns.iter().any(|one| one.name == *name);
         for (name, meaning) in derived.columns.iter().filter(|(name, _)| has(name)) {
             sidecar.insert(
@@ -503,19 +537,32 @@ impl<'a> BidsWriter<'a> {
         self.folder.put_json(&format!("{stem}.json"), &sidecar)
     }
 
+    /// The drive of a stimulus, as a URI.
+    fn drives_of(&self, of: &Entities) -> Vec<String> {
+        let label = of.acq.as_deref().unwrap_or_default();
+        let file = format!("stimuli/{}/{label}_drive.wav", of.folder());
+        let is_there = self.folder.has(&file);
+        is_there
+            .then(|| format!("bids:study:{file}"))
+            .into_iter()
+            .collect()
+    }
+
     /// How many recordings have no copy as they are, since they state a date or are of another program.
     #[must_use]
     pub fn dated(&self) -> usize {
         self.dated
     }
 
-    /// Completes the data set and puts it in its place.
+    /// Completes the data set and puts it in its place; `doubts` are what a person should know of the recordings before relying on them,
+    /// in words.
     ///
     /// # Errors
     /// [`BidsError::Write`], [`BidsError::Exists`] where something came to stand there.
     pub fn finish(
         mut self,
         not_carried: Vec<NotCarried>,
+        doubts: &[String],
     ) -> Result<(Exported, PathBuf), BidsError> {
         self.participants()?;
         self.session_tables()?;
@@ -530,7 +577,7 @@ impl<'a> BidsWriter<'a> {
             files: 0,
             not_carried,
         };
-        let readme = texts::readme(&self.about, self.protocol, &exported);
+        let readme = texts::readme(&self.about, self.protocol, (&exported, doubts));
         self.folder.put_text("README.md", &readme)?;
         let description = |kind, hed_version, derived: Option<[SourceDataset; 1]>| Description {
             name: self.about.name,
@@ -703,6 +750,23 @@ impl<'a> BidsWriter<'a> {
         }
         Ok(())
     }
+}
+
+/// The file `name` of the folder `beh`, from the root: its name says whose it is.
+fn beside(name: &str) -> String {
+    let file = name.rsplit('/').next().unwrap_or_default();
+    let mut parts = file.split('_');
+    let sub = parts.next().unwrap_or_default();
+    let ses = parts.next().unwrap_or_default();
+    format!("{sub}/{ses}/{name}")
+}
+
+/// Whether the first step of the provenance is a label that somebody typed.
+fn has_label(touched: &Touched<'_>) -> bool {
+    let first = touched.recording.about.provenance.steps.first();
+    touched.named_by == NamedBy::Person
+        && is_of_a_bench(touched)
+        && first.is_some_and(|first| first != NO_LABEL)
 }
 
 /// A protocol without what somebody noted in it: its values alone. One that is none stays out.

@@ -131,9 +131,12 @@ fn second_opinion(folder: &Path) -> Option<SecondOpinion> {
     let Some(mut out) = child.stdout.take() else {
         return failed("expected its answer, found none; run it by hand".into());
     };
-    let reading = std::thread::spawn(move || {
+    let (sender, answer) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
         let mut text = String::new();
-        std::io::Read::read_to_string(&mut out, &mut text).map(|_| text)
+        let read = std::io::Read::read_to_string(&mut out, &mut text);
+        // Nobody waits any more where this fails.
+        let _sent = sender.send(read.map(|_| text));
     });
     let began = Instant::now();
     while child.try_wait().ok()?.is_none() {
@@ -147,7 +150,11 @@ fn second_opinion(folder: &Path) -> Option<SecondOpinion> {
         }
         std::thread::sleep(Duration::from_millis(20));
     }
-    let text = reading.join().ok()?.ok()?;
+    // What it began may go on, and holds its output.
+    let text = match answer.recv_timeout(Duration::from_secs(10)) {
+        Ok(Ok(text)) => text,
+        _ => return failed("expected its answer when it ended, found none; run it by hand".into()),
+    };
     match issues(&text) {
         Some((errors, warnings)) => Some(SecondOpinion {
             program: VALIDATOR.to_owned(),

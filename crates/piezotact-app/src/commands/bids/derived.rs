@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::study::{Take, strokes_table};
-use piezotact_dataset::bids::Derived;
+use piezotact_dataset::bids::{Derived, Sources};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, read_transfer};
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
@@ -34,7 +34,17 @@ pub(super) struct Owned {
     columns: BTreeMap<String, ColumnMeaning>,
     description: &'static str,
     provenance: serde_json::Value,
-    sources: Vec<String>,
+    sources: MadeOf,
+}
+
+/// What a value was made from.
+enum MadeOf {
+    /// A recording, re the folder of the session.
+    Recording(Vec<String>),
+    /// The drive of its stimulus.
+    Drive,
+    /// All answers.
+    Answers,
 }
 
 impl Owned {
@@ -50,7 +60,11 @@ impl Owned {
             columns: self.columns.clone(),
             description: self.description,
             provenance: self.provenance.clone(),
-            sources: self.sources.clone(),
+            sources: match &self.sources {
+                MadeOf::Recording(files) => Sources::Session(files),
+                MadeOf::Drive => Sources::Drive,
+                MadeOf::Answers => Sources::Answers,
+            },
         }
     }
 }
@@ -114,7 +128,7 @@ pub(super) fn of_strokes(
         columns,
         description,
         provenance: settings.clone(),
-        sources: vec![written.to_owned()],
+        sources: MadeOf::Recording(vec![written.to_owned()]),
     };
     vec![
         owned(
@@ -134,14 +148,14 @@ pub(super) fn of_strokes(
                     "Their standard deviation, n − 1 in the denominator; n/a for one stroke.",
                 ),
             ]),
-            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke.",
+            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke. The recording was high-passed forward and back (zero phase) before, as the settings say; several channels are added.",
         ),
         owned(
             "strokes",
             "features",
             of_columns(strokes_table(std::slice::from_ref(take)), words::FEATURES),
             meanings(words::FEATURES),
-            "Features of each stroke, in SI units; the names of the columns end in the unit.",
+            "Features of each stroke, in SI units. The recording was high-passed forward and back (zero phase) before, as the settings say; rms, peak and powers are about the mean of the stroke; forces and friction are re the forces at rest, which the sidecar of the recording states.",
         ),
     ]
 }
@@ -221,7 +235,7 @@ pub(super) fn of_drives(
             ]),
             description: "How close the drive came to the recorded stroke when it was prepared: the criteria that decide.",
             provenance,
-            sources: Vec::new(),
+            sources: MadeOf::Drive,
         });
     }
     Ok(all)
@@ -247,7 +261,21 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
             }
         )));
     };
-    let mut table = columns(&["frequency", "real", "imaginary", "coherence"]);
+    let document = TransferDocument::of(
+        &function,
+        piezotact::quantity::Unit::FullScale,
+        piezotact::quantity::Unit::MetrePerSecondSquared,
+    );
+    let limits = document.confidence.as_ref();
+    let mut table = columns(&[
+        "frequency",
+        "real",
+        "imaginary",
+        "coherence",
+        "magnitude_low",
+        "magnitude_high",
+        "phase_reach",
+    ]);
     let coherence = function.has_coherence().then(|| function.coherence());
     table.rows = function
         .frequencies_hz()
@@ -261,14 +289,12 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
                 Cell::from(h.re),
                 Cell::from(h.im),
                 Cell::from(coherence),
+                Cell::from(limits.and_then(|all| all.low.get(line).copied())),
+                Cell::from(limits.and_then(|all| all.high.get(line).copied().flatten())),
+                Cell::from(limits.and_then(|all| all.phase_reach_rad.get(line).copied())),
             ]
         })
         .collect();
-    let document = TransferDocument::of(
-        &function,
-        piezotact::quantity::Unit::FullScale,
-        piezotact::quantity::Unit::MetrePerSecondSquared,
-    );
     let mut provenance = serde_json::to_value(&document)?;
     if let Some(provenance) = provenance.as_object_mut() {
         // They stand in the table.
@@ -302,10 +328,22 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
                 "1",
                 "Magnitude-squared coherence; n/a where none was estimated.",
             ),
+            (
+                "magnitude_low",
+                "m/s^2",
+                "Lower limit of the magnitude, 95 %; n/a where none was estimated.",
+            ),
+            (
+                "magnitude_high",
+                "m/s^2",
+                "Upper limit of the magnitude, 95 %; n/a where there is none.",
+            ),
+            ("phase_reach", "rad", "How far the phase may be off, 95 %."),
         ]),
         description: "Transfer function from the digital drive (full scale = 1) to the acceleration of the fingernail, with the finger on the device.",
         provenance,
-        sources: Vec::new(),
+        // The measurement that it was estimated from is not part of the study.
+        sources: MadeOf::Recording(Vec::new()),
     })
 }
 
@@ -368,7 +406,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             columns: meanings(words::MATRIX),
             description: "Association matrices: what was presented, and what it was declared to be; one row for each cell, with a 95 % interval over participants.",
             provenance: json!({ "settings": found.config, "sentence": found.sentence(), "doubts": found.doubts }),
-            sources: Vec::new(),
+            sources: MadeOf::Answers,
         });
     }
     let thresholds = study.thresholds()?;
@@ -383,7 +421,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             columns: meanings(words::THRESHOLDS),
             description: "Thresholds of adaptive comparisons, in the unit of their levels.",
             provenance: json!({}),
-            sources: Vec::new(),
+            sources: MadeOf::Answers,
         });
     }
     Ok(all)

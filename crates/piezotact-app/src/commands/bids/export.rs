@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact::doubt::merged;
+use piezotact::doubt::{Doubt, merged};
 use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact_dataset::NamePattern;
 use piezotact_dataset::bids::{
-    BidsWriter, DatasetAbout, Exported, NotCarried, Person, SessionFacts, Touched,
+    BidsWriter, DatasetAbout, Exported, NamedBy, NotCarried, Person, SessionFacts, Touched,
 };
 use piezotact_dataset::study::Pseudonym;
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
@@ -74,6 +74,9 @@ pub(super) struct Arguments {
 
 /// A line of text.
 fn line(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("expected some words, found none; leave the option out".to_owned());
+    }
     piezotact_people::campaign::text::check_line(text).map_err(|error| error.to_string())?;
     Ok(text.to_owned())
 }
@@ -87,6 +90,7 @@ struct Session<'a> {
 
 pub(super) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
+    piezotact_dataset::bids::require_outside(&args.study, &args.out)?;
     let live = study.live()?;
     let counted_in: Vec<&(SessionEntry, Plan)> = (live.iter())
         .filter(|(entry, _)| entry.purpose == Purpose::Volunteer)
@@ -142,6 +146,7 @@ fn written(
         uncut: 0,
         recorded: BTreeSet::new(),
         sources: BTreeMap::new(),
+        doubts: Vec::new(),
     };
     export.people()?;
     export.played()?;
@@ -154,7 +159,11 @@ fn written(
     not_carried.extend((withdrawn > 0).then_some(NotCarried::Withdrawn {
         sessions: withdrawn,
     }));
-    Ok(export.writer.finish(not_carried)?)
+    let of_recordings = merged(&export.doubts);
+    let in_words: Vec<String> = of_recordings.iter().map(merged_text).collect();
+    let done = export.writer.finish(not_carried, &in_words)?;
+    say_doubts(&export.doubts);
+    Ok(done)
 }
 
 fn shown(args: &Arguments, exported: &Exported, place: &Path) -> Outcome {
@@ -204,6 +213,8 @@ struct Export<'a> {
     recorded: BTreeSet<(String, String)>,
     /// The recordings of strokes by participant and sample, from the root.
     sources: BTreeMap<(String, String), Vec<String>>,
+    /// What a person should know of the recordings that were given.
+    doubts: Vec<Doubt>,
 }
 
 /// The files of one session that its tables name.
@@ -304,6 +315,7 @@ impl Export<'_> {
                     at_ms: None,
                     events: Some(&events),
                     file: &place,
+                    named_by: NamedBy::Session,
                 };
                 let written = self.writer.recording(&touched)?;
                 files.recordings.insert(journal.clone(), written);
@@ -339,6 +351,7 @@ impl Export<'_> {
             if strokes.events.is_none() {
                 self.uncut += 1;
             }
+            self.doubts.extend(strokes.doubts());
             let touched = Touched {
                 participant: &strokes.participant,
                 session: &session,
@@ -348,6 +361,7 @@ impl Export<'_> {
                 at_ms: None,
                 events: strokes.events.as_ref(),
                 file: path,
+                named_by: NamedBy::Person,
             };
             let written = self.writer.recording(&touched)?;
             let key = (strokes.participant.clone(), strokes.sample.clone());
@@ -381,7 +395,7 @@ impl Export<'_> {
             .collect();
         if !known.contains(strokes.participant.as_str()) {
             return Err(refused(format!(
-                "expected a recording of a participant of the study ({}), found one of {}; leave it out",
+                "expected a recording of a participant of the study ({}), found one of {}; correct its name, or leave it out",
                 known.into_iter().collect::<Vec<_>>().join(", "),
                 strokes.participant
             )));

@@ -54,6 +54,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         out.put_text("protocol.toml", &text)?;
     }
     out.commit()?;
+    let left = left_out(&dataset, &behaviour, &answers);
     print(&format!(
         "{}: {}, {} and {} of {}",
         args.out.display(),
@@ -61,7 +62,35 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         counted(drives, "drive"),
         counted(answers.len(), "answer"),
         args.folder.display()
-    ))
+    ))?;
+    for line in left {
+        print(&format!("not imported: {line}"))?;
+    }
+    Ok(())
+}
+
+/// What the data set has and the tables and recordings do not.
+fn left_out(dataset: &BidsFolder, behaviour: &[ReadBehaviour], answers: &[Answer]) -> Vec<String> {
+    let mut lines = Vec::new();
+    for of in behaviour.iter().filter(|of| !of.responses.rows.is_empty()) {
+        let of_task =
+            |answer: &&Answer| answer.task == of.task && answer.participant == of.participant;
+        if answers.iter().find(of_task).is_none() {
+            lines.push(format!(
+                "{} of {} to task {}: nothing says what was presented and which response is right (events of trials are in trials.csv)",
+                counted(of.responses.rows.len(), "answer"),
+                of.participant,
+                of.task
+            ));
+        }
+    }
+    if dataset.sessions().is_empty() {
+        lines.push("participants: the data set has no table of sessions".to_owned());
+    }
+    lines.push(
+        "strokes (piezotact analyse cuts them again), and what was derived from recordings and answers".to_owned(),
+    );
+    lines
 }
 
 /// Writes the recordings and the drives; gives how many there are of each.

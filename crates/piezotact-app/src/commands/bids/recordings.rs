@@ -3,7 +3,10 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::doubt::Doubt;
+use piezotact::number::counted;
 use piezotact::page::Table;
+use piezotact::quantity::Unit;
 use piezotact::recording::Recording;
 use piezotact::study::{
     self, Breadth, By, Gesture, Question, Recorded, Stated, StudySettings, Take, events_table,
@@ -33,6 +36,7 @@ pub(super) fn strokes(
     reading: &Reading,
 ) -> Outcome<Strokes> {
     let recording = read(path, reading)?.recording;
+    require_touch(path, &recording)?;
     let naming = match meta {
         Some(pattern) => pattern.read(path).map_err(usage)?,
         None => known_naming(path),
@@ -99,6 +103,27 @@ pub(super) fn strokes(
         events: Some(events),
         take: analysed(take),
     })
+}
+
+/// Refuses signals of a brain or a muscle.
+fn require_touch(path: &Path, recording: &Recording) -> Outcome {
+    let mut units = recording.channels().iter().map(|channel| &channel.unit);
+    match units.all(|unit| *unit == Unit::Volt) {
+        true => Err(usage(anyhow!(
+            "{}: expected a recording of touch (acceleration, force, position), found {} in V; leave it out",
+            path.display(),
+            counted(recording.channels().len(), "channel")
+        ))),
+        false => Ok(()),
+    }
+}
+
+impl Strokes {
+    /// What a person should know before relying on the recording.
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        let own = self.recording.about.doubts.iter().cloned();
+        own.chain(self.take.iter().flat_map(Take::doubts)).collect()
+    }
 }
 
 /// `take` with its features and spectra; none for one without strokes.

@@ -148,7 +148,7 @@ pub(super) const MATRIX: &[(&str, &str, &str)] = &[
     (
         "percent",
         "",
-        "Declared over presentations, in percent; n/a for a pair that was never offered together.",
+        "Declared over presentations, in percent: of all presentations, also those beside which it was not offered; n/a for a pair that was never offered together.",
     ),
     (
         "percent_low",

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact_people::association::BETWEEN;
+use piezotact_people::campaign::protocol::Protocol;
 
 use super::super::NOTHING;
 use super::super::physio::number_in;
@@ -17,44 +18,28 @@ struct Order {
     offered: BTreeSet<String>,
 }
 
-/// A response that is not what was presented, or the other way round of what `correct` says.
-struct Unlike {
-    line: u64,
-    response: String,
-    right: String,
-    correct: String,
-    is: bool,
-}
-
 /// The answers of one table.
-pub(super) struct Answers {
+pub(super) struct Answers<'a> {
     names: Vec<String>,
     origin: Origin,
+    /// Which declarations count as right.
+    protocol: Option<&'a Protocol>,
     /// By the trial and the repetition, or whatever makes a row one of an order.
     orders: BTreeMap<String, Order>,
-    /// Of a table without expected responses: what was presented, what was responded, and where `correct` contradicts them.
-    presented: BTreeSet<String>,
-    responses: BTreeSet<String>,
-    unlike: Vec<Unlike>,
     /// The positions of each trial, with its first line.
     positions: BTreeMap<String, (u64, Vec<String>)>,
     /// The rows that there are, by what tells them apart.
     rows: BTreeSet<String>,
 }
 
-/// So many contradictions are held of a table.
-const MOST_UNLIKE: usize = 1000;
-
-impl Answers {
+impl<'a> Answers<'a> {
     /// Those of a table with this heading.
-    pub(super) fn of(heading: &str, origin: Origin) -> Self {
+    pub(super) fn of(heading: &str, origin: Origin, protocol: Option<&'a Protocol>) -> Self {
         Self {
             names: heading.split('\t').map(str::to_owned).collect(),
             origin,
+            protocol,
             orders: BTreeMap::new(),
-            presented: BTreeSet::new(),
-            responses: BTreeSet::new(),
-            unlike: Vec::new(),
             positions: BTreeMap::new(),
             rows: BTreeSet::new(),
         }
@@ -64,7 +49,7 @@ impl Answers {
         self.names.iter().any(|known| known == name)
     }
 
-    fn cell<'a>(&self, cells: &[&'a str], name: &str) -> Option<&'a str> {
+    fn cell<'c>(&self, cells: &[&'c str], name: &str) -> Option<&'c str> {
         let at = self.names.iter().position(|known| known == name)?;
         cells
             .get(at)
@@ -78,15 +63,15 @@ impl Answers {
             return;
         }
         // Of other programs a column `rank` may hold anything.
-        let is_order = self.has("rank") && self.has("offered");
+        let is_order = self.origin == Origin::Ours && self.has("rank");
         self.once(file, number, cells, found);
         let Some(response) = self.cell(cells, "response") else {
-            if let Some(correct) = self.cell(cells, "correct") {
+            if let (Origin::Ours, Some(correct)) = (self.origin, self.cell(cells, "correct")) {
                 let why = format!(
                     "expected n/a for `correct` where there is no response, found `{correct}`; correct one of them"
                 );
                 found.add(ProblemKind::Correct, file, number, why);
-            } else if is_order && self.origin == Origin::Ours {
+            } else if is_order {
                 let why = "expected a sample at every rank of an order, found none; correct the response, or remove the order";
                 found.add(ProblemKind::Ranking, file, number, why);
             }
@@ -141,6 +126,10 @@ impl Answers {
             }
             return;
         }
+        // Of others only what is separated as it is here.
+        if self.origin == Origin::Foreign && offered.len() < 2 {
+            return;
+        }
         for one in response.split(BETWEEN).filter(|one| !offered.contains(one)) {
             let offered: Vec<&str> = offered.iter().copied().collect();
             let why = format!(
@@ -153,19 +142,26 @@ impl Answers {
 
     /// A response that is called right and is wrong, or the other way round.
     fn judged(
-        &mut self,
+        &self,
         file: &str,
         number: u64,
         (response, cells): (&str, &[&str]),
         found: &mut Found,
     ) {
-        let presented = match self.has("expected") || self.has("rank") {
-            true => None,
-            false => self.cell(cells, "presented"),
+        // What was presented is the right answer only where nothing else is known of it: in tables of this program.
+        let presented = match (self.origin, self.has("expected") || self.has("rank")) {
+            (Origin::Ours, false) => self.cell(cells, "presented"),
+            _ => None,
         };
-        if let Some(presented) = presented {
-            self.presented.insert(presented.to_owned());
-            self.responses.insert(response.to_owned());
+        let of_protocol = (self.protocol.zip(self.cell(cells, "presented")))
+            .and_then(|(protocol, presented)| protocol.expected(presented));
+        if let (Some(of_protocol), Some(expected)) = (of_protocol, self.cell(cells, "expected"))
+            && of_protocol != expected
+        {
+            let why = format!(
+                "expected {of_protocol} as the right answer, as the protocol says, found `{expected}`; correct the cell"
+            );
+            found.add(ProblemKind::Correct, file, number, why);
         }
         let right = self.cell(cells, "expected").or(presented);
         let (Some(right), Some(correct)) = (right, self.cell(cells, "correct")) else {
@@ -180,19 +176,11 @@ impl Answers {
         if stated == is {
             return;
         }
-        let unlike = Unlike {
-            line: number,
-            response: response.to_owned(),
-            right: right.to_owned(),
-            correct: correct.to_owned(),
-            is,
-        };
-        match presented {
-            None => unlike.add(file, found),
-            // Only where all responses name what was presented, which is known at the end.
-            Some(_) if self.unlike.len() < MOST_UNLIKE => self.unlike.push(unlike),
-            Some(_) => {}
-        }
+        let should = if is { "right" } else { "wrong" };
+        let why = format!(
+            "expected `correct` to say that the response {response} to {right} is {should}, found `{correct}`; correct the cell"
+        );
+        found.add(ProblemKind::Correct, file, number, why);
     }
 
     fn place(&mut self, number: u64, response: &str, cells: &[&str], offered: &BTreeSet<&str>) {
@@ -215,11 +203,6 @@ impl Answers {
 
     /// What can be said when all rows are read.
     pub(super) fn end(self, file: &str, found: &mut Found) {
-        if self.responses.is_subset(&self.presented) {
-            for unlike in self.unlike {
-                unlike.add(file, found);
-            }
-        }
         for order in self.orders.into_values() {
             order.check(file, found);
         }
@@ -235,17 +218,6 @@ impl Answers {
                 found.add(ProblemKind::Number, file, line, why);
             }
         }
-    }
-}
-
-impl Unlike {
-    fn add(self, file: &str, found: &mut Found) {
-        let should = if self.is { "right" } else { "wrong" };
-        let why = format!(
-            "expected `correct` to say that the response {} to {} is {should}, found `{}`; correct the cell",
-            self.response, self.right, self.correct
-        );
-        found.add(ProblemKind::Correct, file, self.line, why);
     }
 }
 

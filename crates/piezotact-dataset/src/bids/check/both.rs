@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use piezotact::criterion::Outcome;
 use piezotact_people::association::BETWEEN;
 
 use super::super::NOTHING;
@@ -15,11 +16,31 @@ type Task = (String, Vec<(String, String)>);
 /// What two tables say of the trials of a task.
 #[derive(Default)]
 struct Trials {
-    /// The responses of each trial, in the order of the lines.
-    answered: BTreeMap<String, Vec<String>>,
-    /// The response of each trial as its event has it, with the line.
-    noted: BTreeMap<String, (u64, String)>,
+    /// What the table of answers says of each trial.
+    answered: BTreeMap<String, Answered>,
+    /// What the events say of each trial.
+    noted: BTreeMap<String, Noted>,
+    /// How each playing of a trial came out: whether its drive was verified, and whether it reached its target.
+    played: BTreeMap<String, Vec<[String; 2]>>,
     events: String,
+}
+
+/// The cells of a trial in the table of answers, in the order of the lines.
+#[derive(Default)]
+struct Answered {
+    responses: Vec<String>,
+    presented: Vec<String>,
+    seconds: String,
+}
+
+/// The cells of a trial in the events.
+struct Noted {
+    line: u64,
+    response: String,
+    presented: String,
+    seconds: String,
+    number: String,
+    missed: String,
 }
 
 /// What the tables of a data set say of its trials.
@@ -48,50 +69,136 @@ impl Both {
         let (Some(task), Some(trial)) = (task_of(entry), known("trial")) else {
             return;
         };
-        let response = known("response").unwrap_or_default().to_owned();
+        let text = |name: &str| known(name).unwrap_or_default().to_owned();
         let of = self.tasks.entry(task).or_default();
         if entry.file.ends_with("_beh.tsv") {
-            of.answered
-                .entry(trial.to_owned())
-                .or_default()
-                .push(response);
-        } else if known("trial_type") == Some("trial") {
-            of.events.clone_from(&entry.file);
-            of.noted.insert(trial.to_owned(), (number, response));
+            let answered = of.answered.entry(trial.to_owned()).or_default();
+            answered.responses.push(text("response"));
+            answered
+                .presented
+                .extend(known("presented").map(str::to_owned));
+            answered.seconds = text("response_time");
+            return;
+        }
+        match known("trial_type") {
+            Some("trial") => {
+                of.events.clone_from(&entry.file);
+                let noted = Noted {
+                    line: number,
+                    response: text("response"),
+                    presented: text("presented"),
+                    seconds: text("duration"),
+                    number: text("number"),
+                    missed: text("missed_target"),
+                };
+                of.noted.insert(trial.to_owned(), noted);
+            }
+            Some("stimulus") => {
+                let played = of.played.entry(trial.to_owned()).or_default();
+                played.push([text("verified"), text("reached")]);
+            }
+            _ => {}
         }
     }
 
     /// What contradicts, when all tables are read.
     pub(super) fn end(self, found: &mut Found) {
         for of in self.tasks.into_values() {
-            if of.noted.is_empty() || of.answered.is_empty() {
+            of.numbers(found);
+            of.targets(found);
+            if !of.noted.is_empty() && !of.answered.is_empty() {
+                of.answers(found);
+            }
+        }
+    }
+}
+
+impl Trials {
+    /// Answers against the events of their trials.
+    fn answers(&self, found: &mut Found) {
+        for (trial, answered) in &self.answered {
+            let Some(noted) = self.noted.get(trial) else {
+                let why = format!(
+                    "expected an event for trial {trial}, which the table of answers has, found none; restore the line"
+                );
+                found.add(ProblemKind::Response, &self.events, None, why);
                 continue;
-            }
-            for (trial, responses) in &of.answered {
-                let answered = responses.join(BETWEEN);
-                match of.noted.get(trial) {
-                    Some((_, noted)) if *noted == answered => {}
-                    Some((line, noted)) => {
-                        let why = format!(
-                            "expected the response {answered} of trial {trial}, as the table of answers has it, found `{noted}`; correct one of them"
-                        );
-                        found.add(ProblemKind::Response, &of.events, *line, why);
-                    }
-                    None => {
-                        let why = format!(
-                            "expected an event for trial {trial}, which the table of answers has, found none; restore the line"
-                        );
-                        found.add(ProblemKind::Response, &of.events, None, why);
-                    }
+            };
+            let pairs = [
+                (
+                    "response",
+                    answered.responses.join(BETWEEN),
+                    &noted.response,
+                ),
+                (
+                    "presented",
+                    answered.presented.join(BETWEEN),
+                    &noted.presented,
+                ),
+                ("duration", answered.seconds.clone(), &noted.seconds),
+            ];
+            for (name, own, other) in pairs {
+                // Orders present all at once, and say so in the events alone.
+                if own == *other || (name != "response" && (own.is_empty() || other.is_empty())) {
+                    continue;
                 }
+                let why = format!(
+                    "expected {own} in the column `{name}` of trial {trial}, as the table of answers has it, found `{other}`; correct one of them"
+                );
+                found.add(ProblemKind::Response, &self.events, noted.line, why);
             }
-            for (trial, (line, noted)) in &of.noted {
-                if !noted.is_empty() && !of.answered.contains_key(trial) {
-                    let why = format!(
-                        "expected trial {trial} in the table of answers, as it was answered, found none; restore its lines"
-                    );
-                    found.add(ProblemKind::Response, &of.events, *line, why);
-                }
+        }
+        for (trial, noted) in &self.noted {
+            if !noted.response.is_empty() && !self.answered.contains_key(trial) {
+                let why = format!(
+                    "expected trial {trial} in the table of answers, as it was answered, found none; restore its lines"
+                );
+                found.add(ProblemKind::Response, &self.events, noted.line, why);
+            }
+        }
+    }
+
+    /// Numbers of trials that stand there twice.
+    fn numbers(&self, found: &mut Found) {
+        let mut known: BTreeMap<&str, &str> = BTreeMap::new();
+        for (trial, noted) in self
+            .noted
+            .iter()
+            .filter(|(_, noted)| !noted.number.is_empty())
+        {
+            if let Some(other) = known.insert(&noted.number, trial) {
+                let why = format!(
+                    "expected numbers of trials that differ, found {} of {trial} and {other}; correct one",
+                    noted.number
+                );
+                found.add(ProblemKind::Twice, &self.events, noted.line, why);
+            }
+        }
+    }
+
+    /// Whether a trial missed its target, against its playings.
+    fn targets(&self, found: &mut Found) {
+        let [met, not_met] = [Outcome::Met, Outcome::NotMet].map(Outcome::word);
+        for (trial, noted) in &self.noted {
+            let Some(played) = self.played.get(trial) else {
+                continue;
+            };
+            let missed =
+                |[verified, reached]: &[String; 2]| *verified != met || *reached == not_met;
+            let is = match (
+                played.iter().any(missed),
+                played.iter().any(|[_, reached]| *reached != met),
+            ) {
+                (true, _) => "yes",
+                (false, true) => "not decided",
+                (false, false) => "no",
+            };
+            if !noted.missed.is_empty() && noted.missed != is {
+                let why = format!(
+                    "expected `{is}` for missed_target of trial {trial}, as its playings say, found `{}`; correct one of them",
+                    noted.missed
+                );
+                found.add(ProblemKind::Level, &self.events, noted.line, why);
             }
         }
     }

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::BidsError;
 use super::name::DATATYPES;
-use super::read::{require_one, two_studies};
+use super::read::{BidsFolder, require_one, two_studies};
 use super::table::Lines;
 use super::tree::{Entry, Tree};
 use super::{CHECKSUMS, DESCRIPTION};
@@ -163,7 +163,7 @@ enum Origin {
 }
 
 /// No session lasts as long, in s: a week.
-const LONGEST_SESSION_S: f64 = 604_800.0;
+pub(super) const LONGEST_SESSION_S: f64 = 604_800.0;
 
 /// What is said of a link to a file elsewhere.
 pub(super) const LEADS_OUT: &str = "expected a file of the data set, found a link that leads out of it; copy the file into its place";
@@ -220,9 +220,11 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
     match require_one(&tree) {
         Ok(()) => {}
         // A folder without anything of BIDS is another folder, not a faulty data set.
-        Err(error) if tree.within.is_empty() && !tree.entries.iter().any(is_of_participant) => {
+        Err(error) if !(tree.has(DESCRIPTION) || tree.entries.iter().any(is_of_participant)) => {
             return Err(error);
         }
+        // The folder of one participant of a data set.
+        Err(error) if tree.is_part() => return Err(error),
         Err(BidsError::NoDataset {
             found: what, todo, ..
         }) => {
@@ -263,6 +265,14 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
     checksums(&tree, &mut found);
     people::check(&tree, origin, &mut found);
     let spans = signals::check(&tree, origin, &mut found);
+    if origin == Origin::Ours {
+        for (file, error) in BidsFolder::recordings_unlike(&tree) {
+            // What cannot be read was named.
+            if !found.problems.iter().any(|problem| problem.file == file) {
+                found.error(ProblemKind::Changed, &file, error);
+            }
+        }
+    }
     let tables = tables::check(&tree, origin, &spans, &mut found);
     let signals = tree
         .entries
@@ -334,12 +344,42 @@ fn names(tree: &Tree, found: &mut Found) {
     }
     // Some file systems take two names that differ in case alone for one.
     let mut known: BTreeMap<String, &str> = BTreeMap::new();
-    for entry in &tree.entries {
-        if let Some(other) = known.insert(entry.file.to_lowercase(), &entry.file) {
+    let drives = tree
+        .others
+        .iter()
+        .filter(|file| file.starts_with("stimuli/"));
+    for file in tree.entries.iter().map(|entry| &entry.file).chain(drives) {
+        if let Some(other) = known.insert(file.to_lowercase(), file) {
             let why = format!(
                 "expected names that differ in more than small and capital letters, found {other}; rename one of them"
             );
-            found.add(ProblemKind::Twice, &entry.file, None, why);
+            found.add(ProblemKind::Twice, file, None, why);
+        }
+    }
+    // Folders that differ in case alone.
+    let mut folders: BTreeMap<String, &str> = BTreeMap::new();
+    let of_drives = tree
+        .others
+        .iter()
+        .filter(|file| file.starts_with("stimuli/"));
+    for folder in of_drives.filter_map(|file| Some(file.rsplit_once('/')?.0)) {
+        let other = folders.entry(folder.to_lowercase()).or_insert(folder);
+        if *other != folder {
+            let why = format!(
+                "expected folders that differ in more than small and capital letters, found {other}; rename one of them"
+            );
+            found.add(ProblemKind::Twice, folder, None, why);
+        }
+    }
+    for file in tree
+        .others
+        .iter()
+        .filter(|file| file.starts_with("stimuli/"))
+    {
+        if !tree.path(file).is_file() {
+            let why =
+                "expected a file, found a link that leads to none, or a device; restore the file";
+            found.add(ProblemKind::File, file, None, why);
         }
     }
 }
@@ -415,7 +455,7 @@ fn checksums(tree: &Tree, found: &mut Found) {
         }
     };
     let mut lines = Lines::of(BufReader::new(opened));
-    let mut count = 0;
+    let mut listed: BTreeSet<String> = BTreeSet::new();
     loop {
         let (number, line) = match lines.next() {
             Ok(Some(line)) => line,
@@ -429,8 +469,9 @@ fn checksums(tree: &Tree, found: &mut Found) {
         let parts = line.split_once("  ").or_else(|| line.split_once(" *"));
         match parts {
             Some((sum, file)) if sum.len() == 64 => {
-                count += 1;
-                checksum(tree, sum, file.trim_start_matches("../"), found);
+                let file = file.trim_start_matches("../");
+                listed.insert(file.to_owned());
+                checksum(tree, sum, file, found);
             }
             _ => {
                 let why = "expected a checksum, two spaces and a file, found another line; restore the file from a copy";
@@ -438,8 +479,27 @@ fn checksums(tree: &Tree, found: &mut Found) {
             }
         }
     }
-    if count == 0 {
+    if listed.is_empty() {
         found.add(ProblemKind::Empty, CHECKSUMS, None, lost);
+    } else if tree.is_ours() {
+        unlisted(tree, &listed, found);
+    }
+}
+
+/// Data that were not exported.
+fn unlisted(tree: &Tree, listed: &BTreeSet<String>, found: &mut Found) {
+    let own = tree.entries.iter().filter(|entry| {
+        entry.is_signal() || entry.parsed().is_some() || entry.file == "participants.tsv"
+    });
+    let others = tree.others.iter().filter(|file| {
+        let is_data = file.starts_with("stimuli/") || file.starts_with("sourcedata/");
+        is_data && file.as_str() != CHECKSUMS
+    });
+    for file in own.map(|entry| &entry.file).chain(others) {
+        if !listed.contains(file) {
+            let why = "expected files that were exported, found another one, which sourcedata/SHA256SUMS does not list; remove it, or add its checksum there";
+            found.add(ProblemKind::Changed, file, None, why);
+        }
     }
 }
 
@@ -449,16 +509,15 @@ fn checksum(tree: &Tree, sum: &str, file: &str, found: &mut Found) {
         found.add(ProblemKind::Missing, file, None, why);
         return;
     }
-    // What people complete by hand is not looked at: read-me, description, what stands at the root.
-    let is_data = file.contains('/') && !file.ends_with("README.md");
-    if !is_data || file == CHECKSUMS {
+    // People complete the read-me by hand.
+    if file.ends_with("README.md") || file == CHECKSUMS {
         return;
     }
     let is = sha256_of_file(&tree.path(file));
     if is.is_ok_and(|is| is.eq_ignore_ascii_case(sum)) {
         return;
     }
-    let why = "expected the file as it was exported, found another content; export the study again, or copy the file again";
+    let why = "expected the file as it was exported, found another content; copy the file again, or, where the change is wanted, put its new checksum into sourcedata/SHA256SUMS";
     found.add(ProblemKind::Changed, file, None, why);
 }
 
@@ -469,6 +528,16 @@ fn not_read(tree: &Tree) -> BTreeMap<String, usize> {
         let is_read = entry.is_signal() || entry.is_table() || entry.file.ends_with(".json");
         if let (false, Some(datatype)) = (is_read, entry.datatype()) {
             *counts.entry(datatype.to_owned()).or_default() += 1;
+        }
+    }
+    let derived = tree.others.iter().filter(|file| {
+        let is_value = file.ends_with(".tsv") || file.ends_with(".json");
+        file.starts_with("derivatives/") && is_value
+    });
+    match derived.count() {
+        0 => {}
+        count => {
+            counts.insert("derivatives".to_owned(), count);
         }
     }
     counts

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use piezotact::page::Table;
 
 use super::super::physio::number_in;
-use super::super::privacy::ms_of;
+use super::super::privacy::{handedness_of, ms_of, sex_of};
 use super::super::table::{cell, read_table};
 use super::super::tree::Tree;
 use super::{Found, Origin, ProblemKind};
@@ -32,11 +32,18 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) {
             .map(|entry| first(&entry.file))
             .filter(|folder| folder.starts_with("sub-")),
     );
+    let people = read_table(&tree.path(PARTICIPANTS), PARTICIPANTS).ok();
     if tree.has(PARTICIPANTS) {
         // Lines that are uneven are found with the other tables.
-        if let Ok(table) = read_table(&tree.path(PARTICIPANTS), PARTICIPANTS) {
-            rows(&table, "participant_id", PARTICIPANTS, &folders, found);
-            ages(&table, PARTICIPANTS, found);
+        if let Some(table) = &people {
+            rows(
+                (table, origin),
+                "participant_id",
+                PARTICIPANTS,
+                &folders,
+                found,
+            );
+            ages(table, PARTICIPANTS, found);
         }
     } else if origin == Origin::Ours {
         let why = "expected the table of participants, found none; restore it from a copy";
@@ -61,9 +68,18 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) {
                     .filter_map(|other| other.file.strip_prefix(&folder));
                 let sessions = inside.filter(|rest| rest.starts_with("ses-") && rest.contains('/'));
                 let sessions = sessions.map(first).collect();
-                rows(&table, "session_id", &entry.file, &sessions, found);
+                rows(
+                    (&table, origin),
+                    "session_id",
+                    &entry.file,
+                    &sessions,
+                    found,
+                );
                 ages(&table, &entry.file, found);
                 times(origin, (&entry.file, &table), found);
+                if let (Origin::Ours, Some(people)) = (origin, &people) {
+                    same_person(people, entry.folder(), (&entry.file, &table), found);
+                }
             }
             "scans" => {
                 scans((tree, origin), entry.folder(), (&entry.file, &table), found);
@@ -75,7 +91,13 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) {
 }
 
 /// Rows that are there once, each with its folder.
-fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, found: &mut Found) {
+fn rows(
+    (table, origin): (&Table, Origin),
+    column: &str,
+    file: &str,
+    folders: &BTreeSet<String>,
+    found: &mut Found,
+) {
     let mut listed = BTreeSet::new();
     if !table.columns.iter().any(|one| one.name == column) {
         let why = format!("expected the column {column}, found none; add it");
@@ -93,7 +115,7 @@ fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, fou
         if !listed.insert(id.to_owned()) {
             let why = format!("expected {id} once, found it twice; remove one of the lines");
             found.add(ProblemKind::Twice, file, line, why);
-        } else if !folders.contains(id) {
+        } else if origin == Origin::Ours && !folders.contains(id) {
             let why =
                 format!("expected the folder {id}, found none; restore it, or remove the line");
             found.add(ProblemKind::Participant, file, line, why);
@@ -104,6 +126,47 @@ fn rows(table: &Table, column: &str, file: &str, folders: &BTreeSet<String>, fou
             "expected a line for the folder {missing}, found none; add it, or remove the folder"
         );
         found.add(ProblemKind::Participant, file, None, why);
+    }
+}
+
+/// What is stated of a participant against what the sessions state, and trials against what was planned.
+fn same_person(people: &Table, id: &str, (file, table): (&str, &Table), found: &mut Found) {
+    let of_people = |name: &str| {
+        let mut rows = 0..people.rows.len();
+        let row = rows.find(|row| cell(people, *row, "participant_id") == Some(id))?;
+        cell(people, row, name)
+    };
+    type Said = fn(&str) -> Option<&str>;
+    let pairs: [(&str, &str, Said); 3] = [
+        ("age", "age", |text| Some(text)),
+        ("sex", "stated_sex", |text| sex_of(text)),
+        ("handedness", "handedness", |text| handedness_of(text)),
+    ];
+    for (name, column, said) in pairs {
+        let all: BTreeSet<&str> = (0..table.rows.len())
+            .filter_map(|row| said(cell(table, row, column)?))
+            .collect();
+        let Some(stated) = of_people(name) else {
+            continue;
+        };
+        if !all.is_empty() && !all.contains(stated) {
+            let why = format!(
+                "expected the {name} that {PARTICIPANTS} states ({stated}), found {}; correct one of them",
+                all.into_iter().collect::<Vec<_>>().join(", ")
+            );
+            found.add(ProblemKind::Participant, file, None, why);
+        }
+    }
+    for row in 0..table.rows.len() {
+        let count = |name: &str| cell(table, row, name).and_then(number_in);
+        if let (Some(confirmed), Some(planned)) = (count("confirmed"), count("planned"))
+            && confirmed > planned
+        {
+            let why = format!(
+                "expected at most the {planned} planned trials, found {confirmed} confirmed ones; correct the cell"
+            );
+            found.add(ProblemKind::Number, file, row as u64 + 2, why);
+        }
     }
 }
 

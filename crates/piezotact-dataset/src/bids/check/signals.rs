@@ -10,12 +10,7 @@ use super::super::tree::{Entry, Tree};
 use super::{Found, LONGEST_SESSION_S, Origin, ProblemKind};
 
 /// Sampling rates that are possible, in Hz.
-const RATES_HZ: std::ops::RangeInclusive<f64> = 1e-3..=1e8;
-/// Columns whose meaning BIDS itself gives.
-///
-/// Source: BIDS 1.11, physiological recordings.
-const KNOWN_COLUMNS: [&str; 3] = ["cardiac", "respiratory", "trigger"];
-
+const RATES_HZ: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
 /// When what was recorded begins and ends, in s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
@@ -68,7 +63,7 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) -> Spans {
             );
             found.add(ProblemKind::Metadata, file, None, why);
         }
-        let names = columns(file, &sidecar, has_sidecar, found);
+        let names = columns((file, origin), &sidecar, found);
         let path = tree.path(file);
         let expected = match names.len() {
             0 => first_cells(&path),
@@ -103,9 +98,8 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) -> Spans {
 
 /// The names of the columns, as the sidecar has them.
 fn columns<'a>(
-    file: &str,
+    (file, origin): (&str, Origin),
     sidecar: &'a Map<String, Value>,
-    has_sidecar: bool,
     found: &mut Found,
 ) -> Vec<&'a str> {
     let columns = sidecar.get("Columns").and_then(Value::as_array);
@@ -115,7 +109,7 @@ fn columns<'a>(
         .flatten()
         .filter_map(Value::as_str)
         .collect();
-    if has_sidecar && (stated == 0 || names.len() != stated) {
+    if !sidecar.is_empty() && (stated == 0 || names.len() != stated) {
         let why = "expected Columns in its JSON file, a list of names, found none, or values that are none; complete it";
         found.add(ProblemKind::Metadata, file, None, why);
     }
@@ -124,7 +118,7 @@ fn columns<'a>(
         if !known.insert(name) {
             let why = format!("expected the column `{name}` once, found it twice; rename one");
             found.add(ProblemKind::Twice, file, None, why);
-        } else if !sidecar.contains_key(*name) && !KNOWN_COLUMNS.contains(name) {
+        } else if origin == Origin::Ours && !sidecar.contains_key(*name) {
             let why = format!(
                 "expected a description of the column `{name}` in its JSON file, found none; add it with its unit"
             );

@@ -1,34 +1,36 @@
 //! Tables: even lines, numbers where numbers are stated, levels that are listed, events within what was recorded, files that are there,
 //! and nothing that tells who somebody is.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufReader;
 
+use piezotact_people::campaign::protocol::{Protocol, read};
 use serde_json::{Map, Value};
 
 use super::super::physio::number_in;
-use super::super::privacy::{personal, tells_who, tells_who_beside_stimuli};
+use super::super::privacy::{personal, personal_in_people, tells_who, tells_who_beside_stimuli};
 use super::super::table::Lines;
 use super::super::tree::{Entry, Tree};
-use super::super::{NOTHING, label_of};
+use super::super::{NOTHING, PROTOCOL, label_of};
 use super::answers::Answers;
 use super::both::Both;
 use super::signals::{Span, Spans, together};
 use super::{Found, LONGEST_SESSION_S, Origin, ProblemKind};
-use crate::input::open_input;
+use crate::input::{open_input, read_input_text};
+use crate::reads::sha256_of_file;
 
-/// Columns that hold numbers wherever they stand.
+/// Columns that hold numbers in tables with these suffixes.
 ///
-/// Source: BIDS 1.11, schema `objects.columns`.
-const NUMBERS: [&str; 8] = [
-    "onset",
-    "duration",
-    "response_time",
-    "sampling_frequency",
-    "age",
-    "x",
-    "y",
-    "z",
+/// Source: BIDS 1.11, schema `objects.columns` and `rules.tabular_data`.
+const NUMBERS: [(&str, &[&str]); 8] = [
+    ("onset", &["events"]),
+    ("duration", &["events"]),
+    ("response_time", &["events"]),
+    ("sampling_frequency", &["channels"]),
+    ("age", &["participants"]),
+    ("x", &["electrodes"]),
+    ("y", &["electrodes"]),
+    ("z", &["electrodes"]),
 ];
 /// Headings that decide what is looked at.
 const DECIDING: [&str; 15] = [
@@ -61,21 +63,41 @@ struct Rule {
     delimiter: Option<String>,
     /// Whether its cells are looked at for what tells who somebody is.
     is_private: bool,
+    /// Whether the rows are people.
+    of_people: bool,
 }
 
 /// Checks all tables; gives how many were read.
 pub(super) fn check(tree: &Tree, origin: Origin, spans: &Spans, found: &mut Found) -> usize {
     let mut both = Both::default();
+    let text = match origin {
+        Origin::Ours => read_input_text(&tree.path(PROTOCOL)).unwrap_or_default(),
+        Origin::Foreign => String::new(),
+    };
+    let protocol = read(&text).ok();
     let mut count = 0;
-    for entry in tree.entries.iter().filter(|entry| entry.is_table()) {
+    // Motion has no heading.
+    let has_heading = |entry: &&Entry| {
+        entry.is_table() && entry.parsed().is_none_or(|name| name.suffix != "motion")
+    };
+    for entry in tree.entries.iter().filter(has_heading) {
         count += 1;
-        table((tree, origin), entry, (spans, &mut both), found);
+        table(
+            (tree, origin, protocol.as_ref()),
+            entry,
+            (spans, &mut both),
+            found,
+        );
     }
     if origin == Origin::Ours {
         both.end(found);
     }
     // Of other folders nothing is known but that nobody may be named in them.
-    for file in tree.others.iter().filter(|file| file.ends_with(".tsv")) {
+    let tables = tree.others.iter().filter(|file| {
+        let of_people = ["phenotype/", "sourcedata/"];
+        file.ends_with(".tsv") && of_people.iter().any(|folder| file.starts_with(folder))
+    });
+    for file in tables {
         nobody(tree, file, found);
     }
     count
@@ -91,13 +113,13 @@ fn nobody(tree: &Tree, file: &str, found: &mut Found) {
     while let Ok(Some((number, line))) = lines.next() {
         match &rules {
             None => {
-                rules = Some(self::rules(line, &Map::new()));
+                rules = Some(self::rules(file, line, &Map::new()));
                 private_heading(file, line, found);
             }
             Some(rules) => {
                 let cells = rules.iter().zip(line.split('\t'));
                 for (rule, cell) in cells.filter(|(rule, _)| rule.is_private) {
-                    private_cell(file, number, (&rule.name, cell), found);
+                    private_cell(file, number, (rule, cell), found);
                 }
             }
         }
@@ -105,7 +127,7 @@ fn nobody(tree: &Tree, file: &str, found: &mut Found) {
 }
 
 fn table(
-    (tree, origin): (&Tree, Origin),
+    (tree, origin, protocol): (&Tree, Origin, Option<&Protocol>),
     entry: &Entry,
     (spans, both): (&Spans, &mut Both),
     found: &mut Found,
@@ -142,8 +164,9 @@ fn table(
                     tree,
                     entry,
                     origin,
-                    rules: rules(line, &sidecar),
-                    answers: Answers::of(line, origin),
+                    rules: rules(file, line, &sidecar),
+                    answers: Answers::of(line, origin, protocol),
+                    sums: BTreeMap::new(),
                     span: together(entry).and_then(|key| spans.get(&key).copied()),
                     last_s: None,
                     is_empty: true,
@@ -176,7 +199,7 @@ fn table(
             "expected a heading, found an empty file; copy it again",
         ),
         Some(rows) => {
-            if rows.is_empty && file.ends_with("_beh.tsv") {
+            if rows.is_empty && origin == Origin::Ours && file.ends_with("_beh.tsv") {
                 found.add(
                     ProblemKind::Empty,
                     file,
@@ -271,13 +294,16 @@ fn levels(file: &str, sidecar: &Map<String, Value>, found: &mut Found) {
 
 /// Which names of columns tell who somebody is: in tables of people more than beside samples and stimuli, which have names too.
 fn telling(file: &str, line: &str) -> fn(&str) -> bool {
-    let of_people = file.ends_with("_sessions.tsv")
-        || file.starts_with("phenotype/")
-        || line.split('\t').any(|name| name == "participant_id");
-    match of_people {
+    match is_of_people(file, line) {
         true => tells_who,
         false => tells_who_beside_stimuli,
     }
+}
+
+fn is_of_people(file: &str, line: &str) -> bool {
+    file.ends_with("_sessions.tsv")
+        || file.starts_with("phenotype/")
+        || line.split('\t').any(|name| name == "participant_id")
 }
 
 fn private_heading(file: &str, line: &str, found: &mut Found) {
@@ -291,8 +317,14 @@ fn private_heading(file: &str, line: &str, found: &mut Found) {
     }
 }
 
-fn private_cell(file: &str, number: u64, (column, cell): (&str, &str), found: &mut Found) {
-    if let Some(what) = personal(cell) {
+fn private_cell(file: &str, number: u64, (rule, cell): (&Rule, &str), found: &mut Found) {
+    let column = &rule.name;
+    let looked = if rule.of_people {
+        personal_in_people
+    } else {
+        personal
+    };
+    if let Some(what) = looked(cell) {
         let why = format!(
             "expected nothing that tells who somebody is, found {what} in the column `{column}`; remove it"
         );
@@ -300,8 +332,14 @@ fn private_cell(file: &str, number: u64, (column, cell): (&str, &str), found: &m
     }
 }
 
-fn rules(heading: &str, sidecar: &Map<String, Value>) -> Vec<Rule> {
-    let tells = telling("", heading);
+fn rules(file: &str, heading: &str, sidecar: &Map<String, Value>) -> Vec<Rule> {
+    let tells = telling(file, heading);
+    let of_people = is_of_people(file, heading);
+    let suffix = file.trim_end_matches(".tsv").rsplit(['_', '/']).next();
+    let holds_numbers = |name: &str| {
+        let known = NUMBERS.iter().find(|(known, _)| *known == name);
+        known.is_some_and(|(_, of)| suffix.is_some_and(|suffix| of.contains(&suffix)))
+    };
     let rules = heading.split('\t').map(|name| {
         let meaning = sidecar.get(name).and_then(Value::as_object);
         let levels = meaning.and_then(|meaning| meaning.get("Levels")?.as_object());
@@ -313,12 +351,11 @@ fn rules(heading: &str, sidecar: &Map<String, Value>) -> Vec<Rule> {
         });
         Rule {
             name: name.to_owned(),
-            is_number: (NUMBERS.contains(&name) || has_unit)
-                && levels.is_none()
-                && delimiter.is_none(),
+            is_number: (holds_numbers(name) || has_unit) && levels.is_none() && delimiter.is_none(),
             levels,
             delimiter: delimiter.map(str::to_owned),
             // Times of sessions are dates, which may be shifted; versions look like dates.
+            of_people,
             is_private: name != "acq_time"
                 && !name.to_lowercase().contains("version")
                 && !tells(name),
@@ -333,7 +370,9 @@ struct Rows<'a> {
     entry: &'a Entry,
     origin: Origin,
     rules: Vec<Rule>,
-    answers: Answers,
+    answers: Answers<'a>,
+    /// Checksums of drives by their files.
+    sums: BTreeMap<String, String>,
     /// When what was recorded with it begins and ends.
     span: Option<Span>,
     last_s: Option<f64>,
@@ -375,7 +414,7 @@ impl Rows<'_> {
     fn cell(&self, number: u64, rule: &Rule, cell: &str, found: &mut Found) {
         let file = self.entry.file.as_str();
         if rule.is_private {
-            private_cell(file, number, (&rule.name, cell), found);
+            private_cell(file, number, (rule, cell), found);
         }
         if self.origin == Origin::Ours && cell.trim() != cell {
             let why = format!(
@@ -384,6 +423,14 @@ impl Rows<'_> {
                 short(cell)
             );
             found.add(ProblemKind::Level, file, number, why);
+        }
+        if self.origin == Origin::Ours && cell.is_empty() {
+            let why = format!(
+                "expected a value or n/a in the column `{}`, found an empty cell; write n/a",
+                rule.name
+            );
+            found.add(ProblemKind::Level, file, number, why);
+            return;
         }
         // Ages of 89 and more were written so.
         let is_age = rule.name == "age" && cell == "89+";
@@ -395,7 +442,9 @@ impl Rows<'_> {
             );
             found.add(ProblemKind::Number, file, number, why);
         }
-        let is_count = ["response_time", "n_replays"].contains(&rule.name.as_str());
+        // Others have responses that anticipate.
+        let is_count = self.origin == Origin::Ours
+            && ["response_time", "n_replays"].contains(&rule.name.as_str());
         if is_count && number_in(cell).is_some_and(|value| value < 0.0) {
             let why = format!(
                 "expected 0 or more in the column `{}`, found {cell}; correct the cell",
@@ -428,7 +477,7 @@ impl Rows<'_> {
     }
 
     /// A file of another stimulus than the one of its row.
-    fn stimulus(&self, number: u64, cells: &[&str], found: &mut Found) {
+    fn stimulus(&mut self, number: u64, cells: &[&str], found: &mut Found) {
         let named = ["stimulus", "presented"]
             .into_iter()
             .find_map(|name| self.value(cells, name).filter(|text| *text != NOTHING));
@@ -438,15 +487,43 @@ impl Rows<'_> {
         let (Origin::Ours, Some(named), Some(file)) = (self.origin, named, file) else {
             return;
         };
+        let own = self.entry.file.as_str();
+        let label = label_of(named).unwrap_or_default();
         let of = file.rsplit('/').next().unwrap_or_default();
         let of = of.strip_suffix("_drive.wav");
-        if of.is_some() && label_of(named).as_deref() != of {
+        let whose = own.split("/beh/").next().unwrap_or_default();
+        if of.is_some_and(|of| of != label) || !file.starts_with(whose) {
             let why = format!(
-                "expected the drive of {}, found the file {}; correct the cell",
+                "expected the drive of {} for this session, found the file {}; correct the cell",
                 short(named),
                 short(file)
             );
-            found.add(ProblemKind::File, self.entry.file.as_str(), number, why);
+            found.add(ProblemKind::File, own, number, why);
+        }
+        let stated = self.value(cells, "drive_sha256").map(str::to_owned);
+        if let Some(stated) = stated.filter(|sum| sum != NOTHING) {
+            let path = self.tree.path(&format!("stimuli/{file}"));
+            let sum = self.sums.entry(file.to_owned());
+            let sum = sum.or_insert_with(|| sha256_of_file(&path).unwrap_or_default());
+            if !sum.is_empty() && *sum != stated {
+                let why = format!(
+                    "expected the checksum of stimuli/{} for drive_sha256, found another; restore the drive that was played",
+                    short(file)
+                );
+                found.add(ProblemKind::File, own, number, why);
+            }
+        }
+        let recording = self.value(cells, "recording_file");
+        if let Some(recording) = recording.filter(|text| *text != NOTHING) {
+            let is_there = self.tree.has(&format!("{whose}/{recording}"));
+            if !is_there || !recording.contains(&format!("_acq-{label}_")) {
+                let why = format!(
+                    "expected a recording of {} in this session, found {}; correct the cell",
+                    short(named),
+                    short(recording)
+                );
+                found.add(ProblemKind::File, own, number, why);
+            }
         }
     }
 
@@ -474,10 +551,21 @@ impl Rows<'_> {
             }
             return;
         };
+        if self.origin == Origin::Ours && self.last_s.is_some_and(|last_s| onset_s < last_s) {
+            let why = format!(
+                "expected events in the order of their onsets, found one at {onset_s} s behind a later one; sort the table"
+            );
+            found.add(ProblemKind::Onset, file, number, why);
+        }
         match self.span {
             Some(span) => self.within(number, span, (onset_s, duration_s), found),
             None => {
-                let pause_s = (onset_s - self.last_s.unwrap_or(0.0)).abs();
+                // Others count from another time than the beginning.
+                let first_s = match self.origin {
+                    Origin::Ours => 0.0,
+                    Origin::Foreign => onset_s,
+                };
+                let pause_s = (onset_s - self.last_s.unwrap_or(first_s)).abs();
                 if pause_s > LONGEST_SESSION_S {
                     let why = format!(
                         "expected an onset within a week of the event before it, found {onset_s} s; correct it"

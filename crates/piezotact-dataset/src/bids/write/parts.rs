@@ -1,32 +1,39 @@
 //! The columns and files of one recording, and the meanings of columns.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use piezotact::page::{Cell, Table};
 use piezotact::quantity::Unit;
-use piezotact::recording::{Channel, Clock, Recording};
+use piezotact::recording::{Channel, Clock};
 use piezotact_people::campaign::dictionary::ColumnMeaning;
+use serde_json::Value;
 
+use super::super::error::BidsError;
 use super::super::json::{ColumnSidecar, Columns};
 use super::super::name::RECORDING_FIV;
 use super::super::physio::number_in;
 use super::super::privacy::carried;
 use super::Touched;
+use crate::error::ReadError;
+use crate::input::read_input;
 
 /// The label of recordings of the drive.
 pub(super) const DRIVE: &str = "drive";
-/// The suffix of drives.
-pub(super) const STIM: &str = "stim";
 
 /// A clock with its number among those of the same label, from 1.
 pub(super) type NumberedClock = (Clock, u32);
 
 /// The channels of `recording` that stand in one file, by their places: those of one clock, drives apart; with the label of each.
-pub(super) fn groups(recording: &Recording) -> Vec<(&'static str, NumberedClock, Vec<usize>)> {
+///
+/// A signal in shares of full scale is the drive where one of our benches recorded it; in a file of another program it is a sensor
+/// of unknown scale.
+pub(super) fn groups(touched: &Touched<'_>) -> Vec<(&'static str, NumberedClock, Vec<usize>)> {
+    let recording = touched.recording;
     let mut groups: Vec<(bool, usize, Vec<usize>)> = Vec::new();
     let clocks = recording.clock_numbers().iter();
     for (at, (channel, clock)) in recording.channels().iter().zip(clocks).enumerate() {
-        let is_drive = channel.unit == Unit::FullScale;
+        let is_drive = channel.unit == Unit::FullScale && is_of_a_bench(touched);
         let known = groups
             .iter_mut()
             .find(|(drive, of, _)| (*drive, of) == (is_drive, clock));
@@ -126,4 +133,44 @@ pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
         }
     }
     events
+}
+
+/// `value` with its texts as they may be carried.
+pub(super) fn texts_carried(value: &Value) -> Value {
+    match value {
+        Value::String(text) => carried(text).map_or(Value::Null, Value::String),
+        Value::Array(all) => all.iter().map(texts_carried).collect(),
+        Value::Object(all) => {
+            let all = all.iter();
+            all.map(|(key, value)| (key.clone(), texts_carried(value)))
+                .collect()
+        }
+        other => other.clone(),
+    }
+}
+
+/// Parts of a WAV file in which programs note who made it, where and when.
+const NOTES: [&[u8; 4]; 5] = [b"LIST", b"bext", b"iXML", b"id3 ", b"ID3 "];
+
+/// Refuses a drive in whose file somebody noted something: it is copied as it is, as its checksum is that of the playing.
+pub(super) fn require_no_notes(file: &Path) -> Result<(), BidsError> {
+    let bytes = read_input(file)?;
+    let mut at = 12;
+    while let Some(head) = bytes.get(at..at + 8) {
+        let (id, length) = head.split_at(4);
+        if NOTES.iter().any(|note| id == *note) {
+            return Err(BidsError::Read(ReadError::content(
+                file,
+                "a WAV file without notes, which is copied as it is",
+                format!("the part `{}`", String::from_utf8_lossy(id)),
+                "a drive of this program has none: prepare it again",
+            )));
+        }
+        let length = length
+            .iter()
+            .rev()
+            .fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+        at += 8 + length + length % 2;
+    }
+    Ok(())
 }

@@ -35,7 +35,13 @@ pub(super) const SESSION_COLUMNS: [(&str, (&str, &str)); 12] = [
     ),
     ("confirmed", ("1", "How many trials were confirmed.")),
     ("planned", ("1", "How many trials were planned and needed.")),
-    ("stated_sex", ("", "Sex in the words of the participant.")),
+    (
+        "stated_sex",
+        (
+            "",
+            "Sex in the word of the participant, where it is a common one in English, French or Italian.",
+        ),
+    ),
     ("age", ("year", "Age; 89 for everybody of 89 or more.")),
     (
         "handedness",
@@ -163,7 +169,7 @@ const TAGS: [(&str, &str); 4] = [
     ("trial", "Experimental-trial"),
     (
         "stimulus",
-        "(Sensory-event, Experimental-stimulus, Tactile-presentation, Tactile-vibration, {element})",
+        "(Measurement-event, Experimental-stimulus, Tactile-presentation, Tactile-vibration, {element})",
     ),
     (
         "stroke",
@@ -188,7 +194,11 @@ pub(super) fn with_tags(columns: &mut Columns) {
 }
 
 /// The read-me of a data set.
-pub(super) fn readme(about: &DatasetAbout<'_>, protocol: &Protocol, exported: &Exported) -> String {
+pub(super) fn readme(
+    about: &DatasetAbout<'_>,
+    protocol: &Protocol,
+    (exported, doubts): (&Exported, &[String]),
+) -> String {
     let mut text = format!("# {}\n\n", about.name);
     if let Some(simulated) = about.simulated {
         let _never_fails = writeln!(
@@ -206,9 +216,9 @@ pub(super) fn readme(about: &DatasetAbout<'_>, protocol: &Protocol, exported: &E
         protocol.name,
         protocol.source
     );
-    if !about.doubts.is_empty() {
+    if !(about.doubts.is_empty() && doubts.is_empty()) {
         text.push_str("## What to know before relying on it\n\n");
-        for doubt in about.doubts {
+        for doubt in about.doubts.iter().chain(doubts) {
             let _never_fails = writeln!(text, "- {doubt}");
         }
         text.push('\n');
@@ -227,7 +237,7 @@ pub(super) fn readme(about: &DatasetAbout<'_>, protocol: &Protocol, exported: &E
         - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
         - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
         - `stimuli/`: the files of the drives that were played.\n\
-        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
+        - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but read-mes and `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\
         - `derivatives/piezotact/`: what was computed, with settings and sources.\n",
     );
     text.push_str("\n## What the study holds and this data set does not carry\n\n");

@@ -343,7 +343,10 @@ impl Meanings<'_> {
                 "Level at which it was rendered, re the recorded stroke.",
                 "dB",
             ),
-            "normal_force_n" => number("Mean normal force while it was played.", "N"),
+            "normal_force_n" => number(
+                "Mean normal force over the recording of the playing, from its first to its last sample.",
+                "N",
+            ),
             "onset_in_recording" => number(
                 "Onset of the vibration on the fingernail, after the start of the recording.",
                 "s",
