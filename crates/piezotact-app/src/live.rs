@@ -26,6 +26,11 @@ pub(crate) struct Live {
 }
 
 impl Live {
+    /// Whether runs are to be watched.
+    pub(crate) fn is_asked_for(&self) -> bool {
+        self.live
+    }
+
     /// The runs of this command are watched, where that was asked for.
     pub(crate) fn begin(&self) {
         IS_PRINTED.store(self.live, Ordering::SeqCst);

@@ -77,6 +77,58 @@ fn one_command_gives_the_same_bytes_and_another_seed_others() {
     }
 }
 
+/// The EEG of one person in each of the three formats: the same channels and trials, found again by `info`; another task, label, person
+/// or seed gives another recording.
+#[test]
+fn eeg_is_written_as_other_programs_read_it() {
+    let folder = Folder::new();
+    for end in ["parquet", "vhdr", "edf"] {
+        let asked = format!("eeg --task imagery --trials 2 --participant 3 --out a.{end} --json");
+        let said = record(&folder, &asked).json();
+        assert_eq!(said["channels"].as_array().unwrap().len(), 66, "{said}");
+        assert_eq!(said["channels"][12][0], "C3");
+        assert_eq!(said["condition"]["participant"], "P03");
+        let info = folder.run(&["info", &format!("a.{end}"), "--json"]);
+        info.expect_success();
+        let info = info.out();
+        assert!(info.contains("imagery") && info.contains("BIO"), "{info}");
+        assert!(info.contains("VEOG") && info.contains("512"), "{info}");
+    }
+    let bytes = |more: &str| {
+        let asked = format!("eeg --trials 1 --out b.parquet {more}");
+        record(&folder, &asked).expect_success();
+        let bytes = std::fs::read(folder.path("b.parquet")).unwrap();
+        std::fs::remove_file(folder.path("b.parquet")).unwrap();
+        bytes
+    };
+    let one = bytes("--task natural");
+    assert!(one == bytes("--task natural"));
+    for other in [
+        "--task control",
+        "--task natural --label two",
+        "--task natural --seed 2",
+        "--task natural --participant 2",
+    ] {
+        assert!(one != bytes(other), "{other}");
+    }
+}
+
+/// Another recording of the same name is kept, or the command refuses before it does anything.
+#[test]
+fn no_eeg_is_replaced() {
+    let folder = Folder::new();
+    for end in ["parquet", "edf"] {
+        let asked =
+            |seed: &str| format!("eeg --task control --trials 1 --seed {seed} --out a.{end}");
+        record(&folder, &asked("1")).expect_success();
+        record(&folder, &asked("2")).expect_success();
+        assert!(folder.names().contains(&format!("a.{end}.before-1")));
+    }
+    folder.write("real.eeg", "samples");
+    record(&folder, "eeg --task control --out real.vhdr").expect_failure(2, &["real.eeg"]);
+    assert!(!folder.names().contains(&"real.vhdr".to_owned()));
+}
+
 /// A map has the Ra of its sample as its Sa, and dots their height.
 #[test]
 fn surfaces_measure_as_their_samples() {
@@ -201,6 +253,57 @@ fn what_cannot_be_is_refused_with_what_can() {
             "shaker --sample S1 --out a.parquet",
             2,
             "--sample, which this bench does not use",
+        ),
+        (
+            "eeg --out a.edf",
+            2,
+            "expected a task, found none; name one of natural, control, imagery",
+        ),
+        ("eeg --task sleep --out a.edf", 2, "sleep"),
+        (
+            "eeg --task natural --out a.wav",
+            2,
+            "ends in .parquet or .vhdr or .edf",
+        ),
+        (
+            "eeg --task natural --trials 0 --out a.edf",
+            2,
+            "trials of a surface: expected 1 to 500",
+        ),
+        (
+            "eeg --task natural --trials 9999999 --out a.edf",
+            2,
+            "expected 1 to 500",
+        ),
+        (
+            "eeg --task natural --sample S1 --out a.edf",
+            2,
+            "--sample, which this bench",
+        ),
+        (
+            "eeg --task natural --load 0.2 --out a.edf",
+            2,
+            "--load, which this bench",
+        ),
+        (
+            "eeg --task natural --live --out a.edf",
+            2,
+            "--live, which this bench",
+        ),
+        (
+            "eeg --task natural --out nowhere/a.vhdr",
+            1,
+            "expected the folder",
+        ),
+        (
+            "acttouch --sample S1 --task natural --out a.parquet",
+            2,
+            "--task, which this bench does not use",
+        ),
+        (
+            "shaker --trials 3 --out a.parquet",
+            2,
+            "--trials, which this bench does not use",
         ),
         (
             "shaker --duration 9999s --out a.parquet",

@@ -1,4 +1,4 @@
-//! Chapter 6: three surfaces touched freely by ten people, and the forces on the device in two tasks.
+//! Chapter 6: three surfaces touched freely by ten people, the forces on the device in two tasks, and the EEG in all three.
 
 use piezotact::Doubt;
 use piezotact::compare::CompareDoubt;
@@ -10,6 +10,7 @@ use piezotact::series::Series;
 use piezotact::statistics::{PairedDifference, mean, paired_difference};
 use piezotact::verify::Verification;
 
+use super::brain::brains;
 use super::claims::{
     Finding, Holds, above, at_least, at_most, below, least as smallest, most as largest,
     no_exception,
@@ -43,7 +44,6 @@ const TASKS: [&str; 2] = ["control", "imagery"];
 /// Where the thesis sees the first definite peak, Hz, and how far it must stand above its surroundings, dB.
 const PEAK_HZ: [f64; 2] = [70.0, 110.0];
 const PEAK_DB: f64 = 3.0;
-const BRAIN: &str = "EEG analysis";
 
 /// One person on one surface.
 struct Free {
@@ -64,20 +64,19 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
         figure,
     } = tasks(replay, &free)?;
     let campaigns = campaigns::of_chapter_6(replay)?;
+    let brains = brains(replay, SURFACES)?;
     let mut findings = vec![
         harmonics(&free, period.as_ref()),
         different(&free),
         forces(&free, &forces_n),
     ];
     findings.extend(campaigns.findings);
-    findings.extend([
-        Finding::not_yet(33, BRAIN),
-        peaks(&free),
-        Finding::not_yet(37, BRAIN),
-    ]);
+    findings.push(peaks(&free));
+    findings.extend(brains.findings);
+    findings.sort_by_key(|finding| finding.claim);
     Ok(Chapter {
         number: 6,
-        title: "Free touch of three surfaces, and the device",
+        title: "Free touch of three surfaces, the device, and the EEG",
         measured: vec![
             format!("Participants 1 to {PARTICIPANTS} stroked M8 (rough), the biomimetic sample and M3 (smooth) {STROKES} times each at their own speed and force."),
             format!("The device was characterised with each finger ({CHARACTERISE_S} s of random drive, 20°, 0.2 N). One stroke over every surface was rendered with that transfer function and played in two tasks, at a level lower by at most {:.1} dB where it exceeded the limits of the device.", softest_db.abs()),
@@ -85,22 +84,25 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
         ]
         .into_iter()
         .chain(campaigns.measured)
+        .chain(brains.measured)
         .collect(),
         findings,
         doubts: said_once(
             free.iter()
                 .flat_map(|one| one.taken.doubts.iter().map(|d| (one.surface, d)))
                 .chain(period.iter().flat_map(|p| p.doubts.iter().map(|d| ("M8, passive", d))))
-                .chain(doubts.iter().map(|(surface, d)| (*surface, d))),
+                .chain(doubts.iter().map(|(surface, d)| (*surface, d)))
+                .chain(brains.doubts.iter().map(|d| ("EEG", d))),
         ),
         figures: figures(&free)
             .into_iter()
             .chain(figure)
             .chain(campaigns.figures)
+            .chain(brains.figures)
             .collect(),
         missing: vec![
             "Figure 88 (the surfaces): the command `twin surface M8` of piezotact writes their height maps.".into(),
-            "Figures 96 and 97 (EEG), which the program does not contain yet.".into(),
+            "Figure 96 shows sources of the cortex, which the program does not compute; its counterpart shows electrodes.".into(),
         ],
     })
 }

@@ -2,6 +2,7 @@
 //! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
 
 mod averaged;
+mod brain;
 pub mod campaign;
 mod campaigns;
 mod chapter3;
@@ -17,6 +18,7 @@ mod figure;
 mod measured;
 mod rendering;
 
+pub use brain::BrainError;
 use chapter3::chapter3;
 use chapter4::chapter4;
 use chapter5::chapter5;
@@ -149,6 +151,15 @@ pub enum ReplayError {
     /// Samples that make no series.
     #[error("{0}")]
     Series(#[from] SeriesError),
+    /// An EEG says nothing.
+    #[error("EEG: {0}")]
+    Brain(Box<BrainError>),
+}
+
+impl From<BrainError> for ReplayError {
+    fn from(error: BrainError) -> Self {
+        Self::Brain(Box::new(error))
+    }
 }
 
 impl From<campaign::CampaignError> for ReplayError {

@@ -60,12 +60,6 @@ macro_rules! claims {
     };
 }
 
-macro_rules! later {
-    ($with:literal: $($name:ident),* $(,)?) => {
-        $(#[test] #[ignore = $with] fn $name() { panic!($with) })*
-    };
-}
-
 claims! {
     claim_01_shaker_bundle_max_deviation => 1,
     claim_02_deviation_falls_with_load => 2,
@@ -182,9 +176,10 @@ fn claim_32_imagery_helps_nobody_on_the_twin() {
         "between imagery and control over participants contains zero",
     );
 }
-later! { "comes with the brain's answer":
-    claim_33_desynchronisation_in_three_tasks,
-    claim_37_tasks_differ_over_the_sensorimotor_cortex,
+
+claims! {
+    claim_33_desynchronisation_in_three_tasks => 33,
+    claim_37_tasks_differ_over_the_sensorimotor_cortex => 37,
 }
 
 /// How many of forty panels meet each claim of `chapters`.

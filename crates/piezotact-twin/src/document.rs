@@ -4,14 +4,14 @@ use std::path::Path;
 
 use piezotact::document::Content;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{Condition, Provenance};
+use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::run::RunStart;
 use piezotact::surface::HeightMap;
 use serde::Serialize;
 
 use crate::{Sample, TwinParameters};
 
-/// What a finger did on a bench of the twin.
+/// What a finger did on a bench of the twin, or the EEG of its person.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TwinRecordDocument<'a> {
@@ -44,6 +44,23 @@ impl<'a> TwinRecordDocument<'a> {
             channels: &start.channels,
             condition: &start.about.condition,
             provenance: &start.about.provenance,
+        }
+    }
+
+    /// `recording` with its channels' names and units, kept in the file `record`.
+    #[must_use]
+    pub fn of_recording(
+        recording: &'a Recording,
+        channels: &'a [(String, Unit)],
+        record: &'a Path,
+    ) -> Self {
+        Self {
+            record,
+            rate_hz: recording.rate(),
+            duration_s: recording.duration(),
+            channels,
+            condition: &recording.about.condition,
+            provenance: &recording.about.provenance,
         }
     }
 }

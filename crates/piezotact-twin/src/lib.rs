@@ -3,11 +3,12 @@
 //! A [`Participant`] is one seeded person, the same on every bench; [`TwinParameters`] are all numbers, read from a
 //! documented file that a laboratory can change, in which each has its range and its origin. [`ActTouch`] and
 //! [`TriboAir`] acquire what a finger does on a sample; [`ShakerBench`] measures a finger's own
-//! transfer function; [`TwinBench`] plays on the PIEZOTACT device.
+//! transfer function; [`TwinBench`] plays on the PIEZOTACT device. [`eeg`] is what electrodes on the person's scalp show meanwhile.
 
 mod acttouch;
 pub mod document;
 mod drag;
+pub mod eeg;
 mod finger;
 mod noise;
 mod output;

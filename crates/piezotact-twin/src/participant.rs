@@ -1,10 +1,11 @@
 //! One simulated person. The properties of a person are drawn once from a seed and are the same on every bench.
 
+use super::eeg::Brain;
 use super::finger::Finger;
 use super::parameters::{Sample, TwinParameters};
 use piezotact_bench::random::Random;
 
-/// One person: a finger, its skin, and the hand that moves it. Perception and EEG will be added here.
+/// One person: a finger, its skin, the hand that moves it, and the brain that feels. Perception will be added here.
 #[derive(Clone, Debug)]
 pub struct Participant {
     /// The number, from 1; 0 is the reference participant, who has every mean.
@@ -17,6 +18,8 @@ pub struct Participant {
     pub skin: Skin,
     /// What moves the finger.
     pub hand: Hand,
+    /// What its EEG shows.
+    pub brain: Brain,
 }
 
 /// The skin of one fingertip.
@@ -50,6 +53,7 @@ impl Participant {
     pub fn of(number: u64, seed: u64, parameters: &TwinParameters) -> Self {
         let (person, hand) = (&parameters.person, &parameters.hand);
         let finger = Finger::of(parameters, number, seed);
+        let brain = Brain::of(parameters, number, seed);
         if number == 0 {
             return Self {
                 number,
@@ -66,6 +70,7 @@ impl Participant {
                     free_speed_m_s: hand.free_speed_m_s,
                     free_force_n: hand.free_force_n,
                 },
+                brain,
             };
         }
         let mut skin = Random::stream(seed, number, "skin");
@@ -93,6 +98,7 @@ impl Participant {
                 ),
                 free_force_n: hand.free_force_n * (hand.free_force_spread * moves.person()).exp(),
             },
+            brain,
         }
     }
 

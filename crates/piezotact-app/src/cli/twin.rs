@@ -16,9 +16,9 @@ pub(crate) struct Twin {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum TwinCommand {
-    /// Simulates the recording of a finger in active touch, in passive touch, or on the shaker.
+    /// Simulates the recording of a finger in active touch, in passive touch, or on the shaker, or the EEG of its person.
     #[command(
-        after_help = "Example:\n  piezotact twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 15 --out S4.parquet\n  piezotact twin record --bench triboair --sample S1 --speed 20mm/s --out S1.wav\n  piezotact twin record --bench acttouch --sample M8 --free --out M8.parquet\n  piezotact twin record --bench shaker --load 0.4 --out finger.parquet"
+        after_help = "Example:\n  piezotact twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 15 --out S4.parquet\n  piezotact twin record --bench triboair --sample S1 --speed 20mm/s --out S1.wav\n  piezotact twin record --bench acttouch --sample M8 --free --out M8.parquet\n  piezotact twin record --bench shaker --load 0.4 --out finger.parquet\n  piezotact twin record --bench eeg --task imagery --participant 3 --out P03_imagery.vhdr"
     )]
     Record(Record),
     /// Writes the height map of a sample, for `piezotact roughness`.
@@ -46,13 +46,25 @@ pub(crate) struct Who {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum TouchBench {
+pub(crate) enum BenchName {
     /// Active touch: a person strokes the sample.
     Acttouch,
     /// Passive touch: the sample moves under a finger at rest.
     Triboair,
     /// A shaker under the finger, to measure its transfer function.
     Shaker,
+    /// 64 electrodes and two of the EOG, while three surfaces are touched (--task).
+    Eeg,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum TaskName {
+    /// The person strokes each surface.
+    Natural,
+    /// The device plays each surface under the resting finger.
+    Control,
+    /// The same, while the person imagines the stroke.
+    Imagery,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
@@ -72,10 +84,17 @@ pub(crate) enum DirectionName {
 pub(crate) struct Record {
     /// The bench.
     #[arg(long, value_enum)]
-    pub(crate) bench: TouchBench,
-    /// The sample: S1–S13, NO (without texture), M1–M12, BIO, or one of --twin FILE. Not on the shaker.
+    pub(crate) bench: BenchName,
+    /// The sample: S1–S13, NO (without texture), M1–M12, BIO, or one of --twin FILE. Not on the shaker, and not with EEG, where
+    /// M8, BIO and M3 are touched.
     #[arg(long)]
     pub(crate) sample: Option<String>,
+    /// EEG: what the person does.
+    #[arg(long, value_enum)]
+    pub(crate) task: Option<TaskName>,
+    /// EEG: how often each surface is touched, 1 to 500; default 20.
+    #[arg(long, value_name = "N")]
+    pub(crate) trials: Option<usize>,
     #[command(flatten)]
     pub(crate) who: Who,
     /// The nominal sliding speed; default 30 mm/s.
@@ -108,7 +127,8 @@ pub(crate) struct Record {
     /// A label for the recording; another label gives other random movements, placements and noise.
     #[arg(long, default_value = "record")]
     pub(crate) label: String,
-    /// The recording to write: Parquet with all channels, or WAV with only the acceleration of the nail.
+    /// The recording to write: Parquet with all channels, or WAV with only the acceleration of the nail; EEG: Parquet, BrainVision (.vhdr
+    /// with .eeg and .vmrk beside it) or EDF+ (.edf).
     #[arg(long)]
     pub(crate) out: PathBuf,
     #[command(flatten)]

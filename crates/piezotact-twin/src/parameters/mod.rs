@@ -54,6 +54,8 @@ pub struct TwinParameters {
     pub actuator: ActuatorParameters,
     /// The shaker bench.
     pub shaker: ShakerParameters,
+    /// The EEG.
+    pub eeg: EegParameters,
     samples: BTreeMap<String, Sample>,
     /// The changes made by a laboratory's own file, one line each.
     changes: Vec<String>,
@@ -211,6 +213,7 @@ impl TwinParameters {
             output: read(&mut all, "output")?,
             actuator: read(&mut all, "actuator")?,
             shaker: read(&mut all, "shaker")?,
+            eeg: read(&mut all, "eeg")?,
             samples: BTreeMap::new(),
             changes,
         };
@@ -272,6 +275,7 @@ impl TwinParameters {
     /// Refuses a least that is above its most.
     fn check_order(&self) -> Result<(), ParameterError> {
         let (person, hand, shaker) = (&self.person, &self.hand, &self.shaker);
+        let muscle = &self.eeg.muscle;
         for (least, least_name, most, most_name) in [
             (
                 person.least_ridge_m,
@@ -302,6 +306,12 @@ impl TwinParameters {
                 "shaker.least_drift_n",
                 shaker.most_drift_n,
                 "shaker.most_drift_n",
+            ),
+            (
+                muscle.least_hz,
+                "eeg.muscle.least_hz",
+                muscle.most_hz,
+                "eeg.muscle.most_hz",
             ),
         ] {
             if least > most {

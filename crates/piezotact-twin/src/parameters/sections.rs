@@ -115,3 +115,58 @@ parameters! {
         volts_per_full_scale: f64, corner_hz: f64, noise_db: f64, quadratic: f64,
     }
 }
+parameters! {
+    /// Section `eeg`.
+    EegParameters {
+        head_m: f64, background: EegBackground, alpha: EegAlpha, desynchronisation: EegDesynchronisation, evoked: EegEvoked,
+        eyes: EegEyes, muscle: EegMuscle, line: EegLine, protocol: EegSession,
+    }
+}
+parameters! {
+    /// Section `eeg.background`.
+    EegBackground {
+        rms_v: f64, rms_spread: f64, channel_spread: f64, exponent: f64, knee_hz: f64, correlation_m: f64, own_share: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.alpha`.
+    EegAlpha {
+        frequency_hz: f64, frequency_spread_hz: f64, bandwidth_hz: f64, mu_v: f64, mu_spread: f64, source_m: f64,
+        sma_share: f64, occipital_v: f64, occipital_spread: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.desynchronisation`.
+    EegDesynchronisation {
+        control: f64, imagery: f64, natural: f64, person_spread: f64, task_spread: f64, surface_spread: f64, onset_s: f64,
+        onset_width_s: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.evoked`.
+    EegEvoked {
+        amplitude_v: f64, amplitude_spread: f64, latency_s: [f64; 3], share: [f64; 3], width_s: [f64; 3], source_m: f64,
+        natural_gain: f64, imagery_gain: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.eyes`.
+    EegEyes {
+        blinks_per_min: f64, blink_v: f64, blink_spread: f64, blink_s: f64, reach_m: f64, eog_ratio: f64, movement_v: f64,
+        movement_memory_s: f64, movement_share: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.muscle`.
+    EegMuscle {
+        rms_v: f64, reach_m: f64, everywhere: f64, least_hz: f64, most_hz: f64, natural_ratio: f64, planning_s: f64,
+    }
+}
+parameters! {
+    /// Section `eeg.line`.
+    EegLine { frequency_hz: f64, amplitude_v: f64, amplitude_spread: f64 }
+}
+parameters! {
+    /// Section `eeg.protocol`.
+    EegSession { rate_hz: f64, trials_per_surface: f64, rest_s: f64, rest_jitter_s: f64, touch_s: f64 }
+}

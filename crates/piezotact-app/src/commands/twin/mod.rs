@@ -1,5 +1,6 @@
 //! `piezotact twin`: recordings, surfaces and numbers of the digital twin.
 
+mod eeg;
 mod record;
 mod surface;
 

@@ -1,4 +1,4 @@
-//! `piezotact twin record`: what a finger does on a bench of the twin.
+//! `piezotact twin record`: what a finger does on a bench of the twin, and its person's EEG.
 
 use std::path::Path;
 
@@ -18,8 +18,8 @@ use piezotact_twin::{
     ShakerMount, TriboAir, TwinParameters,
 };
 
-use super::twin_parameters;
-use crate::cli::twin::{DirectionName, Record, TouchBench};
+use super::{eeg, twin_parameters};
+use crate::cli::twin::{BenchName, DirectionName, Record};
 use crate::commands::{bench_failure, has_ending, outputs, recording_files};
 use crate::failure::{Outcome, usage};
 use crate::interrupt;
@@ -36,10 +36,20 @@ const SHAKER_S: f64 = 60.0;
 const SHAKER_ANGLE_DEG: f64 = 20.0;
 
 pub(crate) fn run(args: &Record) -> Outcome {
-    let wav = checked(args)?;
+    only_where_they_count(args)?;
+    if args.label.chars().any(char::is_control) {
+        return Err(usage(anyhow!(
+            "expected a label without control characters, found {:?}; write plain words",
+            args.label
+        )));
+    }
     let parameters = twin_parameters(args.who.twin.as_deref())?;
+    let Some(bench) = bench(args, &parameters)? else {
+        return eeg::run(args, &parameters);
+    };
+    let wav = checked(args)?;
     args.live.begin();
-    let mut acquirer = live::acquirer(bench(args, &parameters)?);
+    let mut acquirer = live::acquirer(bench);
     let run = plan(args, &parameters);
     // Refused before a file is begun.
     let stop = StopHandle::new();
@@ -66,14 +76,8 @@ pub(crate) fn run(args: &Record) -> Outcome {
     ))
 }
 
-/// Refuses a label and outputs that cannot be; whether a sound is asked for.
+/// Refuses outputs that cannot be; whether a sound is asked for.
 fn checked(args: &Record) -> Outcome<bool> {
-    if args.label.chars().any(char::is_control) {
-        return Err(usage(anyhow!(
-            "expected a label without control characters, found {:?}; write plain words",
-            args.label
-        )));
-    }
     let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
     let wav = has_ending(&args.out, &["parquet", "wav"])? == "wav";
     if wav {
@@ -90,8 +94,8 @@ fn plan(args: &Record, parameters: &TwinParameters) -> RunPlan {
         label: args.label.clone(),
         load: (!args.free && !args.control).then(|| Newtons(args.load.unwrap_or(LOAD_N))),
         angle: Degrees(args.angle.unwrap_or(match args.bench {
-            TouchBench::Shaker => SHAKER_ANGLE_DEG,
-            TouchBench::Acttouch | TouchBench::Triboair => parameters.hand.angle_deg,
+            BenchName::Shaker => SHAKER_ANGLE_DEG,
+            BenchName::Acttouch | BenchName::Triboair | BenchName::Eeg => parameters.hand.angle_deg,
         })),
         placement: Placement::New,
         until: Until::Stopped,
@@ -110,26 +114,25 @@ fn stopped(document: &TwinRecordDocument<'_>, samples: usize) -> anyhow::Error {
     }
 }
 
-/// The bench with the participant at it.
-fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>> {
+/// The bench with the participant at it; none for EEG, which no bench acquires.
+fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Option<Box<dyn Acquire>>> {
     let participant = Participant::of(args.who.participant, args.who.seed, parameters);
     let speed_m_s = args.speed.unwrap_or(SPEED_M_S);
-    only_where_they_count(args)?;
-    Ok(match args.bench {
-        TouchBench::Acttouch => {
+    Ok(Some(match args.bench {
+        BenchName::Acttouch => {
             let protocol = active_protocol(args, speed_m_s);
             ActTouch::new(parameters, participant, sample(args, parameters)?, protocol)
                 .map_err(bench_failure)?
                 .into_acquirer()
         }
-        TouchBench::Triboair => {
+        BenchName::Triboair => {
             let strokes = args.strokes.unwrap_or(PASSIVE_STROKES);
             let sample = sample(args, parameters)?;
             TriboAir::new(parameters, participant, sample, strokes, speed_m_s)
                 .map_err(bench_failure)?
                 .into_acquirer()
         }
-        TouchBench::Shaker => {
+        BenchName::Shaker => {
             let mount = if args.control {
                 ShakerMount::Plate
             } else {
@@ -139,7 +142,8 @@ fn bench(args: &Record, parameters: &TwinParameters) -> Outcome<Box<dyn Acquire>
             let excitation = ShakerExcitation::thesis(duration, args.who.seed);
             ShakerBench::new(parameters, participant, mount, excitation).into_acquirer()
         }
-    })
+        BenchName::Eeg => return Ok(None),
+    }))
 }
 
 /// The movement and pace of active touch.
@@ -170,8 +174,10 @@ fn sample<'a>(args: &Record, parameters: &'a TwinParameters) -> Outcome<&'a Samp
 
 /// Refuses options that the bench would pass over in silence.
 fn only_where_they_count(args: &Record) -> Outcome {
-    let active = args.bench == TouchBench::Acttouch;
-    let shaker = args.bench == TouchBench::Shaker;
+    let active = args.bench == BenchName::Acttouch;
+    let shaker = args.bench == BenchName::Shaker;
+    let eeg = args.bench == BenchName::Eeg;
+    let sample = !shaker && !eeg;
     let stated = [
         ("--free", args.free, active),
         (
@@ -180,19 +186,25 @@ fn only_where_they_count(args: &Record) -> Outcome {
             active,
         ),
         ("--stroke-time", args.stroke_time.is_some(), active),
-        ("--sample", args.sample.is_some(), !shaker),
-        ("--speed", args.speed.is_some(), !shaker),
-        ("--strokes", args.strokes.is_some(), !shaker),
+        ("--sample", args.sample.is_some(), sample),
+        ("--speed", args.speed.is_some(), sample),
+        ("--strokes", args.strokes.is_some(), sample),
+        ("--load", args.load.is_some(), !eeg),
+        ("--angle", args.angle.is_some(), !eeg),
+        ("--live", args.live.is_asked_for(), !eeg),
         ("--duration", args.duration.is_some(), shaker),
         ("--control", args.control, shaker),
+        ("--task", args.task.is_some(), eeg),
+        ("--trials", args.trials.is_some(), eeg),
     ];
     match stated.iter().find(|(_, given, counts)| *given && !counts) {
         Some((option, ..)) => Err(usage(anyhow!(
             "expected options of the bench {}, found {option}, which this bench does not use; leave it out",
             match args.bench {
-                TouchBench::Acttouch => "acttouch",
-                TouchBench::Triboair => "triboair",
-                TouchBench::Shaker => "shaker",
+                BenchName::Acttouch => "acttouch",
+                BenchName::Triboair => "triboair",
+                BenchName::Shaker => "shaker",
+                BenchName::Eeg => "eeg",
             }
         ))),
         None => Ok(()),

@@ -1,0 +1,105 @@
+//! `piezotact twin record --bench eeg`: the EEG of a participant in one task.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::quantity::Unit;
+use piezotact::recording::Recording;
+use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
+use piezotact_dataset::write_recording;
+use piezotact_twin::document::TwinRecordDocument;
+use piezotact_twin::eeg::{EegProtocol, Task, record};
+use piezotact_twin::{Participant, TwinParameters};
+
+use crate::cli::twin::{Record, TaskName};
+use crate::commands::{has_ending, outputs};
+use crate::failure::{Outcome, usage};
+use crate::keeping::Earlier;
+use crate::output::{print, print_document, say_doubts};
+use crate::progress::Work;
+
+pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {
+    let protocol = protocol(args, parameters)?;
+    let ending = has_ending(&args.out, &["parquet", "vhdr", "edf"])?;
+    can_be_kept(args, ending)?;
+    let participant = Participant::of(args.who.participant, args.who.seed, parameters);
+    let work = Work::one("simulating");
+    let recording = record(parameters, &participant, &protocol, &args.label).map_err(usage)?;
+    let doubts = write(&args.out, ending, &recording)?;
+    drop(work);
+    let channels: Vec<(String, Unit)> = recording
+        .channels()
+        .iter()
+        .map(|channel| (channel.name.clone(), channel.unit.clone()))
+        .collect();
+    let document = TwinRecordDocument::of_recording(&recording, &channels, &args.out);
+    say_doubts(&doubts);
+    if args.json {
+        return print_document(&document);
+    }
+    print(&format!(
+        "wrote {}: {:.2}, {} channels, {} trials of the task {} on the {}",
+        args.out.display(),
+        document.duration_s,
+        channels.len(),
+        protocol.surfaces.len() * protocol.trials_per_surface,
+        protocol.task,
+        document.provenance.source
+    ))
+}
+
+/// The usual session of the task, with what the command changes.
+fn protocol(args: &Record, parameters: &TwinParameters) -> Outcome<EegProtocol> {
+    let task = match args.task {
+        Some(TaskName::Natural) => Task::Natural,
+        Some(TaskName::Control) => Task::Control,
+        Some(TaskName::Imagery) => Task::Imagery,
+        None => {
+            return Err(usage(anyhow!(
+                "expected a task, found none; name one of {} with --task",
+                Task::ALL.map(Task::event_kind).join(", ")
+            )));
+        }
+    };
+    let usual = EegProtocol::usual(parameters, task).map_err(usage)?;
+    Ok(EegProtocol {
+        trials_per_surface: args.trials.unwrap_or(usual.trials_per_surface),
+        ..usual
+    })
+}
+
+/// Refuses outputs that cannot be. Where a `BrainVision` recording stands, its header leads to the samples beside it, so that it cannot be
+/// set aside as one file.
+fn can_be_kept(args: &Record, ending: &str) -> Outcome {
+    let read: Vec<&Path> = args.who.twin.as_deref().into_iter().collect();
+    if ending != "vhdr" {
+        return outputs(&read, &[&args.out]);
+    }
+    let written = ["vhdr", "eeg", "vmrk"].map(|ending| args.out.with_extension(ending));
+    outputs(&read, &written.each_ref().map(std::path::PathBuf::as_path))?;
+    match written.iter().find(|file| file.exists()) {
+        Some(file) => Err(usage(anyhow!(
+            "expected no recording of this name, found {}; give --out another name",
+            file.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Writes `recording` in the format of its ending; what the format does not carry.
+fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Doubt>> {
+    if ending == "vhdr" {
+        return Ok(write_brainvision(out, recording, &markers_of(recording))?);
+    }
+    let earlier = Earlier::at(out, "the earlier recording")?;
+    let doubts = match ending {
+        "edf" => write_edf(out, recording)?,
+        _ => {
+            write_recording(out, recording)?;
+            Vec::new()
+        }
+    };
+    earlier.settle()?;
+    Ok(doubts)
+}
