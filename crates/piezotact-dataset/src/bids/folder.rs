@@ -12,7 +12,7 @@ use super::error::BidsError;
 use crate::atomic::{UNFINISHED, sync_folder};
 use crate::input::open_input;
 use crate::lock::{Lock, LockError, LockFile};
-use crate::reads::hexadecimal;
+use crate::reads::{hexadecimal, sha256_of_file};
 
 /// A folder that is being filled; without [`Self::commit`] nothing is left of it.
 #[derive(Debug)]
@@ -174,6 +174,19 @@ impl NewFolder {
                     .map_err(BidsError::io(Path::new(name)))?;
             }
         })
+    }
+
+    /// Counts the file `name`, which somebody else wrote at [`Self::path`], among those of the folder.
+    pub(super) fn adopt(&mut self, name: &str) -> Result<(), BidsError> {
+        let sum = sha256_of_file(&self.side.path().join(name));
+        let sum = sum.map_err(BidsError::io(Path::new(name)))?;
+        self.sums.insert(name.to_owned(), sum);
+        Ok(())
+    }
+
+    /// Whether the file `name` was written.
+    pub(super) fn holds(&self, name: &str) -> bool {
+        self.sums.contains_key(name)
     }
 
     /// Whether something was written in the folder `name`.

@@ -26,7 +26,7 @@ pub use label::label_of;
 pub use name::Entities;
 pub use privacy::Calendar;
 pub use read::{BidsFolder, BidsRecording};
-pub use write::{BidsWriter, Derived, Exported, NamedBy, Sources, Touched};
+pub use write::{BidsWriter, Brain, BrainAbout, Derived, Exported, NamedBy, Sources, Touched};
 
 /// The version of BIDS that is written.
 pub const BIDS_VERSION: &str = "1.11.0";

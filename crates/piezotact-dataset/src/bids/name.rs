@@ -100,7 +100,12 @@ impl Entities {
 
     /// The file with this suffix and ending in the folder `beh`, from the root.
     pub(super) fn file(&self, suffix: &str, ending: &str) -> String {
-        format!("{}/beh/{self}_{suffix}.{ending}", self.folder())
+        self.file_in("beh", suffix, ending)
+    }
+
+    /// The file with this suffix and ending in the folder of a kind of data, from the root.
+    pub(super) fn file_in(&self, datatype: &str, suffix: &str, ending: &str) -> String {
+        format!("{}/{datatype}/{self}_{suffix}.{ending}", self.folder())
     }
 }
 

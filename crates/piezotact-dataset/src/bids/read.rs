@@ -254,6 +254,14 @@ impl BidsFolder {
         drives.map(PathBuf::from).collect()
     }
 
+    /// The files of EEG, from the root: samples, headers, channels, events, positions.
+    #[must_use]
+    pub fn eeg(&self) -> Vec<PathBuf> {
+        let all = self.tree.entries.iter();
+        let of_brain = all.filter(|entry| entry.datatype() == Some("eeg") && !entry.is_signal());
+        of_brain.map(|entry| PathBuf::from(&entry.file)).collect()
+    }
+
     /// The file at `file`, from the root.
     #[must_use]
     pub fn path(&self, file: &Path) -> PathBuf {
@@ -765,7 +773,7 @@ pub(super) fn two_studies(tree: &Tree) -> Option<(String, String)> {
         .filter(|entry| entry.file.ends_with(".json"))
     {
         let Some(name) = entry.parsed() else { continue };
-        if !["beh", "physio", "stim"].contains(&name.suffix.as_str()) {
+        if !["beh", "eeg", "physio", "stim"].contains(&name.suffix.as_str()) {
             continue;
         }
         let Ok(object) = tree.json(&entry.file) else {

@@ -1,6 +1,9 @@
 //! Writes a data set: aside, file by file, and renamed when it is complete.
 
+mod derived;
+mod eeg;
 mod parts;
+mod recordings;
 mod texts;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -8,107 +11,29 @@ use std::path::{Path, PathBuf};
 
 use piezotact::document::Content;
 use piezotact::page::{Cell, Column, Table};
-use piezotact::recording::{Channel, Clock, Recording};
 use piezotact_people::association::{
     Behaviour, BehaviourMeanings, behaviour_meanings, is_recorded, person_meanings,
 };
-use piezotact_people::campaign::dictionary::ColumnMeaning;
 use piezotact_people::campaign::protocol::Protocol;
 use serde::Serialize;
 
 use super::about::{DatasetAbout, NotCarried, Person, SessionFacts};
 use super::error::BidsError;
 use super::folder::NewFolder;
-use super::json::{
-    ColumnSidecar, Columns, DatasetLinks, Description, GeneratedBy, SignalSidecar, SourceDataset,
-    channel_meaning,
-};
+use super::json::{Columns, DatasetLinks, Description, GeneratedBy, SourceDataset};
 use super::label::Labels;
-use super::name::{Entities, STIM, TRIALS};
-use super::physio::write_signals;
-use super::privacy::{
-    Calendar, age_of, carried, handedness_of, is_finger, is_language, sex_of, without_folders,
-};
+use super::name::{Entities, TRIALS};
+use super::privacy::{Calendar, age_of, handedness_of, is_finger, is_language, sex_of};
 use super::table::tsv_text;
 use super::{BIDS_VERSION, CHECKSUMS, DESCRIPTION, HED_VERSION, PROGRAM, PROTOCOL};
-use parts::{
-    DRIVE, column_names, described, events_carried, groups, is_of_a_bench, names_carried,
-    require_no_notes, sidecars, suffix_number, texts_carried,
-};
+use parts::{described, require_no_notes, sidecars};
+
+pub use derived::{Derived, Sources};
+pub use eeg::{Brain, BrainAbout};
+pub use recordings::{NamedBy, Touched};
 
 /// The folder of what is derived, from the root.
 const DERIVATIVES: &str = "derivatives/piezotact";
-
-/// One recording with what is known of it.
-#[derive(Clone, Copy, Debug)]
-pub struct Touched<'a> {
-    /// The participant's pseudonym.
-    pub participant: &'a str,
-    /// The session, by its name in the protocol.
-    pub session: &'a str,
-    /// The task.
-    pub task: &'a str,
-    /// The sample or stimulus.
-    pub sample: &'a str,
-    /// The recording, with the condition that counts.
-    pub recording: &'a Recording,
-    /// When it began, in ms since 1970-01-01 00:00 UTC, where the recording does not state it.
-    pub at_ms: Option<i64>,
-    /// What happened in it, in the columns of [`piezotact::study::events_table`].
-    pub events: Option<&'a Table>,
-    /// The file that it was read from.
-    pub file: &'a Path,
-    /// Who named the run.
-    pub named_by: NamedBy,
-}
-
-/// Who gave a run its label, which is the first step of its provenance.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NamedBy {
-    /// The session of the study.
-    Session,
-    /// Whoever recorded it: the label may say anything.
-    Person,
-}
-
-/// The label of a run that nobody named.
-const NO_LABEL: &str = "record";
-
-/// A value that was derived, with the recordings that it was made from.
-#[derive(Clone, Debug)]
-pub struct Derived<'a> {
-    /// Whose it is, with session and task; absent for one of the whole study.
-    pub of: Option<(&'a str, &'a str)>,
-    /// The task.
-    pub task: Option<&'a str>,
-    /// The sample or stimulus.
-    pub sample: Option<&'a str>,
-    /// What it is, in one word: `average`.
-    pub desc: &'a str,
-    /// Its kind, in one word: `psd`.
-    pub suffix: &'a str,
-    /// The value as a table.
-    pub table: &'a Table,
-    /// What its columns mean.
-    pub columns: BTreeMap<String, ColumnMeaning>,
-    /// What it is, in a sentence.
-    pub description: &'a str,
-    /// How it was made: settings, doubts and verdicts, as its document has them.
-    pub provenance: serde_json::Value,
-    /// What it was made from.
-    pub sources: Sources<'a>,
-}
-
-/// What a value was made from.
-#[derive(Clone, Copy, Debug)]
-pub enum Sources<'a> {
-    /// Files, re the folder of its session.
-    Session(&'a [String]),
-    /// The drive of its stimulus.
-    Drive,
-    /// All answers.
-    Answers,
-}
 
 /// What was written.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -120,6 +45,8 @@ pub struct Exported {
     pub sessions: usize,
     /// How many recordings.
     pub recordings: usize,
+    /// How many EEG recordings.
+    pub eeg_recordings: usize,
     /// How many answers.
     pub answers: usize,
     /// How many files.
@@ -144,6 +71,7 @@ pub struct BidsWriter<'a> {
     /// The data files of each session, with their times.
     scans: BTreeMap<(String, String), Vec<Scan>>,
     runs: BTreeMap<Entities, u32>,
+    brain_runs: BTreeMap<Entities, u32>,
     /// How many values of a kind were derived.
     kinds_derived: BTreeMap<(Entities, String), u32>,
     /// The kinds of events by task, beside those of the protocol.
@@ -153,6 +81,7 @@ pub struct BidsWriter<'a> {
     with_events: BTreeSet<String>,
     labels: [Labels; 4],
     recordings: usize,
+    brains: usize,
     answers: usize,
     dated: usize,
 }
@@ -200,12 +129,14 @@ impl<'a> BidsWriter<'a> {
             sessions: Vec::new(),
             scans: BTreeMap::new(),
             runs: BTreeMap::new(),
+            brain_runs: BTreeMap::new(),
             kinds_derived: BTreeMap::new(),
             kinds: BTreeMap::new(),
             with_answers: BTreeSet::new(),
             with_events: BTreeSet::new(),
             labels,
             recordings: 0,
+            brains: 0,
             answers: 0,
             dated: 0,
         })
@@ -270,170 +201,6 @@ impl<'a> BidsWriter<'a> {
         Ok(name)
     }
 
-    /// Adds a recording; gives the name of its first file re the folder of the session.
-    ///
-    /// # Errors
-    /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
-    pub fn recording(&mut self, touched: &Touched<'_>) -> Result<String, BidsError> {
-        let mut of = self.entities(touched.participant, touched.session, touched.task)?;
-        of.acq = Some(self.labels[SAMPLE].label(touched.sample)?);
-        let run = self.runs.entry(of.clone()).or_default();
-        *run += 1;
-        of.run = Some(*run);
-        let calendar = self
-            .people
-            .get(touched.participant)
-            .map(|(_, calendar)| *calendar);
-        let started = touched.recording.annotations.started_at.as_ref();
-        let time = calendar.and_then(|calendar| match (started, touched.at_ms) {
-            (Some(started), _) => Some(calendar.start(started)),
-            (None, Some(at_ms)) => Some(calendar.text(at_ms)),
-            (None, None) => None,
-        });
-        let source = self.source(&of, touched)?;
-        let mut first = None;
-        for (label, clock, numbers) in groups(touched) {
-            of.recording = Some(label.to_owned() + &suffix_number(&clock.1));
-            let channels = touched.recording.channels();
-            let of_group: Vec<&Channel> = numbers.iter().map(|at| &channels[*at]).collect();
-            let suffix = if label == DRIVE { STIM } else { "physio" };
-            let data = of.file(suffix, "tsv.gz");
-            self.folder.put(&data, |out| {
-                write_signals(&of_group, out).map_err(BidsError::io(Path::new(&data)))
-            })?;
-            let sidecar = self.sidecar((touched, &source), &clock.0, (&numbers, &of_group), suffix);
-            self.folder.put_json(&of.file(suffix, "json"), &sidecar)?;
-            let name = self.scanned(touched, &of, &data, time.clone());
-            first.get_or_insert(name);
-        }
-        of.recording = None;
-        if let Some(events) = touched.events.filter(|events| !events.rows.is_empty()) {
-            let events = &events_carried(events, touched);
-            let at = events
-                .columns
-                .iter()
-                .position(|one| one.name == "trial_type");
-            let kinds = events.rows.iter().filter_map(|row| match &row[at?] {
-                Cell::Text(kind) => Some(kind.clone()),
-                _ => None,
-            });
-            let known = self.kinds.entry(touched.task.to_owned()).or_default();
-            known.extend(kinds);
-            self.with_events.insert(touched.task.to_owned());
-            let file = of.file("events", "tsv");
-            self.folder.put_text(&file, &tsv_text(events, &file)?)?;
-        }
-        self.recordings += 1;
-        Ok(first.unwrap_or_default())
-    }
-
-    /// Notes a data file of a session; gives its name re the folder of the session.
-    fn scanned(
-        &mut self,
-        touched: &Touched<'_>,
-        of: &Entities,
-        file: &str,
-        time: Option<String>,
-    ) -> String {
-        let name = file
-            .trim_start_matches(&of.folder())
-            .trim_start_matches('/')
-            .to_owned();
-        let key = (touched.participant.to_owned(), touched.session.to_owned());
-        self.scans
-            .entry(key)
-            .or_default()
-            .push((name.clone(), time));
-        name
-    }
-
-    /// A copy of the file of a recording, bit by bit; its name from the root. None of a file that states a date,
-    /// or of another program, whose header may.
-    fn source(
-        &mut self,
-        of: &Entities,
-        touched: &Touched<'_>,
-    ) -> Result<Option<String>, BidsError> {
-        let annotations = &touched.recording.annotations;
-        let labelled = has_label(touched);
-        let is_ours = touched
-            .file
-            .extension()
-            .is_some_and(|end| end == "parquet" || end == "part");
-        if annotations.started_at.is_some() || !is_of_a_bench(touched) || !is_ours || labelled {
-            self.dated += 1;
-            return Ok(None);
-        }
-        let ending = touched.file.extension().and_then(|ending| ending.to_str());
-        let name = format!(
-            "sourcedata/{}/{of}.{}",
-            of.folder(),
-            ending.unwrap_or("part").to_ascii_lowercase()
-        );
-        self.folder.copy(&name, touched.file)?;
-        Ok(Some(name))
-    }
-
-    fn sidecar(
-        &self,
-        (touched, source): (&Touched<'_>, &Option<String>),
-        clock: &Clock,
-        (numbers, channels): (&[usize], &[&Channel]),
-        suffix: &str,
-    ) -> SignalSidecar {
-        let about = &touched.recording.about;
-        let mut provenance = about.provenance.clone();
-        let mut labels = touched.recording.annotations.labels.clone();
-        // Notes on files of other programs hold their names and dates.
-        if !is_of_a_bench(touched) {
-            provenance.source.clear();
-            provenance.steps.clear();
-            labels.clear();
-        }
-        if has_label(touched) {
-            provenance.steps.remove(0);
-        }
-        provenance.source = without_folders(&provenance.source);
-        provenance.steps = (provenance.steps.iter())
-            .filter_map(|step| carried(step))
-            .collect();
-        labels.retain(|name, text| {
-            let kept = carried(text);
-            *text = kept.clone().unwrap_or_default();
-            kept.is_some() && carried(name).is_some()
-        });
-        let own = names_carried(channels);
-        let names = column_names(&own);
-        let meanings = names
-            .iter()
-            .zip(&own)
-            .zip(channels)
-            .map(|((name, own), channel)| {
-                let meaning = ColumnSidecar::from(channel_meaning(own, &channel.unit, suffix));
-                (
-                    name.clone(),
-                    serde_json::to_value(meaning).unwrap_or_default(),
-                )
-            });
-        let mut others: BTreeMap<String, serde_json::Value> = meanings.collect();
-        others.insert("ChannelNames".into(), own.into());
-        SignalSidecar {
-            sampling_frequency: clock.rate_hz.hz(),
-            start_time: clock.start_s.0,
-            columns: names,
-            physio_type: (suffix != STIM).then(|| "generic".to_owned()),
-            task_name: Some(touched.task.to_owned()),
-            study: Some(self.about.study.to_owned()),
-            channels: numbers.to_vec(),
-            condition: about.condition.clone(),
-            provenance,
-            doubts: about.doubts.clone(),
-            labels,
-            source_file: source.as_ref().map(|name| format!("bids::{name}")),
-            others,
-        }
-    }
-
     /// Adds what happened in one task of a session.
     ///
     /// # Errors
@@ -479,75 +246,6 @@ impl<'a> BidsWriter<'a> {
         Ok(())
     }
 
-    /// Adds a value that was derived.
-    ///
-    /// # Errors
-    /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
-    pub fn derived(&mut self, derived: &Derived<'_>) -> Result<(), BidsError> {
-        let mut of = Entities {
-            desc: super::label_of(derived.desc),
-            ..Entities::default()
-        };
-        if let Some(task) = derived.task {
-            of.task = Some(self.labels[TASK].label(task)?);
-        }
-        if let Some(sample) = derived.sample {
-            of.acq = Some(self.labels[SAMPLE].label(sample)?);
-        }
-        let stem = match derived.of {
-            Some((participant, session)) => {
-                of.sub = self.labels[PARTICIPANT].label(participant)?;
-                of.ses = Some(self.labels[SESSION].label(session)?);
-                let key = (of.clone(), derived.suffix.to_owned());
-                let counted = self.kinds_derived.entry(key).or_default();
-                *counted += 1;
-                of.run = (*counted > 1).then_some(*counted);
-                format!("{DERIVATIVES}/{}/beh/{of}_{}", of.folder(), derived.suffix)
-            }
-            None => {
-                let text = of.to_string();
-                let without = text.trim_start_matches("sub-").trim_start_matches('_');
-                format!("{DERIVATIVES}/{without}_{}", derived.suffix)
-            }
-        };
-        let file = format!("{stem}.tsv");
-        self.folder
-            .put_text(&file, &tsv_text(derived.table, &file)?)?;
-        let mut sidecar = serde_json::Map::new();
-        sidecar.insert("Description".into(), derived.description.into());
-        let sources: Vec<String> = match derived.sources {
-            Sources::Session(files) => (files.iter())
-                .map(|file| format!("bids:study:{}/{file}", of.folder()))
-                .collect(),
-            Sources::Drive => self.drives_of(&of),
-            Sources::Answers => (self.scans.values().flatten())
-                .filter(|(name, _)| name.ends_with("_beh.tsv"))
-                .map(|(name, _)| format!("bids:study:{}", beside(name)))
-                .collect(),
-        };
-        sidecar.insert("Sources".into(), sources.into());
-        sidecar.insert("Provenance".into(), texts_carried(&derived.provenance));
-        let has = |name: &String| derived.table.columns.iter().any(|one| one.name == *name);
-        for (name, meaning) in derived.columns.iter().filter(|(name, _)| has(name)) {
-            sidecar.insert(
-                name.clone(),
-                serde_json::to_value(meaning).unwrap_or_default(),
-            );
-        }
-        self.folder.put_json(&format!("{stem}.json"), &sidecar)
-    }
-
-    /// The drive of a stimulus, as a URI.
-    fn drives_of(&self, of: &Entities) -> Vec<String> {
-        let label = of.acq.as_deref().unwrap_or_default();
-        let file = format!("stimuli/{}/{label}_drive.wav", of.folder());
-        let is_there = self.folder.has(&file);
-        is_there
-            .then(|| format!("bids:study:{file}"))
-            .into_iter()
-            .collect()
-    }
-
     /// How many recordings have no copy as they are, since they state a date or are of another program.
     #[must_use]
     pub fn dated(&self) -> usize {
@@ -573,6 +271,7 @@ impl<'a> BidsWriter<'a> {
             participants: self.people.len(),
             sessions: self.sessions.len(),
             recordings: self.recordings,
+            eeg_recordings: self.brains,
             answers: self.answers,
             files: 0,
             not_carried,
@@ -750,23 +449,6 @@ impl<'a> BidsWriter<'a> {
         }
         Ok(())
     }
-}
-
-/// The file `name` of the folder `beh`, from the root: its name says whose it is.
-fn beside(name: &str) -> String {
-    let file = name.rsplit('/').next().unwrap_or_default();
-    let mut parts = file.split('_');
-    let sub = parts.next().unwrap_or_default();
-    let ses = parts.next().unwrap_or_default();
-    format!("{sub}/{ses}/{name}")
-}
-
-/// Whether the first step of the provenance is a label that somebody typed.
-fn has_label(touched: &Touched<'_>) -> bool {
-    let first = touched.recording.about.provenance.steps.first();
-    touched.named_by == NamedBy::Person
-        && is_of_a_bench(touched)
-        && first.is_some_and(|first| first != NO_LABEL)
 }
 
 /// A protocol without what somebody noted in it: its values alone. One that is none stays out.

@@ -8,11 +8,14 @@ use clap::Args;
 use piezotact::doubt::{Doubt, merged};
 use piezotact::invocation::Found;
 use piezotact::number::counted;
-use piezotact_dataset::NamePattern;
+use piezotact::quantity::Hertz;
+use piezotact::recording::Recording;
 use piezotact_dataset::bids::{
-    BidsWriter, DatasetAbout, Exported, NamedBy, NotCarried, Person, SessionFacts, Touched,
+    BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, NamedBy, NotCarried, Person,
+    SessionFacts, Touched,
 };
 use piezotact_dataset::study::Pseudonym;
+use piezotact_dataset::{NamePattern, ReadOptions, read_recording};
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
@@ -53,6 +56,23 @@ pub(super) struct Arguments {
     /// Pattern that reads participant and sample from the file names, such as '{participant}_{sample}_{repeat}'.
     #[arg(long, value_name = "PATTERN")]
     meta: Option<NamePattern>,
+    /// EEG recordings, each of one participant and one task of the protocol.
+    #[arg(long, value_name = "FILES", num_args = 1..)]
+    eeg: Vec<PathBuf>,
+    /// Pattern that reads participant and task from the names of the EEG files.
+    #[arg(
+        long,
+        value_name = "PATTERN",
+        default_value = "{participant}_{task}",
+        requires = "eeg"
+    )]
+    eeg_meta: NamePattern,
+    /// The reference of the EEG electrodes, in words such as 'average of the mastoids'.
+    #[arg(long, value_name = "WORDS", requires = "eeg", value_parser = line)]
+    eeg_reference: Option<String>,
+    /// The frequency of the mains where the EEG was recorded: 50Hz or 60Hz.
+    #[arg(long, value_name = "FREQUENCY", requires = "eeg", value_parser = crate::arguments::hertz)]
+    line: Option<Hertz>,
     /// Transfer functions of the participants, as derived data.
     #[arg(long, value_name = "FILES", num_args = 1..)]
     transfer: Vec<PathBuf>,
@@ -151,6 +171,7 @@ fn written(
     export.people()?;
     export.played()?;
     export.touched()?;
+    export.brains()?;
     export.derived(study)?;
     let mut not_carried = export.not_carried();
     not_carried.extend((rehearsals > 0).then_some(NotCarried::Rehearsals {
@@ -175,7 +196,7 @@ fn shown(args: &Arguments, exported: &Exported, place: &Path) -> Outcome {
         place.display(),
         counted(exported.participants, "participant"),
         counted(exported.sessions, "session"),
-        counted(exported.recordings, "recording"),
+        counted(exported.recordings + exported.eeg_recordings, "recording"),
         counted(exported.answers, "answer"),
         counted(exported.files, "file")
     ))?;
@@ -427,6 +448,67 @@ impl Export<'_> {
         )))
     }
 
+    /// The EEG recordings.
+    fn brains(&mut self) -> Outcome {
+        let about = BrainAbout {
+            reference: self.args.eeg_reference.clone(),
+            line_hz: self.args.line.map(|hz| hz.0),
+        };
+        let writing = Work::of_files(WRITING, &self.args.eeg);
+        let between = Between::items("recording");
+        for path in &self.args.eeg {
+            goes_on()?;
+            let (participant, task) = self.whose(path)?;
+            let session = self.session_of(path, &participant, &task)?;
+            for segment in segments(path)? {
+                self.doubts.extend(segment.about.doubts.iter().cloned());
+                let doubts = self.writer.eeg(Brain {
+                    participant: &participant,
+                    session: &session,
+                    task: &task,
+                    recording: segment,
+                    about: &about,
+                })?;
+                self.doubts.extend(doubts);
+            }
+            writing.one_more();
+        }
+        drop((writing, between));
+        Ok(())
+    }
+
+    /// The participant and the task in the name of an EEG file.
+    fn whose(&self, path: &Path) -> Outcome<(String, String)> {
+        let naming = self.args.eeg_meta.read(path).map_err(usage)?;
+        let task = naming.labels.get("task").cloned();
+        match (naming.condition.participant, task) {
+            (Some(participant), Some(task)) => Ok((participant, task)),
+            _ => Err(usage(anyhow!(
+                "{}: expected a pattern with {{participant}} and {{task}}, found one without; state both in --eeg-meta",
+                path.display()
+            ))),
+        }
+    }
+
+    /// The session of a participant in which a task was.
+    fn session_of(&self, path: &Path, participant: &str, task: &str) -> Outcome<String> {
+        let names: Vec<&str> = (self.protocol.tasks.iter())
+            .map(|task| task.name.as_str())
+            .collect();
+        let mut own = self
+            .sessions
+            .iter()
+            .filter(|one| one.participant.as_str() == participant);
+        let found = own.find(|one| one.state.trials().any(|(trial, _)| trial.task == task));
+        found.map(|one| one.state.plan().session.clone()).ok_or_else(|| {
+            usage(anyhow!(
+                "{}: expected EEG of a participant of the study in a task of a session that was held (tasks: {}), found participant {participant}, task {task}; correct its name, or leave it out",
+                path.display(),
+                names.join(", ")
+            ))
+        })
+    }
+
     /// What was computed of the study.
     fn derived(&mut self, study: &Study) -> Outcome {
         for session in self.sessions {
@@ -521,6 +603,21 @@ impl Export<'_> {
             .chain(counts.into_iter().flatten())
             .collect()
     }
+}
+
+/// The parts of an EEG file between its gaps.
+fn segments(path: &Path) -> Outcome<Vec<Recording>> {
+    if path.extension().is_some_and(|ending| ending == "parquet") {
+        return Ok(vec![
+            read_recording(path, &ReadOptions::default())?.recording,
+        ]);
+    }
+    let file = piezotact_dataset::eeg::read_eeg(path)?;
+    Ok(file
+        .segments
+        .into_iter()
+        .map(|part| part.recording)
+        .collect())
 }
 
 /// What is known of a session.

@@ -32,7 +32,7 @@ pub(super) struct Arguments {
     /// The folder of the data set.
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
-    /// The folder to write: recordings/, drives/, answers.csv, orders.csv, trials.csv, evidence.csv, participants.csv and protocol.toml.
+    /// The folder to write: recordings/, eeg/, drives/, answers.csv, orders.csv, trials.csv, evidence.csv, participants.csv and protocol.toml.
     #[arg(long, value_name = "FOLDER")]
     out: PathBuf,
 }
@@ -42,6 +42,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     dataset.require_outside(&args.out)?;
     let mut out = NewFolder::beside(&args.out)?;
     let [recordings, drives] = copied(&dataset, &mut out)?;
+    let brains = brains(&dataset, &mut out)?;
     let behaviour = dataset.behaviour()?;
     let protocol = protocol(&dataset)?;
     let answers = answers(&behaviour)?;
@@ -56,9 +57,10 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     out.commit()?;
     let left = left_out(&dataset, &behaviour, &answers);
     print(&format!(
-        "{}: {}, {} and {} of {}",
+        "{}: {}, {}, {} and {} of {}",
         args.out.display(),
         counted(recordings, "recording"),
+        counted(brains, "EEG recording"),
         counted(drives, "drive"),
         counted(answers.len(), "answer"),
         args.folder.display()
@@ -67,6 +69,18 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         print(&format!("not imported: {line}"))?;
     }
     Ok(())
+}
+
+/// Copies the files of EEG, which name each other; gives how many recordings they are.
+fn brains(dataset: &BidsFolder, out: &mut NewFolder) -> Outcome<usize> {
+    let mut count = 0;
+    for file in dataset.eeg() {
+        let name = crate::report::name(&file);
+        let ends = |endings: &[&str]| endings.iter().any(|ending| name.ends_with(ending));
+        count += usize::from(ends(&["_eeg.vhdr", "_eeg.edf", "_eeg.bdf", "_eeg.set"]));
+        out.copy(&format!("eeg/{name}"), &dataset.path(&file))?;
+    }
+    Ok(count)
 }
 
 /// What the data set has and the tables and recordings do not.

@@ -5,6 +5,7 @@
 
 mod answers;
 mod both;
+mod eeg;
 mod people;
 mod signals;
 mod tables;
@@ -76,6 +77,8 @@ pub enum ProblemKind {
     Ranking,
     /// Files of two studies.
     Study,
+    /// Samples of EEG that cannot be read, or fewer or more than stated.
+    Samples,
 }
 
 /// Something that is wrong with a data set.
@@ -264,7 +267,8 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
     sidecars(&tree, &mut found);
     checksums(&tree, &mut found);
     people::check(&tree, origin, &mut found);
-    let spans = signals::check(&tree, origin, &mut found);
+    let mut spans = signals::check(&tree, origin, &mut found);
+    let brains = eeg::check(&tree, origin, &mut spans, &mut found);
     if origin == Origin::Ours {
         for (file, error) in BidsFolder::recordings_unlike(&tree) {
             // What cannot be read was named.
@@ -278,7 +282,8 @@ pub fn check(root: &Path) -> Result<Checked, BidsError> {
         .entries
         .iter()
         .filter(|entry| entry.is_signal())
-        .count();
+        .count()
+        + brains;
     found
         .problems
         .sort_by(|one, other| (&one.file, one.line).cmp(&(&other.file, other.line)));
@@ -525,7 +530,12 @@ fn checksum(tree: &Tree, sum: &str, file: &str, found: &mut Found) {
 fn not_read(tree: &Tree) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     for entry in &tree.entries {
-        let is_read = entry.is_signal() || entry.is_table() || entry.file.ends_with(".json");
+        let of_brain = [".eeg", ".vmrk", ".fdt"];
+        let is_read = entry.is_signal()
+            || entry.is_table()
+            || entry.file.ends_with(".json")
+            || eeg::is_eeg(entry)
+            || of_brain.iter().any(|ending| entry.file.ends_with(ending));
         if let (false, Some(datatype)) = (is_read, entry.datatype()) {
             *counts.entry(datatype.to_owned()).or_default() += 1;
         }

@@ -250,7 +250,9 @@ fn scans(
     }
     let within = format!("{folder}/");
     let data = tree.entries.iter().filter(|entry| {
-        let is_data = entry.is_signal() || entry.file.ends_with("_beh.tsv");
+        let is_data = entry.is_signal()
+            || entry.file.ends_with("_beh.tsv")
+            || entry.file.ends_with("_eeg.vhdr");
         is_data && entry.file.starts_with(&within)
     });
     for name in data.filter_map(|entry| entry.file.strip_prefix(&within)) {

@@ -11,11 +11,16 @@ use super::{Found, LONGEST_SESSION_S, Origin, ProblemKind};
 
 /// Sampling rates that are possible, in Hz.
 const RATES_HZ: std::ops::RangeInclusive<f64> = 1e-3..=1e7;
+/// In data sets of other programs a recording may end before the task does, by no more than its own length and this, in s.
+const LATER_S: f64 = 3600.0;
+
 /// When what was recorded begins and ends, in s.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Span {
     pub(super) start_s: f64,
     pub(super) end_s: f64,
+    /// How far an event of another program may lie beyond it, in s.
+    pub(super) slack_s: f64,
 }
 
 /// By the folder and the entities of what belongs together.
@@ -75,7 +80,11 @@ pub(super) fn check(tree: &Tree, origin: Origin, found: &mut Found) -> Spans {
                     (rate_hz, start_s, together(entry))
                 {
                     let end_s = start_s + rows as f64 / rate_hz;
-                    let known = spans.entry(key).or_insert(Span { start_s, end_s });
+                    let known = spans.entry(key).or_insert(Span {
+                        start_s,
+                        end_s,
+                        slack_s: LATER_S + end_s - start_s,
+                    });
                     known.start_s = known.start_s.min(start_s);
                     known.end_s = known.end_s.max(end_s);
                     if origin == Origin::Ours && end_s - start_s > LONGEST_SESSION_S {

@@ -52,8 +52,6 @@ const DECIDING: [&str; 15] = [
 ];
 /// How far an event may lie after the end of what was recorded, in s: a rounded onset.
 const TOLERANCE_S: f64 = 0.001;
-/// In data sets of other programs a recording may end before the task does, by no more than its own length and this, in s.
-const LATER_S: f64 = 3600.0;
 
 /// What a column may hold.
 struct Rule {
@@ -587,10 +585,10 @@ impl Rows<'_> {
         found: &mut Found,
     ) {
         let file = self.entry.file.as_str();
-        let Span { start_s, end_s } = span;
+        let Span { start_s, end_s, .. } = span;
         let tolerance_s = match self.origin {
             Origin::Ours => TOLERANCE_S,
-            Origin::Foreign => LATER_S + end_s - start_s,
+            Origin::Foreign => span.slack_s,
         };
         if onset_s > end_s + tolerance_s {
             let why = format!(

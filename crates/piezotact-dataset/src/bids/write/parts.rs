@@ -14,7 +14,7 @@ use super::super::json::{ColumnSidecar, Columns};
 use super::super::name::RECORDING_FIV;
 use super::super::physio::number_in;
 use super::super::privacy::carried;
-use super::Touched;
+use super::recordings::Touched;
 use crate::error::ReadError;
 use crate::input::read_input;
 

@@ -208,10 +208,11 @@ pub(super) fn readme(
     }
     let _never_fails = writeln!(
         text,
-        "A study of touch with {} in {}: {} and {}. Protocol: {} ({}), written whole in `sourcedata/protocol.toml`.\n",
+        "A study of touch with {} in {}: {}, {} and {}. Protocol: {} ({}), written whole in `sourcedata/protocol.toml`.\n",
         counted(exported.participants, "participant"),
         counted(exported.sessions, "session"),
         counted(exported.recordings, "recording"),
+        counted(exported.eeg_recordings, "EEG recording"),
         counted(exported.answers, "answer"),
         protocol.name,
         protocol.source
@@ -235,6 +236,7 @@ pub(super) fn readme(
         "\n## Where what is\n\n\
         - `sub-*/ses-*/beh/*_physio.tsv.gz`: acceleration and forces of a finger, one column a channel, described in the JSON file beside; `*_stim.tsv.gz`: the drive as it was recorded while it was played. `acq-` is the sample or stimulus, `run-` the number of the recording.\n\
         - `*_events.tsv` with `acq-` and `run-`: the strokes, or the onset of the stimulus, in that recording. Without, or with `acq-trials`: the trials of the task, with onsets after the beginning of the session, and the stimuli that were played in them.\n\
+        - `sub-*/ses-*/eeg/`: EEG as BrainVision files, with channels, events (their exact onsets) and template positions of the electrodes.\n\
         - `*_beh.tsv`: the answers. `expected` is the right answer, `offered` what could be answered.\n\
         - `stimuli/`: the files of the drives that were played.\n\
         - `sourcedata/`: recordings as they were made, bit by bit, the protocol, and SHA256SUMS of all files but read-mes and `dataset_description.json` (`cd sourcedata && sha256sum -c SHA256SUMS`).\n\

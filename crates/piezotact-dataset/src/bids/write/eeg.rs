@@ -1,0 +1,285 @@
+//! EEG: `BrainVision` files with their sidecars, channels, events and template positions.
+
+use std::collections::BTreeMap;
+
+use piezotact::Doubt;
+use piezotact::page::{Cell, Column, Table};
+use piezotact::quantity::{Seconds, Unit};
+use piezotact::recording::{EventValue, Recording};
+use piezotact_people::eeg::reference::Montage;
+use serde_json::json;
+
+use super::super::error::BidsError;
+use super::super::json::unit_text;
+use super::super::name::Entities;
+use super::super::privacy::{carried, without_folders};
+use super::super::table::tsv_text;
+use super::super::{NOTHING, PROGRAM};
+use super::BidsWriter;
+use super::texts::column;
+use crate::eeg::{markers_of, write_brainvision};
+
+/// The radius of the head on which template positions stand, in m.
+///
+/// Source: the sphere of MNE-Python.
+const HEAD_M: f64 = 0.095;
+
+/// One EEG recording, or one of its parts between two gaps, with what is known of it.
+#[derive(Clone, Debug)]
+pub struct Brain<'a> {
+    /// The participant's pseudonym.
+    pub participant: &'a str,
+    /// The session, by its name in the protocol.
+    pub session: &'a str,
+    /// The task.
+    pub task: &'a str,
+    /// The recording, channels in V.
+    pub recording: Recording,
+    /// What the laboratory states of it.
+    pub about: &'a BrainAbout,
+}
+
+/// What a laboratory states of its EEG recordings, as no file format holds it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BrainAbout {
+    /// The reference of the electrodes, in words; absent where it is not known.
+    pub reference: Option<String>,
+    /// The frequency of the mains, in Hz; absent where it is not known.
+    pub line_hz: Option<f64>,
+}
+
+/// The type of a channel in BIDS.
+///
+/// Source: BIDS 1.11, EEG, `*_channels.tsv`.
+pub(in super::super) fn channel_type(name: &str, unit: &Unit) -> &'static str {
+    let upper = name.to_uppercase();
+    let begins = |words: &[&str]| words.iter().any(|word| upper.starts_with(word));
+    match unit {
+        _ if begins(&["VEOG"]) => "VEOG",
+        _ if begins(&["HEOG"]) => "HEOG",
+        _ if begins(&["EOG"]) => "EOG",
+        _ if begins(&["ECG", "EKG"]) => "ECG",
+        _ if begins(&["EMG"]) => "EMG",
+        _ if begins(&["TRIG", "STATUS", "STIM", "STI "]) => "TRIG",
+        Unit::Volt => "EEG",
+        _ => "MISC",
+    }
+}
+
+impl BidsWriter<'_> {
+    /// Adds an EEG recording; gives doubts about what its files do not carry.
+    ///
+    /// # Errors
+    /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
+    pub fn eeg(&mut self, brain: Brain<'_>) -> Result<Vec<Doubt>, BidsError> {
+        let mut of = self.entities(brain.participant, brain.session, brain.task)?;
+        let run = self.brain_runs.entry(of.clone()).or_default();
+        *run += 1;
+        of.run = Some(*run);
+        let calendar = self.people.get(brain.participant);
+        let started = brain.recording.annotations.started_at.clone();
+        let time = calendar
+            .zip(started)
+            .map(|((_, calendar), started)| calendar.start(&started));
+        let mut recording = brain.recording.clone();
+        // The header would state the true date.
+        recording.annotations.started_at = None;
+        recording.annotations.labels.clear();
+        let is_ours = recording.about.provenance.bench.is_some();
+        for event in &mut recording.annotations.events {
+            event.value = event
+                .value
+                .take()
+                .and_then(|value| value_carried(value, is_ours));
+            event.kind = carried(&event.kind).unwrap_or_else(|| "event".to_owned());
+        }
+        let header = of.file_in("eeg", "eeg", "vhdr");
+        let path = self.folder.path(&header)?;
+        let doubts = write_brainvision(&path, &recording, &markers_of(&recording))?;
+        for ending in ["vhdr", "eeg", "vmrk"] {
+            self.folder.adopt(&of.file_in("eeg", "eeg", ending))?;
+        }
+        self.eeg_sidecars(&brain, &of, &recording)?;
+        self.eeg_positions(&of, &recording)?;
+        let key = (brain.participant.to_owned(), brain.session.to_owned());
+        let name = header
+            .trim_start_matches(&of.folder())
+            .trim_start_matches('/');
+        let scans = self.scans.entry(key).or_default();
+        scans.push((name.to_owned(), time));
+        self.brains += 1;
+        Ok(doubts)
+    }
+
+    /// What stands beside the samples: the recording, its channels, its events.
+    fn eeg_sidecars(
+        &mut self,
+        brain: &Brain<'_>,
+        of: &Entities,
+        recording: &Recording,
+    ) -> Result<(), BidsError> {
+        let rate_hz = recording.rate().hz();
+        let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+        let mut channels = table(&["name", "type", "units", "sampling_frequency"]);
+        for channel in recording.channels() {
+            let kind = channel_type(&channel.name, &channel.unit);
+            *counts.entry(kind).or_default() += 1;
+            channels.rows.push(vec![
+                Cell::from(channel.name.as_str()),
+                Cell::from(kind),
+                Cell::from(unit_text(&channel.unit)),
+                Cell::from(rate_hz),
+            ]);
+        }
+        let file = of.file_in("eeg", "channels", "tsv");
+        self.folder.put_text(&file, &tsv_text(&channels, &file)?)?;
+        let count = |kinds: &[&str]| {
+            kinds
+                .iter()
+                .filter_map(|kind| counts.get(kind))
+                .sum::<usize>()
+        };
+        let about = &recording.about;
+        let mut provenance = about.provenance.clone();
+        if provenance.bench.is_none() {
+            provenance.source.clear();
+            provenance.steps.clear();
+        }
+        provenance.source = without_folders(&provenance.source);
+        // The first step is a label that somebody typed.
+        provenance.steps = (provenance.steps.iter().skip(1))
+            .filter_map(|step| carried(step))
+            .collect();
+        let sidecar = json!({
+            "TaskName": brain.task,
+            "SamplingFrequency": rate_hz,
+            "EEGReference": brain.about.reference.as_deref().unwrap_or(NOTHING),
+            "PowerLineFrequency": brain.about.line_hz.map_or_else(|| json!(NOTHING), |hz| json!(hz)),
+            "SoftwareFilters": NOTHING,
+            "RecordingType": "continuous",
+            "RecordingDuration": recording.len() as f64 / rate_hz,
+            "EEGChannelCount": count(&["EEG"]),
+            "EOGChannelCount": count(&["EOG", "VEOG", "HEOG"]),
+            "ECGChannelCount": count(&["ECG"]),
+            "EMGChannelCount": count(&["EMG"]),
+            "MiscChannelCount": count(&["MISC"]),
+            "TriggerChannelCount": count(&["TRIG"]),
+            "Study": self.about.study,
+            "Provenance": provenance,
+        });
+        self.folder
+            .put_json(&of.file_in("eeg", "eeg", "json"), &sidecar)?;
+        if recording.annotations.events.is_empty() {
+            return Ok(());
+        }
+        let mut events = table(&["onset", "duration", "trial_type", "value", "sample"]);
+        for event in &recording.annotations.events {
+            let value = match &event.value {
+                None => Cell::Missing(()),
+                Some(EventValue::Number(number)) => Cell::from(*number),
+                Some(EventValue::Text(text)) => Cell::from(text.as_str()),
+            };
+            let Seconds(onset_s) = event.onset_s;
+            events.rows.push(vec![
+                Cell::from(onset_s),
+                Cell::from(event.duration_s.0),
+                Cell::from(event.kind.as_str()),
+                value,
+                Cell::from((onset_s * rate_hz).round_ties_even()),
+            ]);
+        }
+        let file = of.file_in("eeg", "events", "tsv");
+        self.folder.put_text(&file, &tsv_text(&events, &file)?)?;
+        let columns = BTreeMap::from([
+            (
+                "onset",
+                column(&("s", "Onset after the first sample of the recording.")),
+            ),
+            ("duration", column(&("s", "How long the event lasts."))),
+            (
+                "trial_type",
+                column(&("", "Kind of the event, as the recording calls it.")),
+            ),
+            (
+                "value",
+                column(&(
+                    "",
+                    "Value of the event: the surface, or the code of the marker.",
+                )),
+            ),
+            (
+                "sample",
+                column(&(
+                    "",
+                    "The nearest sample, from 0; markers of BrainVision stand on samples.",
+                )),
+            ),
+        ]);
+        self.folder
+            .put_json(&of.file_in("eeg", "events", "json"), &columns)
+    }
+
+    /// Template positions of the electrodes whose names have one, once for a session.
+    fn eeg_positions(&mut self, of: &Entities, recording: &Recording) -> Result<(), BidsError> {
+        let of = Entities {
+            task: None,
+            run: None,
+            ..of.clone()
+        };
+        let file = of.file_in("eeg", "electrodes", "tsv");
+        if self.folder.holds(&file) {
+            return Ok(());
+        }
+        let mut electrodes = table(&["name", "x", "y", "z"]);
+        for channel in recording.channels() {
+            if channel_type(&channel.name, &channel.unit) != "EEG" {
+                continue;
+            }
+            let montage = Montage::ten_ten(std::slice::from_ref(&channel.name)).ok();
+            let position = montage.and_then(|montage| montage.positions.first().copied());
+            let mut row = vec![Cell::from(channel.name.as_str())];
+            for axis in 0..3 {
+                row.push(Cell::from(position.map(|position| position[axis] * HEAD_M)));
+            }
+            electrodes.rows.push(row);
+        }
+        let has_one = |row: &Vec<Cell>| matches!(row[1], Cell::Number(_));
+        if !electrodes.rows.iter().any(has_one) {
+            return Ok(());
+        }
+        self.folder
+            .put_text(&file, &tsv_text(&electrodes, &file)?)?;
+        let space = json!({
+            "EEGCoordinateSystem": "Other",
+            "EEGCoordinateSystemDescription": format!(
+                "{PROGRAM}: template positions of the extended 10-20 system on a sphere, not measured; x to the right, y to the front, z up, from the centre of the head."
+            ),
+            "EEGCoordinateUnits": "m",
+        });
+        self.folder
+            .put_json(&of.file_in("eeg", "coordsystem", "json"), &space)
+    }
+}
+
+/// The value of an event as it may be carried: numbers and the codes of markers of any file, words of our own benches.
+fn value_carried(value: EventValue, is_ours: bool) -> Option<EventValue> {
+    match value {
+        EventValue::Text(text) => {
+            let text = carried(&text)?;
+            (is_ours || is_code(&text)).then_some(EventValue::Text(text))
+        }
+        number => Some(number),
+    }
+}
+
+/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`.
+fn is_code(text: &str) -> bool {
+    let digits = text.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
+    let letters = text.len() - digits.len();
+    let digits = digits.trim_start();
+    letters <= 3 && digits.len() <= 5 && digits.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+fn table(names: &[&str]) -> Table {
+    Table::new(names.iter().map(|name| Column::new(name, name)))
+}
