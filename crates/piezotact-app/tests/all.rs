@@ -3,6 +3,7 @@
 mod belonging;
 mod bids;
 mod bids_attacks;
+mod bids_eeg;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;

@@ -602,17 +602,17 @@ fn what_is_no_data_set_of_touch_is_refused_by_name() {
         &["2 in it: one, other", "give the folder of one of them"],
     );
     // A study of another kind.
-    std::fs::create_dir_all(folder.path("brains/sub-01/eeg")).unwrap();
+    std::fs::create_dir_all(folder.path("brains/sub-01/meg")).unwrap();
     folder.write(
         "brains/dataset_description.json",
         r#"{"Name": "b", "BIDSVersion": "1.10.0"}"#,
     );
-    folder.write("brains/sub-01/eeg/sub-01_task-rest_eeg.edf", "0");
+    folder.write("brains/sub-01/meg/sub-01_task-rest_meg.fif", "0");
     run(folder, "bids import brains --out new")
-        .expect_failure(1, &["expected touch data", "data in eeg"]);
+        .expect_failure(1, &["expected touch data", "data in meg"]);
     let done = run(folder, "bids check brains --second-opinion none");
     assert_eq!(done.code(), Some(5), "{}", done.out());
-    holds(&done.out(), &["nothing could be checked", "1 of eeg"]);
+    holds(&done.out(), &["nothing could be checked", "1 of meg"]);
     assert!(!folder.path("new").exists());
     let left = folder
         .names()

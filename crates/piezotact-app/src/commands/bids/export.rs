@@ -71,7 +71,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "WORDS", requires = "eeg", value_parser = line)]
     eeg_reference: Option<String>,
     /// The frequency of the mains where the EEG was recorded: 50Hz or 60Hz.
-    #[arg(long, value_name = "FREQUENCY", requires = "eeg", value_parser = crate::arguments::hertz)]
+    #[arg(long, value_name = "FREQUENCY", requires = "eeg", value_parser = frequency)]
     line: Option<Hertz>,
     /// Transfer functions of the participants, as derived data.
     #[arg(long, value_name = "FILES", num_args = 1..)]
@@ -90,6 +90,14 @@ pub(super) struct Arguments {
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// A frequency with its unit.
+fn frequency(text: &str) -> Result<Hertz, String> {
+    match text.trim_end_matches("Hz").trim().parse::<f64>() {
+        Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(Hertz(hz)),
+        _ => Err("expected a frequency from 1 Hz to 1000 Hz, such as 50Hz".to_owned()),
+    }
 }
 
 /// A line of text.
