@@ -111,9 +111,14 @@ def study(folder):
         session(folder, f"campaign run study P0{person} measurement --age {30 * person} --sex female --handedness right")
         session(folder, f"campaign run study P0{person} discrimination --drives drives{person} --bench {bench}")
         recordings += own
+    # EEG while strokes were felt, and while samples were touched: as BrainVision and as EDF+.
+    brains = ["P01_task3.vhdr", "P02_measure.edf"]
+    for person, task, name in [(1, "control", brains[0]), (2, "natural", brains[1])]:
+        ours(folder, f"twin record --bench eeg --task {task} --trials 2 --participant {person} --seed 7 --out {name}")
     ours(
         folder,
-        f"bids export study --recordings {' '.join(recordings)} --transfer tf1.json tf2.json --license CC0 --author A --author B --out bids",
+        f"bids export study --recordings {' '.join(recordings)} --eeg {' '.join(brains)} --eeg-reference ideal --line 50Hz"
+        " --transfer tf1.json tf2.json --license CC0 --author A --author B --out bids",
     )
     return folder / "bids"
 
@@ -164,6 +169,37 @@ def samples_agree(dataset):
     return count
 
 
+def brains_agree(folder, dataset):
+    """What differs between the EEG that was recorded and what mne-bids reads of the data set: samples (32 bits) and events."""
+    import mne
+    import mne_bids
+
+    mne.set_log_level("ERROR")
+    differ = []
+    for subject, session, task, own in [
+        ("P01", "discrimination", "task3", "P01_task3.vhdr"),
+        ("P02", "measurement", "measure", "P02_measure.edf"),
+    ]:
+        path = mne_bids.BIDSPath(subject=subject, session=session, task=task, run="1", datatype="eeg", root=dataset)
+        read = mne_bids.read_raw_bids(path, verbose=False)
+        readers = {".vhdr": mne.io.read_raw_brainvision, ".edf": mne.io.read_raw_edf}
+        made = readers[pathlib.Path(own).suffix](folder / own)
+        apart = np.abs(read.get_data() - made.get_data()).max()
+        # The largest sample has 24 bits of a 32-bit number.
+        if read.ch_names != made.ch_names or apart > np.abs(made.get_data()).max() * 2.0**-23:
+            differ.append(f"{own}: samples {apart} V apart")
+        rows = [line.split("\t") for line in (dataset / path.fpath.relative_to(dataset)).with_name(path.basename.replace("_eeg", "") + "_events.tsv").read_text().splitlines()[1:]]
+        onsets = np.array([float(row[0]) for row in rows])
+        rate_hz = made.info["sfreq"]
+        if len(onsets) != len(read.annotations) or np.abs(np.round(read.annotations.onset * rate_hz) - np.round(onsets * rate_hz)).max() > 0:
+            differ.append(f"{own}: {len(read.annotations)} events for {len(onsets)}, or other samples")
+        own_events = made.annotations[[not text.startswith("New Segment") for text in made.annotations.description]]
+        markers = np.round(np.sort(own_events.onset) * rate_hz)
+        if len(markers) != len(onsets) or np.abs(markers - np.round(np.sort(onsets) * rate_hz)).max() > 0:
+            differ.append(f"{own}: events are not those that were recorded")
+    return differ
+
+
 def of_mne(folder):
     """Two data sets that mne-bids writes: BrainVision with events and sessions, and EDF of two people without."""
     import mne
@@ -212,6 +248,7 @@ def main():
         none("legacy bids-validator", legacy(dataset))
         none("hedtools", hed(dataset))
         none("piezotact bids check", ours_finds(dataset))
+        none("mne_bids.read_raw_bids", brains_agree(folder, dataset))
         print(f"NumPy: {samples_agree(dataset)} files of signals read")
         sums = subprocess.run(["sha256sum", "--quiet", "-c", "SHA256SUMS"], cwd=dataset / "sourcedata", capture_output=True, text=True)
         none("sha256sum", sums.stdout.split("\n")[:-1])

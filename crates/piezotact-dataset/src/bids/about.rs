@@ -128,6 +128,11 @@ pub enum NotCarried {
     },
     /// What virtual volunteers judged by.
     Cues,
+    /// What of EEG is not in its files.
+    EegOriginals {
+        /// How many recordings.
+        recordings: usize,
+    },
     /// Pseudonyms without a digit, which stand in the names of files: they may be names.
     Wordlike {
         /// Which.
@@ -144,7 +149,7 @@ impl fmt::Display for NotCarried {
                 "true dates: the first day of each participant is 1900-01-01; times of day and times between sessions are kept",
             ),
             Self::TypedTexts => f.write_str(
-                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; values of events in files of other programs that are no numbers; words for sex, finger and language that are not common ones) and the tag of the experimenter",
+                "texts that somebody typed (notes, reasons of corrections, stops and void trials; labels of recordings; values of events in files of other programs that are no numbers, codes of markers or single words in small letters; words for sex, finger and language that are not common ones) and the tag of the experimenter",
             ),
             Self::Identities => f.write_str("consents and identities"),
             Self::Steps => f.write_str(
@@ -195,6 +200,11 @@ impl fmt::Display for NotCarried {
             ),
             Self::Rendering => f.write_str(
                 "how drives were rendered and with which device, outside the recordings in sourcedata; cuts by hand as a file (their strokes are events); names and notes of files of other programs",
+            ),
+            Self::EegOriginals { recordings } => write!(
+                f,
+                "the original files of {} and samples in more than 32 bits",
+                counted(*recordings, "EEG recording")
             ),
             Self::Wordlike { pseudonyms } => write!(
                 f,

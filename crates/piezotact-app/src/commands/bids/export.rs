@@ -191,7 +191,13 @@ fn written(
     let of_recordings = merged(&export.doubts);
     let in_words: Vec<String> = of_recordings.iter().map(merged_text).collect();
     let done = export.writer.finish(not_carried, &in_words)?;
-    say_doubts(&export.doubts);
+    let mut each: Vec<Doubt> = Vec::new();
+    for doubt in export.doubts {
+        if !each.contains(&doubt) {
+            each.push(doubt);
+        }
+    }
+    say_doubts(&each);
     Ok(done)
 }
 
@@ -470,14 +476,13 @@ impl Export<'_> {
             let session = self.session_of(path, &participant, &task)?;
             for segment in segments(path)? {
                 self.doubts.extend(segment.about.doubts.iter().cloned());
-                let doubts = self.writer.eeg(Brain {
+                self.writer.eeg(Brain {
                     participant: &participant,
                     session: &session,
                     task: &task,
                     recording: segment,
                     about: &about,
                 })?;
-                self.doubts.extend(doubts);
             }
             writing.one_more();
         }
@@ -594,6 +599,9 @@ impl Export<'_> {
             (self.sessions.iter())
                 .any(|one| one.state.participant().judge.is_some())
                 .then_some(NotCarried::Cues),
+            (!self.args.eeg.is_empty()).then_some(NotCarried::EegOriginals {
+                recordings: self.args.eeg.len(),
+            }),
             (!wordlike.is_empty()).then_some(NotCarried::Wordlike {
                 pseudonyms: wordlike.into_iter().collect(),
             }),

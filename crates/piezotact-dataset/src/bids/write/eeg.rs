@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::Doubt;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Seconds, Unit};
-use piezotact::recording::{EventValue, Recording};
+use piezotact::recording::{BenchKind, EventValue, Recording};
 use piezotact_people::eeg::reference::Montage;
 use serde_json::json;
 
 use super::super::error::BidsError;
 use super::super::json::unit_text;
 use super::super::name::Entities;
-use super::super::privacy::{carried, without_folders};
+use super::super::privacy::carried;
 use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
 use super::BidsWriter;
@@ -67,11 +66,11 @@ pub(in super::super) fn channel_type(name: &str, unit: &Unit) -> &'static str {
 }
 
 impl BidsWriter<'_> {
-    /// Adds an EEG recording; gives doubts about what its files do not carry.
+    /// Adds an EEG recording.
     ///
     /// # Errors
     /// [`BidsError::Write`], [`BidsError::Text`], and those of labels.
-    pub fn eeg(&mut self, brain: Brain<'_>) -> Result<Vec<Doubt>, BidsError> {
+    pub fn eeg(&mut self, brain: Brain<'_>) -> Result<(), BidsError> {
         let mut of = self.entities(brain.participant, brain.session, brain.task)?;
         let run = self.brain_runs.entry(of.clone()).or_default();
         *run += 1;
@@ -85,17 +84,21 @@ impl BidsWriter<'_> {
         // The header would state the true date.
         recording.annotations.started_at = None;
         recording.annotations.labels.clear();
-        let is_ours = recording.about.provenance.bench.is_some();
-        for event in &mut recording.annotations.events {
+        let bench = recording.about.provenance.bench;
+        // A file begins with a segment, and each has its own.
+        let events = &mut recording.annotations.events;
+        events.retain(|event| event.kind != "New Segment");
+        for event in events {
             event.value = event
                 .value
                 .take()
-                .and_then(|value| value_carried(value, is_ours));
+                .and_then(|value| value_carried(value, bench));
             event.kind = carried(&event.kind).unwrap_or_else(|| "event".to_owned());
         }
         let header = of.file_in("eeg", "eeg", "vhdr");
         let path = self.folder.path(&header)?;
-        let doubts = write_brainvision(&path, &recording, &markers_of(&recording))?;
+        // What the format does not hold stands beside it, or in the list of what is not carried.
+        let _said = write_brainvision(&path, &recording, &markers_of(&recording))?;
         for ending in ["vhdr", "eeg", "vmrk"] {
             self.folder.adopt(&of.file_in("eeg", "eeg", ending))?;
         }
@@ -108,7 +111,7 @@ impl BidsWriter<'_> {
         let scans = self.scans.entry(key).or_default();
         scans.push((name.to_owned(), time));
         self.brains += 1;
-        Ok(doubts)
+        Ok(())
     }
 
     /// What stands beside the samples: the recording, its channels, its events.
@@ -139,17 +142,11 @@ impl BidsWriter<'_> {
                 .filter_map(|kind| counts.get(kind))
                 .sum::<usize>()
         };
-        let about = &recording.about;
-        let mut provenance = about.provenance.clone();
-        if provenance.bench.is_none() {
-            provenance.source.clear();
-            provenance.steps.clear();
-        }
-        provenance.source = without_folders(&provenance.source);
-        // The first step is a label that somebody typed.
-        provenance.steps = (provenance.steps.iter().skip(1))
-            .filter_map(|step| carried(step))
-            .collect();
+        // Other fields than those of BIDS are an error of its older validator.
+        let made_by = match &recording.about.provenance.bench {
+            Some(BenchKind::Hardware) | None => NOTHING.to_owned(),
+            Some(_) => format!("simulated by {PROGRAM}: nobody was recorded"),
+        };
         let sidecar = json!({
             "TaskName": brain.task,
             "SamplingFrequency": rate_hz,
@@ -164,8 +161,7 @@ impl BidsWriter<'_> {
             "EMGChannelCount": count(&["EMG"]),
             "MiscChannelCount": count(&["MISC"]),
             "TriggerChannelCount": count(&["TRIG"]),
-            "Study": self.about.study,
-            "Provenance": provenance,
+            "Manufacturer": made_by,
         });
         self.folder
             .put_json(&of.file_in("eeg", "eeg", "json"), &sidecar)?;
@@ -262,18 +258,25 @@ impl BidsWriter<'_> {
 }
 
 /// The value of an event as it may be carried: numbers and the codes of markers of any file, words of our own benches.
-fn value_carried(value: EventValue, is_ours: bool) -> Option<EventValue> {
+fn value_carried(value: EventValue, bench: Option<BenchKind>) -> Option<EventValue> {
     match value {
         EventValue::Text(text) => {
             let text = carried(&text)?;
-            (is_ours || is_code(&text)).then_some(EventValue::Text(text))
+            (bench.is_some() || is_code(&text)).then_some(EventValue::Text(text))
         }
         number => Some(number),
     }
 }
 
-/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`.
+/// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`, or one word in small letters.
 fn is_code(text: &str) -> bool {
+    if text.len() <= 16
+        && text
+            .bytes()
+            .all(|byte| byte.is_ascii_lowercase() || byte == b'_')
+    {
+        return true;
+    }
     let digits = text.trim_start_matches(|sign: char| sign.is_ascii_alphabetic());
     let letters = text.len() - digits.len();
     let digits = digits.trim_start();
