@@ -11,6 +11,8 @@ W1a  Welch PSD of one 10-minute channel at 5 kHz (Hann 1024, 50 %)
 W1b  the mean PSD of 1000 strokes of 1 s in each of 4 channels
 W2a  H1, H2 and coherence of one 60 s pair at 5 kHz (Hann 2048, 50 %)
 W2b  the same for 360 pairs of 30 s: 20 participants, 6 conditions, 3 repeats
+E1   the power of 100 single trials of 2 s at 1 kHz, 64 channels, by Morlet wavelets at 37 frequencies, in two windows
+E2   clusters over 100 times and 64 sensors of 10 people, all 512 sign flips
 W3   a drive of 10 s from its texture: inversion, 5 to 48 kHz, 24-bit WAV
 """
 
@@ -70,6 +72,11 @@ def inputs(folder):
     def keep(name, *arrays):
         np.concatenate([np.ascontiguousarray(a, dtype=float).ravel() for a in arrays]).tofile(folder / f"{name}.f64")
 
+    brain = np.random.Generator(np.random.PCG64(6))
+    keep("E1", 1e-6 * brain.standard_normal((64, 100, 2000)))
+    people = brain.standard_normal((10, 64, 100))
+    people[:, 20:30, 30:60] += 0.8
+    keep("E2", people)
     keep("W1a", texture(3_000_000, 1))
     random = np.random.Generator(np.random.PCG64(11))
     keep("W1b", random.standard_normal((4, 1000, 5000)) + 0.5 * np.sin(2 * np.pi * 260 * np.arange(5000) / RATE))
@@ -293,7 +300,52 @@ def w5_scipy(folder):
     return 4 * normal.nbytes, lambda: np.array([features(*contact) for contact in contacts()]).T
 
 
+def e1_mne(folder):
+    import mne
+
+    mne.set_log_level("ERROR")
+    trials = np.fromfile(folder / "E1.f64").reshape(64, 100, 2000).transpose(1, 0, 2).copy()
+    hz = np.arange(4.0, 41.0)
+    times = np.arange(2000) / 1000.0
+    band = (hz >= 8.0) & (hz <= 12.0)
+    windows = [(times >= low - 1e-9) & (times <= high + 1e-9) for low, high in [(0.2, 0.7), (0.8, 1.3)]]
+
+    def run():
+        power = mne.time_frequency.tfr_array_morlet(trials, 1000.0, hz, n_cycles=hz / 2, output="power", zero_mean=True)
+        means = [power[:, :, band][:, :, :, window].mean(axis=(2, 3)) for window in windows]
+        # Channels × windows × trials.
+        return np.array(means).transpose(2, 0, 1)
+
+    return trials.nbytes, run
+
+
+def e2_mne(folder):
+    import mne
+    from scipy import sparse
+
+    mne.set_log_level("ERROR")
+    people = np.fromfile(folder / "E2.f64").reshape(10, 64, 100).transpose(0, 2, 1).copy()
+    beside = sparse.lil_matrix((64, 64))
+    for at in range(64):
+        if at % 8 < 7:
+            beside[at, at + 1] = beside[at + 1, at] = 1
+        if at < 56:
+            beside[at, at + 8] = beside[at + 8, at] = 1
+    beside = sparse.csr_matrix(beside)
+
+    def run():
+        t, clusters, p, _ = mne.stats.spatio_temporal_cluster_1samp_test(
+            people, threshold=2.262157, n_permutations=1000, adjacency=beside, seed=1, tail=0, out_type="indices"
+        )
+        masses = sorted((abs(t[cluster].sum()) for cluster in clusters), reverse=True)[:20]
+        return np.concatenate([t.T.ravel(), masses, [min(p)]])
+
+    return people.nbytes, run
+
+
 CONTESTANTS = {
+    "E1-mne": e1_mne,
+    "E2-mne": e2_mne,
     "W1a-scipy": w1a_scipy,
     "W1a-fftw": w1a_fftw,
     "W1b-scipy": w1b_scipy,

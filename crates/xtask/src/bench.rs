@@ -32,7 +32,7 @@ enum Agreement {
     OfLargest(f64),
 }
 
-const WORKS: [Work; 10] = [
+const WORKS: [Work; 12] = [
     Work {
         name: "W1a",
         what: "Welch PSD, one channel of 10 min at 5 kHz",
@@ -116,6 +116,24 @@ const WORKS: [Work; 10] = [
         agreement: Agreement::Relative(0.0),
         peers: &[],
         real_time: Some((180.0, 500.0)),
+        one_core: None,
+    },
+    Work {
+        name: "E1",
+        what: "power of 100 single trials, 64 channels of 2 s at 1 kHz: Morlet at 37 frequencies, two windows",
+        repetitions: 1,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("mne", 4.0)],
+        real_time: None,
+        one_core: None,
+    },
+    Work {
+        name: "E2",
+        what: "clusters over 100 times and 64 sensors of 10 people, all 512 sign flips",
+        repetitions: 5,
+        agreement: Agreement::Relative(1e-9),
+        peers: &[("mne", 5.0)],
+        real_time: None,
         one_core: None,
     },
     Work {

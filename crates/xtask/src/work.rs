@@ -1,5 +1,7 @@
 //! Our side of the benchmark: one piece of work in a process of its own, as `bench/peers.py` does for others.
 
+mod eeg;
+
 use std::path::Path;
 use std::time::Instant;
 
@@ -48,6 +50,8 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         "W5" => w5(folder, Judging::ContactOnly)?,
         "W5j" => w5(folder, Judging::Sliding)?,
         "W6" => w6(folder)?,
+        "E1" => eeg::e1(folder)?,
+        "E2" => eeg::e2(folder)?,
         "T1" => t1()?,
         _ => bail!("no work is called {name}"),
     };
