@@ -156,6 +156,13 @@ kinds! {
             /// What is expected of random phases.
             expected: f64,
         },
+        /// Pulses that are so regular that they match with another shift as well.
+        PulsesPeriodic("eeg_pulses_periodic") {
+            /// How many match.
+            matched: usize,
+            /// By how much the other match is shifted, s.
+            shift_s: f64,
+        },
     }
 }
 
@@ -280,6 +287,11 @@ impl fmt::Display for EegDoubt {
                 f,
                 "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
             ),
+            Self::PulsesPeriodic { matched, shift_s } => write!(
+                f,
+                "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the \
+                 offset with one of them; send pulses at irregular intervals, or record all of them with both devices"
+            ),
             Self::CoherenceFloor { epochs, expected } => write!(
                 f,
                 "{epochs} epochs of random phase have an inter-trial coherence of {expected:.2} on average: compare conditions with \
@@ -349,6 +361,10 @@ mod tests {
             EegDoubt::FarFromElectrodes {
                 positions: 1,
                 angle_deg: 40.0,
+            },
+            EegDoubt::PulsesPeriodic {
+                matched: 50,
+                shift_s: -1.0,
             },
             EegDoubt::CoherenceFloor {
                 epochs: 10,

@@ -15,6 +15,7 @@ pub mod erd;
 pub mod filter;
 mod linear;
 pub mod phase;
+pub mod pulses;
 pub mod reference;
 pub mod tfr;
 
