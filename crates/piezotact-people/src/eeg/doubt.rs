@@ -156,6 +156,13 @@ kinds! {
             /// What is expected of random phases.
             expected: f64,
         },
+        /// Some samples of a channel are at the limit of the amplifier.
+        SomeSaturated("eeg_some_saturated") {
+            /// The channel.
+            channel: String,
+            /// The share of samples, 0–1.
+            share: f64,
+        },
         /// Pulses that are so regular that they match with another shift as well.
         PulsesPeriodic("eeg_pulses_periodic") {
             /// How many match.
@@ -287,6 +294,12 @@ impl fmt::Display for EegDoubt {
                 f,
                 "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
             ),
+            Self::SomeSaturated { channel, share } => write!(
+                f,
+                "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their \
+                 amplitude, or record with a lower gain",
+                100.0 * share
+            ),
             Self::PulsesPeriodic { matched, shift_s } => write!(
                 f,
                 "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the \
@@ -361,6 +374,10 @@ mod tests {
             EegDoubt::FarFromElectrodes {
                 positions: 1,
                 angle_deg: 40.0,
+            },
+            EegDoubt::SomeSaturated {
+                channel: text(),
+                share: 0.004,
             },
             EegDoubt::PulsesPeriodic {
                 matched: 50,
