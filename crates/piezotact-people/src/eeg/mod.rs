@@ -16,6 +16,7 @@ pub mod evoked;
 pub mod filter;
 pub mod info;
 mod linear;
+pub mod person;
 pub mod phase;
 pub mod prepare;
 pub mod pulses;

@@ -11,6 +11,8 @@ use super::epochs::Epochs;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::source::Subject;
 
+pub(in crate::eeg) use page::drawn_channels;
+
 /// The average of the epochs of one condition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

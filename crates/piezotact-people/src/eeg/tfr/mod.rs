@@ -10,6 +10,7 @@ mod windows;
 
 use piezotact::fourier::{Complex, ComplexPlanner};
 use piezotact::quantity::SampleRate;
+use serde::{Deserialize, Serialize};
 
 use super::epochs::Epochs;
 use run::{Kernel, good_length};
@@ -19,7 +20,9 @@ pub use windows::{TrialPowers, Window, WindowError};
 pub(super) use windows::{WindowSink, times_within};
 
 /// How power is estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Morlet wavelets with a mean of zero, cut at five standard deviations.
     Morlet,
@@ -31,7 +34,8 @@ pub enum Method {
 }
 
 /// What is estimated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TfrConfig {
     /// How.
     pub method: Method,
