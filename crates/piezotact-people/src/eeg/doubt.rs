@@ -156,6 +156,27 @@ kinds! {
             /// What is expected of random phases.
             expected: f64,
         },
+        /// Some people did not take part in all tasks.
+        PeopleWithoutAllTasks("eeg_people_without_all_tasks") {
+            /// How many.
+            people: usize,
+            /// Of how many.
+            of: usize,
+            /// Who.
+            names: String,
+        },
+        /// Electrodes that some documents do not have.
+        ElectrodesNotCommon("eeg_electrodes_not_common") {
+            /// Which.
+            names: String,
+            /// How many all have.
+            kept: usize,
+        },
+        /// A cluster test without neighbouring electrodes.
+        NoNeighbours("eeg_cluster_no_neighbours") {
+            /// How many electrodes there are.
+            electrodes: usize,
+        },
         /// Some samples of a channel are at the limit of the amplifier.
         SomeSaturated("eeg_some_saturated") {
             /// The channel.
@@ -294,6 +315,20 @@ impl fmt::Display for EegDoubt {
                 f,
                 "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
             ),
+            Self::PeopleWithoutAllTasks { people, of, names } => write!(
+                f,
+                "{people} of {of} participants did not take part in all tasks ({names}): each contrast is of those who took part in both"
+            ),
+            Self::ElectrodesNotCommon { names, kept } => write!(
+                f,
+                "{names}: not in all documents, so maps and clusters are of the other {kept} electrodes; check that no channel has another name in \
+                 one recording"
+            ),
+            Self::NoNeighbours { electrodes } => write!(
+                f,
+                "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and \
+                 times of one electrode alone"
+            ),
             Self::SomeSaturated { channel, share } => write!(
                 f,
                 "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their \
@@ -375,6 +410,16 @@ mod tests {
                 positions: 1,
                 angle_deg: 40.0,
             },
+            EegDoubt::PeopleWithoutAllTasks {
+                people: 1,
+                of: 10,
+                names: text(),
+            },
+            EegDoubt::ElectrodesNotCommon {
+                names: text(),
+                kept: 60,
+            },
+            EegDoubt::NoNeighbours { electrodes: 3 },
             EegDoubt::SomeSaturated {
                 channel: text(),
                 share: 0.004,

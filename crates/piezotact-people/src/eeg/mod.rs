@@ -14,6 +14,7 @@ pub mod epochs;
 pub mod erd;
 pub mod evoked;
 pub mod filter;
+pub mod group;
 pub mod info;
 mod linear;
 pub mod person;

@@ -20,6 +20,7 @@ use super::tfr::{TfrConfig, TfrPlan};
 
 pub use error::PersonError;
 pub(in crate::eeg) use maps::{head_map, time_frequency_panel};
+pub(in crate::eeg) use page::span_text;
 
 /// A scalp map needs so many electrodes with a known position.
 pub(in crate::eeg) const FEWEST_OF_A_MAP: usize = 8;
