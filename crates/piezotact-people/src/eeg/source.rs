@@ -157,6 +157,22 @@ pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
     found
 }
 
+/// When the markers called `wanted` stand, from the first sample of the file, s, ascending, each time once.
+#[must_use]
+pub fn times_of(segments: &[Segment<'_>], wanted: &str) -> Vec<f64> {
+    let mut times: Vec<f64> = segments
+        .iter()
+        .flat_map(|segment| {
+            let events = segment.recording.annotations.events.iter();
+            let own = events.filter(|event| is_marker(event, wanted));
+            own.map(|event| segment.start_s.0 + event.onset_s.0)
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    times
+}
+
 pub(super) fn events<'a>(segments: &'a [Segment<'_>]) -> impl Iterator<Item = &'a Event> {
     let all = segments.iter();
     all.flat_map(|segment| &segment.recording.annotations.events)

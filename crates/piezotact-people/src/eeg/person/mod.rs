@@ -9,7 +9,7 @@ use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
 use serde::{Deserialize, Serialize};
 
-use super::epochs::Epochs;
+use super::epochs::{CutConfig, Epochs};
 use super::erd::{
     ErdConfig, Mode, Order, biased_percent_of_each_epoch, desynchronisation, map as change_map,
 };
@@ -63,6 +63,30 @@ pub struct PersonConfig {
     pub order: Order,
     /// With fewer epochs of a surface there is no result.
     pub min_epochs: usize,
+}
+
+impl PersonConfig {
+    /// The shortest epochs of which baseline and window are free of the ends: as much longer at both ends as the longest wavelet reaches.
+    #[must_use]
+    pub fn extent(&self) -> CutConfig {
+        let reach_s = self.power.reach_s();
+        CutConfig {
+            start_s: self.baseline_s[0].min(self.window_s[0]) - reach_s,
+            end_s: self.baseline_s[1].max(self.window_s[1]) + reach_s,
+        }
+    }
+}
+
+impl Region {
+    /// A region of each of these electrodes.
+    #[must_use]
+    pub fn single(names: &[&str]) -> Vec<Self> {
+        let one = |name: &&str| Self {
+            name: (*name).to_owned(),
+            channels: vec![(*name).to_owned()],
+        };
+        names.iter().map(one).collect()
+    }
 }
 
 /// The change of power at one electrode or region, in one band, on one surface.
