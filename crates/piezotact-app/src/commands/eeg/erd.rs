@@ -3,11 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact_dataset::eeg::{EegSource, read_electrodes};
-use piezotact_people::eeg::person::{
-    EegErd, NamedBand, PersonConfig, PersonError, Positions, Region, person,
-};
+use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions, Region, person};
 use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::tfr::{Method, TfrConfig};
 use piezotact_report::report::{self, html};
@@ -163,8 +160,8 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
     let regions = match args.region.is_empty() {
         false => args.region.iter().map(|option| option.0.clone()).collect(),
         true => {
-            let there = |name: &&str| recording.channels().iter().any(|c| c.name == **name);
-            let recorded: Vec<&str> = USUAL_REGIONS.into_iter().filter(|n| there(&n)).collect();
+            let there = |name: &&str| recording.channels().iter().any(|c| c.name == *name);
+            let recorded: Vec<&str> = USUAL_REGIONS.into_iter().filter(|n| there(n)).collect();
             match recorded.is_empty() {
                 // Named as what is missing.
                 true => Region::single(&USUAL_REGIONS[..1]),
@@ -173,7 +170,8 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
         }
     };
     Ok(PersonConfig {
-        power: power.every(args.step, fastest(source)),
+        power,
+        step_s: args.step,
         bands: args.band.iter().map(|option| option.0.clone()).collect(),
         regions,
         baseline_s: args.baseline.0,
@@ -181,15 +179,6 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
         order: args.order.into(),
         min_epochs: args.min_epochs,
     })
-}
-
-/// The rate of the electrodes, which is that of the first channel in V.
-fn fastest(source: &EegSource) -> SampleRate {
-    let recording = &source.segments[0].recording;
-    let in_volts = recording
-        .channels_with_clocks()
-        .find(|(channel, _)| channel.unit == piezotact::quantity::Unit::Volt);
-    in_volts.map_or_else(|| recording.rate(), |(_, clock)| clock.rate_hz)
 }
 
 fn positions(args: &Arguments) -> Outcome<Positions> {

@@ -82,6 +82,7 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
                 cycles: hz.map(|f| f / 2.0).to_vec(),
                 decimation: 1,
             },
+            step_s: 0.1,
             bands: vec![NamedBand {
                 name: "alpha".into(),
                 hz: Band::new(Hertz(8.0), Hertz(12.0)).unwrap(),

@@ -49,8 +49,10 @@ pub struct Region {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonConfig {
-    /// How power is estimated.
+    /// How power is estimated; which times are given out follows from `step_s`.
     pub power: TfrConfig,
+    /// About from one time of the maps to the next, s.
+    pub step_s: f64,
     /// The bands.
     pub bands: Vec<NamedBand>,
     /// The regions.
@@ -241,6 +243,10 @@ pub fn person(
     let epochs = &prepared.epochs;
     check(config, epochs)?;
     let positions = positions.of(epochs.channels())?;
+    let config = &PersonConfig {
+        power: config.power.clone().every(config.step_s, epochs.rate()),
+        ..config.clone()
+    };
     let plan = TfrPlan::plan(&config.power, epochs.rate(), epochs.samples())?;
     let surfaces: Vec<String> = prepared
         .counts

@@ -68,8 +68,9 @@ pub(super) fn config(order: Order) -> PersonConfig {
             method: crate::eeg::tfr::Method::Morlet,
             cycles: frequencies_hz.iter().map(|hz| hz / 2.0).collect(),
             frequencies_hz,
-            decimation: 4,
+            decimation: 1,
         },
+        step_s: 0.03,
         bands: vec![NamedBand {
             name: "alpha".into(),
             hz: Band::new(Hertz(8.0), Hertz(12.0)).unwrap(),
