@@ -253,8 +253,12 @@ fn a_known_desynchronisation_is_found() {
     assert_eq!(document["schema"], "eeg_erd");
     for change in document["regions"].as_array().unwrap() {
         let percent = change["percent"].as_f64().unwrap();
-        let expected = if change["place"] == "C3" { -58.0 } else { 0.0 };
-        assert!((percent - expected).abs() < 15.0, "{change}");
+        // Thirty epochs of alpha that wanders: the power of an epoch scatters by itself.
+        let range = match change["place"] == "C3" {
+            true => -75.0..-40.0,
+            false => -35.0..35.0,
+        };
+        assert!(range.contains(&percent), "{change}");
     }
     let report = read(&folder, "erd.html");
     for part in [

@@ -257,7 +257,7 @@ impl Frame<'_> {
     /// Ticks and labels: of y where the panel is the first of its row.
     fn ticks(&self, svg: &mut Svg, side: Side) {
         let bottom = self.at.1 + self.size.1;
-        for tick in ticks(self.x.low, self.x.high, self.size.0 / svg.em(5.0)) {
+        for tick in ticks(self.x.low, self.x.high, self.size.0 / svg.em(3.6)) {
             svg.mark_below(self.across(tick), bottom, tick);
         }
         let middle = (self.at.0 + 0.5 * self.size.0, bottom + svg.em(2.9));

@@ -175,7 +175,13 @@ pub fn times_of(segments: &[Segment<'_>], wanted: &str) -> Vec<f64> {
 
 pub(super) fn events<'a>(segments: &'a [Segment<'_>]) -> impl Iterator<Item = &'a Event> {
     let all = segments.iter();
-    all.flat_map(|segment| &segment.recording.annotations.events)
+    let all = all.flat_map(|segment| &segment.recording.annotations.events);
+    all.filter(|event| !is_boundary(event))
+}
+
+/// Whether an event only says that a part begins (`New Segment` of `BrainVision`, `boundary` of EEGLAB).
+fn is_boundary(event: &Event) -> bool {
+    matches!(event.kind.as_str(), "New Segment" | "boundary")
 }
 
 /// Who and what a recording is of.

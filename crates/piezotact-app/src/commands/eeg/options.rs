@@ -80,7 +80,7 @@ impl Preparing {
             (!self.notch.is_empty()).then(|| Pass::AllBut(self.notch.clone())),
         ];
         // Options are in µV.
-        let volts = |uv: f64| 1e-6 * uv;
+        let volts = |uv: f64| uv / 1e6;
         let criteria = [
             self.reject_above
                 .map(|uv| Criterion::PeakToPeak { above_v: volts(uv) }),

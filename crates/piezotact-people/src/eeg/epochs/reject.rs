@@ -82,7 +82,8 @@ impl fmt::Display for Criterion {
             Self::Flat { .. } => ("peak-to-peak", "below"),
             Self::Drift { .. } => ("drift", "above"),
         };
-        write!(f, "{what} {side} {} µV", 1e6 * self.limit_v())
+        let limit = piezotact::number::rounded(1e6 * self.limit_v());
+        write!(f, "{what} {side} {limit} µV")
     }
 }
 

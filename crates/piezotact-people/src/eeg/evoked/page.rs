@@ -114,6 +114,14 @@ impl EpochCounts {
         table
     }
 
+    /// Markers without an epoch that counts, with a sentence above them; nothing where there is none.
+    pub(in crate::eeg) fn refused_blocks(&self) -> Vec<Block> {
+        let text = "Markers without an epoch, and epochs that were rejected:".to_owned();
+        let table = self.refused_table();
+        let blocks = table.map(|table| [Block::Text { text }, Block::Table(table)]);
+        blocks.into_iter().flatten().collect()
+    }
+
     /// Markers without an epoch that counts, with the reason; `None` where there is none.
     #[must_use]
     pub fn refused_table(&self) -> Option<Table> {
@@ -258,9 +266,7 @@ impl EegEpochs {
             steps: self.config.steps(),
         };
         let mut counts = vec![Block::Table(self.counts.table())];
-        if let Some(refused) = self.counts.refused_table() {
-            counts.push(Block::Table(refused));
-        }
+        counts.extend(self.counts.refused_blocks());
         let figures = drawn_channels(&self.channels).into_iter();
         let figures: Vec<Block> = figures
             .map(|channel| Block::Figure(self.evoked_figure(channel)))

@@ -189,6 +189,54 @@ impl EegStats {
         table
     }
 
+    /// The contrasts for a page: intervals beside their values.
+    fn page_table(&self) -> Table {
+        let unit = unit_of(self.config.unit);
+        let mut table = Table::new([
+            Column::new("contrast", "contrast"),
+            Column::new("surface", "surface"),
+            Column::new("region", "region"),
+            Column::new("band", "band"),
+            Column::new("n", "participants"),
+            Column::new(&format!("difference, {unit} (95 %)"), "difference"),
+            Column::new("d_z (95 %)", "d_z"),
+            Column::new("p", "p"),
+            Column::new("p, Holm", "p_holm"),
+            Column::new("differ", "differ"),
+        ]);
+        let with = |value: f64, [low, high]: [f64; 2], decimals: usize| {
+            format!(
+                "{} ({} to {})",
+                plus(value, decimals),
+                plus(low, decimals),
+                plus(high, decimals)
+            )
+        };
+        table.rows = self
+            .contrasts
+            .iter()
+            .map(|one| {
+                let [a, b] = &one.tasks;
+                let found = one.contrast.as_ref();
+                let text = |text: Option<String>| text.map_or(Cell::from(None), Cell::Text);
+                let difference = found.map(|c| with(c.difference.mean, c.difference.interval, 1));
+                vec![
+                    Cell::Text(format!("{b} − {a}")),
+                    Cell::from(one.surface.as_str()),
+                    Cell::from(one.region.as_str()),
+                    Cell::from(one.band.as_str()),
+                    Cell::Text(one.people.len().to_string()),
+                    text(difference),
+                    text(found.map(|c| with(c.d_z, c.d_z_interval, 2))),
+                    Cell::from(found.map(|c| c.difference.p_value)),
+                    Cell::from(one.p_holm),
+                    Cell::from(one.outcome().answer()),
+                ]
+            })
+            .collect();
+        table
+    }
+
     /// Every change of every person: one row each.
     #[must_use]
     pub fn people_table(&self) -> Table {
@@ -388,6 +436,14 @@ impl EegStats {
         blocks
     }
 
+    /// The rules that decide, in words.
+    fn rules() -> String {
+        format!(
+            "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, and single surfaces, apart). A larger p decides nothing, unless \
+             a margin was stated and the 95 % interval lies within it. An order holds where the interval of each of its steps is above 0."
+        )
+    }
+
     /// The report.
     #[must_use]
     pub fn page(&self) -> Page {
@@ -399,11 +455,14 @@ impl EegStats {
             text: gradient.sentence(),
             outcome: Some(gradient.outcome()),
         }));
-        let contrasts = self.first_contrasts();
-        first.extend(contrasts.map(|one| Block::Conclusion {
+        let sentences = self.first_contrasts().map(|one| Block::Text {
             text: one.sentence(self.config.unit),
-            outcome: Some(one.outcome()),
-        }));
+        });
+        let mut contrasts: Vec<Block> = sentences.collect();
+        contrasts.push(Block::Table(self.page_table()));
+        contrasts.push(Block::Note {
+            text: Self::rules(),
+        });
         let mut people = Vec::new();
         for band in &self.measured.bands {
             for region in &self.measured.regions {
@@ -412,23 +471,13 @@ impl EegStats {
             }
         }
         let gradients = self.gradients.iter().flat_map(|one| &one.criteria);
-        let contrasts = self.contrasts.iter().flat_map(|one| &one.criteria);
+        let of_contrasts = self.contrasts.iter().flat_map(|one| &one.criteria);
         let clusters = self.clusters.iter().flat_map(|one| &one.criteria);
-        let criteria = gradients.chain(contrasts).chain(clusters);
-        let note = format!(
-            "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, and single surfaces, apart). A larger p decides nothing, unless \
-             a margin was stated and the 95 % interval lies within it. An order holds where the interval of each of its steps is above 0."
-        );
+        let criteria = gradients.chain(of_contrasts).chain(clusters);
         Page::new("EEG desynchronisation over participants", self.sentence())
             .section("", first)
             .section("Tasks and surfaces", people)
-            .section(
-                "Contrasts",
-                [
-                    Block::Table(self.contrasts_table()),
-                    Block::Note { text: note },
-                ],
-            )
+            .section("Contrasts", contrasts)
             .section("Clusters", self.cluster_blocks())
             .section("Scalp", self.scalp_figures())
             .section("Criteria", [Block::Table(Table::of_criteria(criteria))])

@@ -1,5 +1,6 @@
 //! What a file of EEG holds, before anything is computed of it.
 
+mod mains;
 mod page;
 
 use std::collections::BTreeMap;
@@ -36,7 +37,7 @@ pub struct ChannelInfo {
     pub frozen_share: f64,
     /// The standard deviation of its samples over all parts, in its unit.
     pub spread: f64,
-    /// The frequency of the mains in its longest part, Hz; absent where none stands out, or the part is shorter than 2 s.
+    /// The frequency of the mains in its longest part, Hz; absent where none stands out, or the part is shorter than 8 s.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mains_hz: Option<f64>,
     /// The share of the mains in its power, 0–1; 0 where none stands out.
@@ -156,6 +157,9 @@ fn channel_info(name: &str, unit: &Unit, rate: SampleRate, parts: &[&[f64]]) -> 
     };
     let longest = found.iter().max_by_key(|part| part.samples);
     let hum = longest.and_then(|part| part.hum.as_ref());
+    let hum = hum.map(|hum| (hum.mains_hz, hum.share));
+    let longest = parts.iter().max_by_key(|part| part.len());
+    let mains = hum.or_else(|| mains::line(longest?, rate));
     let values = || parts.iter().flat_map(|part| part.iter().copied());
     let mean = values().sum::<f64>() / all;
     let squares: f64 = values().map(|v| (v - mean) * (v - mean)).sum();
@@ -177,8 +181,8 @@ fn channel_info(name: &str, unit: &Unit, rate: SampleRate, parts: &[&[f64]]) -> 
             _ => share(&|part| if part.dead { 0.0 } else { part.lost_share() }),
         },
         spread: (squares / all).sqrt(),
-        mains_hz: hum.map(|hum| hum.mains_hz),
-        mains_share: hum.map_or(0.0, |hum| hum.share),
+        mains_hz: mains.map(|(hz, _)| hz),
+        mains_share: mains.map_or(0.0, |(_, share)| share),
     }
 }
 
@@ -281,6 +285,9 @@ mod tests {
         let found = info("a.vhdr", "BrainVision", &[segment(0), segment(1)]);
         let flat: Vec<bool> = found.channels.iter().map(|c| c.flat).collect();
         assert_eq!(flat, [false, true, false, false]);
+        let mains: Vec<Option<f64>> = found.channels.iter().map(|c| c.mains_hz).collect();
+        assert_eq!(mains, [None, None, Some(50.0), None]);
+        assert!(found.channels[2].mains_share > 0.9);
         assert!(
             found.channels[3].saturated_share > 0.1 && found.channels[0].saturated_share == 0.0
         );

@@ -72,9 +72,12 @@ impl PersonConfig {
     #[must_use]
     pub fn extent(&self) -> CutConfig {
         let reach_s = self.power.reach_s();
+        // To whole hundredths of a second, outwards.
+        let start_s = self.baseline_s[0].min(self.window_s[0]) - reach_s;
+        let end_s = self.baseline_s[1].max(self.window_s[1]) + reach_s;
         CutConfig {
-            start_s: self.baseline_s[0].min(self.window_s[0]) - reach_s,
-            end_s: self.baseline_s[1].max(self.window_s[1]) + reach_s,
+            start_s: (100.0 * start_s).floor() / 100.0,
+            end_s: (100.0 * end_s).ceil() / 100.0,
         }
     }
 }

@@ -106,6 +106,48 @@ impl EegErd {
         )
     }
 
+    /// One change with its baseline and what is averaged first, for a place where window and smear stand beside it.
+    fn short_sentence(&self, change: &Change) -> String {
+        let order = match self.config.order {
+            Order::PowerFirst => "power averaged first",
+            Order::PercentOfEachEpoch => "percentage of each epoch: biased",
+        };
+        format!(
+            "{}, {}, {}: {} % ({} dB) re {} ({order}), {}",
+            change.surface,
+            change.place,
+            self.band(&change.band),
+            plus(change.percent, 1),
+            plus(change.decibels, 2),
+            span_text(self.config.baseline_s),
+            counted(change.epochs, "epoch")
+        )
+    }
+
+    /// The window, the baseline and the smear of each band, which all values share.
+    fn shared_sentence(&self) -> String {
+        let smears = self
+            .smears
+            .iter()
+            .map(|smear| format!("{}: {}", smear.band, self.smear_text(&smear.band)));
+        format!(
+            "Window {}; {}; {}. Negative: desynchronisation.",
+            span_text(self.config.window_s),
+            self.config.baseline_text(),
+            smears.collect::<Vec<_>>().join("; ")
+        )
+    }
+
+    /// The changes in regions for a page whose title says who and what they are of.
+    fn page_table(&self) -> Table {
+        let mut table = self.regions_table();
+        table.columns.drain(..2);
+        for row in &mut table.rows {
+            row.drain(..2);
+        }
+        table
+    }
+
     /// Each region, one sentence each.
     #[must_use]
     pub fn sentences(&self) -> Vec<String> {
@@ -125,7 +167,7 @@ impl EegErd {
             Column::new("place", "place"),
             Column::new("ERD/ERS, %", "percent"),
             Column::new("dB", "decibels"),
-            Column::new("bias at no change, points", "bias_points"),
+            Column::new("bias, points", "bias_points"),
             Column::new("epochs", "epochs"),
             Column::new("baseline, s", "baseline_s"),
             Column::new("window, s", "window_s"),
@@ -248,13 +290,14 @@ impl EegErd {
     /// The report.
     #[must_use]
     pub fn page(&self) -> Page {
-        let conclusions = self.sentences().into_iter();
-        let first: Vec<Block> = conclusions
-            .map(|text| Block::Conclusion {
-                text,
-                outcome: None,
-            })
-            .collect();
+        let conclusions = self.regions.iter().map(|one| Block::Conclusion {
+            text: self.short_sentence(one),
+            outcome: None,
+        });
+        let shared = Block::Text {
+            text: self.shared_sentence(),
+        };
+        let first: Vec<Block> = conclusions.chain([shared]).collect();
         let steps = [self.preparation.steps(), self.config.steps()].concat();
         let mut scalp: Vec<Block> = self
             .config
@@ -282,13 +325,13 @@ impl EegErd {
             },
             Block::Table(self.counts.table()),
         ];
-        counts.extend(self.counts.refused_table().map(Block::Table));
+        counts.extend(self.counts.refused_blocks());
         Page::new(
             format!("EEG desynchronisation: {}", self.file),
             self.subject.to_string(),
         )
         .section("", first)
-        .section("Regions", [Block::Table(self.regions_table())])
+        .section("Regions", [Block::Table(self.page_table())])
         .section("Scalp", scalp)
         .section("Time and frequency", figures)
         .section("Method", [Block::Steps { steps }])
