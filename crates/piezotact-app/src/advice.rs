@@ -8,6 +8,7 @@ use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
 use piezotact_people::association::{AssociationDoubt, FeltDoubt};
 use piezotact_people::campaign::session::CampaignDoubt;
+use piezotact_people::eeg::EegDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -64,6 +65,9 @@ pub(crate) fn text(doubt: &Doubt) -> String {
     }
     if let Some(of_session) = doubt.kind::<CampaignDoubt>() {
         return of_session.to_string();
+    }
+    if let Some(of_eeg) = doubt.kind::<EegDoubt>() {
+        return of_eeg.to_string();
     }
     wording::text_with(doubt, &words)
 }

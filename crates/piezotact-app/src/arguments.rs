@@ -246,7 +246,9 @@ mod tests {
     /// The arguments that name what a command reads, and those that name a folder that it changes.
     const INPUTS: &[&str] = &[
         "answers",
+        "against",
         "drive",
+        "electrodes",
         "felt",
         "file",
         "files",

@@ -19,6 +19,7 @@ mod command_line;
 mod conclusions;
 mod discrimination;
 mod docs;
+mod eeg;
 mod examples;
 mod export;
 mod fake_bench;

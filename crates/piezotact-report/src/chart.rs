@@ -492,9 +492,13 @@ impl<'c> Plot<'c> {
                 .map_err(plot_failed)?;
         }
         if matches!(line.mark, Mark::Dots | Mark::Joined) {
+            let radius = match line.weight {
+                Weight::Thick => 7,
+                Weight::Thin | Weight::Usual => 4,
+            };
             let dots = inside
                 .iter()
-                .map(|point| Circle::new(*point, 4 * fine, colour(line.tone).filled()));
+                .map(|point| Circle::new(*point, radius * fine, colour(line.tone).filled()));
             chart.draw_series(dots).map_err(plot_failed)?;
         }
         // A narrow figure shows no more points than a wide one.

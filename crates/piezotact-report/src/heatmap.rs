@@ -4,7 +4,7 @@ use piezotact::figure::Heatmap;
 
 use crate::DrawError;
 use crate::format::{Format, both};
-use crate::image::{Image, Svg, ticks};
+use crate::image::{Colours, Image, Svg, ticks};
 
 /// The least that a side of the image has, so that a narrow map can be seen.
 const LEAST: f64 = 40.0;
@@ -35,6 +35,7 @@ fn drawn(map: &Heatmap, format: Format) -> Result<String, DrawError> {
         values: &map.values,
         columns: map.columns,
         scale: map.scale,
+        colours: Colours::Rising,
     };
     svg.image((left, top), (width, height), &image)?;
     svg.frame((left, top), (width, height));
@@ -53,7 +54,7 @@ fn drawn(map: &Heatmap, format: Format) -> Result<String, DrawError> {
     let label = format!("y, {}", map.length_unit);
     svg.upright((left - format.em(LEFT - 1.0), top + height / 2.0), &label);
     let place = (left + width + format.em(GAP), top);
-    svg.colour_bar(place, bar, map.scale, &map.label);
+    svg.colour_bar(place, bar, map.scale, Colours::Rising, &map.label);
     Ok(svg.finish())
 }
 

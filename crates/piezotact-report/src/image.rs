@@ -15,12 +15,56 @@ use crate::format::Format;
 const COLOURS: usize = 200;
 const MISSING: RGBColor = RGBColor(214, 218, 222);
 
+/// From blue over white to red, which people with any colour vision tell apart (`ColorBrewer` RdBu).
+///
+/// Source: C. A. Brewer, G. W. Hatchard and M. A. Harrower (2003), Cartogr. Geogr. Inf. Sci. 30(1).
+const DIVERGING: [RGBColor; 9] = [
+    RGBColor(5, 48, 97),
+    RGBColor(33, 102, 172),
+    RGBColor(103, 169, 207),
+    RGBColor(209, 229, 240),
+    RGBColor(247, 247, 247),
+    RGBColor(253, 219, 199),
+    RGBColor(239, 138, 98),
+    RGBColor(178, 24, 43),
+    RGBColor(103, 0, 31),
+];
+
+/// The colours of a scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Colours {
+    /// From dark to light.
+    Rising,
+    /// From blue over white to red; what has no value is transparent.
+    Diverging,
+}
+
+impl Colours {
+    fn all(self) -> Vec<RGBColor> {
+        match self {
+            Self::Rising => palette(COLOURS),
+            Self::Diverging => (0..COLOURS).map(diverging).collect(),
+        }
+    }
+}
+
+/// One of the diverging colours.
+fn diverging(index: usize) -> RGBColor {
+    let place = index as f64 * (DIVERGING.len() - 1) as f64 / (COLOURS - 1) as f64;
+    let k = (place as usize).min(DIVERGING.len() - 2);
+    let share = place - k as f64;
+    let mix = |a: u8, b: u8| (f64::from(a) * (1.0 - share) + f64::from(b) * share).round() as u8;
+    let (a, b) = (DIVERGING[k], DIVERGING[k + 1]);
+    RGBColor(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
+}
+
 /// Values as colours, row by row from the top; NaN where nothing was measured.
 pub(crate) struct Image<'a> {
     pub(crate) values: &'a [f64],
     pub(crate) columns: usize,
     /// The values at the ends of the scale of colours.
     pub(crate) scale: (f64, f64),
+    pub(crate) colours: Colours,
 }
 
 impl Image<'_> {
@@ -38,7 +82,7 @@ impl Image<'_> {
             })
             .collect();
         let rows = self.values.len() / self.columns;
-        let colours = palette(COLOURS);
+        let colours = self.colours.all();
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, self.columns as u32, rows as u32);
         encoder.set_color(png::ColorType::Indexed);
@@ -46,6 +90,10 @@ impl Image<'_> {
         let rgb = |colour: &RGBColor| [colour.0, colour.1, colour.2];
         let table: Vec<u8> = colours.iter().chain([&MISSING]).flat_map(rgb).collect();
         encoder.set_palette(table);
+        if self.colours == Colours::Diverging {
+            let opaque = std::iter::repeat_n(255, COLOURS);
+            encoder.set_trns(opaque.chain([0]).collect::<Vec<u8>>());
+        }
         let mut writer = encoder.write_header().map_err(failed)?;
         writer.write_image_data(&pixels).map_err(failed)?;
         writer.finish().map_err(failed)?;
@@ -174,6 +222,41 @@ impl Svg {
         );
     }
 
+    /// A filled circle, in the colour of what was not measured.
+    pub(crate) fn disc(&mut self, (x, y): (f64, f64), radius: f64) {
+        let fill = hex(MISSING);
+        self.add(&format!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"{fill}\"/>"
+        ));
+    }
+
+    /// The line of a circle.
+    pub(crate) fn ring(&mut self, (x, y): (f64, f64), radius: f64) {
+        self.add(&format!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"none\" stroke=\"#464e56\" stroke-width=\"1.5\"/>"
+        ));
+    }
+
+    /// A dot that says what it is when it is pointed at.
+    pub(crate) fn dot(&mut self, (x, y): (f64, f64), radius: f64, name: &str) {
+        self.add(&format!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius:.1}\" fill=\"#1f262d\"><title>{}</title></circle>",
+            escaped(name)
+        ));
+    }
+
+    /// A thick line through points; closed where the last is the first.
+    pub(crate) fn path(&mut self, points: &[(f64, f64)]) {
+        let points: Vec<String> = points
+            .iter()
+            .map(|(x, y)| format!("{x:.1},{y:.1}"))
+            .collect();
+        self.add(&format!(
+            "<polyline points=\"{}\" fill=\"none\" stroke=\"#1f262d\" stroke-width=\"1.5\"/>",
+            points.join(" ")
+        ));
+    }
+
     /// An image that fills the frame from `at`, `size` large.
     pub(crate) fn image(
         &mut self,
@@ -195,10 +278,11 @@ impl Svg {
         (left, top): (f64, f64),
         height: f64,
         (low, high): (f64, f64),
+        colours: Colours,
         label: &str,
     ) {
         let bar = self.em(1.2);
-        let colours = palette(COLOURS);
+        let colours = colours.all();
         let each = height / colours.len() as f64;
         for (i, colour) in colours.iter().rev().enumerate() {
             let y = top + each * i as f64;
@@ -249,6 +333,7 @@ mod tests {
             values: &[0.0, 1.0, f64::NAN, 9.0],
             columns: 2,
             scale: (0.0, 1.0),
+            colours: Colours::Rising,
         };
         let bytes = image.png().unwrap();
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes))

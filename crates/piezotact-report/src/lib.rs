@@ -16,6 +16,7 @@ mod impact;
 pub mod invocation;
 mod legend;
 pub mod manipulate;
+mod maps;
 mod origin;
 mod page;
 pub mod panel;
@@ -92,6 +93,7 @@ pub fn svg(figure: &Figure, height: u32) -> Result<String, DrawError> {
         Drawn::Heatmap(map) => heatmap::svg(map),
         Drawn::Matrix(matrix) => Ok(grid::Grid::from(matrix).svg()),
         Drawn::Spectrograms(all) => spectrogram::svg(all),
+        Drawn::Maps(all) => maps::svg(all),
     }
 }
 
@@ -105,6 +107,10 @@ fn has_a_point(drawn: &Drawn) -> bool {
         Drawn::Heatmap(map) => map.values.iter().any(|value| value.is_finite()),
         Drawn::Matrix(matrix) => matrix.percent.iter().flatten().any(Option::is_some),
         Drawn::Spectrograms(all) => !all.panels.is_empty(),
+        Drawn::Maps(all) => {
+            let mut values = all.panels.iter().flat_map(|panel| &panel.values);
+            values.any(|value| value.is_finite())
+        }
     }
 }
 

@@ -5,7 +5,7 @@ use piezotact::figure::{SpectrogramPanel, Spectrograms};
 use crate::DrawError;
 use crate::chart::sized;
 use crate::format::{Format, both};
-use crate::image::{Image, Svg, ticks};
+use crate::image::{Colours, Image, Svg, ticks};
 
 /// Around the panels, in heights of a text: labels and ticks on the left, time below.
 const LEFT: f64 = 5.0;
@@ -65,6 +65,7 @@ fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
             values: &panel.levels_db,
             columns: panel.times_s.len(),
             scale,
+            colours: Colours::Rising,
         };
         frame.fill(&mut svg, panel, &image)?;
         // Panels share their axes: only the outer ones say what they are.
@@ -91,6 +92,7 @@ fn drawn(figure: &Spectrograms, format: Format) -> Result<String, DrawError> {
         (layout.right() + format.em(GAP), middle - 0.5 * tall),
         tall,
         scale,
+        Colours::Rising,
         &format!("PSD, dB re 1 {unit}"),
     );
     for (i, note) in notes.iter().enumerate() {

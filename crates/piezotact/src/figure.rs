@@ -28,6 +28,8 @@ pub enum Drawn {
     Matrix(Matrix),
     /// Spectrograms with one scale of colours.
     Spectrograms(Spectrograms),
+    /// Changes around 0 on maps with one scale of colours.
+    Maps(Maps),
 }
 
 /// Curves and points between two axes.
@@ -425,6 +427,88 @@ pub struct SpectrogramPanel {
     /// The level of every cell, dB, row by row from the highest frequency; `null` in a document where it is no number.
     #[serde(deserialize_with = "gaps")]
     pub levels_db: Vec<f64>,
+}
+
+/// Changes around 0 on maps of one size, with one scale of colours: blue below 0, white at 0, red above.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Maps {
+    /// The maps, each with its title.
+    pub panels: Vec<MapPanel>,
+    /// The scale of colours reaches from −`reach` to `reach`; above 0.
+    pub reach: f64,
+    /// The quantity that is shown, with its unit.
+    pub label: String,
+}
+
+impl Maps {
+    /// The maps with a scale that holds all their values, rounded up to two digits.
+    #[must_use]
+    pub fn around_zero(label: impl Into<String>, panels: Vec<MapPanel>) -> Self {
+        let values = panels.iter().flat_map(|panel| &panel.values);
+        let largest = values
+            .filter(|value| value.is_finite())
+            .fold(0.0f64, |largest, value| largest.max(value.abs()));
+        let step = 10f64.powf(largest.log10().floor() - 1.0);
+        let reach = match largest > 0.0 {
+            true => (largest / step - 1e-9).ceil() * step,
+            false => 1.0,
+        };
+        Self {
+            panels,
+            reach,
+            label: label.into(),
+        }
+    }
+
+    /// The figure of these maps.
+    #[must_use]
+    pub fn captioned(self, caption: impl Into<String>) -> Figure {
+        Figure {
+            drawn: Drawn::Maps(self),
+            caption: caption.into(),
+        }
+    }
+}
+
+/// One map of several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct MapPanel {
+    /// Above it.
+    pub title: String,
+    /// Row by row from the top; NaN where there is no value, `null` in a document.
+    #[serde(deserialize_with = "gaps")]
+    pub values: Vec<f64>,
+    /// How many values a row has.
+    pub columns: usize,
+    /// What the map is of.
+    pub ground: MapGround,
+}
+
+/// What a map is of.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum MapGround {
+    /// Two quantities.
+    Axes {
+        /// Across.
+        x: Axis,
+        /// Up.
+        y: Axis,
+        /// Where on x something happens: a vertical line.
+        marked: Vec<f64>,
+        /// The part that is evaluated, outlined: from and to on x, from and to on y.
+        outlined: Vec<[f64; 4]>,
+    },
+    /// A head from above, the nose at the top, in a square from −1 to 1.
+    Head {
+        /// The electrodes: to the right, to the front, name.
+        electrodes: Vec<(f64, f64, String)>,
+        /// How far from the middle the head reaches: the equator of the sphere.
+        radius: f64,
+    },
 }
 
 /// Numbers of a document in which `null` stands for what is none.

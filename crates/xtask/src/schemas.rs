@@ -27,6 +27,10 @@ use piezotact_people::association::Association;
 use piezotact_people::campaign::dictionary::DataDictionary;
 use piezotact_people::campaign::overview::CampaignDesign;
 use piezotact_people::campaign::protocol::Protocol;
+use piezotact_people::eeg::evoked::EegEpochs;
+use piezotact_people::eeg::group::EegStats;
+use piezotact_people::eeg::info::EegInfo;
+use piezotact_people::eeg::person::EegErd;
 use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
@@ -84,6 +88,10 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<DataDictionary>()?,
         schema::<Exported>()?,
         schema::<DemoDocument<'_>>()?,
+        schema::<EegEpochs>()?,
+        schema::<EegErd>()?,
+        schema::<EegInfo>()?,
+        schema::<EegStats>()?,
         schema::<EstimateDocument<'_>>()?,
         schema::<ExportDocument<'_>>()?,
         schema::<InfoDocument<'_>>()?,

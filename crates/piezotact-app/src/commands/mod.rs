@@ -4,6 +4,7 @@ mod bids;
 mod campaign;
 mod characterise;
 mod demo;
+mod eeg;
 mod export;
 mod info;
 pub(crate) mod manipulate;
@@ -188,6 +189,8 @@ commands! {
     Campaign(campaign::Campaign) => campaign::run,
     /// Exports, imports and checks studies in the Brain Imaging Data Structure (BIDS), which other programs open.
     Bids(bids::Bids) => bids::run,
+    /// Analyses EEG: epochs, event-related desynchronisation, and what differs over participants.
+    Eeg(eeg::Eeg) => eeg::run,
     /// Leads a session with a participant on pages of a browser (experimenter, participant, one to look on), shows a study, or opens the console of a bench.
     #[command(
         after_help = "A session is the same as that of `piezotact campaign run`, which goes on with it, and the other way round. STUDY alone shows\nits sessions with their reports, matrices and tables. Without STUDY, --bench opens the console of that\nbench. The pages are served on this machine only, unless --network opens them to others; the addresses that are printed\nhold the codes that let a page in.\n\nExample:\n  piezotact serve study P01 discrimination --drives P01 --bench twin:participant=1,seed=7\n  piezotact serve study P01 discrimination --by-hand --network 192.168.1.10 --password password.txt\n  piezotact serve --bench twin:participant=1,seed=7"

@@ -5,6 +5,7 @@
 //! A recording that was paused is not joined: each part between two gaps is an [`EegSegment`] with its start time. What a file
 //! claims is checked against the bytes that it has before anything is reserved.
 
+mod beside;
 mod brainvision;
 mod brainvision_write;
 mod content;
@@ -21,6 +22,7 @@ use piezotact::Doubt;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingDoubt};
 
+pub use beside::{EegSource, StatedPosition, read_eeg_source, read_electrodes};
 pub use brainvision_write::{EegMarker, markers_of, write_brainvision};
 pub use edf::write_edf;
 pub use xdf::{XdfFile, XdfStream, XdfValues, read_xdf};

@@ -1,10 +1,12 @@
 //! Paired contrasts over people, with their size.
 
 use piezotact::statistics::{PairedDifference, paired_difference};
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{Continuous, ContinuousCDF, Gamma, Normal};
 
 /// A contrast of two conditions of the same people.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Contrast {
     /// The mean of b − a, with its 95 % interval and Student's t.
     pub difference: PairedDifference,

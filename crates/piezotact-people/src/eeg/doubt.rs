@@ -156,6 +156,41 @@ kinds! {
             /// What is expected of random phases.
             expected: f64,
         },
+        /// Some people did not take part in all tasks.
+        PeopleWithoutAllTasks("eeg_people_without_all_tasks") {
+            /// How many.
+            people: usize,
+            /// Of how many.
+            of: usize,
+            /// Who.
+            names: String,
+        },
+        /// Electrodes that some documents do not have.
+        ElectrodesNotCommon("eeg_electrodes_not_common") {
+            /// Which.
+            names: String,
+            /// How many all have.
+            kept: usize,
+        },
+        /// A cluster test without neighbouring electrodes.
+        NoNeighbours("eeg_cluster_no_neighbours") {
+            /// How many electrodes there are.
+            electrodes: usize,
+        },
+        /// Some samples of a channel are at the limit of the amplifier.
+        SomeSaturated("eeg_some_saturated") {
+            /// The channel.
+            channel: String,
+            /// The share of samples, 0–1.
+            share: f64,
+        },
+        /// Pulses that are so regular that they match with another shift as well.
+        PulsesPeriodic("eeg_pulses_periodic") {
+            /// How many match.
+            matched: usize,
+            /// By how much the other match is shifted, s.
+            shift_s: f64,
+        },
     }
 }
 
@@ -280,6 +315,31 @@ impl fmt::Display for EegDoubt {
                 f,
                 "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
             ),
+            Self::PeopleWithoutAllTasks { people, of, names } => write!(
+                f,
+                "{people} of {of} participants did not take part in all tasks ({names}): each contrast is of those who took part in both"
+            ),
+            Self::ElectrodesNotCommon { names, kept } => write!(
+                f,
+                "{names}: not in all documents, so maps and clusters are of the other {kept} electrodes; check that no channel has another name in \
+                 one recording"
+            ),
+            Self::NoNeighbours { electrodes } => write!(
+                f,
+                "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and \
+                 times of one electrode alone"
+            ),
+            Self::SomeSaturated { channel, share } => write!(
+                f,
+                "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their \
+                 amplitude, or record with a lower gain",
+                100.0 * share
+            ),
+            Self::PulsesPeriodic { matched, shift_s } => write!(
+                f,
+                "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the \
+                 offset with one of them; send pulses at irregular intervals, or record all of them with both devices"
+            ),
             Self::CoherenceFloor { epochs, expected } => write!(
                 f,
                 "{epochs} epochs of random phase have an inter-trial coherence of {expected:.2} on average: compare conditions with \
@@ -349,6 +409,24 @@ mod tests {
             EegDoubt::FarFromElectrodes {
                 positions: 1,
                 angle_deg: 40.0,
+            },
+            EegDoubt::PeopleWithoutAllTasks {
+                people: 1,
+                of: 10,
+                names: text(),
+            },
+            EegDoubt::ElectrodesNotCommon {
+                names: text(),
+                kept: 60,
+            },
+            EegDoubt::NoNeighbours { electrodes: 3 },
+            EegDoubt::SomeSaturated {
+                channel: text(),
+                share: 0.004,
+            },
+            EegDoubt::PulsesPeriodic {
+                matched: 50,
+                shift_s: -1.0,
             },
             EegDoubt::CoherenceFloor {
                 epochs: 10,

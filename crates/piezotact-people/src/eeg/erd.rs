@@ -6,6 +6,7 @@
 use piezotact::Doubt;
 use piezotact::quantity::Band;
 use piezotact::statistics::mean;
+use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
 use super::epochs::Epochs;
@@ -17,7 +18,9 @@ const BIAS_POINTS: f64 = 1.0;
 const REACH: f64 = 2.0;
 
 /// The unit of a change of power.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Mode {
     /// 100·(A − R)/R, %: −100 where nothing is left.
     Percent,
@@ -35,7 +38,9 @@ impl Mode {
 }
 
 /// What is averaged before the baseline is divided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Order {
     /// Power over epochs: the default.
     PowerFirst,

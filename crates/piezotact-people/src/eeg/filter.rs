@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use piezotact::Doubt;
 use piezotact::fourier::{Complex, RealPlanner};
 use piezotact::quantity::SampleRate;
+use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
 use super::epochs::Epochs;
@@ -19,7 +20,9 @@ const LONGEST: usize = 10_000_000;
 const NOTCH_QUALITY: f64 = 200.0;
 
 /// What a filter passes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Pass {
     /// Frequencies above this one, Hz.
     Above(f64),

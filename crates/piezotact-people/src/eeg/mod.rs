@@ -12,10 +12,17 @@ pub mod contrast;
 mod doubt;
 pub mod epochs;
 pub mod erd;
+pub mod evoked;
 pub mod filter;
+pub mod group;
+pub mod info;
 mod linear;
+pub mod person;
 pub mod phase;
+pub mod prepare;
+pub mod pulses;
 pub mod reference;
+pub mod source;
 pub mod tfr;
 
 pub use doubt::EegDoubt;

@@ -9,6 +9,7 @@ mod grid;
 
 use piezotact::Doubt;
 use piezotact::statistics::t_quantile;
+use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
 use components::Components;
@@ -61,7 +62,9 @@ impl ClusterConfig {
 }
 
 /// Which sign flips were made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Tried {
     /// All that there are; p is exact.
     All,

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::quantity::SampleRate;
+use serde::{Deserialize, Serialize};
 
 use super::{Epochs, EpochsError};
 
@@ -29,7 +30,8 @@ pub struct Event {
 }
 
 /// The extent of epochs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CutConfig {
     /// The first time from the event, s; negative before it.
     pub start_s: f64,
@@ -38,7 +40,9 @@ pub struct CutConfig {
 }
 
 /// Why there is no epoch of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum NotCut {
     /// It would begin before the recording.
     BeforeStart,

@@ -166,6 +166,27 @@ impl Epochs {
         Ok(self.kept(&kept))
     }
 
+    /// The epochs of the channels `names`, in this order.
+    ///
+    /// # Errors
+    /// [`EpochsError`] without a name, or for one that no channel has or that stands twice.
+    pub fn picked(&self, names: &[&str]) -> Result<Self, EpochsError> {
+        let indices = self.indices(names)?;
+        let length = self.count() * self.samples;
+        let mut volts = Vec::with_capacity(indices.len() * length);
+        for channel in &indices {
+            volts.extend_from_slice(self.channel(*channel));
+        }
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        Self::new(
+            names,
+            self.conditions.clone(),
+            self.rate,
+            self.first_s,
+            volts,
+        )
+    }
+
     /// The epochs of the indices `kept`, which exist and are not none.
     fn kept(&self, kept: &[usize]) -> Self {
         let mut volts = Vec::with_capacity(self.channels.len() * kept.len() * self.samples);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use piezotact::Doubt;
+use serde::{Deserialize, Serialize};
 
 use super::{Epochs, EpochsError};
 use crate::eeg::EegDoubt;
@@ -14,7 +15,9 @@ const MANY_SHARE: f64 = 0.3;
 const UNEVEN_SHARE: f64 = 0.15;
 
 /// A rule by which a signal is rejected.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Criterion {
     /// Its largest less its smallest value is above this.
     PeakToPeak {
@@ -79,7 +82,8 @@ impl fmt::Display for Criterion {
             Self::Flat { .. } => ("peak-to-peak", "below"),
             Self::Drift { .. } => ("drift", "above"),
         };
-        write!(f, "{what} {side} {} µV", 1e6 * self.limit_v())
+        let limit = piezotact::number::rounded(1e6 * self.limit_v());
+        write!(f, "{what} {side} {limit} µV")
     }
 }
 

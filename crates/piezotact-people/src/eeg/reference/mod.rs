@@ -11,6 +11,8 @@ use positions::POSITIONS;
 
 pub use spline::{Csd, CsdConfig, Interpolation};
 
+/// Fewer positions fit no sphere.
+const FEWEST_OF_A_SPHERE: usize = 8;
 /// An electrode further than this from a position says little about it, degrees.
 const FAR_DEG: f64 = 30.0;
 
@@ -86,6 +88,26 @@ impl Montage {
         })
     }
 
+    /// Channels at positions measured in coordinates of the head (x to the right, y to the front, z up, in any unit): seen from the centre of
+    /// the sphere that fits them best.
+    ///
+    /// Formula: least squares of |p|² = 2·c·p + k.
+    ///
+    /// Source: as MNE-Python fits a sphere to digitised points.
+    ///
+    /// # Errors
+    /// [`ReferenceError::Sphere`] for fewer than 8 positions or those that lie on no sphere, and [`ReferenceError::Positions`] as
+    /// [`Self::new`].
+    pub fn measured(channels: Vec<String>, positions: &[[f64; 3]]) -> Result<Self, ReferenceError> {
+        let centre = centre_of(positions).ok_or(ReferenceError::Sphere {
+            found: positions.len(),
+        })?;
+        let seen = positions
+            .iter()
+            .map(|p| [0, 1, 2].map(|i| p[i] - centre[i]));
+        Self::new(channels, seen.collect())
+    }
+
     /// The pairs of channels that are neighbours: at most `angle_deg` apart as seen from the centre of the sphere.
     ///
     /// MNE-Python's `find_ch_adjacency` triangulates instead, and also joins far channels at the rim of a cap.
@@ -97,6 +119,41 @@ impl Montage {
             .filter(|[i, j]| dot(&self.positions[*i], &self.positions[*j]) >= least)
             .collect()
     }
+}
+
+/// The centre of the sphere through `positions`, by least squares.
+fn centre_of(positions: &[[f64; 3]]) -> Option<[f64; 3]> {
+    if positions.len() < FEWEST_OF_A_SPHERE {
+        return None;
+    }
+    // In units of their extent, about their mean: no digit is lost in any unit.
+    let n = positions.len() as f64;
+    let mean = [0, 1, 2].map(|i| positions.iter().map(|p| p[i]).sum::<f64>() / n);
+    let from_mean = |p: &[f64; 3]| [0, 1, 2].map(|i| p[i] - mean[i]);
+    let size = positions
+        .iter()
+        .map(|p| from_mean(p).iter().map(|v| v * v).sum::<f64>().sqrt())
+        .fold(0.0, f64::max);
+    let mut normal = [0.0; 16];
+    let mut right = [0.0; 4];
+    for position in positions {
+        let p = from_mean(position).map(|v| v / size);
+        let row = [p[0], p[1], p[2], 1.0];
+        let square: f64 = p.iter().map(|v| v * v).sum();
+        for i in 0..4 {
+            right[i] += row[i] * square;
+            for j in 0..4 {
+                normal[4 * i + j] += row[i] * row[j];
+            }
+        }
+    }
+    let inverted = super::linear::inverse(&normal, 4)?;
+    let half = |i: usize| {
+        let own: f64 = (0..4).map(|j| inverted[4 * i + j] * right[j]).sum();
+        mean[i] + 0.5 * size * own
+    };
+    let centre = [0, 1, 2].map(half);
+    centre.iter().all(|v| v.is_finite()).then_some(centre)
 }
 
 fn on_sphere(position: [f64; 3]) -> [f64; 3] {
@@ -249,6 +306,14 @@ pub enum ReferenceError {
         /// Positions.
         found: usize,
     },
+    /// Positions that lie on no sphere.
+    #[error(
+        "expected at least {FEWEST_OF_A_SPHERE} positions on a head, not in a plane, found {found} that fit no sphere; give all of the cap"
+    )]
+    Sphere {
+        /// How many there are.
+        found: usize,
+    },
     /// Settings without a spline.
     #[error(
         "expected a radius above 0 m, a regularisation from 0 to below 1, a stiffness from 2 and at least 3 terms, found {radius_m} m, {regularisation}, \
@@ -334,6 +399,23 @@ mod tests {
             Montage::ten_ten(&["T7".to_owned()]).unwrap().positions
         );
         assert!(Montage::new(vec!["a".into()], vec![[0.0; 3]]).is_err());
+        // Measured in mm around another centre.
+        let digitised: Vec<[f64; 3]> = montage
+            .positions
+            .iter()
+            .map(|p| [95.0 * p[0] + 3.0, 95.0 * p[1] - 7.0, 95.0 * p[2] + 40.0])
+            .collect();
+        let fitted = Montage::measured(all.clone(), &digitised).unwrap();
+        for (a, b) in fitted.positions.iter().zip(&montage.positions) {
+            assert!(
+                a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5),
+                "{a:?} {b:?}"
+            );
+        }
+        assert!(matches!(
+            Montage::measured(all[..3].to_vec(), &digitised[..3]),
+            Err(ReferenceError::Sphere { found: 3 })
+        ));
         // In any unit.
         let far = Montage::new(vec!["a".into()], vec![[30.0, 0.0, 40.0]]).unwrap();
         assert_eq!(far.positions, [[0.6, 0.0, 0.8]]);

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use piezotact::Doubt;
+use serde::{Deserialize, Serialize};
 
 use super::{Montage, ReferenceError, dot, far};
 use crate::eeg::epochs::Epochs;
@@ -12,7 +13,8 @@ use crate::eeg::linear::{inverse, product};
 const INTERPOLATION: (f64, u32, usize) = (1e-5, 4, 50);
 
 /// The settings of a current source density.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct CsdConfig {
     /// The radius of the head, m.
     pub radius_m: f64,

@@ -9,7 +9,8 @@ mod wavelet;
 mod windows;
 
 use piezotact::fourier::{Complex, ComplexPlanner};
-use piezotact::quantity::SampleRate;
+use piezotact::quantity::{Band, SampleRate};
+use serde::{Deserialize, Serialize};
 
 use super::epochs::Epochs;
 use run::{Kernel, good_length};
@@ -18,8 +19,13 @@ pub(super) use run::Sink;
 pub use windows::{TrialPowers, Window, WindowError};
 pub(super) use windows::{WindowSink, times_within};
 
+/// More frequencies are a mistake.
+const MOST_FREQUENCIES: f64 = 1000.0;
+
 /// How power is estimated.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
     /// Morlet wavelets with a mean of zero, cut at five standard deviations.
     Morlet,
@@ -31,7 +37,8 @@ pub enum Method {
 }
 
 /// What is estimated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TfrConfig {
     /// How.
     pub method: Method,
@@ -42,6 +49,66 @@ pub struct TfrConfig {
     pub cycles: Vec<f64>,
     /// Every so many-th sample is given out; power is computed at the full rate.
     pub decimation: usize,
+}
+
+/// How many cycles wavelets have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Cycles {
+    /// As many at every frequency.
+    Constant(f64),
+    /// The frequency in Hz over this: wavelets of one length at every frequency.
+    FrequencyOver(f64),
+}
+
+impl TfrConfig {
+    /// Frequencies from the lower to the upper end of `range`, `step_hz` apart, with every sample given out.
+    ///
+    /// # Errors
+    /// [`TfrError::Steps`] unless the step is above 0 and gives at most 1000 frequencies.
+    pub fn over(
+        method: Method,
+        range: Band,
+        step_hz: f64,
+        cycles: Cycles,
+    ) -> Result<Self, TfrError> {
+        let (low, high) = (range.low().0, range.high().0);
+        let steps = (high - low) / step_hz;
+        if !(step_hz > 0.0 && steps < MOST_FREQUENCIES) {
+            return Err(TfrError::Steps { step_hz });
+        }
+        let frequencies_hz: Vec<f64> = (0..=(steps + 1e-9) as usize)
+            .map(|i| low + step_hz * i as f64)
+            .collect();
+        let of = |hz: &f64| match cycles {
+            Cycles::Constant(count) => count,
+            Cycles::FrequencyOver(share) => hz / share,
+        };
+        Ok(Self {
+            method,
+            cycles: frequencies_hz.iter().map(of).collect(),
+            frequencies_hz,
+            decimation: 1,
+        })
+    }
+
+    /// The same with about one time given out every `step_s` of signals at `rate`.
+    #[must_use]
+    pub fn every(mut self, step_s: f64, rate: SampleRate) -> Self {
+        self.decimation = ((step_s * rate.hz()).round() as usize).max(1);
+        self
+    }
+
+    /// How far the longest wavelet reaches, s: two standard deviations of a Morlet wavelet, half the window of a multitaper. The ends of
+    /// epochs touch what is nearer to them.
+    #[must_use]
+    pub fn reach_s(&self) -> f64 {
+        let of = |(hz, cycles): (&f64, &f64)| match self.method {
+            Method::Morlet => 2.0 * sd_s(*hz, *cycles),
+            Method::Multitaper { .. } => 0.5 * cycles / hz,
+        };
+        let all = self.frequencies_hz.iter().zip(&self.cycles).map(of);
+        all.fold(0.0, f64::max)
+    }
 }
 
 /// A planned estimate for epochs of one rate and length.
@@ -344,6 +411,14 @@ impl Sink for AverageSink {
 /// An estimate that cannot be.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TfrError {
+    /// A step that gives no frequencies.
+    #[error(
+        "expected a step of frequencies above 0 Hz that gives at most 1000, found {step_hz} Hz; 1 Hz is usual"
+    )]
+    Steps {
+        /// The step, Hz.
+        step_hz: f64,
+    },
     /// No frequency, or not one number of cycles for each.
     #[error(
         "expected one number of cycles for each of at least one frequency, found {found} for {frequencies}; state as many of both"

@@ -1,0 +1,205 @@
+//! `piezotact eeg erd`: desynchronisation of one person in one task.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use piezotact_dataset::eeg::{EegSource, read_electrodes};
+use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions, Region, person};
+use piezotact_people::eeg::reference::Montage;
+use piezotact_people::eeg::tfr::{Method, TfrConfig};
+use piezotact_report::report::{self, html};
+
+use super::super::{has_ending, outputs};
+use super::epochs::prepared;
+use super::options::{
+    BandOption, CyclesOption, Frequencies, OrderOption, Preparing, RegionOption, Span,
+};
+use super::{agreed, of_file, segments, source, subject};
+use crate::advice::OptionWords;
+use crate::failure::{Outcome, usage};
+use crate::invocation::write_report;
+use crate::output::{document_text, print, print_document, say_doubts, write_text};
+
+/// Regions where none is stated: those of these that were recorded.
+const USUAL_REGIONS: [&str; 3] = ["C3", "Cz", "C4"];
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// An EEG file of one task.
+    file: PathBuf,
+    /// The baseline from the marker, s: at rest, before a movement is planned.
+    #[arg(
+        long,
+        value_name = "FROM,TO",
+        default_value = "-1.5,-0.5",
+        allow_hyphen_values = true
+    )]
+    baseline: Span,
+    /// The window from the marker, s.
+    #[arg(
+        long,
+        value_name = "FROM,TO",
+        default_value = "0,0.8",
+        allow_hyphen_values = true
+    )]
+    window: Span,
+    /// The first and the last time of epochs from the marker, s; default: baseline and window, and as much more as wavelets reach.
+    #[arg(long, value_name = "FROM,TO", allow_hyphen_values = true)]
+    epoch: Option<Span>,
+    /// A band; several are allowed.
+    #[arg(long, value_name = "NAME=LOW..HIGH", default_value = "alpha=8..12")]
+    band: Vec<BandOption>,
+    /// A region, and the electrodes whose changes are averaged; several are allowed. Default: C3, Cz and C4, those of them that were recorded.
+    #[arg(long, value_name = "NAME=ELECTRODES")]
+    region: Vec<RegionOption>,
+    /// The frequencies of the wavelets, Hz.
+    #[arg(long, value_name = "LOW..HIGH:STEP", default_value = "6..30:1")]
+    frequencies: Frequencies,
+    /// The cycles of the wavelets: a number, or f/2 for half the frequency in Hz (80 ms SD at every frequency).
+    #[arg(long, value_name = "CYCLES", default_value = "f/2")]
+    cycles: CyclesOption,
+    /// Multitapers with this product of length and bandwidth, in place of Morlet wavelets.
+    #[arg(long, value_name = "PRODUCT")]
+    multitaper: Option<f64>,
+    /// From one time of the maps to the next, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.05)]
+    step: f64,
+    /// What is averaged before the baseline is divided.
+    #[arg(long, value_enum, default_value = "power-first")]
+    order: OrderOption,
+    /// The fewest epochs of a surface.
+    #[arg(long, value_name = "COUNT", default_value_t = 10)]
+    min_epochs: usize,
+    /// Measured positions of electrodes: a table with columns name, x (to the right), y (to the front) and z (up). Default: those of the
+    /// names of the 10-10 system.
+    #[arg(long, value_name = "TABLE.tsv")]
+    electrodes: Option<PathBuf>,
+    #[command(flatten)]
+    preparing: Preparing,
+    /// Writes the result for `piezotact eeg stats` (.json), or a table of all changes (.csv).
+    #[arg(long, value_name = "OUT.json|OUT.csv")]
+    out: Option<PathBuf>,
+    /// Writes a report with scalp and time–frequency maps.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let written: Vec<&Path> = [&args.report, &args.out]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    let mut read = vec![args.file.as_path()];
+    read.extend(args.electrodes.as_deref());
+    outputs(&read, &written)?;
+    if let Some(path) = &args.out {
+        has_ending(path, &["json", "csv"])?;
+    }
+    let found = found(args)?;
+    if let Some(path) = &args.out {
+        let text = match has_ending(path, &["json", "csv"])? {
+            "csv" => report::csv(&found.all_table())?,
+            _ => document_text(&found, Some(path))? + "\n",
+        };
+        write_text(path, &text)?;
+    }
+    if let Some(path) = &args.report {
+        write_report(path, &html(&found.page(), &OptionWords)?)?;
+    }
+    if args.json {
+        return print_document(&found);
+    }
+    print(&text(&found))?;
+    for path in written {
+        print(&format!("wrote {}", path.display()))?;
+    }
+    say_doubts(&found.doubts);
+    Ok(())
+}
+
+fn found(args: &Arguments) -> Outcome<EegErd> {
+    let source = source(&args.file)?;
+    let options = &args.preparing;
+    let own = (options.participant.as_ref(), source.participant.as_ref());
+    let participant = agreed(&args.file, "participant", own.0, own.1)?;
+    let task = agreed(
+        &args.file,
+        "task",
+        options.task.as_ref(),
+        source.task.as_ref(),
+    )?;
+    let config = config(args, &source)?;
+    let extent = match args.epoch {
+        Some(extent) => extent.into(),
+        None => config.extent(),
+    };
+    // Fewer epochs are named by surface.
+    let preparing = options.config(extent, task, args.min_epochs);
+    let prepared = prepared(&args.file, &segments(&source), &preparing)?;
+    let subject = subject(&args.file, participant, &prepared.task)?;
+    let positions = positions(args)?;
+    let name = crate::report::name(&args.file);
+    person(&name, &subject, &prepared, &positions, &config).map_err(|error| match error {
+        PersonError::Region { .. } | PersonError::Nothing => usage(error),
+        error => of_file(&args.file)(error),
+    })
+}
+
+fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
+    let method = match args.multitaper {
+        Some(time_bandwidth) => Method::Multitaper { time_bandwidth },
+        None => Method::Morlet,
+    };
+    let Frequencies { range, step_hz } = args.frequencies;
+    let power = TfrConfig::over(method, range, step_hz, args.cycles.0).map_err(usage)?;
+    let recording = &source.segments[0].recording;
+    let regions = match args.region.is_empty() {
+        false => args.region.iter().map(|option| option.0.clone()).collect(),
+        true => {
+            let there = |name: &&str| recording.channels().iter().any(|c| c.name == *name);
+            let recorded: Vec<&str> = USUAL_REGIONS.into_iter().filter(|n| there(n)).collect();
+            match recorded.is_empty() {
+                // Named as what is missing.
+                true => Region::single(&USUAL_REGIONS[..1]),
+                false => Region::single(&recorded),
+            }
+        }
+    };
+    Ok(PersonConfig {
+        power,
+        step_s: args.step,
+        bands: args.band.iter().map(|option| option.0.clone()).collect(),
+        regions,
+        baseline_s: args.baseline.0,
+        window_s: args.window.0,
+        order: args.order.into(),
+        min_epochs: args.min_epochs,
+    })
+}
+
+fn positions(args: &Arguments) -> Outcome<Positions> {
+    let Some(path) = &args.electrodes else {
+        return Ok(Positions::OfNames);
+    };
+    let (names, places) = read_electrodes(path)?
+        .into_iter()
+        .map(|one| (one.name, one.position))
+        .unzip::<_, _, Vec<String>, Vec<[f64; 3]>>();
+    let montage = Montage::measured(names, &places).map_err(of_file(path))?;
+    Ok(Positions::Measured(montage))
+}
+
+fn text(found: &EegErd) -> String {
+    let mut parts = vec![
+        format!("{}: {}", found.file, found.subject),
+        found.sentences().join("\n"),
+        "Negative: desynchronisation".to_owned(),
+        found.counts.sentence(),
+    ];
+    parts.extend(found.no_map_sentence());
+    parts.join("\n")
+}

@@ -1,0 +1,114 @@
+//! `piezotact eeg`: what a file holds, epochs, desynchronisation, and what differs over people.
+
+mod epochs;
+mod erd;
+mod info;
+mod options;
+mod stats;
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use clap::{Args, Subcommand};
+use piezotact_dataset::eeg::{EegSource, read_eeg_source};
+use piezotact_people::eeg::source::{Segment, Subject};
+
+use crate::failure::{Failure, Outcome, usage};
+use crate::memory::reading_fits;
+
+#[derive(Debug, Args)]
+pub(crate) struct Eeg {
+    #[command(subcommand)]
+    command: EegCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum EegCommand {
+    /// Shows what an EEG file holds: channels, rate, parts, markers, known positions, flat and saturated channels, mains.
+    #[command(
+        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
+    )]
+    Info(info::Arguments),
+    /// Cuts epochs around markers, rejects the bad ones by stated limits, and averages them by condition.
+    #[command(
+        after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html"
+    )]
+    Epochs(epochs::Arguments),
+    /// Computes event-related desynchronisation (ERD) and synchronisation of one person in one task, by surface, band and region.
+    #[command(
+        after_help = "Power is averaged over epochs before it is divided by the baseline; --order percent-of-each-epoch repeats what others computed, and\nis biased towards synchronisation. Negative: desynchronisation. Participant and task come from a BIDS name\n(sub-01_task-control_eeg.vhdr), from a marker `task`, or from the options. `piezotact eeg stats` reads the file of --out.\n\nExample:\n  piezotact eeg erd sub-01_task-control_eeg.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --out sub-01_control.json --report erd.html\n  piezotact eeg erd P01.edf --participant P01 --task control --event touch --baseline -1.2,-0.4 --window 0,0.8 --reject-above 100 --out P01.json"
+    )]
+    Erd(Box<erd::Arguments>),
+    /// Compares tasks over participants: paired contrasts, the order of tasks, cluster tests, scalp maps.
+    #[command(
+        after_help = "Each document is one participant in one task. Two tasks differ where p is 0.05 or less after Holm's adjustment. A larger p\ndecides nothing, unless --margin states how large a difference is of no interest. The exit code is 0 whatever it finds.\n\nExample:\n  piezotact eeg stats erd/*.json --gradient control,imagery,natural --report stats.html --csv contrasts.csv"
+    )]
+    Stats(stats::Arguments),
+}
+
+pub(crate) fn run(args: &Eeg) -> Outcome {
+    match &args.command {
+        EegCommand::Info(args) => info::run(args),
+        EegCommand::Epochs(args) => epochs::run(args),
+        EegCommand::Erd(args) => erd::run(args),
+        EegCommand::Stats(args) => stats::run(args),
+    }
+}
+
+/// The file at `path` with what stands beside it.
+fn source(path: &Path) -> Outcome<EegSource> {
+    reading_fits(path)?;
+    Ok(read_eeg_source(path)?)
+}
+
+/// The parts of a file as the science takes them.
+fn segments(source: &EegSource) -> Vec<Segment<'_>> {
+    let parts = source.segments.iter();
+    parts
+        .map(|part| Segment {
+            recording: &part.recording,
+            start_s: part.start_s,
+            event_samples: &part.event_samples,
+        })
+        .collect()
+}
+
+/// An error of the science about the file at `path`.
+fn of_file<E: Into<anyhow::Error>>(path: &Path) -> impl Fn(E) -> Failure {
+    let name = path.display().to_string();
+    move |error| Failure::Data(error.into().context(name.clone()))
+}
+
+/// What an option and a file say about one thing; refused where both do and differ.
+fn agreed(
+    path: &Path,
+    what: &str,
+    stated: Option<&String>,
+    of_file: Option<&String>,
+) -> Outcome<Option<String>> {
+    match (stated, of_file) {
+        (Some(stated), Some(found)) if stated != found => Err(usage(anyhow!(
+            "{}: expected {what} {stated}, found {found} in its name or beside it; leave the option out, or rename the file",
+            path.display()
+        ))),
+        (stated, found) => Ok(stated.or(found).cloned()),
+    }
+}
+
+/// Who and what the file is of; both have to be known where people are compared.
+fn subject(path: &Path, participant: Option<String>, task: &str) -> Outcome<Subject> {
+    let missing = |what: &str, option: &str| {
+        usage(anyhow!(
+            "{}: expected to know the {what}, found neither a BIDS name (sub-01_task-control_eeg) nor an option; state it with {option}",
+            path.display()
+        ))
+    };
+    let participant = participant.ok_or_else(|| missing("participant", "--participant"))?;
+    if task.is_empty() {
+        return Err(missing("task", "--task"));
+    }
+    Ok(Subject {
+        participant,
+        task: task.to_owned(),
+    })
+}

@@ -1,0 +1,130 @@
+//! `piezotact eeg stats`: tasks compared over participants.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::anyhow;
+use clap::{Args, ValueEnum};
+use piezotact::document;
+use piezotact_dataset::read_input_text;
+use piezotact_people::eeg::erd::Mode;
+use piezotact_people::eeg::group::{EegStats, GroupConfig, GroupError, compare};
+use piezotact_people::eeg::person::EegErd;
+use piezotact_report::report::{self, html};
+
+use super::super::outputs;
+use super::of_file;
+use crate::advice::OptionWords;
+use crate::failure::{Failure, Outcome, usage};
+use crate::invocation::write_report;
+use crate::memory::reading_fits;
+use crate::output::{print, print_document, say_doubts, write_text};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// Documents of `piezotact eeg erd`, one for each participant and task.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    /// The unit of changes: percent of the baseline, or dB. Clusters are always of dB.
+    #[arg(long, value_enum, default_value = "percent")]
+    unit: UnitOption,
+    /// The tasks from the most to the least desynchronised one, as it is claimed, separated by commas: whether this order holds.
+    #[arg(long, value_name = "TASKS", value_delimiter = ',')]
+    gradient: Vec<String>,
+    /// A difference of no interest, in the unit, stated before the data are seen: tasks whose 95 % interval lies within it are alike.
+    #[arg(long, value_name = "DIFFERENCE")]
+    margin: Option<f64>,
+    /// Electrodes up to this angle apart, seen from the centre of the head, are neighbours in clusters, degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
+    neighbours: f64,
+    /// Sign flips of the cluster test; all are tried where there are no more.
+    #[arg(long, value_name = "COUNT", default_value_t = 10_000)]
+    flips: usize,
+    /// The seed of sign flips that are drawn.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    seed: u64,
+    /// Writes the contrasts: one row each.
+    #[arg(long, value_name = "CONTRASTS.csv")]
+    csv: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The unit of changes.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum UnitOption {
+    /// Percent of the baseline.
+    Percent,
+    /// dB.
+    Db,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let written: Vec<&Path> = [&args.report, &args.csv]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
+    outputs(&read, &written)?;
+    let documents = read.iter().map(|path| document(path));
+    let documents = documents.collect::<Outcome<Vec<EegErd>>>()?;
+    let found = compare(&documents, &config(args)).map_err(|error| match error {
+        GroupError::NoTask { .. } | GroupError::OneStep | GroupError::Margin => usage(error),
+        error => Failure::Data(anyhow!(error)),
+    })?;
+    if let Some(path) = &args.csv {
+        write_text(path, &report::csv(&found.contrasts_table())?)?;
+    }
+    if let Some(path) = &args.report {
+        write_report(path, &html(&found.page(), &OptionWords)?)?;
+    }
+    if args.json {
+        return print_document(&found);
+    }
+    print(&text(&found))?;
+    for path in written {
+        print(&format!("wrote {}", path.display()))?;
+    }
+    say_doubts(&found.doubts);
+    Ok(())
+}
+
+fn document(path: &Path) -> Outcome<EegErd> {
+    reading_fits(path)?;
+    document::read(&read_input_text(path)?).map_err(of_file(path))
+}
+
+fn config(args: &Arguments) -> GroupConfig {
+    GroupConfig {
+        unit: match args.unit {
+            UnitOption::Percent => Mode::Percent,
+            UnitOption::Db => Mode::Decibels,
+        },
+        gradient: args.gradient.clone(),
+        margin: args.margin,
+        neighbours_deg: args.neighbours,
+        flips: args.flips,
+        seed: args.seed,
+    }
+}
+
+fn text(found: &EegStats) -> String {
+    let mut lines = vec![found.sentence()];
+    lines.extend(found.gradients.iter().map(|one| one.sentence()));
+    lines.extend(
+        found
+            .first_contrasts()
+            .map(|one| one.sentence(found.config.unit)),
+    );
+    lines.extend(
+        found
+            .clusters
+            .iter()
+            .map(|one| format!("Clusters, {}", one.sentence())),
+    );
+    lines.join("\n")
+}

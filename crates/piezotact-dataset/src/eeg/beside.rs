@@ -1,0 +1,390 @@
+//! EEG with what stands beside it: names by BIDS, its JSON file, its table of channels, a table of positions.
+
+use std::path::{Path, PathBuf};
+
+use piezotact::quantity::Seconds;
+use serde::Deserialize;
+
+use super::{EegSegment, read_eeg};
+use crate::error::ReadError;
+use crate::input::{open_input, read_input_text};
+use crate::matlab::looks_like_mat;
+use crate::open::{ReadOptions, read_recording};
+
+/// A file of EEG, with the person and task that it is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EegSource {
+    /// The kind of file, in words.
+    pub kind: String,
+    /// Its parts without a gap, at least one.
+    pub segments: Vec<EegSegment>,
+    /// The participant, if the name of the file or its content says so.
+    pub participant: Option<String>,
+    /// The task, if the name of the file or the JSON file beside it says so.
+    pub task: Option<String>,
+}
+
+/// What the JSON file of an EEG recording states (BIDS).
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "PascalCase", default)]
+struct Stated {
+    sampling_frequency: Option<f64>,
+    task_name: Option<String>,
+}
+
+/// The position of an electrode.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StatedPosition {
+    /// Its name.
+    pub name: String,
+    /// x, y and z in the unit and directions of the table.
+    pub position: [f64; 3],
+}
+
+/// Reads EEG with what stands beside it: any EEG file as [`read_eeg`], XDF and other recordings as one part. The name of a BIDS file
+/// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it.
+///
+/// # Errors
+/// [`ReadError`] when the file cannot be read, or what stands beside it states another rate, other channels or another task.
+pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
+    let (kind, segments) = read_segments(path)?;
+    let named = |entity: &str| entity_of(path, entity);
+    let stated = stated_beside(path)?;
+    let task = named("task");
+    if let Some((json, stated)) = &stated {
+        check_rate(path, json, stated, &segments)?;
+        if let (Some(task), Some(other)) = (&task, &stated.task_name)
+            && compact(task) != compact(other)
+        {
+            return Err(ReadError::content(
+                json,
+                format!("TaskName `{task}`, as the name of {} states", shown(path)),
+                format!("`{other}`"),
+                "correct the one that is wrong",
+            ));
+        }
+    }
+    check_channels(path, &segments)?;
+    let condition = &segments[0].recording.about.condition;
+    Ok(EegSource {
+        participant: named("sub").or_else(|| condition.participant.clone()),
+        task: task.or_else(|| stated.and_then(|(_, stated)| stated.task_name)),
+        kind,
+        segments,
+    })
+}
+
+fn read_segments(path: &Path) -> Result<(String, Vec<EegSegment>), ReadError> {
+    use std::io::Read as _;
+    let mut head = Vec::new();
+    open_input(path)?
+        .take(1024)
+        .read_to_end(&mut head)
+        .map_err(|error| ReadError::io(path, &error))?;
+    let is_eeg = super::looks_like_brainvision(&head)
+        || super::looks_like_edf(&head)
+        || super::looks_like_bdf(&head)
+        || super::looks_like_markers(&head)
+        || super::has_header_beside(path)
+        || (looks_like_mat(&head)
+            && path
+                .extension()
+                .is_some_and(|e| e.eq_ignore_ascii_case("set")));
+    if is_eeg {
+        let file = read_eeg(path)?;
+        return Ok((file.kind.to_string(), file.segments));
+    }
+    let contents = read_recording(path, &ReadOptions::default())?;
+    let recording = contents.recording;
+    let rates = recording.clocks().iter().map(|clock| clock.rate_hz.hz());
+    let rate_hz = rates.fold(0.0, f64::max);
+    let events = recording.annotations.events.iter();
+    let samples = events.map(|event| (event.onset_s.0 * rate_hz).round_ties_even() as i64);
+    let segment = EegSegment {
+        event_samples: samples.collect(),
+        recording,
+        start_s: Seconds(0.0),
+    };
+    Ok((contents.kind.to_string(), vec![segment]))
+}
+
+/// The label of an entity in a name by BIDS: `control` of `task` in `sub-01_task-control_eeg.vhdr`.
+fn entity_of(path: &Path, entity: &str) -> Option<String> {
+    let stem = path.file_name()?.to_str()?;
+    let stem = stem.split('.').next()?;
+    let mut parts = stem.split('_');
+    let found = parts.find_map(|part| part.strip_prefix(entity)?.strip_prefix('-'));
+    found.filter(|label| !label.is_empty()).map(str::to_owned)
+}
+
+/// The file beside `path` that a BIDS recording has, `sub-01_task-control_eeg.vhdr` → `sub-01_task-control_SUFFIX`.
+fn sibling(path: &Path, suffix: &str) -> Option<PathBuf> {
+    let stem = path.file_stem()?.to_str()?;
+    let stem = stem.strip_suffix("_eeg")?;
+    let beside = path.with_file_name(format!("{stem}_{suffix}"));
+    beside.is_file().then_some(beside)
+}
+
+fn stated_beside(path: &Path) -> Result<Option<(PathBuf, Stated)>, ReadError> {
+    let Some(json) = sibling(path, "eeg.json") else {
+        return Ok(None);
+    };
+    let text = read_input_text(&json)?;
+    match serde_json::from_str(&text) {
+        Ok(stated) => Ok(Some((json, stated))),
+        Err(error) => Err(ReadError::content(
+            &json,
+            "the JSON file of an EEG recording (SamplingFrequency, TaskName)",
+            format!("another content ({error})"),
+            "correct it, or move it away",
+        )),
+    }
+}
+
+fn check_rate(
+    path: &Path,
+    json: &Path,
+    stated: &Stated,
+    segments: &[EegSegment],
+) -> Result<(), ReadError> {
+    let Some(stated_hz) = stated.sampling_frequency else {
+        return Ok(());
+    };
+    let clocks = segments[0].recording.clocks();
+    // A channel of another rate, such as a trigger, is no contradiction.
+    let same = |hz: f64| (hz - stated_hz).abs() <= 1e-4 * hz;
+    if clocks.iter().any(|clock| same(clock.rate_hz.hz())) {
+        return Ok(());
+    }
+    let found: Vec<String> = clocks
+        .iter()
+        .map(|clock| clock.rate_hz.to_string())
+        .collect();
+    Err(ReadError::content(
+        json,
+        format!(
+            "SamplingFrequency {}, the rate of {}",
+            found.join(" or "),
+            shown(path)
+        ),
+        format!("{stated_hz} Hz"),
+        "correct the one that is wrong: all times depend on it",
+    ))
+}
+
+/// Holds the channels of the file against the table beside it.
+fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<(), ReadError> {
+    let Some(table) = sibling(path, "channels.tsv") else {
+        return Ok(());
+    };
+    let (header, rows) = table_of(&table)?;
+    let Some(name) = header.iter().position(|column| column == "name") else {
+        return Err(ReadError::content(
+            &table,
+            "a column `name`",
+            header.join(", "),
+            "add it",
+        ));
+    };
+    let stated: Vec<&String> = rows.iter().filter_map(|row| row.get(name)).collect();
+    let channels = segments[0].recording.channels();
+    let there: Vec<&String> = channels.iter().map(|channel| &channel.name).collect();
+    let missing = stated.iter().find(|name| !there.contains(name));
+    let further = there.iter().find(|name| !stated.contains(name));
+    let (found, todo) = match (missing, further) {
+        (Some(missing), Some(further)) => (
+            format!("`{missing}` in the table and `{further}` in the recording"),
+            "give the channel one name in both",
+        ),
+        (Some(missing), None) => (
+            format!("`{missing}` in the table alone"),
+            "take its row out, or export all channels",
+        ),
+        (None, Some(further)) => (format!("`{further}` in the recording alone"), "add its row"),
+        (None, None) => return Ok(()),
+    };
+    Err(ReadError::content(
+        &table,
+        format!("the channels of {}", shown(path)),
+        found,
+        todo,
+    ))
+}
+
+/// Reads positions of electrodes: a table with columns `name`, `x`, `y` and `z` between tabs or commas (BIDS `_electrodes.tsv`). Rows
+/// without a position (`n/a`) are left out.
+///
+/// # Errors
+/// [`ReadError`] when a column is missing, a cell is no number, or no row has a position.
+pub fn read_electrodes(path: &Path) -> Result<Vec<StatedPosition>, ReadError> {
+    let (header, rows) = table_of(path)?;
+    let column = |name: &str| {
+        let found = header.iter().position(|own| own.eq_ignore_ascii_case(name));
+        found.ok_or_else(|| {
+            ReadError::content(
+                path,
+                "columns name, x, y and z",
+                header.join(", "),
+                format!("add the column {name}"),
+            )
+        })
+    };
+    let (name, axes) = (column("name")?, [column("x")?, column("y")?, column("z")?]);
+    let mut found = Vec::new();
+    for (number, row) in rows.iter().enumerate() {
+        let cell = |at: usize| row.get(at).map_or("", String::as_str);
+        if axes.iter().any(|at| matches!(cell(*at), "n/a" | "")) {
+            continue;
+        }
+        let mut position = [0.0; 3];
+        for (value, at) in position.iter_mut().zip(axes) {
+            *value = cell(at).parse().map_err(|_no_number| {
+                ReadError::content(
+                    path,
+                    format!("a number in row {}", number + 2),
+                    format!("`{}`", cell(at)),
+                    "correct it, or write n/a",
+                )
+            })?;
+        }
+        found.push(StatedPosition {
+            name: cell(name).to_owned(),
+            position,
+        });
+    }
+    if found.is_empty() {
+        return Err(ReadError::content(
+            path,
+            "positions of electrodes",
+            "no row with x, y and z",
+            "give another table, or leave it out",
+        ));
+    }
+    Ok(found)
+}
+
+/// The header and the rows of a table between tabs or commas.
+fn table_of(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ReadError> {
+    let text = read_input_text(path)?;
+    let text = text.trim_start_matches('\u{feff}');
+    let first = text.lines().next().unwrap_or_default();
+    let between = if first.contains('\t') { '\t' } else { ',' };
+    let cells = |line: &str| -> Vec<String> {
+        line.split(between)
+            .map(|cell| cell.trim().to_owned())
+            .collect()
+    };
+    let mut lines = text.lines().filter(|line| !line.trim().is_empty());
+    let header = cells(lines.next().unwrap_or_default());
+    Ok((header, lines.map(cells).collect()))
+}
+
+/// A name without what programs write differently: `natural touch` and `naturaltouch`.
+fn compact(text: &str) -> String {
+    let letters = text.chars().filter(|sign| sign.is_alphanumeric());
+    letters.flat_map(char::to_lowercase).collect()
+}
+
+fn shown(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eeg::{markers_of, write_brainvision};
+    use piezotact::quantity::{SampleRate, Unit};
+    use piezotact::recording::{Channel, Condition, Provenance, Recording};
+
+    /// A BIDS recording of C3 and C4 at 250 Hz.
+    fn written(folder: &Path) -> PathBuf {
+        let channels = ["C3", "C4"].map(|name| Channel {
+            name: name.into(),
+            unit: Unit::Volt,
+            samples: (0..500).map(|i| 1e-5 * f64::from(i % 7)).collect(),
+        });
+        let rate = SampleRate::new(250.0).unwrap();
+        let recording = Recording::new(
+            channels.to_vec(),
+            rate,
+            Condition::default(),
+            Provenance::default(),
+        )
+        .unwrap();
+        let path = folder.join("sub-01_ses-eeg_task-control_eeg.vhdr");
+        write_brainvision(&path, &recording, &markers_of(&recording)).unwrap();
+        path
+    }
+
+    #[test]
+    fn what_stands_beside_is_held_against_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path());
+        let beside = |suffix: &str, text: &str| {
+            let name = format!("sub-01_ses-eeg_task-control_{suffix}");
+            std::fs::write(folder.path().join(name), text).unwrap();
+        };
+        let refused = |parts: &[&str]| {
+            let text = read_eeg_source(&path).unwrap_err().to_string();
+            for part in parts {
+                assert!(text.contains(part), "expected `{part}` in: {text}");
+            }
+        };
+        let found = read_eeg_source(&path).unwrap();
+        assert_eq!(found.participant.as_deref(), Some("01"));
+        assert_eq!(
+            (found.task.as_deref(), found.kind.as_str()),
+            (Some("control"), "BrainVision")
+        );
+        beside(
+            "eeg.json",
+            r#"{"SamplingFrequency": 500, "TaskName": "control"}"#,
+        );
+        refused(&["expected SamplingFrequency 250", "found 500 Hz"]);
+        beside(
+            "eeg.json",
+            r#"{"SamplingFrequency": 250, "TaskName": "imagery"}"#,
+        );
+        refused(&["expected TaskName `control`", "found `imagery`"]);
+        beside(
+            "eeg.json",
+            r#"{"SamplingFrequency": 250, "TaskName": "Control"}"#,
+        );
+        beside(
+            "channels.tsv",
+            "name\ttype\tunits\nC3\tEEG\tuV\nCz\tEEG\tuV\n",
+        );
+        refused(&["`Cz` in the table and `C4` in the recording"]);
+        beside("channels.tsv", "name\ttype\tunits\nC3\tEEG\tuV\n");
+        refused(&["`C4` in the recording alone"]);
+        beside(
+            "channels.tsv",
+            "name\ttype\tunits\nC3\tEEG\tuV\nC4\tEEG\tuV\n",
+        );
+        assert!(read_eeg_source(&path).is_ok());
+    }
+
+    #[test]
+    fn positions_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("electrodes.tsv");
+        std::fs::write(
+            &path,
+            "name\tx\ty\tz\nC3\t-0.07\t0\t0.06\nREF\tn/a\tn/a\tn/a\n",
+        )
+        .unwrap();
+        let found = read_electrodes(&path).unwrap();
+        assert_eq!(found.len(), 1);
+        assert_eq!(found[0].position, [-0.07, 0.0, 0.06]);
+        for (text, part) in [
+            ("name\tx\ty\n", "add the column z"),
+            ("name,x,y,z\nC3,a,0,1\n", "found `a`"),
+            ("name,x,y,z\nC3,n/a,0,1\n", "no row with x, y and z"),
+        ] {
+            std::fs::write(&path, text).unwrap();
+            let error = read_electrodes(&path).unwrap_err().to_string();
+            assert!(error.contains(part), "{error}");
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! Cluster tests of two tasks over electrodes, frequencies and times.
+
+use piezotact::Doubt;
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use serde::{Deserialize, Serialize};
+
+use super::people::People;
+use super::{GroupConfig, GroupCriterion, GroupError, LEVEL};
+use crate::eeg::EegDoubt;
+use crate::eeg::cluster::{Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, test};
+use crate::eeg::person::EegErd;
+use crate::eeg::reference::Montage;
+
+/// So many clusters are listed, the largest first.
+const LISTED: usize = 10;
+
+/// Where a cluster lies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ClusterPlace {
+    /// The probability of a cluster as large by chance.
+    pub p_value: f64,
+    /// The sum of its t; negative where the second task is more desynchronised.
+    pub mass: f64,
+    /// How many nodes it has.
+    pub nodes: usize,
+    /// Its electrodes.
+    pub electrodes: Vec<String>,
+    /// Its lowest and its highest frequency, Hz.
+    pub hz: [f64; 2],
+    /// Its first and its last time, s.
+    pub time_s: [f64; 2],
+    /// Where t is furthest from 0: electrode.
+    pub peak_electrode: String,
+    /// Where t is furthest from 0: frequency, Hz.
+    pub peak_hz: f64,
+    /// Where t is furthest from 0: time, s.
+    pub peak_s: f64,
+    /// That t.
+    pub peak_t: f64,
+}
+
+/// The cluster test of two tasks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TaskClusters {
+    /// The tasks: the second less the first, dB, mean of surfaces.
+    pub tasks: [String; 2],
+    /// Who took part in both.
+    pub people: Vec<String>,
+    /// How many pairs of electrodes are neighbours; 0 where positions are not known, so that each electrode is by itself.
+    pub neighbours: usize,
+    /// Electrodes × frequencies × times.
+    pub nodes: usize,
+    /// The first and the last time that is tested, s.
+    pub time_s: [f64; 2],
+    /// The t beyond which nodes form clusters.
+    pub threshold_t: f64,
+    /// How many sign flips were made.
+    pub flips: usize,
+    /// Which: all, or drawn ones.
+    pub tried: Tried,
+    /// The smallest probability that these can give.
+    pub smallest_p: f64,
+    /// How many clusters there are.
+    pub found: usize,
+    /// The largest of them.
+    pub clusters: Vec<ClusterPlace>,
+    /// What was decided.
+    pub criteria: Vec<Criterion<GroupCriterion>>,
+}
+
+/// The cluster test of each pair of tasks with at least two people in both.
+pub(super) fn clusters(
+    people: &People<'_>,
+    config: &GroupConfig,
+) -> Result<(Vec<TaskClusters>, Vec<Doubt>), GroupError> {
+    let (mut found, mut doubts) = (Vec::new(), Vec::new());
+    let pairs = neighbours(people, config.neighbours_deg);
+    if pairs.is_empty() && people.channels.len() > 1 {
+        doubts.push(
+            EegDoubt::NoNeighbours {
+                electrodes: people.channels.len(),
+            }
+            .into(),
+        );
+    }
+    for tasks in people.pairs() {
+        let tested = tested(people, &tasks);
+        if tested.names.len() < 2 || tested.times.is_empty() {
+            continue;
+        }
+        let hz = people.first.config.power.frequencies_hz.len();
+        let grid = Grid::new(people.channels.len(), hz, tested.times.len(), &pairs)?;
+        let values = differences(&tested.first, &tested.second)?;
+        let Some(settings) = ClusterConfig::two_sided(values.len(), config.flips, config.seed)
+        else {
+            continue;
+        };
+        let result = test(&values, &grid, &settings)?;
+        for doubt in &result.doubts {
+            if !doubts.contains(doubt) {
+                doubts.push(doubt.clone());
+            }
+        }
+        found.push(described(
+            people,
+            &tasks,
+            &tested,
+            &grid,
+            &result,
+            pairs.len(),
+        ));
+    }
+    Ok((found, doubts))
+}
+
+/// The pairs of neighbours among the electrodes, by their indices.
+fn neighbours(people: &People<'_>, angle_deg: f64) -> Vec<[usize; 2]> {
+    let names = people
+        .electrodes
+        .iter()
+        .map(|one| one.name.clone())
+        .collect();
+    let positions = people.electrodes.iter().map(|one| one.position).collect();
+    let Ok(montage) = Montage::new(names, positions) else {
+        return Vec::new();
+    };
+    let index = |i: usize| {
+        let name = &people.electrodes[i].name;
+        people.channels.iter().position(|own| own == name)
+    };
+    let pairs = montage.neighbours(angle_deg).into_iter();
+    pairs
+        .filter_map(|[i, j]| Some([index(i)?, index(j)?]))
+        .collect()
+}
+
+/// The values of people in both tasks, people × (electrodes × frequencies × times).
+struct Tested {
+    names: Vec<String>,
+    times: std::ops::Range<usize>,
+    first: Vec<Vec<f64>>,
+    second: Vec<Vec<f64>>,
+}
+
+fn tested(people: &People<'_>, [a, b]: &[String; 2]) -> Tested {
+    let times_s = &people.first.times_s;
+    // In the baseline both are 0 by definition.
+    let [from_s, to_s] = people.first.config.baseline_s;
+    let after = times_s.partition_point(|t| *t <= to_s);
+    let before = times_s.partition_point(|t| *t < from_s);
+    let times = match people.first.config.window_s[0] >= to_s {
+        true => after..times_s.len(),
+        false => 0..before,
+    };
+    let mut found = Tested {
+        names: Vec::new(),
+        times: times.clone(),
+        first: Vec::new(),
+        second: Vec::new(),
+    };
+    for participant in &people.participants {
+        let (Some(first), Some(second)) = (people.get(participant, a), people.get(participant, b))
+        else {
+            continue;
+        };
+        let common: Vec<&String> = first
+            .surfaces
+            .iter()
+            .filter(|surface| second.surfaces.contains(surface))
+            .collect();
+        if common.is_empty() {
+            continue;
+        }
+        found.names.push(participant.clone());
+        found.first.push(mean_map(people, first, &common, &times));
+        found.second.push(mean_map(people, second, &common, &times));
+    }
+    found
+}
+
+/// The mean of the maps of `surfaces` at the common electrodes and at `times`, dB.
+fn mean_map(
+    people: &People<'_>,
+    document: &EegErd,
+    surfaces: &[&String],
+    times: &std::ops::Range<usize>,
+) -> Vec<f64> {
+    let (hz, all) = (
+        document.config.power.frequencies_hz.len(),
+        document.times_s.len(),
+    );
+    let maps: Vec<&Vec<f64>> = document
+        .maps
+        .iter()
+        .filter(|map| surfaces.contains(&&map.surface))
+        .map(|map| &map.decibels)
+        .collect();
+    let mut values = Vec::with_capacity(people.channels.len() * hz * times.len());
+    for name in &people.channels {
+        let channel = document.channels.iter().position(|own| own == name);
+        let start = channel.unwrap_or_default() * hz * all;
+        for frequency in 0..hz {
+            for time in times.clone() {
+                let at = start + frequency * all + time;
+                let sum: f64 = maps.iter().map(|map| map[at]).sum();
+                values.push(sum / maps.len() as f64);
+            }
+        }
+    }
+    values
+}
+
+fn described(
+    people: &People<'_>,
+    tasks: &[String; 2],
+    tested: &Tested,
+    grid: &Grid,
+    result: &ClusterTest,
+    neighbours: usize,
+) -> TaskClusters {
+    let times_s = &people.first.times_s[tested.times.clone()];
+    let place = |cluster: &Cluster| placed(people, times_s, grid, &result.t, cluster);
+    let what = GroupCriterion::Cluster {
+        tasks: tasks.clone(),
+    };
+    let limit = Limit::at_most(LEVEL);
+    let least = result.clusters.iter().map(|one| one.p_value);
+    // Without a cluster every flip has one as large.
+    let least = least.fold(1.0, f64::min);
+    let mut criterion = Criterion::new(what, "", least, None, limit);
+    if criterion.outcome == Outcome::NotMet {
+        criterion.outcome = Outcome::NotDecided;
+    }
+    TaskClusters {
+        tasks: tasks.clone(),
+        people: tested.names.clone(),
+        neighbours,
+        nodes: grid.nodes(),
+        time_s: [times_s[0], times_s[times_s.len() - 1]],
+        threshold_t: result.config.threshold_t,
+        flips: result.flips,
+        tried: result.tried,
+        smallest_p: result.smallest_p,
+        found: result.clusters.len(),
+        clusters: result.clusters.iter().take(LISTED).map(place).collect(),
+        criteria: vec![criterion],
+    }
+}
+
+fn placed(
+    people: &People<'_>,
+    times_s: &[f64],
+    grid: &Grid,
+    t: &[f64],
+    cluster: &Cluster,
+) -> ClusterPlace {
+    let hz = &people.first.config.power.frequencies_hz;
+    let places: Vec<[usize; 3]> = cluster.nodes.iter().map(|node| grid.place(*node)).collect();
+    let range = |of: &dyn Fn(&[usize; 3]) -> f64| {
+        let values = places.iter().map(of);
+        values.fold([f64::MAX, f64::MIN], |[low, high], v| {
+            [low.min(v), high.max(v)]
+        })
+    };
+    let mut channels: Vec<usize> = places.iter().map(|place| place[0]).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    let peak = cluster
+        .nodes
+        .iter()
+        .copied()
+        .max_by(|a, b| t[*a].abs().total_cmp(&t[*b].abs()))
+        .unwrap_or_default();
+    let [channel, frequency, time] = grid.place(peak);
+    ClusterPlace {
+        p_value: cluster.p_value,
+        mass: cluster.mass,
+        nodes: cluster.nodes.len(),
+        electrodes: channels
+            .iter()
+            .map(|i| people.channels[*i].clone())
+            .collect(),
+        hz: range(&|place| hz[place[1]]),
+        time_s: range(&|place| times_s[place[2]]),
+        peak_electrode: people.channels[channel].clone(),
+        peak_hz: hz[frequency],
+        peak_s: times_s[time],
+        peak_t: t[peak],
+    }
+}

@@ -1,0 +1,180 @@
+//! Contrasts of tasks, and their order.
+
+use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::statistics::holm;
+
+use super::people::People;
+use super::{
+    ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, TaskChanges, TaskContrast,
+};
+use crate::eeg::contrast::paired;
+use crate::eeg::erd::Mode;
+
+/// The unit of a difference, as criteria state it.
+pub(super) fn unit_of(mode: Mode) -> &'static str {
+    match mode {
+        Mode::Percent => "points",
+        Mode::Decibels => "dB",
+    }
+}
+
+/// All contrasts of two tasks, with probabilities adjusted by Holm among those of single surfaces, and among those of their means.
+pub(super) fn contrasts(
+    people: &People<'_>,
+    changes: &[TaskChanges],
+    config: &GroupConfig,
+) -> Vec<TaskContrast> {
+    let mut found = Vec::new();
+    for first in changes {
+        for pair in people.pairs() {
+            let second = changes
+                .iter()
+                .find(|other| other.task == pair[1] && is_beside(first, other));
+            if let (true, Some(second)) = (first.task == pair[0], second) {
+                found.push(contrast(first, second));
+            }
+        }
+    }
+    for of_mean in [false, true] {
+        let own: Vec<usize> = (0..found.len())
+            .filter(|i| (found[*i].surface == ALL_SURFACES) == of_mean)
+            .filter(|i| found[*i].contrast.is_some())
+            .collect();
+        let p = own
+            .iter()
+            .filter_map(|i| Some(found[*i].contrast?.difference.p_value));
+        let adjusted = holm(&p.collect::<Vec<_>>());
+        for (i, p) in own.into_iter().zip(adjusted) {
+            found[i].p_holm = Some(p);
+        }
+    }
+    for one in &mut found {
+        one.criteria = criteria(one, config);
+    }
+    found
+}
+
+/// Whether two are of the same surface, region and band.
+fn is_beside(a: &TaskChanges, b: &TaskChanges) -> bool {
+    (&a.surface, &a.region, &a.band) == (&b.surface, &b.region, &b.band)
+}
+
+/// The values of people who have both, with their names.
+fn both(first: &TaskChanges, second: &TaskChanges) -> (Vec<String>, Vec<f64>, Vec<f64>) {
+    let mut found = (Vec::new(), Vec::new(), Vec::new());
+    for one in &first.people {
+        let mut others = second.people.iter();
+        if let Some(other) = others.find(|other| other.participant == one.participant) {
+            found.0.push(one.participant.clone());
+            found.1.push(one.change);
+            found.2.push(other.change);
+        }
+    }
+    found
+}
+
+fn contrast(first: &TaskChanges, second: &TaskChanges) -> TaskContrast {
+    let (people, a, b) = both(first, second);
+    TaskContrast {
+        tasks: [first.task.clone(), second.task.clone()],
+        surface: first.surface.clone(),
+        region: first.region.clone(),
+        band: first.band.clone(),
+        people,
+        contrast: paired(&a, &b).ok(),
+        p_holm: None,
+        criteria: Vec::new(),
+    }
+}
+
+fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCriterion>> {
+    let place = format!("{}, {}, {}", one.surface, one.region, one.band);
+    let (tasks, limit) = (one.tasks.clone(), Limit::at_most(LEVEL));
+    let what = GroupCriterion::Differ {
+        tasks: tasks.clone(),
+        place: place.clone(),
+    };
+    let mut differ = match one.p_holm {
+        Some(p) => Criterion::new(what, "", p, None, limit),
+        None => Criterion::unmeasured(what, "", limit),
+    };
+    // A large p does not show that tasks are alike.
+    if differ.outcome == Outcome::NotMet {
+        differ.outcome = Outcome::NotDecided;
+    }
+    let mut all = vec![differ];
+    if let Some(reach) = config.margin {
+        let (limit, unit) = (Limit::Within { reach }, unit_of(config.unit));
+        let what = GroupCriterion::Alike { tasks, place };
+        all.push(match &one.contrast {
+            Some(found) => {
+                let difference = found.difference;
+                Criterion::new(
+                    what,
+                    unit,
+                    difference.mean,
+                    Some(difference.interval),
+                    limit,
+                )
+            }
+            None => Criterion::unmeasured(what, unit, limit),
+        });
+    }
+    all
+}
+
+/// The claimed order of tasks in each region and band: of the mean of surfaces, or of the only one.
+pub(super) fn gradients(
+    people: &People<'_>,
+    changes: &[TaskChanges],
+    config: &GroupConfig,
+) -> Vec<Gradient> {
+    if config.gradient.is_empty() {
+        return Vec::new();
+    }
+    let surface = people.surfaces_and_mean().pop().unwrap_or_default();
+    let mut found = Vec::new();
+    for band in &people.first.config.bands {
+        for region in &people.first.config.regions {
+            let of = |task: &String| {
+                changes.iter().find(|one| {
+                    one.task == *task
+                        && one.surface == surface
+                        && one.region == region.name
+                        && one.band == band.name
+                })
+            };
+            let step = |pair: &[String]| {
+                let what = GroupCriterion::Below {
+                    tasks: [pair[0].clone(), pair[1].clone()],
+                    place: format!("{surface}, {}, {}", region.name, band.name),
+                };
+                let (unit, limit) = (unit_of(config.unit), Limit::at_least(0.0));
+                let contrast = of(&pair[0]).zip(of(&pair[1])).and_then(|(first, second)| {
+                    let (_, a, b) = both(first, second);
+                    paired(&a, &b).ok()
+                });
+                match contrast {
+                    Some(found) => {
+                        let difference = found.difference;
+                        Criterion::new(
+                            what,
+                            unit,
+                            difference.mean,
+                            Some(difference.interval),
+                            limit,
+                        )
+                    }
+                    None => Criterion::unmeasured(what, unit, limit),
+                }
+            };
+            found.push(Gradient {
+                tasks: config.gradient.clone(),
+                region: region.name.clone(),
+                band: band.name.clone(),
+                criteria: config.gradient.windows(2).map(step).collect(),
+            });
+        }
+    }
+    found
+}

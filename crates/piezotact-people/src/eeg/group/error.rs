@@ -1,0 +1,75 @@
+//! Why people cannot be compared.
+
+use crate::eeg::cluster::{ClusterError, GridError};
+
+/// Why people cannot be compared.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum GroupError {
+    /// Fewer than two tasks.
+    #[error(
+        "expected documents of at least two tasks, found {found}; analyse another task of the same people"
+    )]
+    OneTask {
+        /// The tasks that there are.
+        found: String,
+    },
+    /// Two documents of one person and task.
+    #[error("expected one document of {subject}, found {first} and {second}; give one of them")]
+    Twice {
+        /// Who and what.
+        subject: String,
+        /// A file.
+        first: String,
+        /// Another.
+        second: String,
+    },
+    /// Documents of other settings.
+    #[error(
+        "expected the same {what} in all documents, found others in {first} and {second}; analyse all recordings with the same options"
+    )]
+    Settings {
+        /// What differs.
+        what: String,
+        /// A file.
+        first: String,
+        /// Another.
+        second: String,
+    },
+    /// No electrode in common.
+    #[error(
+        "expected electrodes that all documents have, found none; check the names of the channels"
+    )]
+    NoElectrode,
+    /// A task of the gradient that is not there.
+    #[error("expected one of the tasks {tasks}, found `{task}` in the claimed order; correct it")]
+    NoTask {
+        /// The task.
+        task: String,
+        /// The tasks that there are.
+        tasks: String,
+    },
+    /// A gradient of one task.
+    #[error("expected an order of at least two tasks, found one; state the others")]
+    OneStep,
+    /// A margin that is none.
+    #[error(
+        "expected a margin above 0, found another; state how large a difference is of no interest"
+    )]
+    Margin,
+    /// A map with another number of values than its axes.
+    #[error(
+        "expected electrodes × frequencies × times values in the maps of {file}, found {found}; analyse the recording again"
+    )]
+    Map {
+        /// The file.
+        file: String,
+        /// How many values.
+        found: usize,
+    },
+    /// The cluster test cannot be.
+    #[error(transparent)]
+    Cluster(#[from] ClusterError),
+    /// The nodes of the cluster test cannot be.
+    #[error(transparent)]
+    Grid(#[from] GridError),
+}

@@ -1,0 +1,297 @@
+//! Desynchronisation over people: contrasts of tasks, the order of tasks, and clusters over electrodes, frequencies and times.
+
+mod clusters;
+mod contrasts;
+mod error;
+mod page;
+mod people;
+mod scalp;
+
+use std::fmt;
+
+use piezotact::Doubt;
+use piezotact::criterion::{Criterion, Outcome};
+use piezotact::document::Content;
+use serde::{Deserialize, Serialize};
+
+use super::contrast::Contrast;
+use super::erd::Mode;
+use super::person::{EegErd, Electrode, PersonConfig};
+use people::People;
+
+pub use clusters::{ClusterPlace, TaskClusters};
+pub use error::GroupError;
+pub use scalp::{Scalp, Shown};
+
+/// What the mean over all surfaces is called.
+pub const ALL_SURFACES: &str = "mean of surfaces";
+/// The level of tests.
+pub const LEVEL: f64 = 0.05;
+
+/// How people are compared. There is no default: it is stated, and goes into the result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct GroupConfig {
+    /// The unit of changes.
+    pub unit: Mode,
+    /// The tasks from the most to the least desynchronised one, as it is claimed; empty for no claim.
+    pub gradient: Vec<String>,
+    /// Tasks that differ by less, in the unit, are alike; absent where no margin was stated before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub margin: Option<f64>,
+    /// The angle up to which electrodes are neighbours, degrees.
+    pub neighbours_deg: f64,
+    /// The number of sign flips of the cluster test.
+    pub flips: usize,
+    /// The seed of random flips.
+    pub seed: u64,
+}
+
+/// The change of one person.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PersonChange {
+    /// The participant.
+    pub participant: String,
+    /// The change in the unit.
+    pub change: f64,
+}
+
+/// The changes of all people in one task, on one surface or on all, in one region and band.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TaskChanges {
+    /// The task.
+    pub task: String,
+    /// The surface, or the mean of all.
+    pub surface: String,
+    /// The region.
+    pub region: String,
+    /// The name of the band.
+    pub band: String,
+    /// Each person.
+    pub people: Vec<PersonChange>,
+    /// Their mean, in the unit.
+    pub mean: f64,
+    /// Its 95 % interval; absent of one person.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+}
+
+/// A contrast of two tasks of the same people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct TaskContrast {
+    /// The tasks: the second less the first.
+    pub tasks: [String; 2],
+    /// The surface, or the mean of all.
+    pub surface: String,
+    /// The region.
+    pub region: String,
+    /// The name of the band.
+    pub band: String,
+    /// Who took part in both.
+    pub people: Vec<String>,
+    /// The contrast; absent for fewer than 3 people, or differences that are all the same.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contrast: Option<Contrast>,
+    /// The probability after Holm, over the contrasts of the same kind (means of surfaces, or single ones).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub p_holm: Option<f64>,
+    /// What was decided.
+    pub criteria: Vec<Criterion<GroupCriterion>>,
+}
+
+/// What is decided.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum GroupCriterion {
+    /// Two tasks differ: the probability of the difference, after Holm.
+    Differ {
+        /// The tasks.
+        tasks: [String; 2],
+        /// Where: surface, region and band.
+        place: String,
+    },
+    /// Two tasks are alike: their difference lies within the margin.
+    Alike {
+        /// The tasks.
+        tasks: [String; 2],
+        /// Where.
+        place: String,
+    },
+    /// The first task is more desynchronised than the second: the difference, second less first.
+    Below {
+        /// The tasks.
+        tasks: [String; 2],
+        /// Where.
+        place: String,
+    },
+    /// Two tasks differ somewhere: the probability of the largest cluster.
+    Cluster {
+        /// The tasks.
+        tasks: [String; 2],
+    },
+}
+
+impl fmt::Display for GroupCriterion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Differ {
+                tasks: [a, b],
+                place,
+            } => write!(f, "{a} and {b} differ, {place}: p after Holm"),
+            Self::Alike {
+                tasks: [a, b],
+                place,
+            } => write!(f, "{a} and {b} are alike, {place}: {b} − {a}"),
+            Self::Below {
+                tasks: [a, b],
+                place,
+            } => write!(f, "{a} more desynchronised than {b}, {place}: {b} − {a}"),
+            Self::Cluster { tasks: [a, b] } => {
+                write!(f, "{a} and {b} differ somewhere: p of the largest cluster")
+            }
+        }
+    }
+}
+
+/// The order of tasks in one region and band.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Gradient {
+    /// The tasks from the most to the least desynchronised one, as it is claimed.
+    pub tasks: Vec<String>,
+    /// The region.
+    pub region: String,
+    /// The name of the band.
+    pub band: String,
+    /// Each step of it.
+    pub criteria: Vec<Criterion<GroupCriterion>>,
+}
+
+impl Gradient {
+    /// Whether every step of it holds.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
+    }
+}
+
+impl TaskContrast {
+    /// Whether the tasks differ: not, where they are alike within the margin.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        let of = |alike: bool| {
+            let mut all = self.criteria.iter();
+            all.find(|one| matches!(one.what, GroupCriterion::Alike { .. }) == alike)
+                .map(|one| one.outcome)
+        };
+        match (of(false), of(true)) {
+            // A small difference that is certain is one, but within the margin.
+            (_, Some(Outcome::Met)) => Outcome::NotMet,
+            (Some(Outcome::Met), _) => Outcome::Met,
+            _ => Outcome::NotDecided,
+        }
+    }
+}
+
+/// What differs over people.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct EegStats {
+    /// How people were compared.
+    pub config: GroupConfig,
+    /// What was compared in each person.
+    pub measured: PersonConfig,
+    /// How many documents it is of.
+    pub documents: usize,
+    /// The participants.
+    pub participants: Vec<String>,
+    /// The tasks.
+    pub tasks: Vec<String>,
+    /// The surfaces.
+    pub surfaces: Vec<String>,
+    /// The changes by task, surface, region and band.
+    pub changes: Vec<TaskChanges>,
+    /// The contrasts of tasks.
+    pub contrasts: Vec<TaskContrast>,
+    /// The order of tasks, where one is claimed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub gradients: Vec<Gradient>,
+    /// The cluster tests.
+    pub clusters: Vec<TaskClusters>,
+    /// The electrodes of the scalp maps.
+    pub electrodes: Vec<Electrode>,
+    /// The means over people on the scalp.
+    pub scalps: Vec<Scalp>,
+    /// What to know before relying on it.
+    pub doubts: Vec<Doubt>,
+}
+
+impl Content for EegStats {
+    const SCHEMA: &'static str = "eeg_stats";
+}
+
+/// What differs between tasks over people, of one document for each person and task; changes in % or dB.
+///
+/// Formula: contrasts are those of [`super::contrast::paired`], of each surface and of the mean over surfaces; probabilities are adjusted by
+/// Holm, means of surfaces and single surfaces apart. Two tasks differ where p ≤ 0.05; where not, it is not decided, unless the 95 %
+/// interval lies within a margin that was stated. Clusters are those of [`super::cluster::test`] on differences in dB, averaged over surfaces, after
+/// the baseline.
+///
+/// Source: S. Holm (1979), Scand. J. Stat. 6(2); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; decision 0085 of this project.
+///
+/// # Errors
+/// [`GroupError`] for fewer than two documents or tasks, two documents of one person and task, documents of other settings, and a gradient of
+/// tasks that are not there.
+pub fn compare(documents: &[EegErd], config: &GroupConfig) -> Result<EegStats, GroupError> {
+    let people = People::of(documents)?;
+    check(config, &people)?;
+    let changes = people.changes(config.unit);
+    let contrasts = contrasts::contrasts(&people, &changes, config);
+    let gradients = contrasts::gradients(&people, &changes, config);
+    let (clusters, doubts) = clusters::clusters(&people, config)?;
+    Ok(EegStats {
+        config: config.clone(),
+        measured: documents[0].config.clone(),
+        documents: documents.len(),
+        participants: people.participants.clone(),
+        tasks: people.tasks.clone(),
+        surfaces: people.surfaces.clone(),
+        electrodes: people.electrodes.clone(),
+        scalps: scalp::scalps(&people, config.unit),
+        changes,
+        contrasts,
+        gradients,
+        clusters,
+        doubts: [people.doubts(documents), doubts].concat(),
+    })
+}
+
+fn check(config: &GroupConfig, people: &People<'_>) -> Result<(), GroupError> {
+    let missing = config
+        .gradient
+        .iter()
+        .find(|task| !people.tasks.contains(task));
+    if let Some(task) = missing {
+        return Err(GroupError::NoTask {
+            task: task.clone(),
+            tasks: people.tasks.join(", "),
+        });
+    }
+    if config.gradient.len() == 1 {
+        return Err(GroupError::OneStep);
+    }
+    if config
+        .margin
+        .is_some_and(|margin| !(margin > 0.0 && margin.is_finite()))
+    {
+        return Err(GroupError::Margin);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,487 @@
+//! What differs over people, in sentences, tables and a report.
+
+use piezotact::criterion::Outcome;
+use piezotact::figure::{Axis, Chart, Figure, Line, Maps, Mark, Scale, Tone};
+use piezotact::number::{counted, digits, p_text, plus, rounded};
+use piezotact::page::{Block, Cell, Column, Page, Table};
+
+use super::contrasts::unit_of;
+use super::{ALL_SURFACES, EegStats, Gradient, LEVEL, Shown, TaskClusters, TaskContrast};
+use crate::eeg::cluster::Tried;
+use crate::eeg::erd::Mode;
+use crate::eeg::person::{FEWEST_OF_A_MAP, head_map};
+
+/// The convention of signs, below each figure.
+const SIGNS: &str = "Negative: desynchronisation, less power than in the baseline.";
+/// How much of a place on an axis of names the tasks take.
+const ROOM: f64 = 0.62;
+
+impl TaskContrast {
+    /// The contrast in one sentence, in `unit`.
+    #[must_use]
+    pub fn sentence(&self, unit: Mode) -> String {
+        let [a, b] = &self.tasks;
+        let place = format!("{}, {}, {}", self.surface, self.region, self.band);
+        let Some(found) = &self.contrast else {
+            return format!(
+                "{b} − {a}, {place}: not decided, {} in both; 3 are the fewest",
+                counted(self.people.len(), "participant")
+            );
+        };
+        let (unit, difference) = (unit_of(unit), found.difference);
+        let [low, high] = difference.interval;
+        let [small, large] = found.d_z_interval;
+        let holm = self.p_holm.unwrap_or(1.0);
+        let outcome = match self.outcome() {
+            Outcome::Met => "they differ",
+            Outcome::NotMet => "alike within the margin",
+            Outcome::NotDecided => "not decided",
+        };
+        format!(
+            "{b} − {a}, {place}: {} {unit} (95 % {} to {}), d_z {} ({} to {}), t({}) = {}, {} after Holm, n = {}: {outcome}",
+            plus(difference.mean, 2),
+            plus(low, 2),
+            plus(high, 2),
+            plus(found.d_z, 2),
+            plus(small, 2),
+            plus(large, 2),
+            difference.pairs - 1,
+            plus(difference.t, 2),
+            p_text(holm),
+            difference.pairs
+        )
+    }
+}
+
+impl Gradient {
+    /// Whether the order holds, in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let holds = match self.outcome() {
+            Outcome::Met => "holds",
+            Outcome::NotMet => "does not hold",
+            Outcome::NotDecided => "not decided",
+        };
+        format!(
+            "Desynchronisation {} ({}, {}): {holds}",
+            self.tasks.join(" > "),
+            self.region,
+            self.band
+        )
+    }
+}
+
+impl TaskClusters {
+    /// The test in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        let [a, b] = &self.tasks;
+        let flips = match self.tried {
+            Tried::All => format!("all {} sign flips were tried", self.flips),
+            Tried::Drawn { seed } => format!("{} sign flips drawn from seed {seed}", self.flips),
+        };
+        let outcome = match Outcome::of_all(self.criteria.iter().map(|c| c.outcome)) {
+            Outcome::Met => "they differ somewhere",
+            _ => "not decided",
+        };
+        let largest = match self.clusters.first() {
+            None => "no cluster".to_owned(),
+            Some(one) => format!(
+                "largest cluster {}, mass {}, {} to {} Hz, {} to {} s, {}",
+                p_text(one.p_value),
+                plus(one.mass, 1),
+                rounded(one.hz[0]),
+                rounded(one.hz[1]),
+                plus(one.time_s[0], 2),
+                plus(one.time_s[1], 2),
+                electrodes_text(&one.electrodes)
+            ),
+        };
+        format!(
+            "{b} − {a}, {}: {largest} ({flips}, smallest possible {}): {outcome}",
+            counted(self.people.len(), "participant"),
+            p_text(self.smallest_p)
+        )
+    }
+}
+
+fn electrodes_text(names: &[String]) -> String {
+    match names.len() {
+        0..=8 => names.join(" "),
+        many => format!("{} … ({many} electrodes)", names[..6].join(" ")),
+    }
+}
+
+impl EegStats {
+    fn unit_label(&self) -> &'static str {
+        match self.config.unit {
+            Mode::Percent => "%",
+            Mode::Decibels => "dB",
+        }
+    }
+
+    /// How many people, tasks and surfaces there are, in one sentence.
+    #[must_use]
+    pub fn sentence(&self) -> String {
+        format!(
+            "{}, tasks {}, surfaces {}; {}",
+            counted(self.participants.len(), "participant"),
+            self.tasks.join(", "),
+            self.surfaces.join(", "),
+            self.measured.baseline_text()
+        )
+    }
+
+    /// The contrasts that are looked at first: of the mean of surfaces, or of the only surface.
+    pub fn first_contrasts(&self) -> impl Iterator<Item = &TaskContrast> {
+        let several = self.surfaces.len() > 1;
+        let all = self.contrasts.iter();
+        all.filter(move |one| !several || one.surface == ALL_SURFACES)
+    }
+
+    /// The contrasts: one row each.
+    #[must_use]
+    pub fn contrasts_table(&self) -> Table {
+        let unit = unit_of(self.config.unit);
+        let mut table = Table::new([
+            Column::new("contrast", "contrast"),
+            Column::new("surface", "surface"),
+            Column::new("region", "region"),
+            Column::new("band", "band"),
+            Column::new("n", "participants"),
+            Column::new(&format!("difference, {unit}"), "difference"),
+            Column::new("95 % from", "difference_low"),
+            Column::new("95 % to", "difference_high"),
+            Column::new("d_z", "d_z"),
+            Column::new("95 % from", "d_z_low"),
+            Column::new("95 % to", "d_z_high"),
+            Column::new("p", "p"),
+            Column::new("p, Holm", "p_holm"),
+            Column::new("differ", "differ"),
+        ]);
+        table.rows = self
+            .contrasts
+            .iter()
+            .map(|one| {
+                let [a, b] = &one.tasks;
+                let found = one.contrast.as_ref();
+                let of = |value: &dyn Fn(&crate::eeg::contrast::Contrast) -> f64| {
+                    Cell::from(found.map(value))
+                };
+                vec![
+                    Cell::Text(format!("{b} − {a}")),
+                    Cell::from(one.surface.as_str()),
+                    Cell::from(one.region.as_str()),
+                    Cell::from(one.band.as_str()),
+                    Cell::Text(one.people.len().to_string()),
+                    of(&|c| c.difference.mean),
+                    of(&|c| c.difference.interval[0]),
+                    of(&|c| c.difference.interval[1]),
+                    of(&|c| c.d_z),
+                    of(&|c| c.d_z_interval[0]),
+                    of(&|c| c.d_z_interval[1]),
+                    of(&|c| c.difference.p_value),
+                    Cell::from(one.p_holm),
+                    Cell::from(one.outcome().answer()),
+                ]
+            })
+            .collect();
+        table
+    }
+
+    /// The contrasts for a page: intervals beside their values.
+    fn page_table(&self) -> Table {
+        let unit = unit_of(self.config.unit);
+        let mut table = Table::new([
+            Column::new("contrast", "contrast"),
+            Column::new("surface", "surface"),
+            Column::new("region", "region"),
+            Column::new("band", "band"),
+            Column::new("n", "participants"),
+            Column::new(&format!("difference, {unit} (95 %)"), "difference"),
+            Column::new("d_z (95 %)", "d_z"),
+            Column::new("p", "p"),
+            Column::new("p, Holm", "p_holm"),
+            Column::new("differ", "differ"),
+        ]);
+        let with = |value: f64, [low, high]: [f64; 2], decimals: usize| {
+            format!(
+                "{} ({} to {})",
+                plus(value, decimals),
+                plus(low, decimals),
+                plus(high, decimals)
+            )
+        };
+        table.rows = self
+            .contrasts
+            .iter()
+            .map(|one| {
+                let [a, b] = &one.tasks;
+                let found = one.contrast.as_ref();
+                let text = |text: Option<String>| text.map_or(Cell::from(None), Cell::Text);
+                let difference = found.map(|c| with(c.difference.mean, c.difference.interval, 1));
+                vec![
+                    Cell::Text(format!("{b} − {a}")),
+                    Cell::from(one.surface.as_str()),
+                    Cell::from(one.region.as_str()),
+                    Cell::from(one.band.as_str()),
+                    Cell::Text(one.people.len().to_string()),
+                    text(difference),
+                    text(found.map(|c| with(c.d_z, c.d_z_interval, 2))),
+                    Cell::from(found.map(|c| c.difference.p_value)),
+                    Cell::from(one.p_holm),
+                    Cell::from(one.outcome().answer()),
+                ]
+            })
+            .collect();
+        table
+    }
+
+    /// Every change of every person: one row each.
+    #[must_use]
+    pub fn people_table(&self) -> Table {
+        let mut table = Table::new([
+            Column::new("participant", "participant"),
+            Column::new("task", "task"),
+            Column::new("surface", "surface"),
+            Column::new("region", "region"),
+            Column::new("band", "band"),
+            Column::new(&format!("ERD/ERS, {}", self.unit_label()), "change"),
+        ]);
+        for changes in &self.changes {
+            for one in &changes.people {
+                table.rows.push(vec![
+                    Cell::from(one.participant.as_str()),
+                    Cell::from(changes.task.as_str()),
+                    Cell::from(changes.surface.as_str()),
+                    Cell::from(changes.region.as_str()),
+                    Cell::from(changes.band.as_str()),
+                    Cell::from(one.change),
+                ]);
+            }
+        }
+        table
+    }
+
+    fn clusters_table(&self, of: &TaskClusters) -> Table {
+        let mut table = Table::new([
+            Column::new("p", "p"),
+            Column::new("mass, Σt", "mass"),
+            Column::new("nodes", "nodes"),
+            Column::new("frequencies, Hz", "hz"),
+            Column::new("times, s", "time_s"),
+            Column::new("electrodes", "electrodes"),
+            Column::new("largest t", "peak_t"),
+            Column::new("there", "peak"),
+        ]);
+        table.rows = of
+            .clusters
+            .iter()
+            .map(|one| {
+                let span = |[from, to]: [f64; 2]| {
+                    format!("{} to {}", rounded(from), rounded(to)).replace('-', "−")
+                };
+                vec![
+                    Cell::from(one.p_value),
+                    Cell::from(one.mass),
+                    Cell::Text(one.nodes.to_string()),
+                    Cell::Text(span(one.hz)),
+                    Cell::Text(span(one.time_s)),
+                    Cell::Text(electrodes_text(&one.electrodes)),
+                    Cell::from(one.peak_t),
+                    Cell::Text(format!(
+                        "{}, {} Hz, {} s",
+                        one.peak_electrode,
+                        rounded(one.peak_hz),
+                        digits(one.peak_s).replace('-', "−")
+                    )),
+                ]
+            })
+            .collect();
+        table
+    }
+
+    /// Means by task and surface with a point for each participant, of one region and band.
+    fn people_figure(&self, region: &str, band: &str) -> Option<Figure> {
+        let own: Vec<_> = self
+            .changes
+            .iter()
+            .filter(|one| one.region == region && one.band == band)
+            .collect();
+        let mut surfaces = self.surfaces.clone();
+        if surfaces.len() > 1 {
+            surfaces.push(ALL_SURFACES.to_owned());
+        }
+        let count = self.tasks.len();
+        let place = |surface: &str, task: usize| {
+            let at = surfaces.iter().position(|own| own == surface)?;
+            Some(at as f64 + ROOM * ((task as f64 + 0.5) / count as f64 - 0.5))
+        };
+        let mut lines = Vec::new();
+        for (number, (task, tone)) in self.tasks.iter().zip(Tone::several(count)).enumerate() {
+            let mut points = Vec::new();
+            let (mut means, mut spread) = (Vec::new(), Vec::new());
+            for one in own.iter().filter(|one| one.task == *task) {
+                let x = place(&one.surface, number)?;
+                points.extend(one.people.iter().map(|person| (x + 0.05, person.change)));
+                means.push((x - 0.03, one.mean));
+                spread.extend(one.interval.map(|[low, high]| (x - 0.03, low, high)));
+            }
+            lines.push(Line::new("", tone, points).marked(Mark::Dots).thin());
+            lines.push(
+                Line::new(task, tone, means)
+                    .marked(Mark::Dots)
+                    .spread(spread)
+                    .thick(),
+            );
+        }
+        let values = own.iter().flat_map(|one| {
+            let ends = one.interval.into_iter().flatten();
+            one.people.iter().map(|p| p.change).chain(ends).chain([0.0])
+        });
+        let label = format!("ERD/ERS at {region}, {}", self.unit_label());
+        let y = Axis::around(label, Scale::Linear, values);
+        let chart = Chart {
+            levels: vec![0.0],
+            ..Chart::new(Axis::names("surface", surfaces), y, lines)
+        };
+        Some(chart.captioned(format!(
+            "{band} at {region} by task and surface: mean with its 95 % interval (large), and each participant (small). {SIGNS} Window {}; {}. Counterpart \
+             of Figure 97 of the thesis.",
+            crate::eeg::person::span_text(self.measured.window_s),
+            self.measured.baseline_text()
+        )))
+    }
+
+    /// The means over people on the scalp: tasks, or differences; `None` where no map can be drawn.
+    fn scalp_figure(&self, band: &str, differences: Maps, what: &str) -> Option<Figure> {
+        if differences.panels.is_empty() {
+            return None;
+        }
+        let reach = rounded(differences.reach);
+        let unit = self.unit_label();
+        Some(differences.captioned(format!(
+            "{what}, {band}, mean over participants and surfaces, seen from above, nose up; window {}; {}. Blue: below 0, red: above 0. {SIGNS} One \
+             scale, ±{reach} {unit}.",
+            crate::eeg::person::span_text(self.measured.window_s),
+            self.measured.baseline_text()
+        )))
+    }
+
+    fn scalp_figures(&self) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for band in &self.measured.bands {
+            let panels = |of_tasks: bool| {
+                let own = self.scalps.iter().filter(|one| {
+                    one.band == band.name && matches!(one.shown, Shown::Task(_)) == of_tasks
+                });
+                let drawn = own.filter_map(|one| {
+                    let title = match &one.shown {
+                        Shown::Task(task) => format!("{task} (n = {})", one.people),
+                        Shown::Difference([a, b]) => format!("{b} − {a} (n = {})", one.people),
+                    };
+                    head_map(title, &self.electrodes, &one.values).map(|(panel, _)| panel)
+                });
+                drawn.collect()
+            };
+            let unit = self.unit_label();
+            let tasks = Maps::around_zero(format!("ERD/ERS, {unit}"), panels(true));
+            let label = format!("difference, {}", unit_of(self.config.unit));
+            let differences = Maps::around_zero(label, panels(false));
+            let text = band.text();
+            blocks.extend(self.scalp_figure(&text, tasks, "Tasks").map(Block::Figure));
+            blocks.extend(
+                self.scalp_figure(&text, differences, "Differences of tasks")
+                    .map(Block::Figure),
+            );
+        }
+        let text = match blocks.is_empty() {
+            true => format!(
+                "No scalp map is drawn: {} electrodes that all documents have with a known position, and a map needs {FEWEST_OF_A_MAP}.",
+                self.electrodes.len()
+            ),
+            false => "Counterpart of Figure 96 of the thesis at the electrodes. Maps of sources in the brain need a model of the head, and are not computed: \
+                 a maximum at an electrode is not an active area below it."
+                .to_owned(),
+        };
+        blocks.push(Block::Note { text });
+        blocks
+    }
+
+    fn cluster_blocks(&self) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for of in &self.clusters {
+            blocks.push(Block::Text {
+                text: of.sentence(),
+            });
+            if !of.clusters.is_empty() {
+                blocks.push(Block::Table(self.clusters_table(of)));
+            }
+        }
+        let text = match self.clusters.first() {
+            None => "No cluster test: fewer than two participants took part in two tasks, or no time lies behind the baseline.".to_owned(),
+            Some(first) => format!(
+                "Differences in dB, mean of surfaces, over {} electrodes × frequencies × times from {} s to {} s; nodes beyond t = ±{} form clusters; \
+                 electrodes up to {}° apart are neighbours ({}). A cluster says that the tasks differ, not where or when exactly.",
+                first.nodes,
+                rounded(first.time_s[0]),
+                rounded(first.time_s[1]),
+                digits(first.threshold_t),
+                rounded(self.config.neighbours_deg),
+                counted(first.neighbours, "pair")
+            )
+            .replace('-', "−"),
+        };
+        blocks.push(Block::Note { text });
+        blocks
+    }
+
+    /// The rules that decide, in words.
+    fn rules() -> String {
+        format!(
+            "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, and single surfaces, apart). A larger p decides nothing, unless \
+             a margin was stated and the 95 % interval lies within it. An order holds where the interval of each of its steps is above 0."
+        )
+    }
+
+    /// The report.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let mut first = vec![Block::Text {
+            text: self.sentence(),
+        }];
+        let outcomes = self.gradients.iter();
+        first.extend(outcomes.map(|gradient| Block::Conclusion {
+            text: gradient.sentence(),
+            outcome: Some(gradient.outcome()),
+        }));
+        let sentences = self.first_contrasts().map(|one| Block::Text {
+            text: one.sentence(self.config.unit),
+        });
+        let mut contrasts: Vec<Block> = sentences.collect();
+        contrasts.push(Block::Table(self.page_table()));
+        contrasts.push(Block::Note {
+            text: Self::rules(),
+        });
+        let mut people = Vec::new();
+        for band in &self.measured.bands {
+            for region in &self.measured.regions {
+                let figure = self.people_figure(&region.name, &band.name);
+                people.extend(figure.map(Block::Figure));
+            }
+        }
+        let gradients = self.gradients.iter().flat_map(|one| &one.criteria);
+        let of_contrasts = self.contrasts.iter().flat_map(|one| &one.criteria);
+        let clusters = self.clusters.iter().flat_map(|one| &one.criteria);
+        let criteria = gradients.chain(of_contrasts).chain(clusters);
+        Page::new("EEG desynchronisation over participants", self.sentence())
+            .section("", first)
+            .section("Tasks and surfaces", people)
+            .section("Contrasts", contrasts)
+            .section("Clusters", self.cluster_blocks())
+            .section("Scalp", self.scalp_figures())
+            .section("Criteria", [Block::Table(Table::of_criteria(criteria))])
+            .section("Participants", [Block::Table(self.people_table())])
+            .doubts(&self.doubts)
+    }
+}

@@ -1,0 +1,276 @@
+//! The documents of all people, by participant and task.
+
+use std::collections::BTreeMap;
+
+use piezotact::Doubt;
+use piezotact::statistics::{mean, mean_interval};
+
+use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges};
+use crate::eeg::EegDoubt;
+use crate::eeg::erd::{Mode, Order};
+use crate::eeg::person::{Change, EegErd, Electrode};
+
+/// The documents, by participant and task.
+pub(super) struct People<'a> {
+    pub(super) first: &'a EegErd,
+    pub(super) participants: Vec<String>,
+    pub(super) tasks: Vec<String>,
+    pub(super) surfaces: Vec<String>,
+    /// Electrodes that all documents have.
+    pub(super) channels: Vec<String>,
+    /// Those of them whose position is known.
+    pub(super) electrodes: Vec<Electrode>,
+    by: BTreeMap<(&'a str, &'a str), &'a EegErd>,
+}
+
+impl<'a> People<'a> {
+    pub(super) fn of(documents: &'a [EegErd]) -> Result<Self, GroupError> {
+        let mut by = BTreeMap::<(&str, &str), &EegErd>::new();
+        let (mut participants, mut tasks, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
+        let add = |to: &mut Vec<String>, name: &String| {
+            if !to.contains(name) {
+                to.push(name.clone());
+            }
+        };
+        for document in documents {
+            let subject = &document.subject;
+            add(&mut participants, &subject.participant);
+            add(&mut tasks, &subject.task);
+            for surface in &document.surfaces {
+                add(&mut surfaces, surface);
+            }
+            let key = (subject.participant.as_str(), subject.task.as_str());
+            if let Some(first) = by.insert(key, document) {
+                return Err(GroupError::Twice {
+                    subject: subject.to_string(),
+                    first: first.file.clone(),
+                    second: document.file.clone(),
+                });
+            }
+        }
+        let Some(first) = documents.first().filter(|_| tasks.len() > 1) else {
+            return Err(GroupError::OneTask {
+                found: match tasks.is_empty() {
+                    true => "none".into(),
+                    false => tasks.join(", "),
+                },
+            });
+        };
+        for other in &documents[1..] {
+            same(first, other)?;
+        }
+        for document in documents {
+            let hz = document.config.power.frequencies_hz.len();
+            let expected = document.channels.len() * hz * document.times_s.len();
+            let broken = document
+                .maps
+                .iter()
+                .find(|map| map.decibels.len() != expected);
+            if let Some(map) = broken {
+                return Err(GroupError::Map {
+                    file: document.file.clone(),
+                    found: map.decibels.len(),
+                });
+            }
+        }
+        let common = |name: &&String| documents.iter().all(|one| one.channels.contains(name));
+        let channels: Vec<String> = first.channels.iter().filter(common).cloned().collect();
+        if channels.is_empty() {
+            return Err(GroupError::NoElectrode);
+        }
+        participants.sort();
+        Ok(Self {
+            first,
+            electrodes: (first.positions.iter())
+                .filter(|one| channels.contains(&one.name))
+                .cloned()
+                .collect(),
+            participants,
+            tasks,
+            surfaces,
+            channels,
+            by,
+        })
+    }
+
+    /// The document of a person and task.
+    pub(super) fn get(&self, participant: &str, task: &str) -> Option<&'a EegErd> {
+        self.by.get(&(participant, task)).copied()
+    }
+
+    /// All pairs of tasks, in their order.
+    pub(super) fn pairs(&self) -> Vec<[String; 2]> {
+        let later = |i: usize| self.tasks[i + 1..].iter().map(move |b| (i, b));
+        let pairs = (0..self.tasks.len()).flat_map(later);
+        pairs
+            .map(|(i, b)| [self.tasks[i].clone(), b.clone()])
+            .collect()
+    }
+
+    /// The surfaces whose changes are looked at: each, and the mean of several.
+    pub(super) fn surfaces_and_mean(&self) -> Vec<String> {
+        let mut all = self.surfaces.clone();
+        if all.len() > 1 {
+            all.push(ALL_SURFACES.to_owned());
+        }
+        all
+    }
+
+    /// The changes of all people by task, surface, region and band.
+    pub(super) fn changes(&self, unit: Mode) -> Vec<TaskChanges> {
+        let mut all = Vec::new();
+        for band in &self.first.config.bands {
+            for region in &self.first.config.regions {
+                for surface in self.surfaces_and_mean() {
+                    for task in &self.tasks {
+                        let people = self.participants.iter().filter_map(|participant| {
+                            let document = self.get(participant, task)?;
+                            let found = self.of_document(&document.regions, unit, |change| {
+                                change.place == region.name && change.band == band.name
+                            });
+                            let own = found.iter().find(|(name, _)| *name == surface);
+                            Some(PersonChange {
+                                participant: participant.clone(),
+                                change: own?.1,
+                            })
+                        });
+                        let people: Vec<PersonChange> = people.collect();
+                        if !people.is_empty() {
+                            all.push(of_task(task, &surface, (&region.name, &band.name), people));
+                        }
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    /// The chosen changes of a document by surface, and their mean where it has all surfaces.
+    pub(super) fn of_document(
+        &self,
+        changes: &[Change],
+        unit: Mode,
+        chosen: impl Fn(&Change) -> bool,
+    ) -> Vec<(String, f64)> {
+        let value = |change: &Change| match unit {
+            Mode::Percent => change.percent,
+            Mode::Decibels => change.decibels,
+        };
+        let own = changes.iter().filter(|change| chosen(change));
+        let mut found: Vec<(String, f64)> = own
+            .map(|change| (change.surface.clone(), value(change)))
+            .collect();
+        if self.surfaces.len() > 1 && found.len() == self.surfaces.len() {
+            let values: Vec<f64> = found.iter().map(|(_, value)| *value).collect();
+            found.push((ALL_SURFACES.to_owned(), mean(&values)));
+        }
+        found
+    }
+
+    /// What to know of the documents.
+    pub(super) fn doubts(&self, documents: &[EegErd]) -> Vec<Doubt> {
+        let mut doubts: Vec<Doubt> = Vec::new();
+        let incomplete: Vec<String> = self
+            .participants
+            .iter()
+            .filter(|who| self.tasks.iter().any(|task| self.get(who, task).is_none()))
+            .cloned()
+            .collect();
+        if !incomplete.is_empty() {
+            doubts.push(
+                EegDoubt::PeopleWithoutAllTasks {
+                    people: incomplete.len(),
+                    of: self.participants.len(),
+                    names: incomplete.join(", "),
+                }
+                .into(),
+            );
+        }
+        let mut left_out: Vec<&String> = documents
+            .iter()
+            .flat_map(|one| &one.channels)
+            .filter(|name| !self.channels.contains(name))
+            .collect();
+        left_out.sort();
+        left_out.dedup();
+        if !left_out.is_empty() {
+            let names: Vec<String> = left_out.into_iter().cloned().collect();
+            doubts.push(
+                EegDoubt::ElectrodesNotCommon {
+                    names: names.join(", "),
+                    kept: self.channels.len(),
+                }
+                .into(),
+            );
+        }
+        if self.first.config.order == Order::PercentOfEachEpoch {
+            let worst = documents.iter().flat_map(|one| &one.electrodes);
+            let worst = worst.max_by(|a, b| a.bias_points.total_cmp(&b.bias_points));
+            doubts.extend(worst.map(|worst| {
+                Doubt::from(EegDoubt::PerEpochBaseline {
+                    channel: worst.place.clone(),
+                    bias_points: worst.bias_points,
+                    epochs: worst.epochs,
+                })
+            }));
+        }
+        doubts
+    }
+}
+
+fn of_task(
+    task: &str,
+    surface: &str,
+    (region, band): (&str, &str),
+    people: Vec<PersonChange>,
+) -> TaskChanges {
+    let values: Vec<f64> = people.iter().map(|one| one.change).collect();
+    TaskChanges {
+        task: task.to_owned(),
+        surface: surface.to_owned(),
+        region: region.to_owned(),
+        band: band.to_owned(),
+        people,
+        mean: mean(&values),
+        interval: mean_interval(&values),
+    }
+}
+
+/// Refuses documents that were made with other settings.
+fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
+    let (a, b) = (&first.config, &other.config);
+    let (p, q) = (&first.preparation, &other.preparation);
+    let what = [
+        (a.baseline_s != b.baseline_s, "baseline"),
+        (a.window_s != b.window_s, "window"),
+        (a.bands != b.bands, "bands"),
+        (a.regions != b.regions, "regions"),
+        (a.order != b.order, "order of averages"),
+        (
+            a.power.frequencies_hz != b.power.frequencies_hz
+                || a.power.cycles != b.power.cycles
+                || a.power.method != b.power.method,
+            "frequencies and cycles",
+        ),
+        (p.filters != q.filters, "filters"),
+        (p.reference != q.reference, "reference"),
+        (p.extent != q.extent, "extent of epochs"),
+        (p.criteria != q.criteria, "criteria of rejection"),
+        (
+            !same_times(&first.times_s, &other.times_s),
+            "times of the maps",
+        ),
+    ];
+    match what.iter().find(|(differs, _)| *differs) {
+        None => Ok(()),
+        Some((_, what)) => Err(GroupError::Settings {
+            what: (*what).to_owned(),
+            first: first.file.clone(),
+            second: other.file.clone(),
+        }),
+    }
+}
+
+fn same_times(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6)
+}

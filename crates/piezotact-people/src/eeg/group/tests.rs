@@ -1,0 +1,292 @@
+use super::*;
+use crate::eeg::cluster::Tried;
+use crate::eeg::epochs::{Criterion as Rejecting, CutConfig};
+use crate::eeg::erd::Order;
+use crate::eeg::person::{Change, ChangeMap, NamedBand, Region, Smear};
+use crate::eeg::prepare::{ChannelChoice, EpochCounts, PrepareConfig, Reference};
+use crate::eeg::reference::Montage;
+use crate::eeg::source::Subject;
+use crate::eeg::tfr::{Method, TfrConfig};
+use piezotact::quantity::{Band, Hertz, SampleRate};
+
+const CHANNELS: [&str; 9] = ["C3", "C1", "Cz", "C2", "C4", "FC3", "FC4", "CP3", "CP4"];
+
+/// The document of a person whose alpha falls by `percent` in the window at C3 and its neighbours.
+fn document(participant: usize, task: &str, percent: f64) -> EegErd {
+    let names: Vec<String> = CHANNELS.map(String::from).to_vec();
+    let montage = Montage::ten_ten(&names).unwrap();
+    let surfaces = vec!["S1".to_owned(), "S2".to_owned()];
+    let own = |place: &str, surface: &str| {
+        let left = ["C3", "C1", "FC3", "CP3"].contains(&place);
+        let offset = if surface == "S2" { 2.0 } else { 0.0 };
+        let percent = if left { percent + offset } else { -1.0 };
+        Change {
+            surface: surface.into(),
+            band: "alpha".into(),
+            place: place.into(),
+            percent,
+            decibels: 10.0 * (1.0 + percent / 100.0).log10(),
+            bias_points: 0.1,
+            epochs: 40,
+        }
+    };
+    let times_s: Vec<f64> = (-10..=10).map(|i| f64::from(i) * 0.1).collect();
+    let hz = [8.0, 10.0, 12.0, 20.0];
+    let map = |surface: &String| {
+        let mut decibels = Vec::new();
+        for name in &names {
+            for (f, _) in hz.iter().enumerate() {
+                for (i, t) in times_s.iter().enumerate() {
+                    let inside = f < 3 && *t > 0.0;
+                    let wobble = 0.3 * ((participant * 7 + f * 3 + i) as f64).sin();
+                    decibels.push(
+                        wobble
+                            + if inside {
+                                own(name, surface).decibels
+                            } else {
+                                0.0
+                            },
+                    );
+                }
+            }
+        }
+        ChangeMap {
+            surface: surface.clone(),
+            decibels,
+        }
+    };
+    EegErd {
+        file: format!("P{participant:02}_{task}.vhdr"),
+        subject: Subject {
+            participant: format!("P{participant:02}"),
+            task: task.into(),
+        },
+        preparation: PrepareConfig {
+            markers: Vec::new(),
+            task: None,
+            extent: CutConfig {
+                start_s: -2.0,
+                end_s: 1.5,
+            },
+            channels: ChannelChoice::AllBut(Vec::new()),
+            filters: Vec::new(),
+            eog: Vec::new(),
+            reference: Reference::Average,
+            criteria: vec![Rejecting::PeakToPeak { above_v: 1e-4 }],
+            min_epochs: 10,
+        },
+        config: PersonConfig {
+            power: TfrConfig {
+                method: Method::Morlet,
+                frequencies_hz: hz.to_vec(),
+                cycles: hz.map(|f| f / 2.0).to_vec(),
+                decimation: 1,
+            },
+            step_s: 0.1,
+            bands: vec![NamedBand {
+                name: "alpha".into(),
+                hz: Band::new(Hertz(8.0), Hertz(12.0)).unwrap(),
+            }],
+            regions: vec![Region {
+                name: "C3".into(),
+                channels: vec!["C3".into()],
+            }],
+            baseline_s: [-1.0, -0.4],
+            window_s: [0.0, 0.8],
+            order: Order::PowerFirst,
+            min_epochs: 10,
+        },
+        rate_hz: SampleRate::new(500.0).unwrap(),
+        counts: EpochCounts {
+            conditions: Vec::new(),
+            not_whole: Vec::new(),
+            rejected: Vec::new(),
+        },
+        smears: vec![Smear {
+            band: "alpha".into(),
+            smear_s: 0.08,
+        }],
+        regions: surfaces.iter().map(|s| own("C3", s)).collect(),
+        electrodes: surfaces
+            .iter()
+            .flat_map(|s| names.iter().map(|n| own(n, s)).collect::<Vec<_>>())
+            .collect(),
+        positions: names
+            .iter()
+            .zip(montage.positions)
+            .map(|(name, position)| Electrode {
+                name: name.clone(),
+                position,
+            })
+            .collect(),
+        channels: names.clone(),
+        maps: surfaces.iter().map(map).collect(),
+        surfaces,
+        times_s,
+        doubts: Vec::new(),
+    }
+}
+
+/// People in three tasks: control is most desynchronised, natural least; imagery is between them with a spread of its own.
+fn documents(people: usize) -> Vec<EegErd> {
+    (0..people)
+        .flat_map(|i| {
+            let own = 4.0 * ((i * 5) as f64).sin();
+            let spread = 3.0 * ((i * 11) as f64).cos();
+            [
+                document(i, "control", -50.0 + own),
+                document(i, "imagery", -38.0 + own + spread),
+                document(i, "natural", -25.0 + own - spread),
+            ]
+        })
+        .collect()
+}
+
+fn config() -> GroupConfig {
+    GroupConfig {
+        unit: Mode::Percent,
+        gradient: ["control", "imagery", "natural"].map(String::from).to_vec(),
+        margin: None,
+        neighbours_deg: 35.0,
+        flips: 1024,
+        seed: 7,
+    }
+}
+
+#[test]
+fn a_gradient_of_tasks_is_found() {
+    let found = compare(&documents(10), &config()).unwrap();
+    assert_eq!((found.participants.len(), found.tasks.len()), (10, 3));
+    let of_mean: Vec<_> = found.first_contrasts().collect();
+    assert_eq!(of_mean.len(), 3);
+    let first = of_mean[0];
+    assert_eq!(first.tasks, ["control", "imagery"]);
+    let difference = first.contrast.unwrap().difference;
+    assert!(
+        (difference.mean - 12.0).abs() < 2.0 && difference.pairs == 10,
+        "{difference:?}"
+    );
+    assert_eq!(first.outcome(), Outcome::Met);
+    assert!(first.p_holm.unwrap() >= difference.p_value);
+    assert_eq!(found.gradients[0].outcome(), Outcome::Met);
+    let clusters = &found.clusters[1];
+    assert_eq!(clusters.tasks, ["control", "natural"]);
+    // 2⁹ flips, all of them.
+    assert_eq!((clusters.tried, clusters.flips), (Tried::All, 512));
+    let largest = &clusters.clusters[0];
+    assert!(largest.p_value < 0.05 && largest.mass > 0.0, "{largest:?}");
+    assert_eq!(largest.hz, [8.0, 12.0]);
+    assert!(
+        largest.electrodes.contains(&"C3".to_owned())
+            && !largest.electrodes.contains(&"C4".to_owned())
+    );
+    // Nothing is tested within the baseline.
+    assert!(clusters.time_s[0] > -0.4);
+    assert!(found.clusters[1].sentence().contains("all 512 sign flips"));
+    let maps = found
+        .scalps
+        .iter()
+        .filter(|one| matches!(one.shown, Shown::Difference(_)));
+    assert_eq!(maps.count(), 3);
+    assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+    let text = serde_json::to_string(&found).unwrap();
+    assert_eq!(serde_json::from_str::<EegStats>(&text).unwrap(), found);
+    assert!(found.page().sections.len() > 6);
+}
+
+#[test]
+fn few_people_decide_nothing() {
+    let found = compare(&documents(2), &config()).unwrap();
+    assert!(
+        found
+            .contrasts
+            .iter()
+            .all(|one| one.outcome() == Outcome::NotDecided)
+    );
+    assert_eq!(found.gradients[0].outcome(), Outcome::NotDecided);
+    assert!(
+        found.contrasts[0]
+            .sentence(Mode::Percent)
+            .contains("3 are the fewest")
+    );
+    let four = compare(&documents(4), &config()).unwrap();
+    let cluster = &four.clusters[0].criteria[0];
+    assert_eq!(cluster.outcome, Outcome::NotDecided);
+    assert!(
+        four.doubts
+            .iter()
+            .any(|doubt| doubt.code == "eeg_cluster_few_people")
+    );
+}
+
+#[test]
+fn a_margin_shows_that_tasks_are_alike() {
+    let mut documents = documents(10);
+    // Two tasks that differ by a scatter of 0.4 points alone.
+    for (i, document) in documents.iter_mut().enumerate() {
+        for change in &mut document.regions {
+            change.percent = -40.0 + 0.4 * (i as f64).sin();
+        }
+    }
+    let of = |margin| {
+        let asked = GroupConfig { margin, ..config() };
+        compare(&documents, &asked).unwrap()
+    };
+    let first = |found: &EegStats| found.first_contrasts().next().unwrap().outcome();
+    assert_eq!(first(&of(None)), Outcome::NotDecided);
+    assert_eq!(first(&of(Some(5.0))), Outcome::NotMet);
+}
+
+#[test]
+fn documents_that_do_not_belong_together_are_refused() {
+    let refused = |documents: &[EegErd], parts: &[&str]| {
+        let text = compare(documents, &config()).unwrap_err().to_string();
+        for part in parts {
+            assert!(text.contains(part), "expected `{part}` in: {text}");
+        }
+    };
+    let mut all = documents(3);
+    refused(&all[..1], &["at least two tasks, found control"]);
+    refused(&[], &["found none"]);
+    let twice = [all.clone(), vec![all[0].clone()]].concat();
+    refused(
+        &twice,
+        &["participant P00, task control", "P00_control.vhdr"],
+    );
+    refused(&all[..2], &["`natural` in the claimed order"]);
+    all[4].config.baseline_s = [-0.9, -0.4];
+    refused(
+        &all,
+        &["the same baseline", "P00_control.vhdr and P01_imagery.vhdr"],
+    );
+    let mut broken = documents(3);
+    broken[1].maps[0].decibels.pop();
+    refused(&broken, &["P00_imagery.vhdr", "found 755"]);
+}
+
+#[test]
+fn who_and_what_is_left_out_is_said() {
+    let mut all = documents(7);
+    all.remove(4);
+    let last = all.len() - 1;
+    let document = &mut all[last];
+    let each = document.config.power.frequencies_hz.len() * document.times_s.len();
+    document.channels.remove(2);
+    document.positions.remove(2);
+    document.electrodes.retain(|change| change.place != "Cz");
+    for map in &mut document.maps {
+        map.decibels.drain(2 * each..3 * each);
+    }
+    let found = compare(&all, &config()).unwrap();
+    let codes: Vec<&str> = found
+        .doubts
+        .iter()
+        .map(|doubt| doubt.code.as_ref())
+        .collect();
+    assert_eq!(
+        codes,
+        ["eeg_people_without_all_tasks", "eeg_electrodes_not_common"]
+    );
+    assert_eq!(found.electrodes.len(), 8);
+    assert_eq!(found.contrasts[0].people.len(), 6);
+}

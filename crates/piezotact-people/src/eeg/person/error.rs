@@ -1,0 +1,49 @@
+//! Why there is no desynchronisation.
+
+use crate::eeg::epochs::EpochsError;
+use crate::eeg::erd::ErdError;
+use crate::eeg::tfr::TfrError;
+
+/// Why there is no desynchronisation of a person.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PersonError {
+    /// No band or region.
+    #[error("expected at least one band and one region, found none; state them")]
+    Nothing,
+    /// A region with an electrode that was not recorded.
+    #[error(
+        "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, or state another region"
+    )]
+    Region {
+        /// The region.
+        region: String,
+        /// The electrode.
+        channel: String,
+        /// The electrodes that there are.
+        channels: String,
+    },
+    /// Positions of other electrodes.
+    #[error(
+        "expected positions of the channels {channels}, found those of {found} alone; rename the channels, or give the positions of this cap"
+    )]
+    NoPosition {
+        /// The channels.
+        channels: String,
+        /// The names that have a position.
+        found: String,
+    },
+    /// Power cannot be estimated.
+    #[error(transparent)]
+    Power(#[from] TfrError),
+    /// Epochs cannot be picked.
+    #[error(transparent)]
+    Epochs(#[from] EpochsError),
+    /// There is no change of power on one surface.
+    #[error("{surface}: {error}")]
+    Erd {
+        /// The surface.
+        surface: String,
+        /// Why.
+        error: ErdError,
+    },
+}

@@ -1,0 +1,341 @@
+//! The desynchronisation of a person in sentences, tables and a report.
+
+use piezotact::figure::{Figure, Maps};
+use piezotact::number::{counted, plus, rounded};
+use piezotact::page::{Block, Cell, Column, Page, Table};
+
+use super::{Change, EegErd, NamedBand, PersonConfig, head_map, time_frequency_panel};
+use crate::eeg::erd::Order;
+use crate::eeg::evoked::drawn_channels;
+use crate::eeg::tfr::Method;
+
+/// The convention of signs and colours, below each figure.
+pub(in crate::eeg) const SIGNS: &str = "Negative (blue): desynchronisation, less power than in the baseline; positive (red): synchronisation.";
+
+/// Times in words: "−1.5 to −0.5 s".
+pub(in crate::eeg) fn span_text([from, to]: [f64; 2]) -> String {
+    format!("{} to {} s", rounded(from), rounded(to)).replace('-', "−")
+}
+
+impl NamedBand {
+    /// "alpha (8–12 Hz)".
+    pub(in crate::eeg) fn text(&self) -> String {
+        format!(
+            "{} ({}–{} Hz)",
+            self.name,
+            rounded(self.hz.low().0),
+            rounded(self.hz.high().0)
+        )
+    }
+}
+
+impl PersonConfig {
+    /// The baseline with what is averaged first: it stands with every number.
+    #[must_use]
+    pub fn baseline_text(&self) -> String {
+        let order = match self.order {
+            Order::PowerFirst => "power averaged over epochs, then divided by the baseline",
+            Order::PercentOfEachEpoch => {
+                "percentage of each epoch, then averaged: biased towards synchronisation"
+            }
+        };
+        format!("baseline {}, {order}", span_text(self.baseline_s))
+    }
+
+    /// What is estimated, one line each.
+    #[must_use]
+    pub fn steps(&self) -> Vec<String> {
+        let hz = &self.power.frequencies_hz;
+        let (low, high) = (hz[0], hz[hz.len() - 1]);
+        let method = match self.power.method {
+            Method::Morlet => "Morlet wavelets".to_owned(),
+            Method::Multitaper { time_bandwidth } => {
+                format!("Multitapers of time-bandwidth {}", rounded(time_bandwidth))
+            }
+        };
+        let cycles = &self.power.cycles;
+        vec![
+            format!(
+                "{method} from {} to {} Hz (frequencies: {}), {} to {} cycles",
+                rounded(low),
+                rounded(high),
+                hz.len(),
+                rounded(cycles[0]),
+                rounded(cycles[cycles.len() - 1])
+            ),
+            format!(
+                "Window {}; {}",
+                span_text(self.window_s),
+                self.baseline_text()
+            ),
+            "Regions: the mean of the changes of their electrodes".to_owned(),
+        ]
+    }
+}
+
+impl EegErd {
+    /// How far the wavelets of a band smear, in words.
+    pub(in crate::eeg) fn smear_text(&self, band: &str) -> String {
+        let own = self.smears.iter().find(|smear| smear.band == band);
+        let smear_s = own.map_or(0.0, |smear| smear.smear_s);
+        format!(
+            "smear ±{:.0} ms (1 SD of the longest wavelet)",
+            1e3 * smear_s
+        )
+    }
+
+    fn band(&self, name: &str) -> String {
+        let own = self.config.bands.iter().find(|band| band.name == name);
+        own.map_or_else(|| name.to_owned(), NamedBand::text)
+    }
+
+    /// One change with all that it depends on.
+    #[must_use]
+    pub fn change_sentence(&self, change: &Change) -> String {
+        format!(
+            "{}, {}, {}: {} % ({} dB) in the window {} [{}; {}; {}]",
+            change.surface,
+            change.place,
+            self.band(&change.band),
+            plus(change.percent, 1),
+            plus(change.decibels, 2),
+            span_text(self.config.window_s),
+            self.config.baseline_text(),
+            self.smear_text(&change.band),
+            counted(change.epochs, "epoch")
+        )
+    }
+
+    /// One change with its baseline and what is averaged first, for a place where window and smear stand beside it.
+    fn short_sentence(&self, change: &Change) -> String {
+        let order = match self.config.order {
+            Order::PowerFirst => "power averaged first",
+            Order::PercentOfEachEpoch => "percentage of each epoch: biased",
+        };
+        format!(
+            "{}, {}, {}: {} % ({} dB) re {} ({order}), {}",
+            change.surface,
+            change.place,
+            self.band(&change.band),
+            plus(change.percent, 1),
+            plus(change.decibels, 2),
+            span_text(self.config.baseline_s),
+            counted(change.epochs, "epoch")
+        )
+    }
+
+    /// The window, the baseline and the smear of each band, which all values share.
+    fn shared_sentence(&self) -> String {
+        let smears = self
+            .smears
+            .iter()
+            .map(|smear| format!("{}: {}", smear.band, self.smear_text(&smear.band)));
+        format!(
+            "Window {}; {}; {}. Negative: desynchronisation.",
+            span_text(self.config.window_s),
+            self.config.baseline_text(),
+            smears.collect::<Vec<_>>().join("; ")
+        )
+    }
+
+    /// The changes in regions for a page whose title says who and what they are of.
+    fn page_table(&self) -> Table {
+        let mut table = self.regions_table();
+        table.columns.drain(..2);
+        for row in &mut table.rows {
+            row.drain(..2);
+        }
+        table
+    }
+
+    /// Each region, one sentence each.
+    #[must_use]
+    pub fn sentences(&self) -> Vec<String> {
+        self.regions
+            .iter()
+            .map(|change| self.change_sentence(change))
+            .collect()
+    }
+
+    /// The changes in regions, or at electrodes: one row each, with all that it depends on.
+    fn table_of(&self, changes: &[Change]) -> Table {
+        let mut table = Table::new([
+            Column::new("participant", "participant"),
+            Column::new("task", "task"),
+            Column::new("surface", "surface"),
+            Column::new("band", "band"),
+            Column::new("place", "place"),
+            Column::new("ERD/ERS, %", "percent"),
+            Column::new("dB", "decibels"),
+            Column::new("bias, points", "bias_points"),
+            Column::new("epochs", "epochs"),
+            Column::new("baseline, s", "baseline_s"),
+            Column::new("window, s", "window_s"),
+            Column::new("averaged first", "averaged_first"),
+        ]);
+        let order = match self.config.order {
+            Order::PowerFirst => "power",
+            Order::PercentOfEachEpoch => "nothing (biased)",
+        };
+        table.rows = changes
+            .iter()
+            .map(|change| {
+                vec![
+                    Cell::from(self.subject.participant.as_str()),
+                    Cell::from(self.subject.task.as_str()),
+                    Cell::from(change.surface.as_str()),
+                    Cell::from(change.band.as_str()),
+                    Cell::from(change.place.as_str()),
+                    Cell::from(change.percent),
+                    Cell::from(change.decibels),
+                    Cell::from(change.bias_points),
+                    Cell::Text(change.epochs.to_string()),
+                    Cell::Text(span_text(self.config.baseline_s).replace(" s", "")),
+                    Cell::Text(span_text(self.config.window_s).replace(" s", "")),
+                    Cell::from(order),
+                ]
+            })
+            .collect();
+        table
+    }
+
+    /// The changes in regions: one row each.
+    #[must_use]
+    pub fn regions_table(&self) -> Table {
+        self.table_of(&self.regions)
+    }
+
+    /// The changes in regions and at electrodes: one row each.
+    #[must_use]
+    pub fn all_table(&self) -> Table {
+        self.table_of(&[self.regions.clone(), self.electrodes.clone()].concat())
+    }
+
+    /// The scalp maps of one band, one for each surface; `None` where no map can be drawn.
+    fn head_figure(&self, band: &NamedBand) -> Option<Figure> {
+        let panels = self.surfaces.iter().map(|surface| {
+            let values = self.positions.iter().map(|electrode| {
+                let own = self.electrodes.iter().find(|change| {
+                    change.surface == *surface
+                        && change.band == band.name
+                        && change.place == electrode.name
+                });
+                own.map(|change| change.percent)
+            });
+            let values: Option<Vec<f64>> = values.collect();
+            head_map(surface.clone(), &self.positions, &values?).map(|(panel, _)| panel)
+        });
+        let panels: Vec<_> = panels.collect::<Option<_>>()?;
+        let maps = Maps::around_zero("ERD/ERS, %", panels);
+        let reach = rounded(maps.reach);
+        Some(maps.captioned(format!(
+            "{} over the scalp, seen from above, nose up; window {}; {}; {}. {SIGNS} One scale, ±{reach} %. Dots are electrodes; between them a \
+             spherical spline, nothing further than 30° from one.",
+            band.text(),
+            span_text(self.config.window_s),
+            self.config.baseline_text(),
+            self.smear_text(&band.name),
+        )))
+    }
+
+    /// Time and frequency at C3, Cz and C4, or the first electrodes; `None` without times.
+    fn time_figure(&self, channel: usize) -> Option<Figure> {
+        let (hz, times) = (&self.config.power.frequencies_hz, self.times_s.len());
+        let each = hz.len() * times;
+        let [from, to] = self.config.window_s;
+        let bands = self.config.bands.iter();
+        let outlined: Vec<[f64; 4]> = bands
+            .map(|band| [from, to, band.hz.low().0, band.hz.high().0])
+            .collect();
+        let panels = self.maps.iter().map(|map| {
+            let own = map.decibels.get(channel * each..(channel + 1) * each)?;
+            time_frequency_panel(
+                map.surface.clone(),
+                &self.times_s,
+                hz,
+                own,
+                outlined.clone(),
+            )
+        });
+        let panels: Vec<_> = panels.collect::<Option<_>>()?;
+        let smears = self
+            .smears
+            .iter()
+            .map(|smear| format!("{} ±{:.0} ms", smear.band, 1e3 * smear.smear_s));
+        let smears: Vec<String> = smears.collect();
+        let maps = Maps::around_zero("change of power, dB", panels);
+        let reach = rounded(maps.reach);
+        Some(maps.captioned(format!(
+            "{} over time and frequency, dB; baseline {}, power averaged over epochs first. {SIGNS} One scale, ±{reach} dB. The line is the marker; the \
+             outlines are the windows that are evaluated; smear (1 SD): {}.",
+            self.channels[channel],
+            span_text(self.config.baseline_s),
+            smears.join(", ")
+        )))
+    }
+
+    /// Why there is no scalp map; `None` where there is one.
+    #[must_use]
+    pub fn no_map_sentence(&self) -> Option<String> {
+        let (known, all) = (self.positions.len(), self.channels.len());
+        (known < super::FEWEST_OF_A_MAP).then(|| {
+            format!(
+                "No scalp map is drawn: {known} of {all} electrodes have a known position, and a map needs {}; name the channels by the 10-10 \
+                 system, or give measured positions",
+                super::FEWEST_OF_A_MAP
+            )
+        })
+    }
+
+    /// The report.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let conclusions = self.regions.iter().map(|one| Block::Conclusion {
+            text: self.short_sentence(one),
+            outcome: None,
+        });
+        let shared = Block::Text {
+            text: self.shared_sentence(),
+        };
+        let first: Vec<Block> = conclusions.chain([shared]).collect();
+        let steps = [self.preparation.steps(), self.config.steps()].concat();
+        let mut scalp: Vec<Block> = self
+            .config
+            .bands
+            .iter()
+            .filter_map(|band| self.head_figure(band))
+            .map(Block::Figure)
+            .collect();
+        let missing = self.no_map_sentence();
+        scalp.extend(missing.map(|text| Block::Text { text }));
+        if scalp.is_empty() {
+            scalp.push(Block::Text {
+                text: "No scalp map is drawn: the positions of the electrodes determine none"
+                    .into(),
+            });
+        }
+        let figures = drawn_channels(&self.channels).into_iter();
+        let figures: Vec<Block> = figures
+            .filter_map(|channel| self.time_figure(channel))
+            .map(Block::Figure)
+            .collect();
+        let mut counts = vec![
+            Block::Text {
+                text: self.counts.sentence(),
+            },
+            Block::Table(self.counts.table()),
+        ];
+        counts.extend(self.counts.refused_blocks());
+        Page::new(
+            format!("EEG desynchronisation: {}", self.file),
+            self.subject.to_string(),
+        )
+        .section("", first)
+        .section("Regions", [Block::Table(self.page_table())])
+        .section("Scalp", scalp)
+        .section("Time and frequency", figures)
+        .section("Method", [Block::Steps { steps }])
+        .section("Epochs", counts)
+        .doubts(&self.doubts)
+    }
+}

@@ -1,0 +1,445 @@
+//! From the parts of a recording to clean epochs: channels, filters, cut, regression, reference, rejection.
+
+mod error;
+mod signals;
+
+use std::collections::BTreeMap;
+
+use piezotact::Doubt;
+use piezotact::quantity::SampleRate;
+use serde::{Deserialize, Serialize};
+
+use super::clean::EogRegression;
+use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
+use super::filter::{Fir, Pass};
+use super::reference::{CsdConfig, average, current_source_density, to_channels};
+use super::source::{Segment, is_marker, markers, task_of, tasks};
+use signals::Signals;
+
+pub use error::PrepareError;
+pub use signals::ChannelChoice;
+
+/// A marker and the condition whose epochs it begins.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct MarkerChoice {
+    /// The marker, by its whole name, its kind or its value.
+    pub marker: String,
+    /// The condition: a surface.
+    pub condition: String,
+}
+
+/// What signals are referred to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum Reference {
+    /// What they were recorded against.
+    AsRecorded,
+    /// The mean of all electrodes.
+    Average,
+    /// The mean of these channels.
+    Channels(Vec<String>),
+    /// None: the current source density, V/m² in the place of V.
+    CurrentSourceDensity(CsdConfig),
+}
+
+impl std::fmt::Display for Reference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::AsRecorded => f.write_str("as recorded"),
+            Self::Average => f.write_str("average of all electrodes"),
+            Self::Channels(names) => write!(f, "{}", names.join(" and ")),
+            Self::CurrentSourceDensity(_) => f.write_str("current source density (no reference)"),
+        }
+    }
+}
+
+/// How epochs are made. There is no default: it is stated, and goes into the result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct PrepareConfig {
+    /// The markers, and what each begins.
+    pub markers: Vec<MarkerChoice>,
+    /// The task whose epochs are taken; absent where the recording has only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub task: Option<String>,
+    /// The extent of epochs.
+    pub extent: CutConfig,
+    /// Which channels.
+    pub channels: ChannelChoice,
+    /// Filters of the continuous signals, in order; each part between two gaps by itself.
+    pub filters: Vec<Pass>,
+    /// EOG channels whose part in the others is taken away by regression; none where empty.
+    pub eog: Vec<String>,
+    /// The reference.
+    pub reference: Reference,
+    /// By what epochs are rejected; nothing where empty.
+    pub criteria: Vec<Criterion>,
+    /// With fewer epochs of a condition there is no result.
+    pub min_epochs: usize,
+}
+
+/// Epochs of a condition, counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ConditionCount {
+    /// The condition.
+    pub condition: String,
+    /// Its markers.
+    pub markers: usize,
+    /// Epochs that are kept.
+    pub kept: usize,
+    /// Epochs that a criterion rejected.
+    pub rejected: usize,
+    /// Markers without a whole epoch: it would cross a gap or an end of the recording.
+    pub left_out: usize,
+}
+
+/// A marker without a whole epoch.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct NotWhole {
+    /// Its condition.
+    pub condition: String,
+    /// When it stands, from the first sample of the file, s.
+    pub onset_s: f64,
+    /// Why.
+    pub reason: NotCut,
+}
+
+/// An epoch that was rejected.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RejectedEpoch {
+    /// Its condition.
+    pub condition: String,
+    /// When its marker stands, from the first sample of the file, s.
+    pub onset_s: f64,
+    /// The channel that was rejected first.
+    pub channel: String,
+    /// By which criterion.
+    pub criterion: Criterion,
+    /// What the criterion measured, V.
+    pub found_v: f64,
+}
+
+/// Which markers have an epoch, and which not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct EpochCounts {
+    /// How many of each condition, in the order in which they were asked for.
+    pub conditions: Vec<ConditionCount>,
+    /// Each marker without a whole epoch.
+    pub not_whole: Vec<NotWhole>,
+    /// Each rejected epoch.
+    pub rejected: Vec<RejectedEpoch>,
+}
+
+/// Clean epochs with the way to them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prepared {
+    /// How they were made.
+    pub config: PrepareConfig,
+    /// The task: the one asked for, or that of the recording; empty where nothing names one.
+    pub task: String,
+    /// The epochs that are kept.
+    pub epochs: Epochs,
+    /// Which markers have one.
+    pub counts: EpochCounts,
+    /// What to know before relying on them.
+    pub doubts: Vec<Doubt>,
+}
+
+/// An event of the whole recording, parts joined.
+struct Marked {
+    event: super::epochs::Event,
+    onset_s: f64,
+}
+
+/// Epochs of `segments`, V (V/m² for a current source density): signals are filtered part by part, cut, freed of eye movements, referred,
+/// and rejected, in this order; a density is computed of what is left. No epoch crosses a gap.
+///
+/// Source: the order of steps of MNE-Python's tutorials; each step has its own.
+///
+/// # Errors
+/// [`PrepareError`] for channels that do not exist, are flat or at a limit, markers that do not exist, several tasks, fewer epochs of a condition
+/// than asked for, and what the steps refuse.
+pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepared, PrepareError> {
+    let mut signals = Signals::of(segments, &config.channels, &config.eog)?;
+    let task = task_asked(segments, config.task.as_deref())?;
+    let marked = marked(segments, config, &task, &signals.starts)?;
+    let mut doubts = signals.doubts.clone();
+    doubts.extend(filtered(&mut signals, &config.filters)?);
+    let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
+    let recording = Continuous {
+        channels: &signals.names,
+        rate: signals.rate,
+        volts: &signals.volts,
+        gaps: &signals.starts[1..],
+    };
+    let found = cut(&recording, &events, &config.extent)?;
+    let not_whole: Vec<NotWhole> = found
+        .left_out
+        .iter()
+        .map(|left| NotWhole {
+            condition: left.condition.clone(),
+            onset_s: marked[left.event].onset_s,
+            reason: left.reason,
+        })
+        .collect();
+    let whole: Vec<f64> = (0..marked.len())
+        .filter(|i| found.left_out.iter().all(|left| left.event != *i))
+        .map(|i| marked[i].onset_s)
+        .collect();
+    let epochs = referred(&found.epochs, config, &signals.electrodes)?;
+    let (epochs, rejected) = rejected(epochs, config, &whole, &mut doubts)?;
+    let counts = EpochCounts {
+        conditions: counted(config, &events, &epochs, &rejected),
+        not_whole,
+        rejected,
+    };
+    enough(&counts.conditions, config.min_epochs)?;
+    let epochs = match &config.reference {
+        Reference::CurrentSourceDensity(csd) => current_source_density(&epochs, csd)?,
+        _ => epochs,
+    };
+    Ok(Prepared {
+        config: config.clone(),
+        task,
+        epochs,
+        counts,
+        doubts,
+    })
+}
+
+/// The task whose epochs are taken; empty where the recording names none.
+fn task_asked(segments: &[Segment<'_>], wanted: Option<&str>) -> Result<String, PrepareError> {
+    let there = tasks(segments);
+    let named = || there.join(", ");
+    match (wanted, there.as_slice()) {
+        (Some(wanted), []) => Ok(wanted.to_owned()),
+        (Some(wanted), there) if there.iter().any(|task| task == wanted) => Ok(wanted.to_owned()),
+        (Some(wanted), _) => Err(PrepareError::OtherTask {
+            wanted: wanted.to_owned(),
+            tasks: named(),
+        }),
+        (None, []) => Ok(String::new()),
+        (None, [task]) => Ok(task.clone()),
+        (None, _) => Err(PrepareError::SeveralTasks { tasks: named() }),
+    }
+}
+
+/// The events that are asked for, in their order, on the samples of all parts joined.
+fn marked(
+    segments: &[Segment<'_>],
+    config: &PrepareConfig,
+    task: &str,
+    starts: &[usize],
+) -> Result<Vec<Marked>, PrepareError> {
+    let there = || {
+        let found = markers(segments);
+        let found = found
+            .iter()
+            .map(|(name, count)| format!("{name} ({count})"));
+        let found: Vec<String> = found.collect();
+        match found.is_empty() {
+            true => "no marker at all".to_owned(),
+            false => found.join(", "),
+        }
+    };
+    if config.markers.is_empty() {
+        return Err(PrepareError::NoMarkerStated { found: there() });
+    }
+    let named = !tasks(segments).is_empty();
+    let mut inside = !named;
+    let mut seen = vec![[0; 2]; config.markers.len()];
+    let mut found = Vec::new();
+    for (segment, start) in segments.iter().zip(starts) {
+        let mut events: Vec<_> = segment
+            .recording
+            .annotations
+            .events
+            .iter()
+            .zip(segment.event_samples)
+            .collect();
+        events.sort_by_key(|(_, sample)| **sample);
+        for (event, sample) in events {
+            if named && let Some(begun) = task_of(event) {
+                inside = begun == task;
+            }
+            let choice = config
+                .markers
+                .iter()
+                .position(|choice| is_marker(event, &choice.marker));
+            let Some(choice) = choice else { continue };
+            seen[choice][usize::from(inside)] += 1;
+            let at = *start as i64 + *sample;
+            if !inside || at < 0 {
+                continue;
+            }
+            found.push(Marked {
+                event: super::epochs::Event {
+                    sample: at as usize,
+                    condition: config.markers[choice].condition.clone(),
+                },
+                onset_s: segment.start_s.0 + event.onset_s.0,
+            });
+        }
+    }
+    for (choice, [outside, inside]) in config.markers.iter().zip(seen) {
+        let wanted = choice.marker.clone();
+        match (outside, inside) {
+            (_, 1..) => {}
+            (0, _) => {
+                return Err(PrepareError::NoMarker {
+                    wanted,
+                    found: there(),
+                });
+            }
+            _ => {
+                return Err(PrepareError::NoMarkerInTask {
+                    wanted,
+                    task: task.to_owned(),
+                });
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Filters each part by itself, and returns doubts.
+fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Doubt>, PrepareError> {
+    let mut doubts = Vec::new();
+    for pass in filters {
+        let filter = Fir::plan(pass, signals.rate)?;
+        let shortest = signals.parts().map(|part| part.len()).min();
+        doubts.extend(filter.doubts(shortest.unwrap_or_default()));
+        let parts: Vec<_> = signals.parts().collect();
+        let length = signals.length;
+        for signal in signals.volts.chunks_exact_mut(length) {
+            for part in &parts {
+                let own = &mut signal[part.clone()];
+                own.copy_from_slice(&filter.apply(own));
+            }
+        }
+    }
+    Ok(doubts)
+}
+
+/// Epochs of the electrodes alone, freed of eye movements and referred.
+fn referred(
+    epochs: &Epochs,
+    config: &PrepareConfig,
+    electrodes: &[String],
+) -> Result<Epochs, PrepareError> {
+    let names: Vec<&str> = electrodes.iter().map(String::as_str).collect();
+    let own = match config.eog.is_empty() {
+        true => epochs.picked(&names)?,
+        false => {
+            let eog: Vec<&str> = config.eog.iter().map(String::as_str).collect();
+            let regression = EogRegression::fit(epochs, &eog, &names)?;
+            regression.apply(epochs)?.picked(&names)?
+        }
+    };
+    Ok(match &config.reference {
+        Reference::AsRecorded | Reference::CurrentSourceDensity(_) => own,
+        Reference::Average => average(&own),
+        Reference::Channels(references) => {
+            let references: Vec<&str> = references.iter().map(String::as_str).collect();
+            to_channels(&own, &references)?
+        }
+    })
+}
+
+/// The epochs that no criterion rejects, and the others; `onsets` are those of the markers of `epochs`.
+fn rejected(
+    epochs: Epochs,
+    config: &PrepareConfig,
+    onsets: &[f64],
+    doubts: &mut Vec<Doubt>,
+) -> Result<(Epochs, Vec<RejectedEpoch>), PrepareError> {
+    if config.criteria.is_empty() {
+        return Ok((epochs, Vec::new()));
+    }
+    // A channel that is the reference is flat.
+    let references: &[String] = match &config.reference {
+        Reference::Channels(references) if references.len() == 1 => references,
+        _ => &[],
+    };
+    let looked: Vec<&str> = epochs
+        .channels()
+        .iter()
+        .filter(|name| !references.contains(name))
+        .map(String::as_str)
+        .collect();
+    let found = reject(&epochs, &looked, &config.criteria)?;
+    doubts.extend(found.doubts);
+    let rejected = found.rejected.into_iter().map(|one| RejectedEpoch {
+        condition: one.condition,
+        onset_s: onsets[one.epoch],
+        channel: one.channel,
+        criterion: one.criterion,
+        found_v: one.found_v,
+    });
+    Ok((found.epochs, rejected.collect()))
+}
+
+/// How many epochs of each condition there are.
+fn counted(
+    config: &PrepareConfig,
+    events: &[super::epochs::Event],
+    epochs: &Epochs,
+    rejected: &[RejectedEpoch],
+) -> Vec<ConditionCount> {
+    let mut conditions: Vec<&String> = Vec::new();
+    for choice in &config.markers {
+        if !conditions.contains(&&choice.condition) {
+            conditions.push(&choice.condition);
+        }
+    }
+    let mut kept = BTreeMap::<&str, usize>::new();
+    for condition in epochs.conditions() {
+        *kept.entry(condition).or_default() += 1;
+    }
+    let of = |condition: &String| {
+        let markers = events.iter().filter(|e| e.condition == *condition).count();
+        let rejected = rejected
+            .iter()
+            .filter(|e| e.condition == *condition)
+            .count();
+        let kept = kept.get(condition.as_str()).copied().unwrap_or_default();
+        ConditionCount {
+            condition: condition.clone(),
+            markers,
+            kept,
+            rejected,
+            left_out: markers - rejected - kept,
+        }
+    };
+    conditions.into_iter().map(of).collect()
+}
+
+fn enough(conditions: &[ConditionCount], needed: usize) -> Result<(), PrepareError> {
+    match conditions.iter().find(|count| count.kept < needed.max(1)) {
+        None => Ok(()),
+        Some(few) => Err(PrepareError::FewEpochs {
+            condition: few.condition.clone(),
+            found: few.kept,
+            needed: needed.max(1),
+            rejected: few.rejected,
+            left_out: few.left_out,
+        }),
+    }
+}
+
+impl Prepared {
+    /// The rate of the epochs.
+    #[must_use]
+    pub fn rate(&self) -> SampleRate {
+        self.epochs.rate()
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,242 @@
+use super::*;
+use piezotact::quantity::{Seconds, Unit};
+use piezotact::recording::{Channel, Condition, Event, EventValue, Provenance, Recording};
+
+const RATE_HZ: f64 = 100.0;
+
+/// A recording of `seconds` with alpha of two phases, and a force channel.
+fn recording(seconds: usize, events: &[(f64, &str, &str)]) -> (Recording, Vec<i64>) {
+    let samples = seconds * 100;
+    let wave = |phase: f64| {
+        (0..samples)
+            .map(|i| 1e-5 * (i as f64 * 0.6 + phase).sin() + 1e-6 * (i as f64 * 0.071).cos())
+            .collect::<Vec<f64>>()
+    };
+    let channel = |name: &str, unit: Unit, samples: Vec<f64>| Channel {
+        name: name.into(),
+        unit,
+        samples,
+    };
+    let channels = vec![
+        channel("C3", Unit::Volt, wave(0.0)),
+        channel("C4", Unit::Volt, wave(1.0)),
+        channel("VEOG", Unit::Volt, wave(2.5)),
+        channel("force", Unit::parse("N").0, wave(0.3)),
+    ];
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let mut found =
+        Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
+    found.annotations.events = events
+        .iter()
+        .map(|(onset_s, kind, value)| Event {
+            onset_s: Seconds(*onset_s),
+            duration_s: Seconds(0.0),
+            kind: (*kind).into(),
+            value: Some(EventValue::Text((*value).into())),
+        })
+        .collect();
+    let at = events
+        .iter()
+        .map(|(s, _, _)| (s * RATE_HZ) as i64)
+        .collect();
+    (found, at)
+}
+
+fn config(markers: &[(&str, &str)]) -> PrepareConfig {
+    PrepareConfig {
+        markers: markers
+            .iter()
+            .map(|(marker, condition)| MarkerChoice {
+                marker: (*marker).into(),
+                condition: (*condition).into(),
+            })
+            .collect(),
+        task: None,
+        extent: CutConfig {
+            start_s: -0.5,
+            end_s: 1.0,
+        },
+        channels: ChannelChoice::AllBut(Vec::new()),
+        filters: Vec::new(),
+        eog: Vec::new(),
+        reference: Reference::AsRecorded,
+        criteria: Vec::new(),
+        min_epochs: 1,
+    }
+}
+
+/// Two parts of 10 s with a gap of 5 s, surfaces S1 and S2.
+fn parts() -> [(Recording, Vec<i64>); 2] {
+    [
+        recording(
+            10,
+            &[
+                (2.0, "Stimulus", "S  1"),
+                (4.0, "Stimulus", "S  2"),
+                (9.5, "Stimulus", "S  1"),
+            ],
+        ),
+        recording(10, &[(3.0, "Stimulus", "S  2"), (5.0, "Stimulus", "S  1")]),
+    ]
+}
+
+fn segments(parts: &[(Recording, Vec<i64>)]) -> Vec<Segment<'_>> {
+    let each = parts.iter().enumerate();
+    each.map(|(i, (recording, samples))| Segment {
+        recording,
+        start_s: Seconds(15.0 * i as f64),
+        event_samples: samples,
+    })
+    .collect()
+}
+
+#[test]
+fn epochs_of_parts_are_counted_and_none_crosses_a_gap() {
+    let parts = parts();
+    let found = prepare(
+        &segments(&parts),
+        &config(&[("S 1", "flat"), ("S 2", "M8")]),
+    )
+    .unwrap();
+    assert_eq!(found.epochs.channels(), ["C3", "C4"]);
+    assert_eq!(found.epochs.conditions(), ["flat", "M8", "M8", "flat"]);
+    let counts = &found.counts.conditions;
+    assert_eq!(
+        (counts[0].markers, counts[0].kept, counts[0].left_out),
+        (3, 2, 1)
+    );
+    let left = &found.counts.not_whole[0];
+    assert_eq!((left.onset_s, left.condition.as_str()), (9.5, "flat"));
+    // The third epoch is 3 s after the start of the second part.
+    assert_eq!(
+        found.epochs.signal(0, 2)[0],
+        parts[1].0.channels()[0].samples[250]
+    );
+}
+
+#[test]
+fn steps_follow_each_other() {
+    let parts = parts();
+    let asked = PrepareConfig {
+        filters: vec![Pass::Below(30.0)],
+        eog: vec!["VEOG".into()],
+        reference: Reference::Average,
+        criteria: vec![Criterion::PeakToPeak { above_v: 1e-4 }],
+        ..config(&[("Stimulus", "touch")])
+    };
+    let found = prepare(&segments(&parts), &asked).unwrap();
+    assert_eq!(found.counts.conditions[0].kept, 4);
+    let sum: f64 = (0..2)
+        .map(|channel| found.epochs.signal(channel, 1)[7])
+        .sum();
+    assert!(sum.abs() < 1e-15);
+    let strict = PrepareConfig {
+        eog: Vec::new(),
+        reference: Reference::AsRecorded,
+        criteria: vec![Criterion::PeakToPeak { above_v: 1e-7 }],
+        ..asked
+    };
+    let error = prepare(&segments(&parts), &strict).unwrap_err();
+    assert!(matches!(error, PrepareError::Reject(_)), "{error}");
+}
+
+#[test]
+fn bad_input_is_named() {
+    let all = parts();
+    let segments = segments(&all);
+    let check = |config: &PrepareConfig, parts: &[&str]| {
+        let text = prepare(&segments, config).unwrap_err().to_string();
+        for part in parts {
+            assert!(text.contains(part), "expected `{part}` in: {text}");
+        }
+    };
+    check(&config(&[]), &["Stimulus/S 1 (3), Stimulus/S 2 (2)"]);
+    check(&config(&[("S 3", "x")]), &["`S 3`", "Stimulus/S 1 (3)"]);
+    let few = PrepareConfig {
+        min_epochs: 3,
+        ..config(&[("S 1", "flat")])
+    };
+    check(
+        &few,
+        &["at least 3 epochs of flat, found 2 (0 rejected, 1 not whole)"],
+    );
+    let renamed = PrepareConfig {
+        channels: ChannelChoice::Named(vec!["Cz".into()]),
+        ..config(&[("S 1", "flat")])
+    };
+    check(&renamed, &["expected the channel `Cz`, found C3, C4"]);
+    let other = PrepareConfig {
+        channels: ChannelChoice::Named(vec!["C3".into()]),
+        eog: vec!["HEOG".into()],
+        ..config(&[("S 1", "flat")])
+    };
+    check(&other, &["expected the channel `HEOG`"]);
+}
+
+#[test]
+fn flat_and_saturated_channels_are_refused() {
+    let (good, samples) = recording(10, &[(2.0, "touch", "S1")]);
+    let with = |change: &dyn Fn(f64) -> f64| {
+        let mut channels = good.channels().to_vec();
+        channels[1].samples = channels[1].samples.iter().map(|v| change(*v)).collect();
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let mut made =
+            Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
+        made.annotations = good.annotations.clone();
+        made
+    };
+    let refused = |recording: &Recording| {
+        let segment = Segment {
+            recording,
+            start_s: Seconds(0.0),
+            event_samples: &samples,
+        };
+        prepare(&[segment], &config(&[("touch", "S1")])).unwrap_err()
+    };
+    assert!(
+        matches!(refused(&with(&|_| 0.0)), PrepareError::Flat { channels } if channels == "C4")
+    );
+    let limited = refused(&with(&|v| v.min(8e-6)));
+    assert!(
+        matches!(&limited, PrepareError::Saturated { channel, .. } if channel == "C4"),
+        "{limited}"
+    );
+}
+
+#[test]
+fn epochs_of_one_task_are_taken() {
+    let (both, samples) = recording(
+        20,
+        &[
+            (0.0, "task", "control"),
+            (2.0, "touch", "S1"),
+            (10.0, "task", "imagery"),
+            (12.0, "touch", "S1"),
+            (14.0, "touch", "S1"),
+            (15.0, "touch", "S2"),
+        ],
+    );
+    let segment = [Segment {
+        recording: &both,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+    }];
+    let of = |task: Option<&str>, marker: &str| PrepareConfig {
+        task: task.map(Into::into),
+        ..config(&[(marker, "S1")])
+    };
+    let error = prepare(&segment, &of(None, "S1")).unwrap_err();
+    assert!(matches!(error, PrepareError::SeveralTasks { tasks } if tasks == "control, imagery"));
+    for (task, count) in [("control", 1), ("imagery", 2)] {
+        let found = prepare(&segment, &of(Some(task), "S1")).unwrap();
+        assert_eq!((found.epochs.count(), found.task.as_str()), (count, task));
+    }
+    assert!(matches!(
+        prepare(&segment, &of(Some("natural"), "S1")),
+        Err(PrepareError::OtherTask { .. })
+    ));
+    assert!(matches!(
+        prepare(&segment, &of(Some("control"), "S2")),
+        Err(PrepareError::NoMarkerInTask { .. })
+    ));
+}

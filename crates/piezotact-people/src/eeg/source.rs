@@ -1,0 +1,250 @@
+//! What a file of EEG holds: parts without a gap, kinds of channels, markers and tasks.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use piezotact::quantity::{Seconds, Unit};
+use piezotact::recording::{Event, EventValue, Recording};
+use serde::{Deserialize, Serialize};
+
+use super::reference::Montage;
+
+/// The kind of a marker with which a task begins; its value is the name of the task.
+const TASK: &str = "task";
+
+/// A part of a recording without a gap.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment<'a> {
+    /// Its channels and the events from its first sample on.
+    pub recording: &'a Recording,
+    /// The time of its first sample from that of the file, s.
+    pub start_s: Seconds,
+    /// The index of the sample of each event, from the first one of the segment.
+    pub event_samples: &'a [i64],
+}
+
+/// What a channel of an EEG file records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum SignalKind {
+    /// An electrode on the scalp.
+    Eeg,
+    /// Eye movements: EOG.
+    Eye,
+    /// Muscles: EMG.
+    Muscle,
+    /// The heart: ECG.
+    Heart,
+    /// Trigger codes.
+    Trigger,
+    /// Something else, such as a force.
+    Other,
+}
+
+impl SignalKind {
+    /// What a channel of this name and unit records: names of the 10-10 system are electrodes; EOG, EMG, ECG and triggers are known by
+    /// their names; another channel in V is taken for an electrode.
+    #[must_use]
+    pub fn of(name: &str, unit: &Unit) -> Self {
+        let upper = name.to_ascii_uppercase();
+        let has = |parts: &[&str]| parts.iter().any(|part| upper.contains(part));
+        if has(&["STATUS", "TRIGGER"]) || upper.starts_with("STI") {
+            return Self::Trigger;
+        }
+        if *unit != Unit::Volt {
+            return Self::Other;
+        }
+        if has(&["EOG"]) {
+            return Self::Eye;
+        }
+        if has(&["EMG"]) {
+            return Self::Muscle;
+        }
+        if has(&["ECG", "EKG"]) {
+            return Self::Heart;
+        }
+        Self::Eeg
+    }
+
+    /// Its word: "EEG".
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Eeg => "EEG",
+            Self::Eye => "EOG",
+            Self::Muscle => "EMG",
+            Self::Heart => "ECG",
+            Self::Trigger => "trigger",
+            Self::Other => "other",
+        }
+    }
+}
+
+impl fmt::Display for SignalKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word())
+    }
+}
+
+/// Whether a name has a built-in position.
+pub(super) fn has_position(name: &str) -> bool {
+    Montage::ten_ten(&[name.to_owned()]).is_ok()
+}
+
+/// Words with single spaces: "S  1" is "S 1".
+fn spaced(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+/// The name of a marker: its kind, and its value behind a slash, as in "Stimulus/S 1".
+#[must_use]
+pub fn marker_name(event: &Event) -> String {
+    match &event.value {
+        Some(value) => format!("{}/{}", spaced(&event.kind), spaced(&value.to_string())),
+        None => spaced(&event.kind),
+    }
+}
+
+/// Whether an event is the one called `wanted`: by its whole name, its kind or its value.
+#[must_use]
+pub fn is_marker(event: &Event, wanted: &str) -> bool {
+    let wanted = spaced(wanted);
+    let value = event.value.as_ref().map(|value| spaced(&value.to_string()));
+    marker_name(event) == wanted || spaced(&event.kind) == wanted || value == Some(wanted)
+}
+
+/// The task that an event begins: of a marker `task` with its name as the value, or `task/NAME`.
+#[must_use]
+pub fn task_of(event: &Event) -> Option<String> {
+    if event.kind.eq_ignore_ascii_case(TASK) {
+        return match &event.value {
+            Some(EventValue::Text(name)) => Some(spaced(name)),
+            Some(EventValue::Number(number)) => Some(number.to_string()),
+            None => None,
+        };
+    }
+    // Formats that have no values put the name of a comment into its text.
+    let text = match (&event.value, event.kind.as_str()) {
+        (Some(EventValue::Text(text)), "Comment") => text,
+        (None, kind) => kind,
+        _ => return None,
+    };
+    let (kind, name) = text.split_once(['/', ':', '='])?;
+    let is_task = kind.trim().eq_ignore_ascii_case(TASK) && !name.trim().is_empty();
+    is_task.then(|| spaced(name))
+}
+
+/// Every marker of `segments` with how often it stands.
+#[must_use]
+pub fn markers(segments: &[Segment<'_>]) -> BTreeMap<String, usize> {
+    let mut found = BTreeMap::new();
+    for event in events(segments) {
+        *found.entry(marker_name(event)).or_default() += 1;
+    }
+    found
+}
+
+/// The tasks that markers of `segments` name, in their order, each once.
+#[must_use]
+pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
+    let mut found: Vec<String> = Vec::new();
+    for task in events(segments).filter_map(task_of) {
+        if !found.contains(&task) {
+            found.push(task);
+        }
+    }
+    found
+}
+
+/// When the markers called `wanted` stand, from the first sample of the file, s, ascending, each time once.
+#[must_use]
+pub fn times_of(segments: &[Segment<'_>], wanted: &str) -> Vec<f64> {
+    let mut times: Vec<f64> = segments
+        .iter()
+        .flat_map(|segment| {
+            let events = segment.recording.annotations.events.iter();
+            let own = events.filter(|event| is_marker(event, wanted));
+            own.map(|event| segment.start_s.0 + event.onset_s.0)
+        })
+        .collect();
+    times.sort_by(f64::total_cmp);
+    times.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+    times
+}
+
+pub(super) fn events<'a>(segments: &'a [Segment<'_>]) -> impl Iterator<Item = &'a Event> {
+    let all = segments.iter();
+    let all = all.flat_map(|segment| &segment.recording.annotations.events);
+    all.filter(|event| !is_boundary(event))
+}
+
+/// Whether an event only says that a part begins (`New Segment` of `BrainVision`, `boundary` of EEGLAB).
+fn is_boundary(event: &Event) -> bool {
+    matches!(event.kind.as_str(), "New Segment" | "boundary")
+}
+
+/// Who and what a recording is of.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Subject {
+    /// The participant's pseudonym.
+    pub participant: String,
+    /// The task.
+    pub task: String,
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "participant {}, task {}", self.participant, self.task)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn event(kind: &str, value: Option<&str>) -> Event {
+        Event {
+            onset_s: Seconds(0.0),
+            duration_s: Seconds(0.0),
+            kind: kind.into(),
+            value: value.map(|text| EventValue::Text(text.into())),
+        }
+    }
+
+    #[test]
+    fn markers_have_the_names_that_people_type() {
+        let stimulus = event("Stimulus", Some("S  1"));
+        assert_eq!(marker_name(&stimulus), "Stimulus/S 1");
+        for wanted in ["Stimulus", "S  1", "S 1", "Stimulus/S 1", "Stimulus/S  1"] {
+            assert!(is_marker(&stimulus, wanted), "{wanted}");
+        }
+        assert!(!is_marker(&stimulus, "S 2") && !is_marker(&stimulus, "S"));
+        for (event, task) in [
+            (event("task", Some("control")), Some("control")),
+            (event("Comment", Some("task: imagery")), Some("imagery")),
+            (event("task/natural touch", None), Some("natural touch")),
+            (event("task", None), None),
+            (event("touch", None), None),
+        ] {
+            assert_eq!(task_of(&event).as_deref(), task);
+        }
+    }
+
+    #[test]
+    fn kinds_follow_from_names_and_units() {
+        for (name, unit, kind) in [
+            ("C3", Unit::Volt, SignalKind::Eeg),
+            ("EEG 001", Unit::Volt, SignalKind::Eeg),
+            ("VEOG", Unit::Volt, SignalKind::Eye),
+            ("EMG-left", Unit::Volt, SignalKind::Muscle),
+            ("Status", Unit::Volt, SignalKind::Trigger),
+            ("ECG", Unit::Volt, SignalKind::Heart),
+            ("force", Unit::parse("N").0, SignalKind::Other),
+        ] {
+            assert_eq!(SignalKind::of(name, &unit), kind, "{name}");
+        }
+        assert!(has_position("t3") && !has_position("EEG 001"));
+    }
+}
