@@ -15,7 +15,7 @@ use crate::format::Format;
 const COLOURS: usize = 200;
 const MISSING: RGBColor = RGBColor(214, 218, 222);
 
-/// From blue over white to red, which people with any colour vision tell apart (`ColorBrewer` RdBu).
+/// From blue over white to red, which people with any colour vision tell apart (the scheme `RdBu` of `ColorBrewer`).
 ///
 /// Source: C. A. Brewer, G. W. Hatchard and M. A. Harrower (2003), Cartogr. Geogr. Inf. Sci. 30(1).
 const DIVERGING: [RGBColor; 9] = [

@@ -33,7 +33,7 @@ enum EegCommand {
     #[command(
         after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html"
     )]
-    Epochs(epochs::Arguments),
+    Epochs(Box<epochs::Arguments>),
     /// Computes event-related desynchronisation (ERD) and synchronisation of one person in one task, by surface, band and region.
     #[command(
         after_help = "Power is averaged over epochs before it is divided by the baseline; --order percent-of-each-epoch repeats what others computed, and\nis biased towards synchronisation. Negative: desynchronisation. Participant and task come from a BIDS name\n(sub-01_task-control_eeg.vhdr), from a marker `task`, or from the options. `piezotact eeg stats` reads the file of --out.\n\nExample:\n  piezotact eeg erd sub-01_task-control_eeg.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --out sub-01_control.json --report erd.html\n  piezotact eeg erd P01.edf --participant P01 --task control --event touch --baseline -1.2,-0.4 --window 0,0.8 --reject-above 100 --out P01.json"

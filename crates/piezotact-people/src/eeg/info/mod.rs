@@ -76,7 +76,7 @@ pub struct MarkerCount {
 pub struct EegInfo {
     /// The file.
     pub file: String,
-    /// Its kind: "BrainVision".
+    /// Its kind: "EDF+".
     pub kind: String,
     /// When it was begun, if it says so.
     #[serde(default, skip_serializing_if = "Option::is_none")]

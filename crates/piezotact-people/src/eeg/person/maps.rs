@@ -7,7 +7,7 @@ use super::{Electrode, FEWEST_OF_A_MAP};
 use crate::eeg::reference::{Interpolation, Montage, map_positions};
 
 /// Points across a scalp map.
-const SIDE: usize = 81;
+const SIDE: usize = 161;
 /// The angle from the top at which the square of a map ends, degrees, and the one at which the head is drawn.
 const EDGE_DEG: f64 = 110.0;
 const HEAD_DEG: f64 = 90.0;

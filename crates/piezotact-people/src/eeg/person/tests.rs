@@ -206,7 +206,7 @@ fn a_map_holds_the_values_of_its_electrodes() {
     let values: Vec<f64> = montage.positions.iter().map(|p| 10.0 * p[0]).collect();
     let (panel, _) = head_map("x".into(), &electrodes, &values).unwrap();
     let at = |x: f64, y: f64| {
-        let index = |v: f64| ((v + 1.0) * 40.0).round() as usize;
+        let index = |v: f64| ((v + 1.0) * 80.0).round() as usize;
         panel.values[index(-y) * panel.columns + index(x)]
     };
     let piezotact::figure::MapGround::Head {
