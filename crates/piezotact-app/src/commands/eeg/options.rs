@@ -25,7 +25,7 @@ pub(super) struct Preparing {
     #[arg(long, value_name = "TASK")]
     pub(super) task: Option<String>,
     /// A marker around which epochs are cut, by its whole name, kind or value, and the condition (surface) that it stands for; several are
-    /// allowed. `piezotact eeg info` lists the markers.
+    /// allowed. A kind alone (`control` for `control/BIO`) makes its values the conditions. `piezotact eeg info` lists the markers.
     #[arg(long, value_name = "MARKER[=CONDITION]")]
     event: Vec<Choice>,
     /// The electrodes, separated by commas; default: all.

@@ -35,6 +35,14 @@ pub enum GroupError {
         /// Another.
         second: String,
     },
+    /// No surface in common.
+    #[error(
+        "expected surfaces that two tasks share, found {found}; name the surface of each marker in the same way in all tasks"
+    )]
+    NoSurface {
+        /// The surfaces of each task.
+        found: String,
+    },
     /// No electrode in common.
     #[error(
         "expected electrodes that all documents have, found none; check the names of the channels"

@@ -13,6 +13,11 @@ use crate::eeg::person::{FEWEST_OF_A_MAP, head_map};
 
 /// The convention of signs, below each figure.
 const SIGNS: &str = "Negative: desynchronisation, less power than in the baseline.";
+/// What a map of a difference shows.
+const SIGNS_OF_DIFFERENCES: &str =
+    "Negative: more desynchronisation in the task that is named first; positive: in the other one.";
+/// What maps of tasks are called.
+const TASKS: &str = "Tasks";
 /// How much of a place on an axis of names the tasks take.
 const ROOM: f64 = 0.62;
 
@@ -359,9 +364,13 @@ impl EegStats {
             return None;
         }
         let reach = rounded(differences.reach);
-        let unit = self.unit_label();
+        let is_change = what == TASKS;
+        let (unit, signs) = match is_change {
+            true => (self.unit_label().to_owned(), SIGNS),
+            false => (unit_of(self.config.unit).to_owned(), SIGNS_OF_DIFFERENCES),
+        };
         Some(differences.captioned(format!(
-            "{what}, {band}, mean over participants and surfaces, seen from above, nose up; window {}; {}. Blue: below 0, red: above 0. {SIGNS} One \
+            "{what}, {band}, mean over participants and surfaces, seen from above, nose up; window {}; {}. Blue: below 0, red: above 0. {signs} One \
              scale, ±{reach} {unit}.",
             crate::eeg::person::span_text(self.measured.window_s),
             self.measured.baseline_text()
@@ -389,7 +398,7 @@ impl EegStats {
             let label = format!("difference, {}", unit_of(self.config.unit));
             let differences = Maps::around_zero(label, panels(false));
             let text = band.text();
-            blocks.extend(self.scalp_figure(&text, tasks, "Tasks").map(Block::Figure));
+            blocks.extend(self.scalp_figure(&text, tasks, TASKS).map(Block::Figure));
             blocks.extend(
                 self.scalp_figure(&text, differences, "Differences of tasks")
                     .map(Block::Figure),

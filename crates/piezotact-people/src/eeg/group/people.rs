@@ -1,6 +1,6 @@
 //! The documents of all people, by participant and task.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Doubt;
 use piezotact::statistics::{mean, mean_interval};
@@ -73,6 +73,7 @@ impl<'a> People<'a> {
                 });
             }
         }
+        shared(documents, &tasks)?;
         let common = |name: &&String| documents.iter().all(|one| one.channels.contains(name));
         let channels: Vec<String> = first.channels.iter().filter(common).cloned().collect();
         if channels.is_empty() {
@@ -214,6 +215,12 @@ impl<'a> People<'a> {
                 })
             }));
         }
+        // Those of the documents, each once.
+        for doubt in documents.iter().flat_map(|one| &one.doubts) {
+            if !doubts.contains(doubt) {
+                doubts.push(doubt.clone());
+            }
+        }
         doubts
     }
 }
@@ -273,4 +280,29 @@ fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
 
 fn same_times(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6)
+}
+
+/// Refuses tasks of which no two share a surface: nothing in them can be compared.
+fn shared(documents: &[EegErd], tasks: &[String]) -> Result<(), GroupError> {
+    let of = |task: &String| -> BTreeSet<&str> {
+        let own = documents.iter().filter(|one| one.subject.task == *task);
+        own.flat_map(|one| one.surfaces.iter().map(String::as_str))
+            .collect()
+    };
+    let all: Vec<BTreeSet<&str>> = tasks.iter().map(of).collect();
+    let shares = |at: usize| {
+        all[at + 1..]
+            .iter()
+            .any(|other| !all[at].is_disjoint(other))
+    };
+    if (0..all.len()).any(shares) {
+        return Ok(());
+    }
+    let each = tasks.iter().zip(&all).map(|(task, surfaces)| {
+        let surfaces: Vec<&str> = surfaces.iter().copied().collect();
+        format!("{task}: {}", surfaces.join(", "))
+    });
+    Err(GroupError::NoSurface {
+        found: each.collect::<Vec<_>>().join("; "),
+    })
 }

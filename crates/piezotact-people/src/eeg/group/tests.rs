@@ -290,3 +290,20 @@ fn who_and_what_is_left_out_is_said() {
     assert_eq!(found.electrodes.len(), 8);
     assert_eq!(found.contrasts[0].people.len(), 6);
 }
+
+#[test]
+fn tasks_without_a_surface_in_common_are_refused() {
+    let mut all = documents(3);
+    for document in &mut all {
+        let task = document.subject.task.clone();
+        for surface in &mut document.surfaces {
+            *surface = format!("{task} {surface}");
+        }
+    }
+    let said = compare(&all, &config()).unwrap_err().to_string();
+    assert!(
+        said.contains("expected surfaces that two tasks share"),
+        "{said}"
+    );
+    assert!(said.contains("natural: natural S1, natural S2"), "{said}");
+}

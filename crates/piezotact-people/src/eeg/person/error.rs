@@ -10,6 +10,25 @@ pub enum PersonError {
     /// No band or region.
     #[error("expected at least one band and one region, found none; state them")]
     Nothing,
+    /// Two bands or two regions of one name.
+    #[error("expected names that differ, found `{name}` twice; rename one")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// A band that the wavelets do not cover.
+    #[error(
+        "expected the band {name} ({} to {} Hz) within the frequencies of the wavelets, found {} to {} Hz; state frequencies that cover it",
+        .band[0], .band[1], .covered[0], .covered[1]
+    )]
+    Band {
+        /// The name of the band.
+        name: String,
+        /// Its ends, Hz.
+        band: [f64; 2],
+        /// The first and the last frequency, Hz.
+        covered: [f64; 2],
+    },
     /// A region with an electrode that was not recorded.
     #[error(
         "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, or state another region"

@@ -302,6 +302,33 @@ fn check(config: &PersonConfig, epochs: &Epochs) -> Result<(), PersonError> {
     if config.bands.is_empty() || config.regions.is_empty() {
         return Err(PersonError::Nothing);
     }
+    let names = [
+        config.bands.iter().map(|one| &one.name).collect::<Vec<_>>(),
+        config.regions.iter().map(|one| &one.name).collect(),
+    ];
+    for names in names {
+        let twice = names
+            .iter()
+            .enumerate()
+            .find(|(at, name)| names[..*at].contains(name));
+        if let Some((_, name)) = twice {
+            return Err(PersonError::Twice {
+                name: (*name).clone(),
+            });
+        }
+    }
+    // A band between the first and the last frequency is covered as densely as they are stated.
+    let hz = &config.power.frequencies_hz;
+    let [least, most] = [hz.first(), hz.last()].map(|end| end.copied().unwrap_or_default());
+    for band in &config.bands {
+        if band.hz.low().0 < least || band.hz.high().0 > most {
+            return Err(PersonError::Band {
+                name: band.name.clone(),
+                band: [band.hz.low().0, band.hz.high().0],
+                covered: [least, most],
+            });
+        }
+    }
     for region in &config.regions {
         let missing = region
             .channels

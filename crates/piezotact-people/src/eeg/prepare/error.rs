@@ -88,6 +88,14 @@ pub enum PrepareError {
         /// The task.
         task: String,
     },
+    /// Markers of several kinds with one value.
+    #[error("expected markers `{wanted}` of one kind, found {found}; name the whole marker")]
+    SeveralKinds {
+        /// The marker asked for.
+        wanted: String,
+        /// The markers that there are.
+        found: String,
+    },
     /// Several tasks.
     #[error(
         "expected one task in a recording, found {tasks}; state whose epochs are taken, or export each task to a file of its own"

@@ -3,10 +3,11 @@
 mod error;
 mod signals;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Doubt;
 use piezotact::quantity::SampleRate;
+use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
 use super::clean::EogRegression;
@@ -25,8 +26,22 @@ pub use signals::ChannelChoice;
 pub struct MarkerChoice {
     /// The marker, by its whole name, its kind or its value.
     pub marker: String,
-    /// The condition: a surface.
+    /// The condition: a surface. Where it is the name of a kind of markers itself, each has the condition that its value names.
     pub condition: String,
+}
+
+impl MarkerChoice {
+    /// The condition of an event that this marker stands for.
+    fn condition_of(&self, event: &Event) -> String {
+        match &event.value {
+            Some(EventValue::Text(value))
+                if event.kind == self.marker && self.condition == self.marker =>
+            {
+                value.trim().to_owned()
+            }
+            _ => self.condition.clone(),
+        }
+    }
 }
 
 /// What signals are referred to.
@@ -252,6 +267,9 @@ fn marked(
         return Err(PrepareError::NoMarkerStated { found: there() });
     }
     let named = !tasks(segments).is_empty();
+    if !named {
+        one_task(segments, config, task)?;
+    }
     let mut inside = !named;
     let mut seen = vec![[0; 2]; config.markers.len()];
     let mut found = Vec::new();
@@ -281,7 +299,7 @@ fn marked(
             found.push(Marked {
                 event: super::epochs::Event {
                     sample: at as usize,
-                    condition: config.markers[choice].condition.clone(),
+                    condition: config.markers[choice].condition_of(event),
                 },
                 onset_s: segment.start_s.0 + event.onset_s.0,
             });
@@ -306,6 +324,52 @@ fn marked(
         }
     }
     Ok(found)
+}
+
+/// Kinds of markers that name the task themselves.
+///
+/// Source: decision 0084 of this project.
+const TASKS: [&str; 3] = ["natural", "control", "imagery"];
+
+/// Refuses markers of several kinds under one value, and of another task than the one stated, in a file without markers of tasks.
+fn one_task(
+    segments: &[Segment<'_>],
+    config: &PrepareConfig,
+    task: &str,
+) -> Result<(), PrepareError> {
+    let mut known: Vec<String> = Vec::new();
+    for choice in &config.markers {
+        let all = segments
+            .iter()
+            .flat_map(|segment| &segment.recording.annotations.events);
+        let own = all.filter(|event| is_marker(event, &choice.marker));
+        let kinds: BTreeSet<&str> = own.map(|event| event.kind.trim()).collect();
+        if kinds.len() > 1 {
+            let names = kinds.iter().map(|kind| format!("{kind}/{}", choice.marker));
+            return Err(PrepareError::SeveralKinds {
+                wanted: choice.marker.clone(),
+                found: names.collect::<Vec<_>>().join(", "),
+            });
+        }
+        let of_tasks = kinds.iter().map(|kind| kind.to_lowercase());
+        for kind in of_tasks.filter(|kind| TASKS.contains(&kind.as_str())) {
+            if !known.contains(&kind) {
+                known.push(kind);
+            }
+        }
+    }
+    let stated = task.to_lowercase();
+    match known.as_slice() {
+        [] => Ok(()),
+        [one] if *one == stated || !TASKS.contains(&stated.as_str()) => Ok(()),
+        [one] => Err(PrepareError::OtherTask {
+            wanted: task.to_owned(),
+            tasks: format!("markers of the task {one}"),
+        }),
+        _ => Err(PrepareError::SeveralTasks {
+            tasks: known.join(", "),
+        }),
+    }
 }
 
 /// Filters each part by itself, and returns doubts.
@@ -392,10 +456,15 @@ fn counted(
     epochs: &Epochs,
     rejected: &[RejectedEpoch],
 ) -> Vec<ConditionCount> {
+    // In the order of the markers that were asked for; the values of one kind in their own.
+    let mut own: Vec<&String> = events.iter().map(|event| &event.condition).collect();
+    own.sort();
+    let asked = config.markers.iter().map(|choice| &choice.condition);
+    let asked = asked.filter(|condition| own.contains(condition));
     let mut conditions: Vec<&String> = Vec::new();
-    for choice in &config.markers {
-        if !conditions.contains(&&choice.condition) {
-            conditions.push(&choice.condition);
+    for condition in asked.chain(own.clone()) {
+        if !conditions.contains(&condition) {
+            conditions.push(condition);
         }
     }
     let mut kept = BTreeMap::<&str, usize>::new();

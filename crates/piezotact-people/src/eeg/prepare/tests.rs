@@ -107,6 +107,18 @@ fn epochs_of_parts_are_counted_and_none_crosses_a_gap() {
     );
     let left = &found.counts.not_whole[0];
     assert_eq!((left.onset_s, left.condition.as_str()), (9.5, "flat"));
+    // A kind alone: its values are the conditions.
+    let by_value = prepare(&segments(&parts), &config(&[("Stimulus", "Stimulus")])).unwrap();
+    assert_eq!(
+        by_value.epochs.conditions(),
+        ["S  1", "S  2", "S  2", "S  1"]
+    );
+    let named = |count: &ConditionCount| (count.condition.clone(), count.kept);
+    let counts_by_value: Vec<_> = by_value.counts.conditions.iter().map(named).collect();
+    assert_eq!(
+        counts_by_value,
+        [("S  1".to_owned(), 2), ("S  2".to_owned(), 2)]
+    );
     // The third epoch is 3 s after the start of the second part.
     assert_eq!(
         found.epochs.signal(0, 2)[0],
