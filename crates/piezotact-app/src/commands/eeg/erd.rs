@@ -61,8 +61,8 @@ pub(crate) struct Arguments {
     /// Multitapers with this product of length and bandwidth, in place of Morlet wavelets.
     #[arg(long, value_name = "PRODUCT")]
     multitaper: Option<f64>,
-    /// From one time of the maps to the next, s.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.05)]
+    /// From one time of the power to the next, s: of the maps, and of the means over baseline and window.
+    #[arg(long, value_name = "SECONDS", default_value = "0.05", value_parser = step)]
     step: f64,
     /// What is averaged before the baseline is divided.
     #[arg(long, value_enum, default_value = "power-first")]
@@ -85,6 +85,14 @@ pub(crate) struct Arguments {
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
+}
+
+/// A time above 0: power is averaged over these times too, so that a coarse step is another result.
+fn step(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(step_s) if step_s > 0.0 && step_s <= 0.1 => Ok(step_s),
+        _ => Err("expected a time above 0 and at most 0.1 s, such as 0.05".to_owned()),
+    }
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {

@@ -87,7 +87,12 @@ impl BidsWriter<'_> {
         let bench = recording.about.provenance.bench;
         // A file begins with a segment, and each has its own.
         let events = &mut recording.annotations.events;
-        events.retain(|event| event.kind != "New Segment");
+        let lasts_s = brain.recording.duration().0;
+        events.retain(|event| {
+            // One outside the samples, of which a doubt of the reader tells, is none of this recording.
+            let is_within = (0.0..=lasts_s).contains(&event.onset_s.0);
+            is_within && event.kind != "New Segment"
+        });
         for event in events {
             event.value = event
                 .value

@@ -183,8 +183,15 @@ struct Marked {
 pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepared, PrepareError> {
     let mut signals = Signals::of(segments, &config.channels, &config.eog)?;
     let task = task_asked(segments, config.task.as_deref())?;
-    let marked = marked(segments, config, &task, &signals.starts)?;
-    let mut doubts = signals.doubts.clone();
+    let (marked, outside) = marked(segments, config, &task, &signals.starts)?;
+    let mut doubts: Vec<Doubt> = Vec::new();
+    // What was found in the file, each once.
+    for doubt in segments.iter().flat_map(|one| &one.recording.about.doubts) {
+        if !doubts.contains(doubt) {
+            doubts.push(doubt.clone());
+        }
+    }
+    doubts.extend(signals.doubts.iter().cloned());
     doubts.extend(filtered(&mut signals, &config.filters)?);
     let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
     let recording = Continuous {
@@ -194,15 +201,13 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
         gaps: &signals.starts[1..],
     };
     let found = cut(&recording, &events, &config.extent)?;
-    let not_whole: Vec<NotWhole> = found
-        .left_out
-        .iter()
-        .map(|left| NotWhole {
-            condition: left.condition.clone(),
-            onset_s: marked[left.event].onset_s,
-            reason: left.reason,
-        })
-        .collect();
+    let not_cut = found.left_out.iter().map(|left| NotWhole {
+        condition: left.condition.clone(),
+        onset_s: marked[left.event].onset_s,
+        reason: left.reason,
+    });
+    let mut not_whole: Vec<NotWhole> = not_cut.chain(outside.iter().cloned()).collect();
+    not_whole.sort_by(|one, other| one.onset_s.total_cmp(&other.onset_s));
     let whole: Vec<f64> = (0..marked.len())
         .filter(|i| found.left_out.iter().all(|left| left.event != *i))
         .map(|i| marked[i].onset_s)
@@ -210,7 +215,7 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     let epochs = referred(&found.epochs, config, &signals.electrodes)?;
     let (epochs, rejected) = rejected(epochs, config, &whole, &mut doubts)?;
     let counts = EpochCounts {
-        conditions: counted(config, &events, &epochs, &rejected),
+        conditions: counted(config, (&events, &outside), &epochs, &rejected),
         not_whole,
         rejected,
     };
@@ -245,13 +250,14 @@ fn task_asked(segments: &[Segment<'_>], wanted: Option<&str>) -> Result<String, 
     }
 }
 
-/// The events that are asked for, in their order, on the samples of all parts joined.
+/// The events that are asked for, in their order, on the samples of all parts joined; and those that lie outside their part, before it or in
+/// the gap behind it.
 fn marked(
     segments: &[Segment<'_>],
     config: &PrepareConfig,
     task: &str,
     starts: &[usize],
-) -> Result<Vec<Marked>, PrepareError> {
+) -> Result<(Vec<Marked>, Vec<NotWhole>), PrepareError> {
     let there = || {
         let found = markers(segments);
         let found = found
@@ -272,8 +278,11 @@ fn marked(
     }
     let mut inside = !named;
     let mut seen = vec![[0; 2]; config.markers.len()];
-    let mut found = Vec::new();
+    let (mut found, mut lost) = (Vec::new(), Vec::new());
     for (segment, start) in segments.iter().zip(starts) {
+        let channels = segment.recording.channels().iter();
+        let length = channels.map(|channel| channel.samples.len()).max();
+        let length = length.unwrap_or_default() as i64;
         let mut events: Vec<_> = segment
             .recording
             .annotations
@@ -292,17 +301,30 @@ fn marked(
                 .position(|choice| is_marker(event, &choice.marker));
             let Some(choice) = choice else { continue };
             seen[choice][usize::from(inside)] += 1;
-            let at = *start as i64 + *sample;
-            if !inside || at < 0 {
+            if !inside {
                 continue;
             }
-            found.push(Marked {
-                event: super::epochs::Event {
-                    sample: at as usize,
-                    condition: config.markers[choice].condition_of(event),
-                },
-                onset_s: segment.start_s.0 + event.onset_s.0,
-            });
+            let condition = config.markers[choice].condition_of(event);
+            let onset_s = segment.start_s.0 + event.onset_s.0;
+            let reason = match *sample {
+                before if before < 0 => Some(NotCut::BeforeStart),
+                behind if behind >= length => Some(NotCut::AfterEnd),
+                _ => None,
+            };
+            match reason {
+                None => found.push(Marked {
+                    event: super::epochs::Event {
+                        sample: *start + *sample as usize,
+                        condition,
+                    },
+                    onset_s,
+                }),
+                Some(reason) => lost.push(NotWhole {
+                    condition,
+                    onset_s,
+                    reason,
+                }),
+            }
         }
     }
     for (choice, [outside, inside]) in config.markers.iter().zip(seen) {
@@ -323,7 +345,7 @@ fn marked(
             }
         }
     }
-    Ok(found)
+    Ok((found, lost))
 }
 
 /// Kinds of markers that name the task themselves.
@@ -452,12 +474,15 @@ fn rejected(
 /// How many epochs of each condition there are.
 fn counted(
     config: &PrepareConfig,
-    events: &[super::epochs::Event],
+    (events, outside): (&[super::epochs::Event], &[NotWhole]),
     epochs: &Epochs,
     rejected: &[RejectedEpoch],
 ) -> Vec<ConditionCount> {
     // In the order of the markers that were asked for; the values of one kind in their own.
-    let mut own: Vec<&String> = events.iter().map(|event| &event.condition).collect();
+    let of_parts = events.iter().map(|event| &event.condition);
+    let mut own: Vec<&String> = of_parts
+        .chain(outside.iter().map(|event| &event.condition))
+        .collect();
     own.sort();
     let asked = config.markers.iter().map(|choice| &choice.condition);
     let asked = asked.filter(|condition| own.contains(condition));
@@ -472,7 +497,8 @@ fn counted(
         *kept.entry(condition).or_default() += 1;
     }
     let of = |condition: &String| {
-        let markers = events.iter().filter(|e| e.condition == *condition).count();
+        let markers = events.iter().filter(|e| e.condition == *condition).count()
+            + outside.iter().filter(|e| e.condition == *condition).count();
         let rejected = rejected
             .iter()
             .filter(|e| e.condition == *condition)

@@ -107,6 +107,30 @@ fn epochs_of_parts_are_counted_and_none_crosses_a_gap() {
     );
     let left = &found.counts.not_whole[0];
     assert_eq!((left.onset_s, left.condition.as_str()), (9.5, "flat"));
+    // A marker in the gap begins no epoch of the part behind it.
+    let mut with_gap = parts.clone();
+    let (recording, samples) = &mut with_gap[0];
+    let event = Event {
+        onset_s: Seconds(12.0),
+        ..recording.annotations.events[0].clone()
+    };
+    recording.annotations.events.push(event);
+    samples.push(1200);
+    let gap = prepare(
+        &segments(&with_gap),
+        &config(&[("S 1", "flat"), ("S 2", "M8")]),
+    )
+    .unwrap();
+    assert_eq!(gap.epochs.conditions(), found.epochs.conditions());
+    let count = &gap.counts.conditions[0];
+    assert_eq!((count.markers, count.kept, count.left_out), (4, 2, 2));
+    assert_eq!(
+        (
+            gap.counts.not_whole[1].onset_s,
+            gap.counts.not_whole[1].reason
+        ),
+        (12.0, NotCut::AfterEnd)
+    );
     // A kind alone: its values are the conditions.
     let by_value = prepare(&segments(&parts), &config(&[("Stimulus", "Stimulus")])).unwrap();
     assert_eq!(
