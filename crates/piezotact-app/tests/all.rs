@@ -4,6 +4,7 @@ mod belonging;
 mod bids;
 mod bids_attacks;
 mod bids_eeg;
+mod bids_refused;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;

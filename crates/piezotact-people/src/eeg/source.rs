@@ -98,6 +98,8 @@ fn spaced(text: &str) -> String {
 }
 
 /// The name of a marker: its kind, and its value behind a slash, as in "Stimulus/S 1".
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn marker_name(event: &Event) -> String {
     match &event.value {
@@ -107,6 +109,8 @@ pub fn marker_name(event: &Event) -> String {
 }
 
 /// Whether an event is the one called `wanted`: by its whole name, its kind or its value.
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn is_marker(event: &Event, wanted: &str) -> bool {
     let wanted = spaced(wanted);
@@ -115,6 +119,8 @@ pub fn is_marker(event: &Event, wanted: &str) -> bool {
 }
 
 /// The task that an event begins: of a marker `task` with its name as the value, or `task/NAME`.
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn task_of(event: &Event) -> Option<String> {
     if event.kind.eq_ignore_ascii_case(TASK) {
@@ -136,6 +142,8 @@ pub fn task_of(event: &Event) -> Option<String> {
 }
 
 /// Every marker of `segments` with how often it stands.
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn markers(segments: &[Segment<'_>]) -> BTreeMap<String, usize> {
     let mut found = BTreeMap::new();
@@ -146,6 +154,8 @@ pub fn markers(segments: &[Segment<'_>]) -> BTreeMap<String, usize> {
 }
 
 /// The tasks that markers of `segments` name, in their order, each once.
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
@@ -158,6 +168,8 @@ pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
 }
 
 /// When the markers called `wanted` stand, from the first sample of the file, s, ascending, each time once.
+///
+/// Source: decision 0085 of this project.
 #[must_use]
 pub fn times_of(segments: &[Segment<'_>], wanted: &str) -> Vec<f64> {
     let mut times: Vec<f64> = segments

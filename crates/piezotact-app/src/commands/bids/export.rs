@@ -133,11 +133,11 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         )));
     }
     let text = piezotact_dataset::read_input_text(&args.study.join("protocol.toml"))?;
-    let known_by =
-        Sha::of(format!("{} {}", study.campaign.protocol_sha, study.campaign.seed).as_bytes());
+    let campaign = &study.campaign;
+    let known_by = Sha::of(format!("{} {}", campaign.protocol_sha, campaign.seed).as_bytes());
     let known_by = known_by.to_string();
     let simulated = simulated_as(&study)?;
-    let protocol = &study.campaign.protocol;
+    let protocol = &campaign.protocol;
     let doubts = study.doubts()?;
     let in_words: Vec<String> = merged(&doubts).iter().map(merged_text).collect();
     let about = DatasetAbout {
@@ -151,8 +151,7 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         doubts: &in_words,
     };
     let writer = BidsWriter::create(&args.out, about, protocol)?;
-    let counts = [rehearsals, withdrawn];
-    let (exported, place) = written(args, (&study, &sessions), writer, counts)?;
+    let (exported, place) = written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
     shown(args, &exported, &place)?;
     say_doubts(&doubts);
     Ok(())

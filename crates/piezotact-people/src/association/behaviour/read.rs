@@ -188,6 +188,8 @@ pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError>
 }
 
 /// Whether the rows of `responses` are places of orders: of other programs a column `rank` may hold anything.
+///
+/// Source: decision 0081 of this project.
 #[must_use]
 pub fn holds_orders(responses: &Table) -> bool {
     let has = |wanted| responses.columns.iter().any(|one| one.name == wanted);
