@@ -277,6 +277,7 @@ mod tests {
         "contact_map",
         "control",
         "twin",
+        "eeg",
     ];
 
     /// Every path of every command is known as read or as written: a new output that is not led into the folder of a rerun
