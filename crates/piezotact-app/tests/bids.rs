@@ -225,6 +225,11 @@ fn a_study_is_exported_without_a_fault_and_without_who_somebody_is() {
         let sidecar: serde_json::Value =
             serde_json::from_slice(&std::fs::read(sidecar).unwrap()).unwrap();
         assert!(sidecar["Provenance"].is_object(), "{sidecar}");
+        if ["psd", "features"].contains(&suffix) {
+            let filtered = sidecar["Provenance"]["settings"]["high_pass"].is_object();
+            let said = sidecar["Description"].as_str().unwrap();
+            assert_eq!(filtered, !said.contains("without a high-pass"), "{sidecar}");
+        }
     }
     // A second export gives the same bytes.
     run(folder, &EXPORT.replace("--out bids", "--out again")).expect_success();

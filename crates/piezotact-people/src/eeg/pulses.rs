@@ -14,7 +14,7 @@ const FEWEST: usize = 3;
 const OUTLIER: f64 = 5.0;
 /// A robust standard deviation is this times the median deviation (Gaussian).
 const OF_MEDIAN: f64 = 1.4826;
-/// Lines are fitted again without outliers at most so often.
+/// The most fits of a line, each without the outliers of the one before.
 const FITS: usize = 10;
 /// A step of time below this is one, s.
 const SAME_S: f64 = 1e-9;

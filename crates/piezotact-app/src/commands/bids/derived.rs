@@ -117,6 +117,17 @@ pub(super) fn of_strokes(
             ]
         })
         .collect();
+    // What was done before is said where it was done.
+    let [of_psds, of_features] = match analysis.config.high_pass {
+        Some(_) => [
+            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke, after a high-pass forward and back (zero phase) of the recording; the settings state its order and frequency.",
+            "Features of each stroke, in SI units, after a high-pass forward and back (zero phase) of the recording; the settings state its order and frequency. Rms and peak are about the mean of the stroke, the normal force is above its zero.",
+        ],
+        None => [
+            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke, without a high-pass.",
+            "Features of each stroke, in SI units, without a high-pass. Rms and peak are about the mean of the stroke, the normal force is above its zero.",
+        ],
+    };
     let settings = json!({ "settings": analysis.config, "doubts": take.doubts() });
     let owned = |desc, suffix, table, columns, description| Owned {
         of: Some((participant.to_owned(), session.to_owned())),
@@ -148,14 +159,14 @@ pub(super) fn of_strokes(
                     "Their standard deviation, n − 1 in the denominator; n/a for one stroke.",
                 ),
             ]),
-            "Power spectral density of the friction-induced vibration, by Welch's method over each stroke. The recording was high-passed forward and back (zero phase) before, as the settings say; several channels are added.",
+            of_psds,
         ),
         owned(
             "strokes",
             "features",
             of_columns(strokes_table(std::slice::from_ref(take)), words::FEATURES),
             meanings(words::FEATURES),
-            "Features of each stroke, in SI units. The recording was high-passed forward and back (zero phase) before, as the settings say; rms, peak and powers are about the mean of the stroke; forces and friction are re the forces at rest, which the sidecar of the recording states.",
+            of_features,
         ),
     ]
 }
