@@ -177,6 +177,55 @@ kinds! {
             /// How many electrodes there are.
             electrodes: usize,
         },
+        /// Channels that a table calls bad are left out.
+        BadLeftOut("eeg_bad_channels_left_out") {
+            /// Which.
+            names: String,
+        },
+        /// Channels that a table calls bad are analysed.
+        BadUsed("eeg_bad_channels_used") {
+            /// Which.
+            names: String,
+        },
+        /// Epochs share samples with the next one.
+        EpochsOverlap("eeg_epochs_overlap") {
+            /// How many do.
+            overlapping: usize,
+            /// Of how many.
+            of: usize,
+            /// The shortest time from one marker to the next, s.
+            shortest_s: f64,
+            /// From the first to the last time that baseline or window need, s.
+            needed_s: f64,
+        },
+        /// Markers that stand twice at one sample.
+        MarkersTwice("eeg_markers_twice") {
+            /// How many were taken once.
+            count: usize,
+        },
+        /// A filter takes away a part of a band.
+        FilterInBand("eeg_filter_in_band") {
+            /// The band.
+            band: String,
+            /// The filter.
+            filter: String,
+        },
+        /// A current source density of few electrodes.
+        FewForDensity("eeg_csd_few_electrodes") {
+            /// How many.
+            electrodes: usize,
+        },
+        /// Tasks with different numbers of epochs.
+        UnequalEpochs("eeg_epochs_unequal") {
+            /// The task with most.
+            most: String,
+            /// The mean number of each surface in it.
+            most_epochs: f64,
+            /// The task with fewest.
+            fewest: String,
+            /// The mean number in it.
+            fewest_epochs: f64,
+        },
         /// Some samples of a channel are at the limit of the amplifier.
         SomeSaturated("eeg_some_saturated") {
             /// The channel.
@@ -329,6 +378,48 @@ impl fmt::Display for EegDoubt {
                 "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and \
                  times of one electrode alone"
             ),
+            Self::BadLeftOut { names } => write!(
+                f,
+                "{names}: left out, as the table of channels beside the file calls them bad; name all channels to analyse them"
+            ),
+            Self::BadUsed { names } => write!(
+                f,
+                "{names}: analysed although the table of channels beside the file calls them bad; leave them out, or correct the table"
+            ),
+            Self::EpochsOverlap {
+                overlapping,
+                of,
+                shortest_s,
+                needed_s,
+            } => write!(
+                f,
+                "{overlapping} of {of} epochs hold samples of the next one: markers are as little as {shortest_s:.2} s apart, and baseline and \
+                 window take {needed_s:.2} s, so a baseline may hold the movement before; take a shorter baseline or fewer markers"
+            ),
+            Self::MarkersTwice { count } => write!(
+                f,
+                "{count} markers stand twice at the same sample under the same condition, and were taken once: check that the triggers were not \
+                 exported twice"
+            ),
+            Self::FilterInBand { band, filter } => write!(
+                f,
+                "{band}: the filter ({filter}) takes away a part of the band; move it out of the band, or state a narrower band"
+            ),
+            Self::FewForDensity { electrodes } => write!(
+                f,
+                "the current source density of {electrodes} electrodes is coarse (about 32 are usual): its values depend on where they are; \
+                 take the average reference, or record with more electrodes"
+            ),
+            Self::UnequalEpochs {
+                most,
+                most_epochs,
+                fewest,
+                fewest_epochs,
+            } => write!(
+                f,
+                "{most} has {most_epochs:.0} epochs of each surface and {fewest} has {fewest_epochs:.0}: values of fewer epochs scatter more, and \
+                 the bias of a percentage differs; the maps are corrected for it, but equal numbers are safer"
+            ),
             Self::SomeSaturated { channel, share } => write!(
                 f,
                 "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their \
@@ -431,6 +522,26 @@ mod tests {
             EegDoubt::CoherenceFloor {
                 epochs: 10,
                 expected: 0.28,
+            },
+            EegDoubt::BadLeftOut { names: text() },
+            EegDoubt::BadUsed { names: text() },
+            EegDoubt::EpochsOverlap {
+                overlapping: 3,
+                of: 20,
+                shortest_s: 0.4,
+                needed_s: 2.3,
+            },
+            EegDoubt::MarkersTwice { count: 4 },
+            EegDoubt::FilterInBand {
+                band: text(),
+                filter: text(),
+            },
+            EegDoubt::FewForDensity { electrodes: 8 },
+            EegDoubt::UnequalEpochs {
+                most: text(),
+                most_epochs: 60.0,
+                fewest: text(),
+                fewest_epochs: 12.5,
             },
         ] {
             assert!(!kind.to_string().is_empty());

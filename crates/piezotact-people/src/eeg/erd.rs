@@ -4,13 +4,16 @@
 //! more (0 % shows as +28 % in MNE-Python's own example), because an epoch whose baseline is low by chance counts most.
 
 use piezotact::Doubt;
-use piezotact::quantity::Band;
+use piezotact::quantity::{Band, Hertz};
 use piezotact::statistics::mean;
 use serde::{Deserialize, Serialize};
+use statrs::function::gamma::digamma;
 
 use super::EegDoubt;
 use super::epochs::Epochs;
-use super::tfr::{AverageSink, Power, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
+use super::tfr::{
+    AverageSink, Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink,
+};
 
 /// A bias of so many percentage points is a doubt.
 const BIAS_POINTS: f64 = 1.0;
@@ -124,11 +127,22 @@ pub fn desynchronisation(
     epochs: &Epochs,
     config: &ErdConfig,
 ) -> Result<Erd, ErdError> {
-    let (trials, smear_s, mut doubts) = measured(plan, epochs, config)?;
+    let checked = checked(plan, epochs, config)?;
+    let trials = plan.trials(epochs, &config.windows())?;
+    power_first(epochs, config, (&trials, 0), checked)
+}
+
+/// The change of mean power from the windows of baseline and window, which stand at `first` and behind it.
+fn power_first(
+    epochs: &Epochs,
+    config: &ErdConfig,
+    (trials, first): (&TrialPowers, usize),
+    (smear_s, mut doubts): (f64, Vec<Doubt>),
+) -> Result<Erd, ErdError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
-        let baselines = trials.of(i, 0);
-        let (baseline_power, window_power) = (mean(baselines), mean(trials.of(i, 1)));
+        let baselines = trials.of(i, first);
+        let (baseline_power, window_power) = (mean(baselines), mean(trials.of(i, first + 1)));
         has_power(channel, baseline_power)?;
         let n = baselines.len() as f64;
         let squares: f64 = baselines.iter().map(|r| (r - baseline_power).powi(2)).sum();
@@ -181,10 +195,21 @@ pub fn biased_percent_of_each_epoch(
     if config.mode != Mode::Percent {
         return Err(ErdError::NotPercent);
     }
-    let (trials, smear_s, mut doubts) = measured(plan, epochs, config)?;
+    let checked = checked(plan, epochs, config)?;
+    let trials = plan.trials(epochs, &config.windows())?;
+    percent_of_each_epoch(epochs, config, (&trials, 0), checked)
+}
+
+/// The mean of the changes of single epochs, as [`power_first`].
+fn percent_of_each_epoch(
+    epochs: &Epochs,
+    config: &ErdConfig,
+    (trials, first): (&TrialPowers, usize),
+    (smear_s, mut doubts): (f64, Vec<Doubt>),
+) -> Result<Erd, ErdError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
-        let (baselines, windows) = (trials.of(i, 0), trials.of(i, 1));
+        let (baselines, windows) = (trials.of(i, first), trials.of(i, first + 1));
         for baseline in baselines {
             has_power(channel, *baseline)?;
         }
@@ -236,16 +261,6 @@ pub fn map(
     mode: Mode,
     min_epochs: usize,
 ) -> Result<ErdMap, ErdError> {
-    enough(power.epochs, min_epochs)?;
-    let smear_s = power.smears_s.iter().copied().fold(0.0, f64::max);
-    let mut doubts = Vec::new();
-    within(
-        Part::Baseline,
-        baseline_s,
-        power.extent_s,
-        smear_s,
-        &mut doubts,
-    )?;
     let range = super::tfr::times_within(&power.times_s, baseline_s);
     if range.is_empty() {
         return Err(ErdError::Outside {
@@ -256,21 +271,38 @@ pub fn map(
             last_s: power.extent_s[1],
         });
     }
-    let mut changed = power.clone();
-    let lines = power.frequencies_hz.len();
-    for (i, line) in changed
-        .values
-        .chunks_exact_mut(power.times_s.len())
-        .enumerate()
-    {
-        let baseline = mean(&line[range.clone()]);
-        has_power(&power.channels[i / lines], baseline)?;
+    let lines = power.values.chunks_exact(power.times_s.len());
+    let baselines: Vec<f64> = lines.map(|line| mean(&line[range.clone()])).collect();
+    map_of(power.clone(), (baseline_s, &baselines), mode, min_epochs)
+}
+
+/// The same with the mean power in the baseline of each channel and frequency.
+fn map_of(
+    mut power: Power,
+    (baseline_s, baselines): ([f64; 2], &[f64]),
+    mode: Mode,
+    min_epochs: usize,
+) -> Result<ErdMap, ErdError> {
+    enough(power.epochs, min_epochs)?;
+    let smear_s = power.smears_s.iter().copied().fold(0.0, f64::max);
+    let mut doubts = Vec::new();
+    within(
+        Part::Baseline,
+        baseline_s,
+        power.extent_s,
+        smear_s,
+        &mut doubts,
+    )?;
+    let (times, lines) = (power.times_s.len(), power.frequencies_hz.len());
+    let changed = power.values.chunks_exact_mut(times).zip(baselines);
+    for (i, (line, baseline)) in changed.enumerate() {
+        has_power(&power.channels[i / lines], *baseline)?;
         for value in line {
-            *value = mode.change(*value, baseline);
+            *value = mode.change(*value, *baseline);
         }
     }
     Ok(ErdMap {
-        power: changed,
+        power,
         baseline_s,
         mode,
         doubts,
@@ -294,12 +326,105 @@ pub fn average_and_trials(
     Ok((average.finish(plan, epochs), trials.finish()))
 }
 
-/// Power of each epoch in baseline (window 0) and window (window 1), the smear, and doubts about both.
-fn measured(
+/// The changes in several bands and over time and frequency, of one pass over the epochs.
+pub(super) struct Changes {
+    /// One for each band.
+    pub(super) bands: Vec<Erd>,
+    /// In dB, at every so many-th sample; relative to the baseline at the full rate.
+    pub(super) map: ErdMap,
+}
+
+/// The changes in the bands of `configs`, which share baseline, window and number of epochs, and the map at every so many-th sample. All means
+/// over baseline and window are those of all samples: `every` changes none of them. The map is free of the bias of the logarithm.
+///
+/// Formula: a mean of n epochs whose squared standard error is v of its square is taken for a Gamma variable of shape α = n/((n + 1)·v),
+/// whose logarithm is ψ(α) − ln α too low; this is taken away from the power at each time and from that of the baseline.
+///
+/// Source: [`desynchronisation`], [`biased_percent_of_each_epoch`] and [`map`]; M. Abramowitz and I. A. Stegun (1964), *Handbook of
+/// Mathematical Functions*, 6.3, for ψ; the correction is this project's (decision 0086).
+pub(super) fn changes(
+    plan: &TfrPlan,
+    epochs: &Epochs,
+    configs: &[ErdConfig],
+    order: Order,
+    every: usize,
+) -> Result<Changes, ErdError> {
+    let checked = configs.iter().map(|config| checked(plan, epochs, config));
+    let checked = checked.collect::<Result<Vec<_>, _>>()?;
+    let first = configs.first().ok_or(ErdError::NoBand)?;
+    let mut windows: Vec<Window> = configs.iter().flat_map(ErdConfig::windows).collect();
+    let of_map = windows.len();
+    for hz in &plan.config().frequencies_hz {
+        // A band of this frequency alone.
+        let band = Band::new(Hertz(hz * (1.0 - 1e-9)), Hertz(hz * (1.0 + 1e-9)));
+        windows.push(Window {
+            band: band.map_err(|_no_band| ErdError::NoBand)?,
+            extent_s: first.baseline_s,
+        });
+    }
+    let mut spread = SpreadSink::new(plan, epochs, every);
+    let mut trials = WindowSink::new(plan, epochs, &windows).map_err(TfrError::from)?;
+    plan.run(epochs, &mut (&mut spread, &mut trials))?;
+    let ((power, errors), trials) = (spread.finish(plan, epochs), trials.finish());
+    let bands = configs.iter().zip(checked).enumerate();
+    let bands = bands.map(|(i, (config, checked))| match order {
+        Order::PowerFirst => power_first(epochs, config, (&trials, 2 * i), checked),
+        Order::PercentOfEachEpoch => {
+            percent_of_each_epoch(epochs, config, (&trials, 2 * i), checked)
+        }
+    });
+    let bands = bands.collect::<Result<Vec<_>, _>>()?;
+    let channels = 0..epochs.channels().len();
+    let baselines: Vec<&[f64]> = channels
+        .flat_map(|channel| (of_map..windows.len()).map(move |window| (channel, window)))
+        .map(|(channel, window)| trials.of(channel, window))
+        .collect();
+    let means: Vec<f64> = baselines.iter().map(|of| mean(of)).collect();
+    let baseline = (first.baseline_s, means.as_slice());
+    let mut map = map_of(power, baseline, Mode::Decibels, first.min_epochs)?;
+    let n = epochs.count();
+    let times = map.power.times_s.len();
+    for (i, value) in map.power.values.iter_mut().enumerate() {
+        let of_baseline = log_bias_db(relative_error(baselines[i / times]), n);
+        *value -= log_bias_db(errors[i], n) - of_baseline;
+    }
+    Ok(Changes { bands, map })
+}
+
+/// The squared standard error of the mean of `values` re its square.
+fn relative_error(values: &[f64]) -> f64 {
+    let (n, mean) = (values.len() as f64, mean(values));
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    squares / (n - 1.0) / n / (mean * mean)
+}
+
+/// The bias of the level of a mean of `n` powers whose squared standard error is `error` of its square, dB; not above 0.
+fn log_bias_db(error: f64, n: usize) -> f64 {
+    let n = n as f64;
+    // Of exponential powers the estimate is n/(n + 1) of what it estimates.
+    let shape = n / ((n + 1.0) * error);
+    if !(shape.is_finite() && shape > 0.0) {
+        return 0.0;
+    }
+    10.0 / std::f64::consts::LN_10 * (digamma(shape) - shape.ln())
+}
+
+impl ErdConfig {
+    /// Baseline and window.
+    fn windows(&self) -> [Window; 2] {
+        [self.baseline_s, self.window_s].map(|extent_s| Window {
+            band: self.band,
+            extent_s,
+        })
+    }
+}
+
+/// Checks that baseline and window can be measured; the smear in the band, and doubts.
+fn checked(
     plan: &TfrPlan,
     epochs: &Epochs,
     config: &ErdConfig,
-) -> Result<(TrialPowers, f64, Vec<Doubt>), ErdError> {
+) -> Result<(f64, Vec<Doubt>), ErdError> {
     enough(epochs.count(), config.min_epochs)?;
     let hz = &plan.config().frequencies_hz;
     let smear_s = hz
@@ -333,11 +458,7 @@ fn measured(
     if gap_s < reach_s {
         doubts.push(EegDoubt::BaselineNearWindow { gap_s, reach_s }.into());
     }
-    let windows = [config.baseline_s, config.window_s].map(|extent_s| Window {
-        band: config.band,
-        extent_s,
-    });
-    Ok((plan.trials(epochs, &windows)?, smear_s, doubts))
+    Ok((smear_s, doubts))
 }
 
 fn enough(found: usize, min_epochs: usize) -> Result<(), ErdError> {
@@ -480,6 +601,9 @@ pub enum ErdError {
         /// The channel.
         channel: String,
     },
+    /// No band.
+    #[error("expected at least one band of frequencies above 0 Hz, found none; state one")]
+    NoBand,
     /// Another mode than percent.
     #[error(
         "expected percent, found decibels: the mean of decibels of single epochs is no measure here; take `Mode::Percent`"

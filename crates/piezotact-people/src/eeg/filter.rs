@@ -1,9 +1,11 @@
 //! Zero-phase filters of finite length, as MNE-Python designs them by default.
 
 use std::f64::consts::PI;
+use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::fourier::{Complex, RealPlanner};
+use piezotact::number::rounded;
 use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
 
@@ -32,6 +34,23 @@ pub enum Pass {
     Between(f64, f64),
     /// All but these, such as the mains and its harmonics, Hz; each notch is 1/200 of its frequency wide.
     AllBut(Vec<f64>),
+}
+
+impl fmt::Display for Pass {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let hz = |hz: &f64| rounded(*hz);
+        match self {
+            Self::Above(low) => write!(f, "High-pass at {} Hz, zero phase", hz(low)),
+            Self::Below(high) => write!(f, "Low-pass at {} Hz, zero phase", hz(high)),
+            Self::Between(low, high) => {
+                write!(f, "Band-pass {} to {} Hz, zero phase", hz(low), hz(high))
+            }
+            Self::AllBut(notches) => {
+                let notches: Vec<String> = notches.iter().map(hz).collect();
+                write!(f, "Notches at {} Hz, zero phase", notches.join(", "))
+            }
+        }
+    }
 }
 
 /// A planned filter: a symmetric impulse response of odd length.

@@ -15,6 +15,7 @@ pub mod erd;
 pub mod evoked;
 pub mod filter;
 pub mod group;
+mod held;
 pub mod info;
 mod linear;
 pub mod person;

@@ -7,7 +7,6 @@ use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Event, EventValue, Recording};
 use serde::{Deserialize, Serialize};
 
-use super::reference::Montage;
 
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
@@ -21,6 +20,60 @@ pub struct Segment<'a> {
     pub start_s: Seconds,
     /// The index of the sample of each event, from the first one of the segment.
     pub event_samples: &'a [i64],
+    /// What a table beside the file states of its channels; empty where there is none.
+    pub stated: &'a [StatedChannel],
+}
+
+/// What a table states of a channel (BIDS `_channels.tsv`).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct StatedChannel {
+    /// Its name.
+    pub name: String,
+    /// What it records; absent where the table does not say.
+    pub kind: Option<SignalKind>,
+    /// Whether its status is bad.
+    pub is_bad: bool,
+}
+
+impl StatedChannel {
+    /// A row of the table: `kind` is the `type` of BIDS ("EEG", "VEOG"), `status` is "good", "bad" or nothing.
+    ///
+    /// Source: BIDS 1.10.1, electroencephalography, `_channels.tsv`.
+    #[must_use]
+    pub fn of_bids(name: &str, kind: Option<&str>, status: Option<&str>) -> Self {
+        let kind = kind.map(str::to_ascii_uppercase);
+        let kind = kind.as_deref().and_then(|kind| match kind {
+            "EEG" => Some(SignalKind::Eeg),
+            "EOG" | "HEOG" | "VEOG" | "EYEGAZE" | "PUPIL" => Some(SignalKind::Eye),
+            "EMG" => Some(SignalKind::Muscle),
+            "ECG" => Some(SignalKind::Heart),
+            "TRIG" => Some(SignalKind::Trigger),
+            "" | "N/A" => None,
+            _ => Some(SignalKind::Other),
+        });
+        Self {
+            name: name.to_owned(),
+            kind,
+            is_bad: status.is_some_and(|status| status.eq_ignore_ascii_case("bad")),
+        }
+    }
+}
+
+impl Segment<'_> {
+    /// What a channel records: as the table beside the file states, or by its name and unit.
+    #[must_use]
+    pub fn kind_of(&self, name: &str, unit: &Unit) -> SignalKind {
+        let stated = self.stated.iter().find(|stated| stated.name == name);
+        let kind = stated.and_then(|stated| stated.kind);
+        kind.unwrap_or_else(|| SignalKind::of(name, unit))
+    }
+
+    /// Whether the table beside the file calls a channel bad.
+    #[must_use]
+    pub fn is_bad(&self, name: &str) -> bool {
+        let mut stated = self.stated.iter();
+        stated.any(|stated| stated.name == name && stated.is_bad)
+    }
 }
 
 /// What a channel of an EEG file records.
@@ -87,9 +140,20 @@ impl fmt::Display for SignalKind {
     }
 }
 
-/// Whether a name has a built-in position.
-pub(super) fn has_position(name: &str) -> bool {
-    Montage::ten_ten(&[name.to_owned()]).is_ok()
+/// Whether channels are called by the layouts of letters and numbers (A1 to A32, B1 to B32, C1 …) of 128 and more electrodes, whose C3 is
+/// not that of the 10-10 system.
+///
+/// Source: the caps of `BioSemi`, whose names run from A1 to H32; A and B have no numbers above 2 in the 10-10 system.
+#[must_use]
+pub fn is_lettered(names: &[String]) -> bool {
+    let of = |letter: char| {
+        let own = names.iter().filter_map(|name| {
+            let number = name.trim().strip_prefix(letter)?.parse::<u8>().ok()?;
+            (number > 2).then_some(number)
+        });
+        own.count()
+    };
+    of('A') > 2 && of('B') > 2
 }
 
 /// Words with single spaces: "S  1" is "S 1".
@@ -215,6 +279,7 @@ impl fmt::Display for Subject {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::eeg::reference::Montage;
 
     fn event(kind: &str, value: Option<&str>) -> Event {
         Event {
@@ -257,6 +322,16 @@ mod tests {
         ] {
             assert_eq!(SignalKind::of(name, &unit), kind, "{name}");
         }
-        assert!(has_position("t3") && !has_position("EEG 001"));
+        let positioned = |name: &str| Montage::ten_ten(&[name.to_owned()]).is_ok();
+        assert!(positioned("t3") && !positioned("EEG 001"));
+        let lettered = |letters: &str| -> Vec<String> {
+            let of = |letter| (1..=32).map(move |number| format!("{letter}{number}"));
+            letters.chars().flat_map(of).collect()
+        };
+        let caps = lettered("ABCD");
+        assert!(is_lettered(&caps) && !is_lettered(&lettered("FC")));
+        // C3 of such a cap is not over the sensorimotor cortex.
+        assert!(Montage::known(&caps).iter().all(Option::is_none));
+        assert!(Montage::ten_ten(&caps).is_err());
     }
 }

@@ -40,7 +40,7 @@ pub struct CutConfig {
 }
 
 /// Why there is no epoch of an event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum NotCut {
@@ -53,6 +53,11 @@ pub enum NotCut {
         /// The index of the sample before which they are missing.
         before: usize,
     },
+    /// A channel holds one value within it: the electrode was off, or samples were lost.
+    Held {
+        /// The channel.
+        channel: String,
+    },
 }
 
 impl fmt::Display for NotCut {
@@ -61,6 +66,7 @@ impl fmt::Display for NotCut {
             Self::BeforeStart => f.write_str("it begins before the recording"),
             Self::AfterEnd => f.write_str("it ends after the recording"),
             Self::Gap { before } => write!(f, "samples are missing before sample {before}"),
+            Self::Held { channel } => write!(f, "{channel} holds one value within it"),
         }
     }
 }
@@ -230,9 +236,9 @@ mod tests {
             found.epochs.conditions(),
             ["at 5", "at 39", "at 55", "at 89"]
         );
-        let why: Vec<NotCut> = found.left_out.iter().map(|left| left.reason).collect();
-        let gap = NotCut::Gap { before: 50 };
-        assert_eq!(why, [NotCut::BeforeStart, gap, gap, NotCut::AfterEnd]);
+        let why: Vec<NotCut> = found.left_out.iter().map(|left| left.reason.clone()).collect();
+        let gap = || NotCut::Gap { before: 50 };
+        assert_eq!(why, [NotCut::BeforeStart, gap(), gap(), NotCut::AfterEnd]);
         assert_eq!(found.epochs.samples(), 16);
         assert_eq!(found.epochs.signal(1, 2)[0], 150.0);
         assert!((found.epochs.first_s() + 0.5).abs() < 1e-12);

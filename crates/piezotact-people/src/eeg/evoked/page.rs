@@ -5,7 +5,6 @@ use piezotact::number::{counted, digits, rounded};
 use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::EegEpochs;
-use crate::eeg::filter::Pass;
 use crate::eeg::prepare::{EpochCounts, PrepareConfig};
 
 /// Channels that are drawn where they were recorded.
@@ -31,7 +30,7 @@ impl PrepareConfig {
     /// How epochs were made, one step a line.
     #[must_use]
     pub fn steps(&self) -> Vec<String> {
-        let mut steps: Vec<String> = self.filters.iter().map(filter_text).collect();
+        let mut steps: Vec<String> = self.filters.iter().map(ToString::to_string).collect();
         steps.push(format!(
             "Epochs from {} s to {} s around each marker, none across a gap",
             signed(self.extent.start_s),
@@ -58,24 +57,6 @@ impl PrepareConfig {
 
 fn signed(value: f64) -> String {
     rounded(value).replace('-', "−")
-}
-
-fn filter_text(pass: &Pass) -> String {
-    match pass {
-        Pass::Above(hz) => format!("High-pass at {} Hz, zero phase", rounded(*hz)),
-        Pass::Below(hz) => format!("Low-pass at {} Hz, zero phase", rounded(*hz)),
-        Pass::Between(low, high) => {
-            format!(
-                "Band-pass {} to {} Hz, zero phase",
-                rounded(*low),
-                rounded(*high)
-            )
-        }
-        Pass::AllBut(hz) => {
-            let hz: Vec<String> = hz.iter().map(|hz| rounded(*hz)).collect();
-            format!("Notches at {} Hz, zero phase", hz.join(", "))
-        }
-    }
 }
 
 impl EpochCounts {

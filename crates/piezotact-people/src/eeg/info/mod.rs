@@ -9,11 +9,13 @@ use piezotact::Doubt;
 use piezotact::document::Content;
 use piezotact::integrity::{Defects, inspect_samples};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::StartTime;
+use piezotact::recording::{Channel, StartTime};
 use serde::{Deserialize, Serialize};
 
 use super::pulses::SharedClock;
-use super::source::{Segment, SignalKind, events, has_position, marker_name, tasks};
+use super::held::held;
+use super::reference::Montage;
+use super::source::{Segment, SignalKind, events, marker_name, tasks};
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,12 +31,18 @@ pub struct ChannelInfo {
     pub rate_hz: SampleRate,
     /// Whether its name has a built-in position on the scalp.
     pub positioned: bool,
+    /// Whether a table beside the file calls it bad.
+    #[serde(default)]
+    pub bad: bool,
     /// Whether it never changes.
     pub flat: bool,
     /// The share of samples at a limit, 0–1.
     pub saturated_share: f64,
-    /// The share of samples in which it holds one value although it varies around them, 0–1.
+    /// The share of samples in which it holds one value for 0.2 s or more, 0–1; 0 of a channel that never changes.
     pub frozen_share: f64,
+    /// The share of samples that are no finite numbers, 0–1.
+    #[serde(default)]
+    pub missing_share: f64,
     /// The standard deviation of its samples over all parts, in its unit.
     pub spread: f64,
     /// The frequency of the mains in its longest part, Hz; absent where none stands out, or the part is shorter than 8 s.
@@ -109,18 +117,7 @@ impl Content for EegInfo {
 #[must_use]
 pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
     let first = segments.first().map(|segment| segment.recording);
-    let channels = first.map(|recording| {
-        let channels = recording.channels_with_clocks().enumerate();
-        channels.map(|(number, (channel, clock))| {
-            let parts: Vec<&[f64]> = segments
-                .iter()
-                .filter_map(|part| part.recording.channels().get(number))
-                .map(|channel| channel.samples.as_slice())
-                .collect();
-            channel_info(&channel.name, &channel.unit, clock.rate_hz, &parts)
-        })
-    });
-    let channels: Vec<ChannelInfo> = channels.into_iter().flatten().collect();
+    let channels = segments.first().map_or_else(Vec::new, |first| channels(first, segments));
     let mut doubts: Vec<Doubt> = first.map_or_else(Vec::new, |r| r.about.doubts.clone());
     for part in segments.iter().skip(1) {
         let own = &part.recording.about.doubts;
@@ -144,7 +141,34 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
     }
 }
 
-fn channel_info(name: &str, unit: &Unit, rate: SampleRate, parts: &[&[f64]]) -> ChannelInfo {
+fn channels(first: &Segment<'_>, segments: &[Segment<'_>]) -> Vec<ChannelInfo> {
+    let own = first.recording.channels();
+    let names: Vec<String> = own.iter().map(|channel| channel.name.clone()).collect();
+    let known = Montage::known(&names);
+    let channels = first.recording.channels_with_clocks().zip(known);
+    let of = channels.enumerate().map(|(number, ((channel, clock), known))| {
+        let parts: Vec<&[f64]> = segments
+            .iter()
+            .filter_map(|part| part.recording.channels().get(number))
+            .map(|channel| channel.samples.as_slice())
+            .collect();
+        let kind = first.kind_of(&channel.name, &channel.unit);
+        ChannelInfo {
+            positioned: known.is_some(),
+            bad: first.is_bad(&channel.name),
+            ..channel_info(channel, kind, clock.rate_hz, &parts)
+        }
+    });
+    of.collect()
+}
+
+fn channel_info(
+    channel: &Channel,
+    kind: SignalKind,
+    rate: SampleRate,
+    parts: &[&[f64]],
+) -> ChannelInfo {
+    let (name, unit) = (&channel.name, &channel.unit);
     let found: Vec<Defects> = parts
         .iter()
         .filter(|part| !part.is_empty())
@@ -163,13 +187,13 @@ fn channel_info(name: &str, unit: &Unit, rate: SampleRate, parts: &[&[f64]]) -> 
     let values = || parts.iter().flat_map(|part| part.iter().copied());
     let mean = values().sum::<f64>() / all;
     let squares: f64 = values().map(|v| (v - mean) * (v - mean)).sum();
-    let kind = SignalKind::of(name, unit);
     ChannelInfo {
         name: name.to_owned(),
         kind,
         unit: unit.clone(),
         rate_hz: rate,
-        positioned: has_position(name),
+        positioned: false,
+        bad: false,
         flat: kind != SignalKind::Trigger && found.iter().all(|part| part.dead),
         // Codes of triggers hold their values.
         saturated_share: match kind {
@@ -178,8 +202,13 @@ fn channel_info(name: &str, unit: &Unit, rate: SampleRate, parts: &[&[f64]]) -> 
         },
         frozen_share: match kind {
             SignalKind::Trigger => 0.0,
-            _ => share(&|part| if part.dead { 0.0 } else { part.lost_share() }),
+            _ if found.iter().all(|part| part.dead) => 0.0,
+            _ => {
+                let held = parts.iter().flat_map(|part| held(part, rate));
+                held.map(|part| part.len()).sum::<usize>() as f64 / all
+            }
         },
+        missing_share: values().filter(|value| !value.is_finite()).count() as f64 / all,
         spread: (squares / all).sqrt(),
         mains_hz: mains.map(|(hz, _)| hz),
         mains_share: mains.map_or(0.0, |(_, share)| share),
@@ -242,7 +271,7 @@ impl EegInfo {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact::recording::{Channel, Condition, Event, EventValue, Provenance, Recording};
+    use piezotact::recording::{Condition, Event, EventValue, Provenance, Recording};
 
     #[test]
     fn a_file_says_what_it_holds() {
@@ -281,6 +310,7 @@ mod tests {
             recording: &two[i],
             start_s: Seconds(25.0 * i as f64),
             event_samples: &[250],
+            stated: &[],
         };
         let found = info("a.vhdr", "BrainVision", &[segment(0), segment(1)]);
         let flat: Vec<bool> = found.channels.iter().map(|c| c.flat).collect();

@@ -70,6 +70,11 @@ impl EegInfo {
             let share = c.frozen_share;
             (share > 0.0).then(|| format!("{} ({})", c.name, percent(share)))
         });
+        let missing = named(&|c| {
+            let share = c.missing_share;
+            (share > 0.0).then(|| format!("{} ({})", c.name, percent(share)))
+        });
+        let bad = named(&|c| c.bad.then(|| c.name.clone()));
         let mains = named(&|c| {
             let hz = c.mains_hz?;
             Some(format!(
@@ -90,7 +95,9 @@ impl EegInfo {
                 "Channels that hold one value for a while (share of samples)",
                 frozen,
             ),
+            listed("Channels with samples that are no numbers (share)", missing),
             listed("Mains (share of the power)", mains),
+            listed("Called bad by the table beside the file", bad),
         ]
     }
 
@@ -116,11 +123,13 @@ impl EegInfo {
             Column::new("unit", "unit"),
             Column::new("rate, Hz", "rate_hz"),
             Column::new("position", "position"),
-            Column::new("standard deviation", "standard_deviation"),
+            Column::new("SD", "standard_deviation"),
             Column::new("flat", "flat"),
             Column::new("at a limit, %", "saturated_percent"),
             Column::new("held, %", "frozen_percent"),
-            Column::new("mains, % of power", "mains_percent"),
+            Column::new("no number, %", "missing_percent"),
+            Column::new("mains, %", "mains_percent"),
+            Column::new("status", "status"),
         ]);
         let yes = |is: bool| if is { "yes" } else { "no" };
         table.rows = self
@@ -142,7 +151,9 @@ impl EegInfo {
                     Cell::from(yes(c.flat)),
                     Cell::from(100.0 * c.saturated_share),
                     Cell::from(100.0 * c.frozen_share),
+                    Cell::from(100.0 * c.missing_share),
                     Cell::from(100.0 * c.mains_share),
+                    Cell::from(if c.bad { "bad" } else { "" }),
                 ]
             })
             .collect();

@@ -29,6 +29,19 @@ pub enum PersonError {
         /// The first and the last frequency, Hz.
         covered: [f64; 2],
     },
+    /// A filter that takes away a band.
+    #[error(
+        "expected the band {name} ({} to {} Hz) among what the filters leave, found {filter}; leave the filter out, or state another band",
+        .band[0], .band[1]
+    )]
+    FilteredOut {
+        /// The name of the band.
+        name: String,
+        /// Its ends, Hz.
+        band: [f64; 2],
+        /// The filter.
+        filter: String,
+    },
     /// A region with an electrode that was not recorded.
     #[error(
         "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, or state another region"

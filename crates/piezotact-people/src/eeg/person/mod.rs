@@ -9,10 +9,10 @@ use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
 use serde::{Deserialize, Serialize};
 
+use super::EegDoubt;
 use super::epochs::{CutConfig, Epochs};
-use super::erd::{
-    ErdConfig, Mode, Order, biased_percent_of_each_epoch, desynchronisation, map as change_map,
-};
+use super::erd::{Erd, ErdConfig, ErdMap, Mode, Order, changes};
+use super::filter::Pass;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
 use super::source::Subject;
@@ -49,9 +49,9 @@ pub struct Region {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PersonConfig {
-    /// How power is estimated; which times are given out follows from `step_s`.
+    /// How power is estimated.
     pub power: TfrConfig,
-    /// About from one time of the maps to the next, s.
+    /// About from one time of the maps to the next, s; means over baseline and window are of all samples.
     pub step_s: f64,
     /// The bands.
     pub bands: Vec<NamedBand>,
@@ -78,6 +78,19 @@ impl PersonConfig {
         CutConfig {
             start_s: (100.0 * start_s).floor() / 100.0,
             end_s: (100.0 * end_s).ceil() / 100.0,
+        }
+    }
+}
+
+impl PersonConfig {
+    /// What is asked for in one band.
+    fn of(&self, band: &NamedBand) -> ErdConfig {
+        ErdConfig {
+            band: band.hz,
+            baseline_s: self.baseline_s,
+            window_s: self.window_s,
+            mode: Mode::Percent,
+            min_epochs: self.min_epochs,
         }
     }
 }
@@ -174,7 +187,8 @@ pub struct EegErd {
     pub positions: Vec<Electrode>,
     /// The times of the maps from the marker, s: those that the ends of epochs do not touch.
     pub times_s: Vec<f64>,
-    /// The change over time and frequency, averaged over epochs first whatever the order of the other values.
+    /// The change over time and frequency, averaged over epochs first whatever the order of the other values, and free of the bias of the
+    /// logarithm.
     pub maps: Vec<ChangeMap>,
     /// What to know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -199,22 +213,20 @@ impl Positions {
     /// # Errors
     /// [`PersonError::NoPosition`] for measured positions of which none is that of a channel.
     fn of(&self, channels: &[String]) -> Result<Vec<Electrode>, PersonError> {
-        let position = |name: &String| match self {
-            Self::OfNames => {
-                let one = Montage::ten_ten(std::slice::from_ref(name)).ok()?;
-                one.positions.first().copied()
-            }
+        let known = match self {
+            Self::OfNames => Montage::known(channels),
             Self::Measured(montage) => {
-                let own = montage.channels.iter().position(|own| own == name)?;
-                Some(montage.positions[own])
+                let at = |name| montage.channels.iter().position(|own| own == name);
+                let of = |name| at(name).map(|own| montage.positions[own]);
+                channels.iter().map(of).collect()
             }
         };
-        let found: Vec<Electrode> = channels
-            .iter()
-            .filter_map(|name| {
+        let named = channels.iter().zip(known);
+        let found: Vec<Electrode> = named
+            .filter_map(|(name, position)| {
                 Some(Electrode {
                     name: name.clone(),
-                    position: position(name)?,
+                    position: position?,
                 })
             })
             .collect();
@@ -231,7 +243,7 @@ impl Positions {
 /// The desynchronisation of one person in one task, from prepared epochs whose conditions are surfaces: % and dB of power relative to the
 /// baseline, by band in regions (the mean of the changes of their electrodes) and at electrodes, and dB over time and frequency.
 ///
-/// Source: [`desynchronisation`] and [`super::erd::map`].
+/// Source: [`super::erd::desynchronisation`] and [`super::erd::map`].
 ///
 /// # Errors
 /// [`PersonError`] for a region with an electrode that is not there, measured positions of other electrodes, wavelets longer than the
@@ -245,11 +257,9 @@ pub fn person(
 ) -> Result<EegErd, PersonError> {
     let epochs = &prepared.epochs;
     check(config, epochs)?;
+    let filters = filtered(&config.bands, &prepared.config.filters)?;
     let positions = positions.of(epochs.channels())?;
-    let config = &PersonConfig {
-        power: config.power.clone().every(config.step_s, epochs.rate()),
-        ..config.clone()
-    };
+    let every = ((config.step_s * epochs.rate().hz()).round() as usize).max(1);
     let plan = TfrPlan::plan(&config.power, epochs.rate(), epochs.samples())?;
     let surfaces: Vec<String> = prepared
         .counts
@@ -272,20 +282,26 @@ pub fn person(
         positions,
         times_s: Vec::new(),
         maps: Vec::new(),
-        doubts: prepared.doubts.clone(),
+        doubts: [prepared.doubts.clone(), filters, overlap(prepared, config)].concat(),
     };
     for surface in &surfaces {
         let own = epochs.of_condition(surface)?;
-        for band in &config.bands {
-            let (changes, doubts) = at_electrodes(&plan, &own, surface, band, config)?;
+        let of_surface = |error| PersonError::Erd {
+            surface: surface.to_owned(),
+            error,
+        };
+        let asked: Vec<ErdConfig> = config.bands.iter().map(|band| config.of(band)).collect();
+        let measured = changes(&plan, &own, &asked, config.order, every).map_err(of_surface)?;
+        for (band, erd) in config.bands.iter().zip(&measured.bands) {
+            let changes = at_electrodes(erd, surface, band);
             let regions = config.regions.iter();
             found
                 .regions
                 .extend(regions.map(|region| in_region(region, &changes)));
             found.electrodes.extend(changes);
-            found.doubts.extend(doubts);
+            found.doubts.extend(erd.doubts.iter().cloned());
         }
-        found.add_map(&plan, &own, surface)?;
+        found.add_map(&plan, measured.map, surface);
     }
     // The same of every surface and band is said once.
     let mut once: Vec<Doubt> = Vec::new();
@@ -345,6 +361,53 @@ fn check(config: &PersonConfig, epochs: &Epochs) -> Result<(), PersonError> {
     Ok(())
 }
 
+/// Refuses a band that filters take away; doubts about those of which they take a part.
+fn filtered(bands: &[NamedBand], filters: &[Pass]) -> Result<Vec<Doubt>, PersonError> {
+    let mut doubts = Vec::new();
+    for band in bands {
+        let [low, high] = [band.hz.low().0, band.hz.high().0];
+        for filter in filters {
+            let (out, touched) = match filter {
+                Pass::Above(hz) => (*hz >= high, *hz > low),
+                Pass::Below(hz) => (*hz <= low, *hz < high),
+                Pass::Between(from, to) => (*from >= high || *to <= low, *from > low || *to < high),
+                Pass::AllBut(notches) => {
+                    (false, notches.iter().any(|hz| *hz >= low && *hz <= high))
+                }
+            };
+            if out {
+                return Err(PersonError::FilteredOut {
+                    name: band.name.clone(),
+                    band: [low, high],
+                    filter: filter.to_string(),
+                });
+            }
+            if touched {
+                let (band, filter) = (band.name.clone(), filter.to_string());
+                doubts.push(EegDoubt::FilterInBand { band, filter }.into());
+            }
+        }
+    }
+    Ok(doubts)
+}
+
+/// A doubt where baseline and window of one epoch reach into those of the next one.
+fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Doubt> {
+    let (baseline, window) = (config.baseline_s, config.window_s);
+    let needed_s = baseline[1].max(window[1]) - baseline[0].min(window[0]);
+    let mut onsets = prepared.onsets_s.clone();
+    onsets.sort_by(f64::total_cmp);
+    let near = onsets.windows(2).map(|pair| pair[1] - pair[0]);
+    let near: Vec<f64> = near.filter(|between| *between < needed_s - 1e-9).collect();
+    let doubt = EegDoubt::EpochsOverlap {
+        overlapping: near.len(),
+        of: onsets.len(),
+        shortest_s: near.iter().copied().fold(f64::INFINITY, f64::min),
+        needed_s,
+    };
+    (!near.is_empty()).then(|| doubt.into()).into_iter().collect()
+}
+
 fn smears(config: &PersonConfig, plan: &TfrPlan) -> Vec<Smear> {
     let lines = || config.power.frequencies_hz.iter().zip(plan.smears_s());
     let of = |band: &NamedBand| Smear {
@@ -358,38 +421,17 @@ fn smears(config: &PersonConfig, plan: &TfrPlan) -> Vec<Smear> {
 }
 
 /// The changes at all electrodes in one band on one surface.
-fn at_electrodes(
-    plan: &TfrPlan,
-    epochs: &Epochs,
-    surface: &str,
-    band: &NamedBand,
-    config: &PersonConfig,
-) -> Result<(Vec<Change>, Vec<Doubt>), PersonError> {
-    let asked = ErdConfig {
-        band: band.hz,
-        baseline_s: config.baseline_s,
-        window_s: config.window_s,
-        mode: Mode::Percent,
-        min_epochs: config.min_epochs,
-    };
-    let found = match config.order {
-        Order::PowerFirst => desynchronisation(plan, epochs, &asked),
-        Order::PercentOfEachEpoch => biased_percent_of_each_epoch(plan, epochs, &asked),
-    };
-    let found = found.map_err(|error| PersonError::Erd {
-        surface: surface.to_owned(),
-        error,
-    })?;
-    let changes = found.channels.iter().map(|channel| Change {
+fn at_electrodes(erd: &Erd, surface: &str, band: &NamedBand) -> Vec<Change> {
+    let changes = erd.channels.iter().map(|channel| Change {
         surface: surface.to_owned(),
         band: band.name.clone(),
         place: channel.channel.clone(),
         percent: channel.change,
         decibels: 10.0 * (channel.window_power / channel.baseline_power).log10(),
         bias_points: channel.bias_points,
-        epochs: found.epochs,
+        epochs: erd.epochs,
     });
-    Ok((changes.collect(), found.doubts))
+    changes.collect()
 }
 
 /// The mean of the changes of a region's electrodes, all of which are there.
@@ -416,24 +458,7 @@ fn in_region(region: &Region, changes: &[Change]) -> Change {
 
 impl EegErd {
     /// Adds the map of one surface, at the times that the ends of epochs do not touch at any frequency.
-    fn add_map(
-        &mut self,
-        plan: &TfrPlan,
-        epochs: &Epochs,
-        surface: &str,
-    ) -> Result<(), PersonError> {
-        let power = plan.average(epochs)?;
-        let erd = |error| PersonError::Erd {
-            surface: surface.to_owned(),
-            error,
-        };
-        let found = change_map(
-            &power,
-            self.config.baseline_s,
-            Mode::Decibels,
-            self.config.min_epochs,
-        )
-        .map_err(erd)?;
+    fn add_map(&mut self, plan: &TfrPlan, found: ErdMap, surface: &str) {
         self.doubts.extend(found.doubts);
         let reach_s = 2.0 * plan.smears_s().iter().copied().fold(0.0, f64::max);
         let [first_s, last_s] = found.power.extent_s;
@@ -445,7 +470,6 @@ impl EegErd {
             surface: surface.to_owned(),
             decibels: lines.flat_map(|line| line[free.clone()].to_vec()).collect(),
         });
-        Ok(())
     }
 }
 

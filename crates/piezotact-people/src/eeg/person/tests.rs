@@ -46,6 +46,7 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
             min_epochs: 2,
         },
         task: "control".into(),
+        onsets_s: (0..epochs).map(|i| 5.0 * i as f64).collect(),
         epochs: Epochs::new(names, conditions, rate, first_s, volts).unwrap(),
         counts: EpochCounts {
             conditions: vec![ConditionCount {
@@ -225,4 +226,62 @@ fn a_map_holds_the_values_of_its_electrodes() {
     // Far below the ears nothing is known.
     assert!(panel.values.iter().any(|v| v.is_nan()));
     assert!(head_map("x".into(), &electrodes[..7], &values[..7]).is_none());
+}
+
+#[test]
+fn the_step_of_the_maps_changes_no_number() {
+    let prepared = prepared(&["C3", "C4"], 20, 3);
+    let of = |step_s| {
+        let asked = PersonConfig {
+            step_s,
+            ..config(Order::PowerFirst)
+        };
+        person("a.vhdr", &subject(), &prepared, &Positions::OfNames, &asked).unwrap()
+    };
+    let (fine, coarse) = (of(1.0 / 128.0), of(8.0 / 128.0));
+    assert_eq!(fine.regions, coarse.regions);
+    assert_eq!(fine.electrodes, coarse.electrodes);
+    assert!(fine.times_s.len() > 7 * coarse.times_s.len());
+    let at = fine.times_s.iter().position(|t| (t - coarse.times_s[0]).abs() < 1e-9);
+    assert_eq!(fine.maps[0].decibels[at.unwrap()], coarse.maps[0].decibels[0]);
+}
+
+#[test]
+fn maps_of_few_epochs_are_no_lower_than_those_of_many() {
+    // No change at C4: the mean level over many sets of epochs is 0 dB for 10 epochs as for 60.
+    let mean_of = |epochs: usize| {
+        let mut levels = Vec::new();
+        for seed in 0..60 {
+            let prepared = prepared(&["C4"], epochs, 1000 + seed);
+            let asked = PersonConfig {
+                regions: Region::single(&["C4"]),
+                ..config(Order::PowerFirst)
+            };
+            let found =
+                person("a.vhdr", &subject(), &prepared, &Positions::OfNames, &asked).unwrap();
+            levels.extend(found.maps[0].decibels.clone());
+        }
+        levels.iter().sum::<f64>() / levels.len() as f64
+    };
+    let (few, many) = (mean_of(10), mean_of(60));
+    assert!(few.abs() < 0.06 && many.abs() < 0.03, "{few} {many}");
+}
+
+#[test]
+fn a_filter_in_a_band_is_no_silent_one() {
+    let mut prepared = prepared(&["C3", "C4"], 20, 5);
+    let of = |prepared: &Prepared| {
+        let asked = config(Order::PowerFirst);
+        person("a.vhdr", &subject(), prepared, &Positions::OfNames, &asked)
+    };
+    prepared.config.filters = vec![Pass::Above(10.0)];
+    let doubts = of(&prepared).unwrap().doubts;
+    assert!(doubts.iter().any(|doubt| doubt.code == "eeg_filter_in_band"));
+    prepared.config.filters = vec![Pass::Below(6.0)];
+    let said = of(&prepared).unwrap_err().to_string();
+    assert!(said.contains("band alpha (8 to 12 Hz) among what the filters leave"), "{said}");
+    prepared.config.filters = Vec::new();
+    prepared.onsets_s = (0..20).map(f64::from).collect();
+    let doubts = of(&prepared).unwrap().doubts;
+    assert!(doubts.iter().any(|doubt| doubt.code == "eeg_epochs_overlap"), "{doubts:?}");
 }

@@ -27,6 +27,16 @@ pub enum PrepareError {
         /// The channels that there are.
         channels: String,
     },
+    /// A channel in the reference that is no electrode.
+    #[error(
+        "expected electrodes where the reference is made of all of them, found {name}, which records {kind}; leave it out, or name it as EOG"
+    )]
+    NotAnElectrode {
+        /// Its name.
+        name: String,
+        /// What it records.
+        kind: &'static str,
+    },
     /// Channels of other rates.
     #[error(
         "expected channels of one rate, found {first} at {first_hz} Hz and {other} at {other_hz} Hz; leave one of them out"

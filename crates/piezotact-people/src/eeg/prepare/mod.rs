@@ -11,6 +11,7 @@ use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
 use super::clean::EogRegression;
+use super::EegDoubt;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
 use super::reference::{CsdConfig, average, current_source_density, to_channels};
@@ -19,6 +20,9 @@ use signals::Signals;
 
 pub use error::PrepareError;
 pub use signals::ChannelChoice;
+
+/// A current source density of fewer electrodes is doubted.
+const FEW_FOR_DENSITY: usize = 32;
 
 /// A marker and the condition whose epochs it begins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -160,6 +164,8 @@ pub struct Prepared {
     pub task: String,
     /// The epochs that are kept.
     pub epochs: Epochs,
+    /// When their markers stand, from the first sample of the file, s.
+    pub onsets_s: Vec<f64>,
     /// Which markers have one.
     pub counts: EpochCounts,
     /// What to know before relying on them.
@@ -181,10 +187,13 @@ struct Marked {
 /// [`PrepareError`] for channels that do not exist, are flat or at a limit, markers that do not exist, several tasks, fewer epochs of a condition
 /// than asked for, and what the steps refuse.
 pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepared, PrepareError> {
-    let mut signals = Signals::of(segments, &config.channels, &config.eog)?;
+    let mut signals = Signals::of(segments, config)?;
     let task = task_asked(segments, config.task.as_deref())?;
-    let (marked, outside) = marked(segments, config, &task, &signals.starts)?;
+    let (marked, mut outside) = marked(segments, config, &task, &signals.starts)?;
     let mut doubts: Vec<Doubt> = Vec::new();
+    let marked = once(marked, &mut doubts);
+    let (marked, within_held) = beside_held(marked, &signals, &config.extent);
+    outside.extend(within_held);
     // What was found in the file, each once.
     for doubt in segments.iter().flat_map(|one| &one.recording.about.doubts) {
         if !doubts.contains(doubt) {
@@ -204,7 +213,7 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     let not_cut = found.left_out.iter().map(|left| NotWhole {
         condition: left.condition.clone(),
         onset_s: marked[left.event].onset_s,
-        reason: left.reason,
+        reason: left.reason.clone(),
     });
     let mut not_whole: Vec<NotWhole> = not_cut.chain(outside.iter().cloned()).collect();
     not_whole.sort_by(|one, other| one.onset_s.total_cmp(&other.onset_s));
@@ -214,6 +223,8 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
         .collect();
     let epochs = referred(&found.epochs, config, &signals.electrodes)?;
     let (epochs, rejected) = rejected(epochs, config, &whole, &mut doubts)?;
+    let is_kept = |onset_s: &&f64| rejected.iter().all(|one| one.onset_s != **onset_s);
+    let onsets_s = whole.iter().filter(is_kept).copied().collect();
     let counts = EpochCounts {
         conditions: counted(config, (&events, &outside), &epochs, &rejected),
         not_whole,
@@ -221,16 +232,67 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     };
     enough(&counts.conditions, config.min_epochs)?;
     let epochs = match &config.reference {
-        Reference::CurrentSourceDensity(csd) => current_source_density(&epochs, csd)?,
+        Reference::CurrentSourceDensity(csd) => {
+            let electrodes = epochs.channels().len();
+            if electrodes < FEW_FOR_DENSITY {
+                doubts.push(EegDoubt::FewForDensity { electrodes }.into());
+            }
+            current_source_density(&epochs, csd)?
+        }
         _ => epochs,
     };
     Ok(Prepared {
         config: config.clone(),
         task,
         epochs,
+        onsets_s,
         counts,
         doubts,
     })
+}
+
+/// The markers without those that stand a second time at one sample under one condition.
+fn once(marked: Vec<Marked>, doubts: &mut Vec<Doubt>) -> Vec<Marked> {
+    let all = marked.len();
+    let mut seen = BTreeSet::new();
+    let kept: Vec<Marked> = marked
+        .into_iter()
+        .filter(|one| seen.insert((one.event.sample, one.event.condition.clone())))
+        .collect();
+    let count = all - kept.len();
+    if count > 0 {
+        doubts.push(EegDoubt::MarkersTwice { count }.into());
+    }
+    kept
+}
+
+/// The markers whose epochs hold no part in which a channel holds one value; and the others.
+fn beside_held(
+    marked: Vec<Marked>,
+    signals: &Signals,
+    extent: &CutConfig,
+) -> (Vec<Marked>, Vec<NotWhole>) {
+    let held = signals.held();
+    let rate = signals.rate.hz();
+    let [first, last] = [extent.start_s, extent.end_s].map(|s| (s * rate).round());
+    let (mut kept, mut lost) = (Vec::new(), Vec::new());
+    for one in marked {
+        let [from, to] = [first, last].map(|offset| one.event.sample as f64 + offset);
+        let own = held.iter().find(|part| {
+            (part.samples.start as f64) <= to && (part.samples.end as f64 - 1.0) >= from
+        });
+        match own {
+            None => kept.push(one),
+            Some(part) => lost.push(NotWhole {
+                condition: one.event.condition,
+                onset_s: one.onset_s,
+                reason: NotCut::Held {
+                    channel: part.channel.clone(),
+                },
+            }),
+        }
+    }
+    (kept, lost)
 }
 
 /// The task whose epochs are taken; empty where the recording names none.
@@ -433,7 +495,15 @@ fn referred(
         Reference::Average => average(&own),
         Reference::Channels(references) => {
             let references: Vec<&str> = references.iter().map(String::as_str).collect();
-            to_channels(&own, &references)?
+            let found = to_channels(&own, &references)?;
+            match references[..] {
+                // It would be 0 at every sample.
+                [reference] => {
+                    let others = names.iter().filter(|name| **name != reference);
+                    found.picked(&others.copied().collect::<Vec<_>>())?
+                }
+                _ => found,
+            }
         }
     })
 }
@@ -448,17 +518,7 @@ fn rejected(
     if config.criteria.is_empty() {
         return Ok((epochs, Vec::new()));
     }
-    // A channel that is the reference is flat.
-    let references: &[String] = match &config.reference {
-        Reference::Channels(references) if references.len() == 1 => references,
-        _ => &[],
-    };
-    let looked: Vec<&str> = epochs
-        .channels()
-        .iter()
-        .filter(|name| !references.contains(name))
-        .map(String::as_str)
-        .collect();
+    let looked: Vec<&str> = epochs.channels().iter().map(String::as_str).collect();
     let found = reject(&epochs, &looked, &config.criteria)?;
     doubts.extend(found.doubts);
     let rejected = found.rejected.into_iter().map(|one| RejectedEpoch {

@@ -1,26 +1,31 @@
 //! The signals that are analysed: chosen, checked, parts joined.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use piezotact::Doubt;
 use piezotact::clipping::flat_top_fraction;
 use piezotact::integrity::never_changes;
 use piezotact::quantity::SampleRate;
+use piezotact::recording::Channel;
 use serde::{Deserialize, Serialize};
 
-use super::PrepareError;
+use super::{PrepareConfig, PrepareError, Reference};
 use crate::eeg::EegDoubt;
+use crate::eeg::held::held;
 use crate::eeg::source::{Segment, SignalKind};
 
 /// A larger share of samples at a limit of the amplifier is refused, a smaller one doubted.
 const SATURATED_SHARE: f64 = 0.01;
+/// An error names so many channels.
+const LISTED: usize = 80;
 
 /// Which channels are analysed.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ChannelChoice {
-    /// All electrodes but these.
+    /// All electrodes but these, and those that a table beside the file calls bad.
     AllBut(Vec<String>),
     /// These.
     Named(Vec<String>),
@@ -40,43 +45,67 @@ pub(super) struct Signals {
 }
 
 impl Signals {
-    /// The chosen channels of `segments`, and `eog`.
+    /// The chosen channels of `segments`, and the EOG channels.
     pub(super) fn of(
         segments: &[Segment<'_>],
-        choice: &ChannelChoice,
-        eog: &[String],
+        config: &PrepareConfig,
     ) -> Result<Self, PrepareError> {
-        let first = segments.first().ok_or(PrepareError::Empty)?.recording;
-        let all = || -> Vec<String> { first.channels().iter().map(|c| c.name.clone()).collect() };
-        let known = |name: &String| match all().contains(name) {
+        let first = segments.first().ok_or(PrepareError::Empty)?;
+        let channels = first.recording.channels();
+        let kinds: BTreeMap<&str, SignalKind> = channels
+            .iter()
+            .map(|c| (c.name.as_str(), first.kind_of(&c.name, &c.unit)))
+            .collect();
+        let known = |name: &String| match kinds.contains_key(name.as_str()) {
             true => Ok(name.clone()),
             false => Err(PrepareError::NoChannel {
                 name: name.clone(),
-                channels: all().join(", "),
+                channels: listed(channels),
             }),
         };
-        let eog = eog.iter().map(known).collect::<Result<Vec<_>, _>>()?;
-        let electrodes = match choice {
-            ChannelChoice::Named(names) => names.iter().map(known).collect::<Result<_, _>>()?,
+        let eog = config.eog.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+        let mut bad: Vec<&str> = Vec::new();
+        let electrodes: Vec<String> = match &config.channels {
+            ChannelChoice::Named(names) => {
+                let named = names.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+                for name in &named {
+                    let kind = kinds[name.as_str()];
+                    only_electrodes(name, kind, &config.reference)?;
+                }
+                named
+            }
             ChannelChoice::AllBut(out) => {
                 let out = out.iter().map(known).collect::<Result<Vec<_>, _>>()?;
-                let channels = first.channels().iter();
-                let own = channels.filter(|c| SignalKind::of(&c.name, &c.unit) == SignalKind::Eeg);
-                let names = own.map(|c| c.name.clone());
-                names
-                    .filter(|name| !out.contains(name) && !eog.contains(name))
-                    .collect::<Vec<_>>()
+                let own = channels.iter().filter(|c| {
+                    kinds[c.name.as_str()] == SignalKind::Eeg
+                        && !out.contains(&c.name)
+                        && !eog.contains(&c.name)
+                });
+                let (called_bad, own): (Vec<_>, Vec<_>) =
+                    own.partition(|channel| first.is_bad(&channel.name));
+                bad = called_bad.iter().map(|c| c.name.as_str()).collect();
+                own.into_iter().map(|c| c.name.clone()).collect()
             }
         };
         if electrodes.is_empty() {
             return Err(PrepareError::NoElectrode {
-                channels: all().join(", "),
+                channels: listed(channels),
             });
         }
         let names = [electrodes.clone(), eog].concat();
         one_rate(segments, &names)?;
-        let joined = Self::joined(segments, names, electrodes)?;
-        joined.checked()
+        let mut found = Self::joined(segments, names, electrodes)?.checked()?;
+        if !bad.is_empty() {
+            let names = bad.join(", ");
+            found.doubts.push(EegDoubt::BadLeftOut { names }.into());
+        }
+        let used = found.electrodes.iter().filter(|name| first.is_bad(name));
+        let used: Vec<&str> = used.map(String::as_str).collect();
+        if !used.is_empty() {
+            let names = used.join(", ");
+            found.doubts.push(EegDoubt::BadUsed { names }.into());
+        }
+        Ok(found)
     }
 
     fn joined(
@@ -84,22 +113,23 @@ impl Signals {
         names: Vec<String>,
         electrodes: Vec<String>,
     ) -> Result<Self, PrepareError> {
+        let parts: Vec<BTreeMap<&str, &Channel>> = segments
+            .iter()
+            .map(|segment| {
+                let channels = segment.recording.channels().iter();
+                channels.map(|c| (c.name.as_str(), c)).collect()
+            })
+            .collect();
         let rate = segments[0].recording.clock_of(&names[0]).rate_hz;
         let mut volts = Vec::new();
         let mut starts = Vec::new();
         for name in &names {
             starts.clear();
             let begins = volts.len();
-            for segment in segments {
-                let channels = segment.recording.channels();
-                let own = channels.iter().find(|channel| channel.name == *name);
-                let own = own.ok_or_else(|| PrepareError::NoChannel {
+            for (segment, part) in segments.iter().zip(&parts) {
+                let own = part.get(name.as_str()).ok_or_else(|| PrepareError::NoChannel {
                     name: name.clone(),
-                    channels: channels
-                        .iter()
-                        .map(|c| c.name.clone())
-                        .collect::<Vec<_>>()
-                        .join(", "),
+                    channels: listed(segment.recording.channels()),
                 })?;
                 starts.push(volts.len() - begins);
                 volts.extend_from_slice(&own.samples);
@@ -161,9 +191,65 @@ impl Signals {
     }
 }
 
+/// Where a channel holds one value, on the samples of all parts joined: its name, and from which sample to which.
+pub(super) struct HeldPart {
+    pub(super) channel: String,
+    pub(super) samples: Range<usize>,
+}
+
+impl Signals {
+    /// The parts in which a channel holds one value.
+    pub(super) fn held(&self) -> Vec<HeldPart> {
+        let mut found = Vec::new();
+        for (name, signal) in self.names.iter().zip(self.volts.chunks_exact(self.length)) {
+            for part in self.parts() {
+                let own = held(&signal[part.clone()], self.rate);
+                found.extend(own.into_iter().map(|own| HeldPart {
+                    channel: name.clone(),
+                    samples: part.start + own.start..part.start + own.end,
+                }));
+            }
+        }
+        found
+    }
+}
+
+/// The names of channels, the first of many.
+fn listed(channels: &[Channel]) -> String {
+    let names: Vec<&str> = channels.iter().take(LISTED).map(|c| c.name.as_str()).collect();
+    let further = channels.len().saturating_sub(LISTED);
+    match further {
+        0 => names.join(", "),
+        further => format!("{} and {further} more", names.join(", ")),
+    }
+}
+
+/// Refuses a channel that is no electrode where the reference is made of all of them.
+fn only_electrodes(
+    name: &str,
+    kind: SignalKind,
+    reference: &Reference,
+) -> Result<(), PrepareError> {
+    let of_all = matches!(
+        reference,
+        Reference::Average | Reference::CurrentSourceDensity(_)
+    );
+    if of_all && kind != SignalKind::Eeg {
+        return Err(PrepareError::NotAnElectrode {
+            name: name.to_owned(),
+            kind: kind.word(),
+        });
+    }
+    Ok(())
+}
+
 fn one_rate(segments: &[Segment<'_>], names: &[String]) -> Result<(), PrepareError> {
-    let recording = segments[0].recording;
-    let rate = |name: &String| recording.clock_of(name).rate_hz.hz();
+    let clocks: BTreeMap<&str, f64> = segments[0]
+        .recording
+        .channels_with_clocks()
+        .map(|(channel, clock)| (channel.name.as_str(), clock.rate_hz.hz()))
+        .collect();
+    let rate = |name: &String| clocks[name.as_str()];
     let first_hz = rate(&names[0]);
     let other = names.iter().find(|name| rate(name) != first_hz);
     match other {

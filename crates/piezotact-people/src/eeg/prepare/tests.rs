@@ -1,4 +1,5 @@
 use super::*;
+use crate::eeg::source::StatedChannel;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Channel, Condition, Event, EventValue, Provenance, Recording};
 
@@ -86,6 +87,7 @@ fn segments(parts: &[(Recording, Vec<i64>)]) -> Vec<Segment<'_>> {
         recording,
         start_s: Seconds(15.0 * i as f64),
         event_samples: samples,
+        stated: &[],
     })
     .collect()
 }
@@ -127,7 +129,7 @@ fn epochs_of_parts_are_counted_and_none_crosses_a_gap() {
     assert_eq!(
         (
             gap.counts.not_whole[1].onset_s,
-            gap.counts.not_whole[1].reason
+            gap.counts.not_whole[1].reason.clone()
         ),
         (12.0, NotCut::AfterEnd)
     );
@@ -226,6 +228,7 @@ fn flat_and_saturated_channels_are_refused() {
             recording,
             start_s: Seconds(0.0),
             event_samples: &samples,
+            stated: &[],
         };
         prepare(&[segment], &config(&[("touch", "S1")])).unwrap_err()
     };
@@ -256,6 +259,7 @@ fn epochs_of_one_task_are_taken() {
         recording: &both,
         start_s: Seconds(0.0),
         event_samples: &samples,
+        stated: &[],
     }];
     let of = |task: Option<&str>, marker: &str| PrepareConfig {
         task: task.map(Into::into),
@@ -275,4 +279,85 @@ fn epochs_of_one_task_are_taken() {
         prepare(&segment, &of(Some("control"), "S2")),
         Err(PrepareError::NoMarkerInTask { .. })
     ));
+}
+
+#[test]
+fn an_electrode_that_is_off_for_a_while_loses_these_epochs_alone() {
+    let events: Vec<(f64, &str, &str)> = (1..=8).map(|i| (2.0 * f64::from(i), "touch", "S1")).collect();
+    let (recording, samples) = recording(20, &events);
+    let mut channels = recording.channels().to_vec();
+    // C4 is off from 7 s to 11 s.
+    channels[1].samples[700..1100].fill(3e-6);
+    let mut made = Recording::new(
+        channels,
+        SampleRate::new(RATE_HZ).unwrap(),
+        Condition::default(),
+        Provenance::default(),
+    )
+    .unwrap();
+    made.annotations = recording.annotations.clone();
+    let segment = Segment {
+        recording: &made,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let found = prepare(&[segment], &config(&[("touch", "S1")])).unwrap();
+    let lost: Vec<f64> = found.counts.not_whole.iter().map(|one| one.onset_s).collect();
+    assert_eq!(lost, [6.0, 8.0, 10.0]);
+    let reason = &found.counts.not_whole[0].reason;
+    assert_eq!(reason.to_string(), "C4 holds one value within it");
+    assert_eq!((found.epochs.count(), found.counts.conditions[0].left_out), (5, 3));
+    assert_eq!(found.onsets_s, [2.0, 4.0, 12.0, 14.0, 16.0]);
+    let without = PrepareConfig {
+        channels: ChannelChoice::AllBut(vec!["C4".into()]),
+        ..config(&[("touch", "S1")])
+    };
+    assert_eq!(prepare(&[segment], &without).unwrap().epochs.count(), 8);
+}
+
+#[test]
+fn what_the_table_beside_the_file_states_is_used() {
+    let mut events: Vec<(f64, &str, &str)> = (1..=4).map(|i| (2.0 * f64::from(i), "touch", "S1")).collect();
+    // The same marker again.
+    events.push(events[0]);
+    let (recording, samples) = recording(12, &events);
+    let stated = [
+        StatedChannel::of_bids("C3", Some("EEG"), Some("good")),
+        StatedChannel::of_bids("C4", Some("EEG"), Some("bad")),
+        StatedChannel::of_bids("VEOG", Some("EEG"), None),
+    ];
+    let segment = Segment {
+        recording: &recording,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &stated,
+    };
+    let asked = config(&[("touch", "S1")]);
+    let found = prepare(&[segment], &asked).unwrap();
+    assert_eq!(found.epochs.channels(), ["C3", "VEOG"]);
+    let codes: Vec<&str> = found.doubts.iter().map(|doubt| doubt.code.as_ref()).collect();
+    assert_eq!(codes, ["eeg_markers_twice", "eeg_bad_channels_left_out"]);
+    assert_eq!(found.epochs.count(), 4);
+    let named = PrepareConfig {
+        channels: ChannelChoice::Named(["C3", "C4"].map(String::from).to_vec()),
+        ..asked.clone()
+    };
+    let doubts = prepare(&[segment], &named).unwrap().doubts;
+    assert!(doubts.iter().any(|doubt| doubt.code == "eeg_bad_channels_used"), "{doubts:?}");
+    // Without the table VEOG is no electrode, and no part of the mean of all.
+    let plain = Segment { stated: &[], ..segment };
+    let mixed = PrepareConfig {
+        channels: ChannelChoice::Named(["C3", "VEOG"].map(String::from).to_vec()),
+        reference: Reference::Average,
+        ..asked.clone()
+    };
+    let said = prepare(&[plain], &mixed).unwrap_err().to_string();
+    assert!(said.contains("found VEOG, which records EOG"), "{said}");
+    // An electrode that all others are referred to would be 0.
+    let to_one = PrepareConfig {
+        reference: Reference::Channels(vec!["C4".into()]),
+        ..asked
+    };
+    assert_eq!(prepare(&[plain], &to_one).unwrap().epochs.channels(), ["C3"]);
 }

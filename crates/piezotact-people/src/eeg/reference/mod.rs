@@ -7,6 +7,7 @@ use piezotact::Doubt;
 
 use super::EegDoubt;
 use super::epochs::{Epochs, EpochsError};
+use super::source::is_lettered;
 use positions::POSITIONS;
 
 pub use spline::{Csd, CsdConfig, Interpolation};
@@ -38,6 +39,24 @@ impl Montage {
     /// # Errors
     /// [`ReferenceError::NoPosition`] for a name that is not built in; [`Montage::new`] takes positions of any channel.
     pub fn ten_ten(channels: &[String]) -> Result<Self, ReferenceError> {
+        let known = Self::known(channels).into_iter().zip(channels);
+        let positions = known
+            .map(|(position, name)| {
+                position.ok_or_else(|| ReferenceError::NoPosition { name: name.clone() })
+            })
+            .collect::<Result<_, _>>()?;
+        Self::new(channels.to_vec(), positions)
+    }
+
+    /// The position of each of `channels` by its name, as [`Self::ten_ten`]; none of any where they are called by letters and numbers
+    /// ([`is_lettered`]).
+    ///
+    /// Source: as [`Self::ten_ten`].
+    #[must_use]
+    pub fn known(channels: &[String]) -> Vec<Option<[f64; 3]>> {
+        if is_lettered(channels) {
+            return vec![None; channels.len()];
+        }
         let position = |name: &String| {
             let own = match name.to_ascii_uppercase().as_str() {
                 "T3" => "T7".to_owned(),
@@ -49,12 +68,9 @@ impl Montage {
             let found = POSITIONS
                 .iter()
                 .find(|(known, _)| known.eq_ignore_ascii_case(&own));
-            found
-                .map(|(_, position)| *position)
-                .ok_or_else(|| ReferenceError::NoPosition { name: name.clone() })
+            found.map(|(_, position)| *position)
         };
-        let positions = channels.iter().map(position).collect::<Result<_, _>>()?;
-        Self::new(channels.to_vec(), positions)
+        channels.iter().map(position).collect()
     }
 
     /// Channels at measured positions, relative to the centre of a sphere, in any unit: they are set to length 1.

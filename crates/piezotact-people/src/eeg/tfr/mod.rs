@@ -4,6 +4,7 @@
 //! but what is asked for: their average, or their mean power in bands and windows.
 
 mod run;
+mod spread;
 mod taper;
 mod wavelet;
 mod windows;
@@ -16,6 +17,7 @@ use super::epochs::Epochs;
 use run::{Kernel, good_length};
 
 pub(super) use run::Sink;
+pub(super) use spread::SpreadSink;
 pub use windows::{TrialPowers, Window, WindowError};
 pub(super) use windows::{WindowSink, times_within};
 
@@ -89,13 +91,6 @@ impl TfrConfig {
             frequencies_hz,
             decimation: 1,
         })
-    }
-
-    /// The same with about one time given out every `step_s` of signals at `rate`.
-    #[must_use]
-    pub fn every(mut self, step_s: f64, rate: SampleRate) -> Self {
-        self.decimation = ((step_s * rate.hz()).round() as usize).max(1);
-        self
     }
 
     /// How far the longest wavelet reaches, s: two standard deviations of a Morlet wavelet, half the window of a multitaper. The ends of
