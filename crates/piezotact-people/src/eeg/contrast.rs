@@ -4,6 +4,9 @@ use piezotact::statistics::{PairedDifference, paired_difference};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Continuous, ContinuousCDF, Gamma, Normal};
 
+/// Differences that scatter by less than this, re the largest value, are the same but for rounding.
+const SAME: f64 = 1e-9;
+
 /// A contrast of two conditions of the same people.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -40,6 +43,14 @@ pub fn paired(a: &[f64], b: &[f64]) -> Result<Contrast, ContrastError> {
         let of = |pair: &(f64, f64)| (pair.1 - pair.0).abs();
         of(x).total_cmp(&of(y))
     });
+    let differences = pairs.iter().map(|(a, b)| b - a);
+    let [least, most] = differences.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], d| {
+        [low.min(d), high.max(d)]
+    });
+    let size = pairs.iter().map(|(a, b)| a.abs().max(b.abs()));
+    if most - least <= SAME * size.fold(0.0, f64::max) {
+        return Err(ContrastError::NoSpread);
+    }
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
     let difference = paired_difference(&a, &b).ok_or(ContrastError::NoSpread)?;
     let n = a.len() as f64;
@@ -156,5 +167,8 @@ mod tests {
         assert!(found.d_z_interval[0] < found.d_z && found.d_z < found.d_z_interval[1]);
         assert!(paired(&a[..2], &b[..2]).is_err() && paired(&a, &b[..4]).is_err());
         assert_eq!(paired(&a, &a), Err(ContrastError::NoSpread));
+        // The same difference of all people, but for rounding.
+        let moved = a.map(|value| (value + 0.1) - 0.3 + 0.4);
+        assert_eq!(paired(&a, &moved), Err(ContrastError::NoSpread));
     }
 }

@@ -7,7 +7,6 @@ use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Event, EventValue, Recording};
 use serde::{Deserialize, Serialize};
 
-
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
 

@@ -236,7 +236,11 @@ mod tests {
             found.epochs.conditions(),
             ["at 5", "at 39", "at 55", "at 89"]
         );
-        let why: Vec<NotCut> = found.left_out.iter().map(|left| left.reason.clone()).collect();
+        let why: Vec<NotCut> = found
+            .left_out
+            .iter()
+            .map(|left| left.reason.clone())
+            .collect();
         let gap = || NotCut::Gap { before: 50 };
         assert_eq!(why, [NotCut::BeforeStart, gap(), gap(), NotCut::AfterEnd]);
         assert_eq!(found.epochs.samples(), 16);

@@ -2,6 +2,7 @@
 
 use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::statistics::holm;
 use serde::{Deserialize, Serialize};
 
 use super::people::People;
@@ -66,6 +67,8 @@ pub struct TaskClusters {
     pub found: usize,
     /// The largest of them.
     pub clusters: Vec<ClusterPlace>,
+    /// The probability of the one that is least probable, after Holm over the pairs of tasks; 1 without a cluster.
+    pub p_holm: f64,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
 }
@@ -111,6 +114,10 @@ pub(super) fn clusters(
             &result,
             pairs.len(),
         ));
+    }
+    let least: Vec<f64> = found.iter().map(|one| one.p_holm).collect();
+    for (one, p) in found.iter_mut().zip(holm(&least)) {
+        one.decide(p);
     }
     Ok((found, doubts))
 }
@@ -222,17 +229,7 @@ fn described(
 ) -> TaskClusters {
     let times_s = &people.first.times_s[tested.times.clone()];
     let place = |cluster: &Cluster| placed(people, times_s, grid, &result.t, cluster);
-    let what = GroupCriterion::Cluster {
-        tasks: tasks.clone(),
-    };
-    let limit = Limit::at_most(LEVEL);
     let least = result.clusters.iter().map(|one| one.p_value);
-    // Without a cluster every flip has one as large.
-    let least = least.fold(1.0, f64::min);
-    let mut criterion = Criterion::new(what, "", least, None, limit);
-    if criterion.outcome == Outcome::NotMet {
-        criterion.outcome = Outcome::NotDecided;
-    }
     TaskClusters {
         tasks: tasks.clone(),
         people: tested.names.clone(),
@@ -245,7 +242,25 @@ fn described(
         smallest_p: result.smallest_p,
         found: result.clusters.len(),
         clusters: result.clusters.iter().take(LISTED).map(place).collect(),
-        criteria: vec![criterion],
+        // Without a cluster every flip has one as large. Adjusted when all pairs are there.
+        p_holm: least.fold(1.0, f64::min),
+        criteria: Vec::new(),
+    }
+}
+
+impl TaskClusters {
+    /// Decides by the adjusted probability `p`.
+    fn decide(&mut self, p: f64) {
+        let what = GroupCriterion::Cluster {
+            tasks: self.tasks.clone(),
+        };
+        let mut criterion = Criterion::new(what, "", p, None, Limit::at_most(LEVEL));
+        // A large p does not show that tasks are alike.
+        if criterion.outcome == Outcome::NotMet {
+            criterion.outcome = Outcome::NotDecided;
+        }
+        self.p_holm = p;
+        self.criteria = vec![criterion];
     }
 }
 

@@ -126,7 +126,7 @@ fn criteria(one: &TaskContrast, config: &GroupConfig) -> Vec<Criterion<GroupCrit
 /// The claimed order of tasks in each region and band: of the mean of surfaces, or of the only one.
 pub(super) fn gradients(
     people: &People<'_>,
-    changes: &[TaskChanges],
+    contrasts: &[TaskContrast],
     config: &GroupConfig,
 ) -> Vec<Gradient> {
     if config.gradient.is_empty() {
@@ -136,12 +136,13 @@ pub(super) fn gradients(
     let mut found = Vec::new();
     for band in &people.first.config.bands {
         for region in &people.first.config.regions {
-            let of = |task: &String| {
-                changes.iter().find(|one| {
-                    one.task == *task
-                        && one.surface == surface
-                        && one.region == region.name
-                        && one.band == band.name
+            let of = |pair: &[String]| {
+                let mut own = contrasts.iter();
+                // Tasks stand in the claimed order, so that a contrast is the later one less the earlier one.
+                own.find(|one| {
+                    one.tasks == pair
+                        && (&one.surface, &one.region, &one.band)
+                            == (&surface, &region.name, &band.name)
                 })
             };
             let step = |pair: &[String]| {
@@ -149,24 +150,7 @@ pub(super) fn gradients(
                     tasks: [pair[0].clone(), pair[1].clone()],
                     place: format!("{surface}, {}, {}", region.name, band.name),
                 };
-                let (unit, limit) = (unit_of(config.unit), Limit::at_least(0.0));
-                let contrast = of(&pair[0]).zip(of(&pair[1])).and_then(|(first, second)| {
-                    let (_, a, b) = both(first, second);
-                    paired(&a, &b).ok()
-                });
-                match contrast {
-                    Some(found) => {
-                        let difference = found.difference;
-                        Criterion::new(
-                            what,
-                            unit,
-                            difference.mean,
-                            Some(difference.interval),
-                            limit,
-                        )
-                    }
-                    None => Criterion::unmeasured(what, unit, limit),
-                }
+                below(what, of(pair), config.unit)
             };
             found.push(Gradient {
                 tasks: config.gradient.clone(),
@@ -177,4 +161,28 @@ pub(super) fn gradients(
         }
     }
     found
+}
+
+/// Whether the first task of a contrast is more desynchronised: decided where its p after Holm decides.
+fn below(
+    what: GroupCriterion,
+    contrast: Option<&TaskContrast>,
+    unit: Mode,
+) -> Criterion<GroupCriterion> {
+    let (unit, limit) = (unit_of(unit), Limit::at_least(0.0));
+    let measured = contrast.and_then(|one| Some((one.contrast?.difference, one.p_holm?)));
+    let Some((difference, p)) = measured else {
+        return Criterion::unmeasured(what, unit, limit);
+    };
+    let mut step = Criterion::new(
+        what,
+        unit,
+        difference.mean,
+        Some(difference.interval),
+        limit,
+    );
+    if p > LEVEL {
+        step.outcome = Outcome::NotDecided;
+    }
+    step
 }

@@ -23,6 +23,26 @@ pub enum GroupError {
         /// Another.
         second: String,
     },
+    /// Two names that may be those of one person.
+    #[error(
+        "expected names of participants that differ in more than case, signs and leading zeros, found {first} and {second}; give one person one name"
+    )]
+    AlmostTwice {
+        /// A name.
+        first: String,
+        /// Another.
+        second: String,
+    },
+    /// A recording under two names.
+    #[error(
+        "expected different recordings, found the same numbers in {first} and {second}; give each recording once"
+    )]
+    Copy {
+        /// A file, and who and what it is of.
+        first: String,
+        /// Another.
+        second: String,
+    },
     /// Documents of other settings.
     #[error(
         "expected the same {what} in all documents, found others in {first} and {second}; analyse all recordings with the same options"

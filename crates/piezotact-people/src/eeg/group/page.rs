@@ -22,26 +22,58 @@ const TASKS: &str = "Tasks";
 const ROOM: f64 = 0.62;
 
 impl TaskContrast {
+    /// The difference, its interval and what is decided.
+    fn short_sentence(&self, unit: Mode) -> String {
+        let Some(found) = &self.contrast else {
+            return self.sentence(unit);
+        };
+        let [a, b] = &self.tasks;
+        let [low, high] = found.difference.interval;
+        format!(
+            "{b} − {a}, {}, {}, {}: {} {} (95 % {} to {}): {}",
+            self.surface,
+            self.region,
+            self.band,
+            plus(found.difference.mean, 1),
+            unit_of(unit),
+            plus(low, 1),
+            plus(high, 1),
+            self.words()
+        )
+    }
+
+    /// What is decided, in words.
+    fn words(&self) -> &'static str {
+        match (self.outcome(), self.within_margin()) {
+            (Outcome::Met, Some(Outcome::Met)) => "they differ, by less than the margin",
+            (Outcome::Met, Some(Outcome::NotMet)) => "they differ, by more than the margin",
+            (Outcome::Met, _) => "they differ",
+            (_, Some(Outcome::Met)) => "alike within the margin",
+            _ => "not decided",
+        }
+    }
+
     /// The contrast in one sentence, in `unit`.
     #[must_use]
     pub fn sentence(&self, unit: Mode) -> String {
         let [a, b] = &self.tasks;
         let place = format!("{}, {}, {}", self.surface, self.region, self.band);
         let Some(found) = &self.contrast else {
-            return format!(
-                "{b} − {a}, {place}: not decided, {} in both; 3 are the fewest",
-                counted(self.people.len(), "participant")
-            );
+            let people = counted(self.people.len(), "participant");
+            let reason = match self.people.len() {
+                0..3 => format!("{people} in both; 3 are the fewest"),
+                _ => format!(
+                    "the difference is the same in all {people}; check that they are different measurements"
+                ),
+            };
+            return format!("{b} − {a}, {place}: not decided, {reason}");
         };
-        let (unit, difference) = (unit_of(unit), found.difference);
+        let difference = found.difference;
+        let unit = unit_of(unit);
         let [low, high] = difference.interval;
         let [small, large] = found.d_z_interval;
         let holm = self.p_holm.unwrap_or(1.0);
-        let outcome = match self.outcome() {
-            Outcome::Met => "they differ",
-            Outcome::NotMet => "alike within the margin",
-            Outcome::NotDecided => "not decided",
-        };
+        let outcome = self.words();
         format!(
             "{b} − {a}, {place}: {} {unit} (95 % {} to {}), d_z {} ({} to {}), t({}) = {}, {} after Holm, n = {}: {outcome}",
             plus(difference.mean, 2),
@@ -77,6 +109,24 @@ impl Gradient {
 }
 
 impl TaskClusters {
+    /// Whether the tasks differ somewhere: met, or not decided.
+    #[must_use]
+    pub fn outcome(&self) -> Outcome {
+        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
+    }
+
+    fn short_sentence(&self) -> String {
+        let [a, b] = &self.tasks;
+        let outcome = match self.outcome() {
+            Outcome::Met => "differ somewhere over electrodes, frequencies and times",
+            _ => "not decided whether they differ over electrodes, frequencies and times",
+        };
+        format!(
+            "{a} and {b}: {outcome} ({} after Holm)",
+            p_text(self.p_holm)
+        )
+    }
+
     /// The test in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -85,7 +135,7 @@ impl TaskClusters {
             Tried::All => format!("all {} sign flips were tried", self.flips),
             Tried::Drawn { seed } => format!("{} sign flips drawn from seed {seed}", self.flips),
         };
-        let outcome = match Outcome::of_all(self.criteria.iter().map(|c| c.outcome)) {
+        let outcome = match self.outcome() {
             Outcome::Met => "they differ somewhere",
             _ => "not decided",
         };
@@ -103,8 +153,9 @@ impl TaskClusters {
             ),
         };
         format!(
-            "{b} − {a}, {}: {largest} ({flips}, smallest possible {}): {outcome}",
+            "{b} − {a}, {}: {largest}; over the pairs of tasks {} after Holm ({flips}, smallest possible {}): {outcome}",
             counted(self.people.len(), "participant"),
+            p_text(self.p_holm),
             p_text(self.smallest_p)
         )
     }
@@ -123,6 +174,19 @@ impl EegStats {
             Mode::Percent => "%",
             Mode::Decibels => "dB",
         }
+    }
+
+    /// How many epochs each task has, in one sentence.
+    #[must_use]
+    pub fn epochs_sentence(&self) -> String {
+        let each = self.epochs.iter().map(|one| match one.fewest == one.most {
+            true => format!("{} {}", one.task, one.most),
+            false => format!("{} {} to {}", one.task, one.fewest, one.most),
+        });
+        format!(
+            "Epochs of each participant and surface: {}",
+            each.collect::<Vec<_>>().join(", ")
+        )
     }
 
     /// How many people, tasks and surfaces there are, in one sentence.
@@ -163,6 +227,7 @@ impl EegStats {
             Column::new("p", "p"),
             Column::new("p, Holm", "p_holm"),
             Column::new("differ", "differ"),
+            Column::new("within the margin", "within_margin"),
         ]);
         table.rows = self
             .contrasts
@@ -188,6 +253,7 @@ impl EegStats {
                     of(&|c| c.difference.p_value),
                     Cell::from(one.p_holm),
                     Cell::from(one.outcome().answer()),
+                    Cell::from(one.within_margin().map_or("no margin", Outcome::answer)),
                 ]
             })
             .collect();
@@ -208,6 +274,7 @@ impl EegStats {
             Column::new("p", "p"),
             Column::new("p, Holm", "p_holm"),
             Column::new("differ", "differ"),
+            Column::new("within the margin", "within_margin"),
         ]);
         let with = |value: f64, [low, high]: [f64; 2], decimals: usize| {
             format!(
@@ -236,6 +303,7 @@ impl EegStats {
                     Cell::from(found.map(|c| c.difference.p_value)),
                     Cell::from(one.p_holm),
                     Cell::from(one.outcome().answer()),
+                    Cell::from(one.within_margin().map_or("no margin", Outcome::answer)),
                 ]
             })
             .collect();
@@ -448,8 +516,9 @@ impl EegStats {
     /// The rules that decide, in words.
     fn rules() -> String {
         format!(
-            "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, and single surfaces, apart). A larger p decides nothing, unless \
-             a margin was stated and the 95 % interval lies within it. An order holds where the interval of each of its steps is above 0."
+            "Two tasks differ where p ≤ {LEVEL} after Holm's adjustment (means of surfaces, single surfaces and pairs of tasks in cluster tests, each \
+             among themselves). A larger p decides nothing. Tasks are alike within a margin that was stated where the 95 % interval lies within it; \
+             they may differ and be alike within the margin. An order holds where each of its steps differs in its direction."
         )
     }
 
@@ -457,12 +526,23 @@ impl EegStats {
     #[must_use]
     pub fn page(&self) -> Page {
         let mut first = vec![Block::Text {
-            text: self.sentence(),
+            text: self.epochs_sentence(),
         }];
         let outcomes = self.gradients.iter();
         first.extend(outcomes.map(|gradient| Block::Conclusion {
             text: gradient.sentence(),
             outcome: Some(gradient.outcome()),
+        }));
+        // What is found, where no order is claimed.
+        if self.gradients.is_empty() {
+            first.extend(self.first_contrasts().map(|one| Block::Conclusion {
+                text: one.short_sentence(self.config.unit),
+                outcome: Some(one.outcome()),
+            }));
+        }
+        first.extend(self.clusters.iter().map(|one| Block::Conclusion {
+            text: one.short_sentence(),
+            outcome: Some(one.outcome()),
         }));
         let sentences = self.first_contrasts().map(|one| Block::Text {
             text: one.sentence(self.config.unit),

@@ -5,10 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use piezotact::Doubt;
 use piezotact::statistics::{mean, mean_interval};
 
-use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges};
+use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
 use crate::eeg::EegDoubt;
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
+
+/// Tasks whose numbers of epochs differ by more than this factor are doubted.
+const UNEQUAL: f64 = 1.5;
 
 /// The documents, by participant and task.
 pub(super) struct People<'a> {
@@ -21,26 +24,23 @@ pub(super) struct People<'a> {
     /// Those of them whose position is known.
     pub(super) electrodes: Vec<Electrode>,
     by: BTreeMap<(&'a str, &'a str), &'a EegErd>,
+    /// All, by participant and task.
+    documents: Vec<&'a EegErd>,
 }
 
 impl<'a> People<'a> {
-    pub(super) fn of(documents: &'a [EegErd]) -> Result<Self, GroupError> {
+    /// The documents, with tasks in the order of `claimed` and then by name, and participants and surfaces by name.
+    pub(super) fn of(documents: &'a [EegErd], claimed: &[String]) -> Result<Self, GroupError> {
         let mut by = BTreeMap::<(&str, &str), &EegErd>::new();
-        let (mut participants, mut tasks, mut surfaces) = (Vec::new(), Vec::new(), Vec::new());
-        let add = |to: &mut Vec<String>, name: &String| {
-            if !to.contains(name) {
-                to.push(name.clone());
-            }
-        };
+        let (mut participants, mut tasks, mut surfaces) =
+            (BTreeSet::new(), BTreeSet::new(), BTreeSet::new());
         for document in documents {
             let subject = &document.subject;
-            add(&mut participants, &subject.participant);
-            add(&mut tasks, &subject.task);
-            for surface in &document.surfaces {
-                add(&mut surfaces, surface);
-            }
-            let key = (subject.participant.as_str(), subject.task.as_str());
-            if let Some(first) = by.insert(key, document) {
+            let who = pseudonym(&subject.participant);
+            participants.insert(who.to_owned());
+            tasks.insert(subject.task.clone());
+            surfaces.extend(document.surfaces.iter().cloned());
+            if let Some(first) = by.insert((who, &subject.task), document) {
                 return Err(GroupError::Twice {
                     subject: subject.to_string(),
                     first: first.file.clone(),
@@ -48,6 +48,12 @@ impl<'a> People<'a> {
                 });
             }
         }
+        let documents: Vec<&EegErd> = by.values().copied().collect();
+        let participants: Vec<String> = participants.into_iter().collect();
+        one_name_each(&participants)?;
+        let named = claimed.iter().filter(|task| tasks.contains(*task));
+        let others = tasks.iter().filter(|task| !claimed.contains(task));
+        let tasks: Vec<String> = named.chain(others).cloned().collect();
         let Some(first) = documents.first().filter(|_| tasks.len() > 1) else {
             return Err(GroupError::OneTask {
                 found: match tasks.is_empty() {
@@ -59,7 +65,7 @@ impl<'a> People<'a> {
         for other in &documents[1..] {
             same(first, other)?;
         }
-        for document in documents {
+        for document in &documents {
             let hz = document.config.power.frequencies_hz.len();
             let expected = document.channels.len() * hz * document.times_s.len();
             let broken = document
@@ -73,13 +79,13 @@ impl<'a> People<'a> {
                 });
             }
         }
-        shared(documents, &tasks)?;
+        shared(&documents, &tasks)?;
+        no_copies(&documents)?;
         let common = |name: &&String| documents.iter().all(|one| one.channels.contains(name));
         let channels: Vec<String> = first.channels.iter().filter(common).cloned().collect();
         if channels.is_empty() {
             return Err(GroupError::NoElectrode);
         }
-        participants.sort();
         Ok(Self {
             first,
             electrodes: (first.positions.iter())
@@ -88,9 +94,10 @@ impl<'a> People<'a> {
                 .collect(),
             participants,
             tasks,
-            surfaces,
+            surfaces: surfaces.into_iter().collect(),
             channels,
             by,
+            documents,
         })
     }
 
@@ -169,8 +176,9 @@ impl<'a> People<'a> {
     }
 
     /// What to know of the documents.
-    pub(super) fn doubts(&self, documents: &[EegErd]) -> Vec<Doubt> {
-        let mut doubts: Vec<Doubt> = Vec::new();
+    pub(super) fn doubts(&self) -> Vec<Doubt> {
+        let documents = &self.documents;
+        let mut doubts: Vec<Doubt> = self.unequal_epochs().into_iter().collect();
         let incomplete: Vec<String> = self
             .participants
             .iter()
@@ -225,6 +233,99 @@ impl<'a> People<'a> {
     }
 }
 
+impl People<'_> {
+    /// The numbers of epochs of each task.
+    pub(super) fn epochs(&self) -> Vec<TaskEpochs> {
+        let of = |task: &String| {
+            let own = self
+                .documents
+                .iter()
+                .filter(|one| one.subject.task == *task);
+            let counts = own.flat_map(|one| {
+                let kept = |surface: &String| {
+                    let mut own = one.electrodes.iter();
+                    own.find(|change| change.surface == *surface)
+                        .map(|change| change.epochs)
+                };
+                one.surfaces.iter().filter_map(kept).collect::<Vec<_>>()
+            });
+            let counts: Vec<usize> = counts.collect();
+            let as_numbers: Vec<f64> = counts.iter().map(|count| *count as f64).collect();
+            Some(TaskEpochs {
+                task: task.clone(),
+                fewest: *counts.iter().min()?,
+                most: *counts.iter().max()?,
+                mean: mean(&as_numbers),
+            })
+        };
+        self.tasks.iter().filter_map(of).collect()
+    }
+
+    /// A doubt where tasks have quite different numbers of epochs.
+    fn unequal_epochs(&self) -> Option<Doubt> {
+        let all = self.epochs();
+        let most = all.iter().max_by(|a, b| a.mean.total_cmp(&b.mean))?;
+        let fewest = all.iter().min_by(|a, b| a.mean.total_cmp(&b.mean))?;
+        let doubt = EegDoubt::UnequalEpochs {
+            most: most.task.clone(),
+            most_epochs: most.mean,
+            fewest: fewest.task.clone(),
+            fewest_epochs: fewest.mean,
+        };
+        (most.mean > UNEQUAL * fewest.mean).then(|| doubt.into())
+    }
+}
+
+/// A participant without the prefix that BIDS puts before a label.
+fn pseudonym(participant: &str) -> &str {
+    participant.strip_prefix("sub-").unwrap_or(participant)
+}
+
+/// Refuses two names that may be those of one person: `P1` and `p01`.
+fn one_name_each(participants: &[String]) -> Result<(), GroupError> {
+    let mut seen = BTreeMap::<String, &String>::new();
+    for name in participants {
+        let mut plain = String::new();
+        for sign in name.chars().filter(|sign| sign.is_alphanumeric()) {
+            // A zero behind another digit counts.
+            let counts = sign != '0' || plain.ends_with(|last: char| last.is_ascii_digit());
+            plain.extend(
+                counts
+                    .then_some(sign)
+                    .into_iter()
+                    .flat_map(char::to_lowercase),
+            );
+        }
+        if let Some(first) = seen.insert(plain, name) {
+            return Err(GroupError::AlmostTwice {
+                first: first.clone(),
+                second: name.clone(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// Refuses a recording that is there under two names.
+fn no_copies(documents: &[&EegErd]) -> Result<(), GroupError> {
+    for (i, one) in documents.iter().enumerate() {
+        let earlier = documents[..i].iter();
+        let copy = earlier.into_iter().find(|other| {
+            let power = |of: &EegErd| -> Vec<f64> {
+                of.electrodes.iter().map(|change| change.percent).collect()
+            };
+            !one.electrodes.is_empty() && power(one) == power(other)
+        });
+        if let Some(copy) = copy {
+            return Err(GroupError::Copy {
+                first: format!("{} ({})", copy.file, copy.subject),
+                second: format!("{} ({})", one.file, one.subject),
+            });
+        }
+    }
+    Ok(())
+}
+
 fn of_task(
     task: &str,
     surface: &str,
@@ -263,6 +364,7 @@ fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
         (p.reference != q.reference, "reference"),
         (p.extent != q.extent, "extent of epochs"),
         (p.criteria != q.criteria, "criteria of rejection"),
+        (p.eog.is_empty() != q.eog.is_empty(), "regression of EOG"),
         (
             !same_times(&first.times_s, &other.times_s),
             "times of the maps",
@@ -283,7 +385,7 @@ fn same_times(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// Refuses tasks of which no two share a surface: nothing in them can be compared.
-fn shared(documents: &[EegErd], tasks: &[String]) -> Result<(), GroupError> {
+fn shared(documents: &[&EegErd], tasks: &[String]) -> Result<(), GroupError> {
     let of = |task: &String| -> BTreeSet<&str> {
         let own = documents.iter().filter(|one| one.subject.task == *task);
         own.flat_map(|one| one.surfaces.iter().map(String::as_str))

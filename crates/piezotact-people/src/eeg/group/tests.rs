@@ -225,16 +225,173 @@ fn a_margin_shows_that_tasks_are_alike() {
     // Two tasks that differ by a scatter of 0.4 points alone.
     for (i, document) in documents.iter_mut().enumerate() {
         for change in &mut document.regions {
-            change.percent = -40.0 + 0.4 * (i as f64).sin();
+            change.percent = -40.0 + 0.4 * ((i / 3) as f64).sin();
         }
     }
     let of = |margin| {
         let asked = GroupConfig { margin, ..config() };
         compare(&documents, &asked).unwrap()
     };
-    let first = |found: &EegStats| found.first_contrasts().next().unwrap().outcome();
-    assert_eq!(first(&of(None)), Outcome::NotDecided);
-    assert_eq!(first(&of(Some(5.0))), Outcome::NotMet);
+    let first = |found: &EegStats| {
+        let one = found.first_contrasts().next().unwrap();
+        (one.outcome(), one.within_margin())
+    };
+    // Both tasks have the same number of each person: no spread, so nothing is decided, and why is said.
+    assert_eq!(first(&of(None)), (Outcome::NotDecided, None));
+    assert_eq!(first(&of(Some(5.0))).1, Some(Outcome::NotDecided));
+    let said = of(Some(5.0)).contrasts[0].sentence(Mode::Percent);
+    assert!(
+        said.contains("the difference is the same in all 10 participants"),
+        "{said}"
+    );
+    // A difference of 1 point that is certain, and of no interest.
+    for (i, document) in documents.iter_mut().enumerate() {
+        let is_imagery = document.subject.task == "imagery";
+        for change in &mut document.regions {
+            change.percent += f64::from(u8::from(is_imagery)) + 0.3 * (1.7 * i as f64).sin();
+        }
+    }
+    let of = |margin| {
+        let asked = GroupConfig { margin, ..config() };
+        compare(&documents, &asked).unwrap()
+    };
+    assert_eq!(first(&of(Some(5.0))), (Outcome::Met, Some(Outcome::Met)));
+    let said = of(Some(5.0))
+        .first_contrasts()
+        .next()
+        .unwrap()
+        .sentence(Mode::Percent);
+    assert!(
+        said.contains("they differ, by less than the margin"),
+        "{said}"
+    );
+    assert_eq!(first(&of(Some(0.2))), (Outcome::Met, Some(Outcome::NotMet)));
+    // Control and natural do not differ.
+    let apart = of(Some(5.0));
+    let other = apart
+        .first_contrasts()
+        .find(|one| one.tasks == ["control", "natural"]);
+    let other = other.unwrap();
+    assert_eq!(
+        (other.outcome(), other.within_margin()),
+        (Outcome::NotDecided, Some(Outcome::Met))
+    );
+}
+
+#[test]
+fn the_order_of_documents_changes_nothing() {
+    let all = documents(6);
+    let mut turned = all.clone();
+    turned.reverse();
+    turned.swap(2, 9);
+    assert_eq!(
+        compare(&all, &config()).unwrap(),
+        compare(&turned, &config()).unwrap()
+    );
+    // Without a claim tasks stand by name.
+    let asked = GroupConfig {
+        gradient: Vec::new(),
+        ..config()
+    };
+    let found = compare(&turned, &asked).unwrap();
+    assert_eq!(found.tasks, ["control", "imagery", "natural"]);
+    // In the claimed order where there is a claim: the wrong one does not hold.
+    let asked = GroupConfig {
+        gradient: ["natural", "imagery", "control"].map(String::from).to_vec(),
+        ..config()
+    };
+    let wrong = compare(&all, &asked).unwrap();
+    assert_eq!(wrong.tasks[0], "natural");
+    assert_eq!(wrong.gradients[0].outcome(), Outcome::NotMet);
+}
+
+#[test]
+fn a_step_of_a_gradient_is_as_certain_as_its_contrast() {
+    // Differences whose interval is above 0 alone, and which Holm does not decide beside the other pairs.
+    let mut all = documents(10);
+    for (i, document) in all.iter_mut().enumerate() {
+        let person = (i / 3) as f64;
+        let scatter = 4.0 * (2.3 * person).sin();
+        for change in &mut document.regions {
+            change.percent = match document.subject.task.as_str() {
+                "control" => -40.0,
+                "imagery" => -37.9 + scatter,
+                _ => -37.2 - 0.9 * scatter,
+            };
+        }
+    }
+    let found = compare(&all, &config()).unwrap();
+    for (contrast, step) in found
+        .first_contrasts()
+        .zip(&found.gradients[0].criteria)
+        .take(1)
+    {
+        let difference = contrast.contrast.unwrap().difference;
+        assert!(difference.interval[0] > 0.0, "{difference:?}");
+        assert!(contrast.p_holm.unwrap() > LEVEL, "{contrast:?}");
+        assert_eq!(step.outcome, contrast.outcome());
+        assert_eq!(step.outcome, Outcome::NotDecided);
+    }
+    // Clusters are adjusted over the three pairs.
+    let least: Vec<f64> = found
+        .clusters
+        .iter()
+        .map(|one| one.clusters.first().map_or(1.0, |largest| largest.p_value))
+        .collect();
+    let adjusted: Vec<f64> = found.clusters.iter().map(|one| one.p_holm).collect();
+    assert_eq!(adjusted, piezotact::statistics::holm(&least));
+}
+
+#[test]
+fn one_person_or_recording_is_there_once() {
+    let of = |change: &dyn Fn(&mut Vec<EegErd>)| {
+        let mut all = documents(3);
+        change(&mut all);
+        compare(&all, &config()).map(|found| found.participants)
+    };
+    let named = |name: &'static str| {
+        of(&move |all| {
+            for document in &mut all[3..6] {
+                document.subject.participant = name.into();
+            }
+        })
+    };
+    assert_eq!(named("sub-P01").unwrap(), ["P00", "P01", "P02"]);
+    let said = named("p-2").unwrap_err().to_string();
+    assert!(said.contains("found P02 and p-2"), "{said}");
+    let said = of(&|all| all[4].electrodes = all[1].electrodes.clone());
+    let said = said.unwrap_err().to_string();
+    assert!(
+        said.contains("found the same numbers in P00_imagery.vhdr"),
+        "{said}"
+    );
+}
+
+#[test]
+fn unequal_numbers_of_epochs_are_said() {
+    let mut all = documents(4);
+    for document in &mut all {
+        let epochs = if document.subject.task == "imagery" {
+            12
+        } else {
+            60
+        };
+        for change in &mut document.electrodes {
+            change.epochs = epochs;
+        }
+    }
+    let found = compare(&all, &config()).unwrap();
+    assert!(
+        found
+            .doubts
+            .iter()
+            .any(|doubt| doubt.code == "eeg_epochs_unequal")
+    );
+    let said = found.epochs_sentence();
+    assert!(
+        said.ends_with("control 60, imagery 12, natural 60"),
+        "{said}"
+    );
 }
 
 #[test]

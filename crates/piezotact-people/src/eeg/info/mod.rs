@@ -12,8 +12,8 @@ use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{Channel, StartTime};
 use serde::{Deserialize, Serialize};
 
-use super::pulses::SharedClock;
 use super::held::held;
+use super::pulses::SharedClock;
 use super::reference::Montage;
 use super::source::{Segment, SignalKind, events, marker_name, tasks};
 
@@ -117,7 +117,9 @@ impl Content for EegInfo {
 #[must_use]
 pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
     let first = segments.first().map(|segment| segment.recording);
-    let channels = segments.first().map_or_else(Vec::new, |first| channels(first, segments));
+    let channels = segments
+        .first()
+        .map_or_else(Vec::new, |first| channels(first, segments));
     let mut doubts: Vec<Doubt> = first.map_or_else(Vec::new, |r| r.about.doubts.clone());
     for part in segments.iter().skip(1) {
         let own = &part.recording.about.doubts;
@@ -146,19 +148,21 @@ fn channels(first: &Segment<'_>, segments: &[Segment<'_>]) -> Vec<ChannelInfo> {
     let names: Vec<String> = own.iter().map(|channel| channel.name.clone()).collect();
     let known = Montage::known(&names);
     let channels = first.recording.channels_with_clocks().zip(known);
-    let of = channels.enumerate().map(|(number, ((channel, clock), known))| {
-        let parts: Vec<&[f64]> = segments
-            .iter()
-            .filter_map(|part| part.recording.channels().get(number))
-            .map(|channel| channel.samples.as_slice())
-            .collect();
-        let kind = first.kind_of(&channel.name, &channel.unit);
-        ChannelInfo {
-            positioned: known.is_some(),
-            bad: first.is_bad(&channel.name),
-            ..channel_info(channel, kind, clock.rate_hz, &parts)
-        }
-    });
+    let of = channels
+        .enumerate()
+        .map(|(number, ((channel, clock), known))| {
+            let parts: Vec<&[f64]> = segments
+                .iter()
+                .filter_map(|part| part.recording.channels().get(number))
+                .map(|channel| channel.samples.as_slice())
+                .collect();
+            let kind = first.kind_of(&channel.name, &channel.unit);
+            ChannelInfo {
+                positioned: known.is_some(),
+                bad: first.is_bad(&channel.name),
+                ..channel_info(channel, kind, clock.rate_hz, &parts)
+            }
+        });
     of.collect()
 }
 

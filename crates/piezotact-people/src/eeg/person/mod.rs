@@ -405,7 +405,10 @@ fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Doubt> {
         shortest_s: near.iter().copied().fold(f64::INFINITY, f64::min),
         needed_s,
     };
-    (!near.is_empty()).then(|| doubt.into()).into_iter().collect()
+    (!near.is_empty())
+        .then(|| doubt.into())
+        .into_iter()
+        .collect()
 }
 
 fn smears(config: &PersonConfig, plan: &TfrPlan) -> Vec<Smear> {

@@ -10,8 +10,8 @@ use piezotact::quantity::SampleRate;
 use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
-use super::clean::EogRegression;
 use super::EegDoubt;
+use super::clean::EogRegression;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
 use super::reference::{CsdConfig, average, current_source_density, to_channels};

@@ -63,7 +63,11 @@ impl Signals {
                 channels: listed(channels),
             }),
         };
-        let eog = config.eog.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+        let eog = config
+            .eog
+            .iter()
+            .map(known)
+            .collect::<Result<Vec<_>, _>>()?;
         let mut bad: Vec<&str> = Vec::new();
         let electrodes: Vec<String> = match &config.channels {
             ChannelChoice::Named(names) => {
@@ -127,10 +131,12 @@ impl Signals {
             starts.clear();
             let begins = volts.len();
             for (segment, part) in segments.iter().zip(&parts) {
-                let own = part.get(name.as_str()).ok_or_else(|| PrepareError::NoChannel {
-                    name: name.clone(),
-                    channels: listed(segment.recording.channels()),
-                })?;
+                let own = part
+                    .get(name.as_str())
+                    .ok_or_else(|| PrepareError::NoChannel {
+                        name: name.clone(),
+                        channels: listed(segment.recording.channels()),
+                    })?;
                 starts.push(volts.len() - begins);
                 volts.extend_from_slice(&own.samples);
             }
@@ -216,7 +222,11 @@ impl Signals {
 
 /// The names of channels, the first of many.
 fn listed(channels: &[Channel]) -> String {
-    let names: Vec<&str> = channels.iter().take(LISTED).map(|c| c.name.as_str()).collect();
+    let names: Vec<&str> = channels
+        .iter()
+        .take(LISTED)
+        .map(|c| c.name.as_str())
+        .collect();
     let further = channels.len().saturating_sub(LISTED);
     match further {
         0 => names.join(", "),

@@ -283,7 +283,9 @@ fn epochs_of_one_task_are_taken() {
 
 #[test]
 fn an_electrode_that_is_off_for_a_while_loses_these_epochs_alone() {
-    let events: Vec<(f64, &str, &str)> = (1..=8).map(|i| (2.0 * f64::from(i), "touch", "S1")).collect();
+    let events: Vec<(f64, &str, &str)> = (1..=8)
+        .map(|i| (2.0 * f64::from(i), "touch", "S1"))
+        .collect();
     let (recording, samples) = recording(20, &events);
     let mut channels = recording.channels().to_vec();
     // C4 is off from 7 s to 11 s.
@@ -303,11 +305,19 @@ fn an_electrode_that_is_off_for_a_while_loses_these_epochs_alone() {
         stated: &[],
     };
     let found = prepare(&[segment], &config(&[("touch", "S1")])).unwrap();
-    let lost: Vec<f64> = found.counts.not_whole.iter().map(|one| one.onset_s).collect();
+    let lost: Vec<f64> = found
+        .counts
+        .not_whole
+        .iter()
+        .map(|one| one.onset_s)
+        .collect();
     assert_eq!(lost, [6.0, 8.0, 10.0]);
     let reason = &found.counts.not_whole[0].reason;
     assert_eq!(reason.to_string(), "C4 holds one value within it");
-    assert_eq!((found.epochs.count(), found.counts.conditions[0].left_out), (5, 3));
+    assert_eq!(
+        (found.epochs.count(), found.counts.conditions[0].left_out),
+        (5, 3)
+    );
     assert_eq!(found.onsets_s, [2.0, 4.0, 12.0, 14.0, 16.0]);
     let without = PrepareConfig {
         channels: ChannelChoice::AllBut(vec!["C4".into()]),
@@ -318,7 +328,9 @@ fn an_electrode_that_is_off_for_a_while_loses_these_epochs_alone() {
 
 #[test]
 fn what_the_table_beside_the_file_states_is_used() {
-    let mut events: Vec<(f64, &str, &str)> = (1..=4).map(|i| (2.0 * f64::from(i), "touch", "S1")).collect();
+    let mut events: Vec<(f64, &str, &str)> = (1..=4)
+        .map(|i| (2.0 * f64::from(i), "touch", "S1"))
+        .collect();
     // The same marker again.
     events.push(events[0]);
     let (recording, samples) = recording(12, &events);
@@ -336,7 +348,11 @@ fn what_the_table_beside_the_file_states_is_used() {
     let asked = config(&[("touch", "S1")]);
     let found = prepare(&[segment], &asked).unwrap();
     assert_eq!(found.epochs.channels(), ["C3", "VEOG"]);
-    let codes: Vec<&str> = found.doubts.iter().map(|doubt| doubt.code.as_ref()).collect();
+    let codes: Vec<&str> = found
+        .doubts
+        .iter()
+        .map(|doubt| doubt.code.as_ref())
+        .collect();
     assert_eq!(codes, ["eeg_markers_twice", "eeg_bad_channels_left_out"]);
     assert_eq!(found.epochs.count(), 4);
     let named = PrepareConfig {
@@ -344,9 +360,17 @@ fn what_the_table_beside_the_file_states_is_used() {
         ..asked.clone()
     };
     let doubts = prepare(&[segment], &named).unwrap().doubts;
-    assert!(doubts.iter().any(|doubt| doubt.code == "eeg_bad_channels_used"), "{doubts:?}");
+    assert!(
+        doubts
+            .iter()
+            .any(|doubt| doubt.code == "eeg_bad_channels_used"),
+        "{doubts:?}"
+    );
     // Without the table VEOG is no electrode, and no part of the mean of all.
-    let plain = Segment { stated: &[], ..segment };
+    let plain = Segment {
+        stated: &[],
+        ..segment
+    };
     let mixed = PrepareConfig {
         channels: ChannelChoice::Named(["C3", "VEOG"].map(String::from).to_vec()),
         reference: Reference::Average,
@@ -359,5 +383,8 @@ fn what_the_table_beside_the_file_states_is_used() {
         reference: Reference::Channels(vec!["C4".into()]),
         ..asked
     };
-    assert_eq!(prepare(&[plain], &to_one).unwrap().epochs.channels(), ["C3"]);
+    assert_eq!(
+        prepare(&[plain], &to_one).unwrap().epochs.channels(),
+        ["C3"]
+    );
 }

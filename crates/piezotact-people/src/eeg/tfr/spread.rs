@@ -56,7 +56,11 @@ impl SpreadSink {
             let mean = *sum / n;
             let variance = (*square / n - mean * mean).max(0.0) * n / (n - 1.0).max(1.0);
             *sum = mean;
-            *square = if mean > 0.0 { variance / n / (mean * mean) } else { 0.0 };
+            *square = if mean > 0.0 {
+                variance / n / (mean * mean)
+            } else {
+                0.0
+            };
         }
         let power = Power {
             channels: epochs.channels().to_vec(),
