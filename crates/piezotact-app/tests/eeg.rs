@@ -316,11 +316,12 @@ fn tasks_are_compared_over_people() {
     );
     done.expect_success();
     for part in [
-        "6 participants, tasks natural, control",
+        "6 participants, tasks control, natural",
+        "Epochs of each participant and surface: control 20, natural 20",
         "control > natural (C3, alpha): holds",
         "all 32 sign flips were tried",
         "n = 6: they differ",
-        "control − natural, mean of surfaces, C4, alpha",
+        "natural − control, mean of surfaces, C4, alpha",
     ] {
         assert!(
             done.out().contains(part),
@@ -334,7 +335,7 @@ fn tasks_are_compared_over_people() {
     assert_eq!(contrast["surface"], "mean of surfaces");
     let criterion = &contrast["criteria"][0];
     assert_eq!(criterion["outcome"], "met");
-    assert!(contrast["contrast"]["difference"]["mean"].as_f64().unwrap() < -30.0);
+    assert!(contrast["contrast"]["difference"]["mean"].as_f64().unwrap() > 30.0);
     let cluster = &document["clusters"][0]["clusters"][0];
     assert!(cluster["p_value"].as_f64().unwrap() <= 0.05, "{cluster}");
     let report = read(&folder, "stats.html");
@@ -414,6 +415,11 @@ fn bad_input_is_named() {
         1,
         &["expected positions of the channels C3, Cz, C4", "E0, E1"],
     );
+    // No part of the recording is replaced, whatever is asked for.
+    for part in ["a.eeg", "a.vmrk"] {
+        with_events(&folder, &format!("eeg epochs a.vhdr --force --csv {part}"))
+            .expect_failure(2, &[part, "is read and would be replaced"]);
+    }
     // Half a file of samples.
     let samples = std::fs::read(folder.path("a.eeg")).unwrap();
     folder.write("a.eeg", &samples[..samples.len() / 2]);

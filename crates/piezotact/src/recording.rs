@@ -7,6 +7,7 @@ mod doubt;
 mod rehearsal;
 
 pub use doubt::RecordingDoubt;
+use std::collections::BTreeSet;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -300,6 +301,7 @@ impl Recording {
         if channels.is_empty() {
             return Err(RecordingError::NoChannel);
         }
+        let mut names = BTreeSet::new();
         for (i, channel) in channels.iter().enumerate() {
             let same = clock_of.iter().position(|clock| *clock == clock_of[i]);
             let first = &channels[same.unwrap_or(i)];
@@ -311,7 +313,7 @@ impl Recording {
                     found: channel.samples.len(),
                 });
             }
-            if channels[..i].iter().any(|other| other.name == channel.name) {
+            if !names.insert(channel.name.as_str()) {
                 return Err(RecordingError::SameName {
                     name: channel.name.clone(),
                 });
@@ -324,6 +326,22 @@ impl Recording {
             about: About::new(condition, provenance),
             annotations: Annotations::default(),
         })
+    }
+
+    /// Calls channels by `name` of their names.
+    ///
+    /// # Errors
+    /// [`RecordingError::SameName`] when two would share a name; then nothing is changed.
+    pub fn rename(&mut self, name: impl Fn(&str) -> String) -> Result<(), RecordingError> {
+        let names: Vec<String> = self.channels.iter().map(|c| name(&c.name)).collect();
+        let mut seen = BTreeSet::new();
+        if let Some(name) = names.iter().find(|name| !seen.insert(name.as_str())) {
+            return Err(RecordingError::SameName { name: name.clone() });
+        }
+        for (channel, name) in self.channels.iter_mut().zip(names) {
+            channel.name = name;
+        }
+        Ok(())
     }
 
     /// The channels.

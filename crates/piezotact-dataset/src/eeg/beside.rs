@@ -1,5 +1,6 @@
 //! EEG with what stands beside it: names by BIDS, its JSON file, its table of channels, a table of positions.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use piezotact::quantity::Seconds;
@@ -22,6 +23,19 @@ pub struct EegSource {
     pub participant: Option<String>,
     /// The task, if the name of the file or the JSON file beside it says so.
     pub task: Option<String>,
+    /// The rows of the table of channels beside the file; empty where there is none.
+    pub channels: Vec<ChannelRow>,
+}
+
+/// What a table of channels states of one (BIDS `_channels.tsv`).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ChannelRow {
+    /// The name, as channels of the source are called.
+    pub name: String,
+    /// The column `type`.
+    pub kind: Option<String>,
+    /// The column `status`.
+    pub status: Option<String>,
 }
 
 /// What the JSON file of an EEG recording states (BIDS).
@@ -42,12 +56,13 @@ pub struct StatedPosition {
 }
 
 /// Reads EEG with what stands beside it: any EEG file as [`read_eeg`], XDF and other recordings as one part. The name of a BIDS file
-/// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it.
+/// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it. Channels of EDF
+/// and BDF are called by their electrodes: `EEG C3-Ref` is `C3` where all electrodes have the same reference.
 ///
 /// # Errors
 /// [`ReadError`] when the file cannot be read, or what stands beside it states another rate, other channels or another task.
 pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
-    let (kind, segments) = read_segments(path)?;
+    let (kind, mut segments) = read_segments(path)?;
     let named = |entity: &str| entity_of(path, entity);
     let stated = stated_beside(path)?;
     let task = named("task");
@@ -64,14 +79,84 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
             ));
         }
     }
-    check_channels(path, &segments)?;
+    let mut channels = check_channels(path, &segments)?;
+    if kind.starts_with("EDF") || kind.starts_with("BDF") {
+        by_electrodes(&mut segments, &mut channels);
+    }
     let condition = &segments[0].recording.about.condition;
     Ok(EegSource {
         participant: named("sub").or_else(|| condition.participant.clone()),
         task: task.or_else(|| stated.and_then(|(_, stated)| stated.task_name)),
         kind,
         segments,
+        channels,
     })
+}
+
+/// The files that are read with the one at `path`, itself among them: samples, markers, and what stands beside it by BIDS.
+#[must_use]
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let mut found = vec![path.to_owned()];
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let ending = ending.unwrap_or_default().to_ascii_lowercase();
+    if ending == "vhdr" {
+        let named =
+            crate::input::read_input(path).map(|bytes| super::brainvision::named(path, &bytes));
+        found.extend(named.unwrap_or_default());
+        found.extend(["eeg", "vmrk", "dat"].map(|own| path.with_extension(own)));
+    }
+    if ending == "set" {
+        found.push(path.with_extension("fdt"));
+    }
+    found.extend(
+        ["eeg.json", "channels.tsv"]
+            .into_iter()
+            .filter_map(|own| sibling(path, own)),
+    );
+    let mut there: Vec<PathBuf> = Vec::new();
+    for file in found {
+        if file.is_file() && !there.contains(&file) {
+            there.push(file);
+        }
+    }
+    there
+}
+
+/// Calls channels by their electrodes, and the rows of the table too.
+///
+/// Source: EDF+ (B. Kemp and J. Olivan 2003, Clin. Neurophysiol. 114), 2.1.3: the label is the type of signal, a space, and the sensor.
+fn by_electrodes(segments: &mut [EegSegment], rows: &mut [ChannelRow]) {
+    const TYPE: &str = "EEG ";
+    let first = segments[0].recording.channels().iter();
+    let labels = first.filter_map(|channel| channel.name.strip_prefix(TYPE));
+    let labels: Vec<String> = labels.map(|label| label.trim().to_owned()).collect();
+    let behind = |label: &str| label.rsplit_once('-').map(|(_, behind)| behind.to_owned());
+    let reference = labels.first().and_then(|label| behind(label));
+    let reference = reference.filter(|own| {
+        // Of two electrodes each the pairs are kept: C3-A2 and C4-A1.
+        labels.len() > 1
+            && labels
+                .iter()
+                .all(|label| behind(label).as_ref() == Some(own))
+    });
+    let name = |name: &str| match name.strip_prefix(TYPE).map(str::trim) {
+        Some(label) if !label.is_empty() => match label.rsplit_once('-') {
+            Some((electrode, _)) if reference.is_some() && !electrode.is_empty() => {
+                electrode.trim().to_owned()
+            }
+            _ => label.to_owned(),
+        },
+        _ => name.to_owned(),
+    };
+    for segment in segments.iter_mut() {
+        // All segments have the channels of the first: where two of it would share a name, nothing was changed yet.
+        if segment.recording.rename(name).is_err() {
+            return;
+        }
+    }
+    for row in rows {
+        row.name = name(&row.name);
+    }
 }
 
 fn read_segments(path: &Path) -> Result<(String, Vec<EegSegment>), ReadError> {
@@ -172,10 +257,10 @@ fn check_rate(
     ))
 }
 
-/// Holds the channels of the file against the table beside it.
-fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<(), ReadError> {
+/// Holds the channels of the file against the table beside it; its rows.
+fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<Vec<ChannelRow>, ReadError> {
     let Some(table) = sibling(path, "channels.tsv") else {
-        return Ok(());
+        return Ok(Vec::new());
     };
     let (header, rows) = table_of(&table)?;
     let Some(name) = header.iter().position(|column| column == "name") else {
@@ -189,8 +274,10 @@ fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<(), ReadError>
     let stated: Vec<&String> = rows.iter().filter_map(|row| row.get(name)).collect();
     let channels = segments[0].recording.channels();
     let there: Vec<&String> = channels.iter().map(|channel| &channel.name).collect();
-    let missing = stated.iter().find(|name| !there.contains(name));
-    let further = there.iter().find(|name| !stated.contains(name));
+    let [set_of_stated, set_of_there] =
+        [&stated, &there].map(|names| names.iter().copied().collect::<BTreeSet<_>>());
+    let missing = stated.iter().find(|name| !set_of_there.contains(*name));
+    let further = there.iter().find(|name| !set_of_stated.contains(*name));
     let (found, todo) = match (missing, further) {
         (Some(missing), Some(further)) => (
             format!("`{missing}` in the table and `{further}` in the recording"),
@@ -201,7 +288,22 @@ fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<(), ReadError>
             "take its row out, or export all channels",
         ),
         (None, Some(further)) => (format!("`{further}` in the recording alone"), "add its row"),
-        (None, None) => return Ok(()),
+        (None, None) => {
+            let column = |name: &str| header.iter().position(|column| column == name);
+            let (kind, status) = (column("type"), column("status"));
+            let cell = |row: &Vec<String>, at: Option<usize>| {
+                let text = row.get(at?)?;
+                Some(text.clone()).filter(|text| !text.is_empty() && text != "n/a")
+            };
+            let row = |row: &Vec<String>| {
+                Some(ChannelRow {
+                    name: row.get(name)?.clone(),
+                    kind: cell(row, kind),
+                    status: cell(row, status),
+                })
+            };
+            return Ok(rows.iter().filter_map(row).collect());
+        }
     };
     Err(ReadError::content(
         &table,
@@ -363,6 +465,63 @@ mod tests {
             "name\ttype\tunits\nC3\tEEG\tuV\nC4\tEEG\tuV\n",
         );
         assert!(read_eeg_source(&path).is_ok());
+    }
+
+    #[test]
+    fn the_table_beside_a_file_and_its_own_files_are_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path());
+        let table = folder
+            .path()
+            .join("sub-01_ses-eeg_task-control_channels.tsv");
+        let text = "name\ttype\tunits\tstatus\nC3\tEEG\tuV\tbad\nC4\tVEOG\tuV\tn/a\n";
+        std::fs::write(&table, text).unwrap();
+        let found = read_eeg_source(&path).unwrap().channels;
+        let states: Vec<_> = found
+            .iter()
+            .map(|row| (row.kind.as_deref(), row.status.as_deref()))
+            .collect();
+        assert_eq!(states, [(Some("EEG"), Some("bad")), (Some("VEOG"), None)]);
+        let mut endings: Vec<String> = files_of(&path)
+            .iter()
+            .map(|file| shown(file).split("control_").nth(1).unwrap().to_owned())
+            .collect();
+        endings.sort();
+        assert_eq!(endings, ["channels.tsv", "eeg.eeg", "eeg.vhdr", "eeg.vmrk"]);
+    }
+
+    #[test]
+    fn labels_of_edf_become_names_of_electrodes() {
+        let of = |labels: &[&str]| {
+            let channels = labels.iter().map(|label| Channel {
+                name: (*label).into(),
+                unit: Unit::Volt,
+                samples: vec![0.0; 8],
+            });
+            let rate = SampleRate::new(250.0).unwrap();
+            let (condition, provenance) = (Condition::default(), Provenance::default());
+            let recording = Recording::new(channels.collect(), rate, condition, provenance);
+            let mut segments = [EegSegment {
+                recording: recording.unwrap(),
+                start_s: Seconds(0.0),
+                event_samples: Vec::new(),
+            }];
+            by_electrodes(&mut segments, &mut []);
+            let channels = segments[0].recording.channels().iter();
+            channels.map(|c| c.name.clone()).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            of(&["EEG C3", "EEG Cz", "EOG left"]),
+            ["C3", "Cz", "EOG left"]
+        );
+        assert_eq!(
+            of(&["EEG C3-Ref", "EEG C4-Ref", "Resp"]),
+            ["C3", "C4", "Resp"]
+        );
+        // Pairs of electrodes are kept, and what would share a name.
+        assert_eq!(of(&["EEG C3-A2", "EEG C4-A1"]), ["C3-A2", "C4-A1"]);
+        assert_eq!(of(&["EEG C3", "C3"]), ["EEG C3", "C3"]);
+        assert_eq!(of(&["EEG Fpz-Cz"]), ["Fpz-Cz"]);
     }
 
     #[test]

@@ -59,6 +59,18 @@ struct Header {
     channels: Vec<Described>,
 }
 
+/// The files of samples and markers that the header at `path`, with `bytes`, names.
+pub(super) fn named(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
+    let text = text_of(bytes);
+    let common = section(&text, "Common Infos");
+    let files = ["DataFile", "MarkerFile"].into_iter();
+    let files = files.filter_map(|key| value(&common, key));
+    let own = path.file_stem().unwrap_or_default().to_string_lossy();
+    files
+        .map(|name| in_folder_of(path, &name.replace("$b", &own)))
+        .collect()
+}
+
 /// Reads the recording whose header is at `path`, with `bytes`.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let header = header_of(path, &text_of(bytes))?;
@@ -418,7 +430,8 @@ fn parts_of(
         from: 0,
         start_s: 0.0,
     };
-    let (mut parts, mut doubts) = (vec![first], Vec::new());
+    let mut parts = vec![first];
+    let (mut backwards, mut undated) = (Vec::new(), Vec::new());
     let mut starts: Vec<&Marker> = markers.iter().filter(|m| m.begins_segment()).collect();
     starts.sort_by_key(|marker| marker.sample);
     let started_at = starts
@@ -443,20 +456,12 @@ fn parts_of(
         };
         if !gap {
             if (start_s - expected_s) * rate.hz() < -1.0 {
-                let what = format!(
-                    "the new segment at sample {} has a date before the end of the samples that precede it, and is read as their continuation",
-                    marker.sample
-                );
-                doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+                backwards.push(marker.sample);
             }
             continue;
         }
         if known.is_none() || marker.date.is_none() {
-            let what = format!(
-                "the file does not say how long the recording paused before the new segment at sample {}: its start is counted as if it had not",
-                marker.sample
-            );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            undated.push(marker.sample);
         }
         if let Some(date) = &marker.date {
             known = Some((marker.sample, start_s, date.clone()));
@@ -466,7 +471,27 @@ fn parts_of(
             start_s,
         });
     }
-    (parts, started_at, doubts)
+    // One doubt for all segments of a kind: a recording may have thousands.
+    let guessed = |samples: &[usize], what: &str| {
+        let first = samples.first()?;
+        let of = match samples.len() {
+            1 => format!("the new segment at sample {first}"),
+            count => format!("{count} new segments, the first at sample {first}"),
+        };
+        let what = format!("{of}: {what}");
+        Some(Doubt::from(RecordingDoubt::Guessed { what }))
+    };
+    let doubts = [
+        guessed(
+            &backwards,
+            "the date lies before the end of the samples that precede it, so it is read as their continuation",
+        ),
+        guessed(
+            &undated,
+            "the file does not say how long the recording paused before it, so its start is counted as if it had not",
+        ),
+    ];
+    (parts, started_at, doubts.into_iter().flatten().collect())
 }
 
 /// The date of a marker, `YYYYMMDDhhmmssuuuuuu`; `None` where it is none, or all zeros.

@@ -91,9 +91,10 @@ impl Content {
         };
         let starts: Vec<usize> = self.parts.iter().map(|part| part.from).collect();
         let mut segments = Vec::with_capacity(self.parts.len());
-        for (number, part) in self.parts.iter().enumerate() {
+        let of_parts = self.events_of_parts(rate, per_unit);
+        for (number, (part, own)) in self.parts.iter().zip(of_parts).enumerate() {
             let next = starts.get(number + 1).copied();
-            let (events, event_samples) = self.events_of(number, rate, per_unit);
+            let (events, event_samples) = own.into_iter().unzip();
             let mut channels = Vec::with_capacity(self.lines.len());
             for line in &mut self.lines {
                 let all = &mut line.channel.samples;
@@ -126,7 +127,10 @@ impl Content {
                 .as_ref()
                 .map(|at| at.later(Seconds(part.start_s)));
             recording.annotations.events = events;
-            recording.about.doubts.clone_from(&self.doubts);
+            // What is of the whole file stands once.
+            if number == 0 {
+                recording.about.doubts.clone_from(&self.doubts);
+            }
             let length_s = recording.duration();
             let outside = recording.annotations.outside(length_s);
             if let Some(first) = outside.first() {
@@ -150,14 +154,9 @@ impl Content {
         })
     }
 
-    /// The events of a part with the indices of their samples: those from its start to the start of the next. The first part has those
+    /// The events of each part with the indices of their samples: those from its start to the start of the next. The first part has those
     /// before it too.
-    fn events_of(
-        &self,
-        number: usize,
-        rate: SampleRate,
-        per_unit: usize,
-    ) -> (Vec<Event>, Vec<i64>) {
+    fn events_of_parts(&self, rate: SampleRate, per_unit: usize) -> Vec<Vec<(Event, i64)>> {
         // Half a sample of the fastest channel, so that an onset that was rounded when it was written stays in its part.
         let slack_s = 0.5 / rate.hz();
         let first_sample = |part: &Part| (part.from * per_unit) as f64;
@@ -168,12 +167,10 @@ impl Content {
             };
             self.parts.iter().rposition(begun).unwrap_or(0)
         };
-        let part = &self.parts[number];
-        let own = self
-            .events
-            .iter()
-            .filter(|event| part_of(event.place) == number);
-        own.map(|event| {
+        let mut found = vec![Vec::new(); self.parts.len()];
+        for event in &self.events {
+            let number = part_of(event.place);
+            let part = &self.parts[number];
             let (onset_s, sample) = match event.place {
                 Place::Sample(sample) => {
                     let first = first_sample(part);
@@ -192,8 +189,8 @@ impl Content {
                 kind: event.kind.clone(),
                 value: event.value.clone(),
             };
-            (event, sample)
-        })
-        .unzip()
+            found[number].push((event, sample));
+        }
+        found
     }
 }

@@ -22,7 +22,9 @@ use piezotact::Doubt;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingDoubt};
 
-pub use beside::{EegSource, StatedPosition, read_eeg_source, read_electrodes};
+pub use beside::{
+    ChannelRow, EegSource, StatedPosition, files_of, read_eeg_source, read_electrodes,
+};
 pub use brainvision_write::{EegMarker, markers_of, write_brainvision};
 pub use edf::write_edf;
 pub use xdf::{XdfFile, XdfStream, XdfValues, read_xdf};
@@ -75,7 +77,8 @@ impl fmt::Display for EegKind {
 /// A part of a recording without a gap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EegSegment {
-    /// Its channels; its events begin at its first sample, and `annotations.started_at` is the time of that sample.
+    /// Its channels; its events begin at its first sample, and `annotations.started_at` is the time of that sample. Doubts about the whole file
+    /// stand in the first segment.
     pub recording: Recording,
     /// The time of its first sample, from the first sample of the file, s.
     pub start_s: Seconds,

@@ -123,6 +123,8 @@ kinds! {
             flips: usize,
             /// The smallest p that they can give.
             smallest_p: f64,
+            /// Over how many tests it is adjusted by Holm.
+            tests: usize,
         },
         /// ICA stopped before its rule.
         NotConverged("eeg_ica_not_converged") {
@@ -259,7 +261,10 @@ impl DoubtKind for EegDoubt {
                 // The bias falls with one over the number of epochs.
                 count: (*epochs as f64 * bias_points.abs()).ceil() as usize,
             }],
-            Self::FewPeople { .. } => vec![Advice::MeasureParticipants { count: 6 }],
+            Self::FewPeople { tests, .. } => vec![Advice::MeasureParticipants {
+                // 2ⁿ⁻¹ flips, of which one has to be at most 5 % after Holm.
+                count: ((20.0 * *tests as f64).log2().ceil() as usize) + 1,
+            }],
             Self::FilterLongerThanSignal { .. }
             | Self::FewSamplesForIca { .. }
             | Self::NotConverged { .. } => vec![Advice::RecordLonger],
@@ -334,10 +339,22 @@ impl fmt::Display for EegDoubt {
                 people,
                 flips,
                 smallest_p,
+                tests: 1,
             } => write!(
                 f,
                 "{people} people have {flips} different sign flips, so the smallest possible p is {smallest_p:.3}: no cluster can be \
                  below 0.05"
+            ),
+            Self::FewPeople {
+                people,
+                flips,
+                smallest_p,
+                tests,
+            } => write!(
+                f,
+                "{people} people have {flips} different sign flips, so the smallest possible p is {smallest_p:.3}, and {:.3} after Holm over \
+                 {tests} pairs of tasks: no cluster may be below 0.05",
+                (smallest_p * *tests as f64).min(1.0)
             ),
             Self::NotConverged {
                 iterations,
@@ -486,6 +503,7 @@ mod tests {
                 people: 4,
                 flips: 8,
                 smallest_p: 0.125,
+                tests: 3,
             },
             EegDoubt::NotConverged {
                 iterations: 200,

@@ -8,9 +8,8 @@ use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prep
 use piezotact_people::eeg::source::{Segment, Subject};
 use piezotact_report::report::{self, html};
 
-use super::super::outputs;
 use super::options::{Preparing, Span};
-use super::{agreed, of_file, segments, source};
+use super::{Source, of_file, outputs_beside};
 use crate::advice::OptionWords;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
@@ -51,7 +50,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    outputs(&[&args.file], &written)?;
+    outputs_beside(&[&args.file], &written)?;
     let found = found(args)?;
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.evoked_table())?)?;
@@ -71,18 +70,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 }
 
 fn found(args: &Arguments) -> Outcome<EegEpochs> {
-    let source = source(&args.file)?;
+    let source = Source::read(&args.file)?;
     let options = &args.preparing;
-    let own = (options.participant.as_ref(), source.participant.as_ref());
-    let participant = agreed(&args.file, "participant", own.0, own.1)?;
-    let task = agreed(
-        &args.file,
-        "task",
-        options.task.as_ref(),
-        source.task.as_ref(),
-    )?;
+    let [participant, task] = source.subject(&args.file, options)?;
     let config = options.config(args.epoch.into(), task, args.min_epochs);
-    let prepared = prepared(&args.file, &segments(&source), &config)?;
+    let prepared = prepared(&args.file, &source.segments(), &config)?;
     let stated = |text: String| match text.is_empty() {
         true => "not stated".to_owned(),
         false => text,

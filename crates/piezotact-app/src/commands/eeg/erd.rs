@@ -2,19 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::eeg::{EegSource, read_electrodes};
 use piezotact_people::eeg::person::{EegErd, PersonConfig, PersonError, Positions, Region, person};
 use piezotact_people::eeg::reference::Montage;
+use piezotact_people::eeg::source::is_lettered;
 use piezotact_people::eeg::tfr::{Method, TfrConfig};
 use piezotact_report::report::{self, html};
 
-use super::super::{has_ending, outputs};
+use super::super::has_ending;
 use super::epochs::prepared;
 use super::options::{
     BandOption, CyclesOption, Frequencies, OrderOption, Preparing, RegionOption, Span,
 };
-use super::{agreed, of_file, segments, source, subject};
+use super::{Source, of_file, outputs_beside, subject};
 use crate::advice::OptionWords;
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
@@ -61,7 +63,7 @@ pub(crate) struct Arguments {
     /// Multitapers with this product of length and bandwidth, in place of Morlet wavelets.
     #[arg(long, value_name = "PRODUCT")]
     multitaper: Option<f64>,
-    /// From one time of the power to the next, s: of the maps, and of the means over baseline and window.
+    /// From one time of the maps to the next, s; means over baseline and window are of all samples.
     #[arg(long, value_name = "SECONDS", default_value = "0.05", value_parser = step)]
     step: f64,
     /// What is averaged before the baseline is divided.
@@ -87,7 +89,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// A time above 0: power is averaged over these times too, so that a coarse step is another result.
+/// A time above 0, at most the smear of the usual wavelets: a cluster test needs maps without holes.
 fn step(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(step_s) if step_s > 0.0 && step_s <= 0.1 => Ok(step_s),
@@ -103,7 +105,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     let mut read = vec![args.file.as_path()];
     read.extend(args.electrodes.as_deref());
-    outputs(&read, &written)?;
+    outputs_beside(&read, &written)?;
     if let Some(path) = &args.out {
         has_ending(path, &["json", "csv"])?;
     }
@@ -130,24 +132,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 }
 
 fn found(args: &Arguments) -> Outcome<EegErd> {
-    let source = source(&args.file)?;
+    let source = Source::read(&args.file)?;
     let options = &args.preparing;
-    let own = (options.participant.as_ref(), source.participant.as_ref());
-    let participant = agreed(&args.file, "participant", own.0, own.1)?;
-    let task = agreed(
-        &args.file,
-        "task",
-        options.task.as_ref(),
-        source.task.as_ref(),
-    )?;
-    let config = config(args, &source)?;
+    let [participant, task] = source.subject(&args.file, options)?;
+    let config = config(args, &source.source)?;
     let extent = match args.epoch {
         Some(extent) => extent.into(),
         None => config.extent(),
     };
     // Fewer epochs are named by surface.
     let preparing = options.config(extent, task, args.min_epochs);
-    let prepared = prepared(&args.file, &segments(&source), &preparing)?;
+    let prepared = prepared(&args.file, &source.segments(), &preparing)?;
     let subject = subject(&args.file, participant, &prepared.task)?;
     let positions = positions(args)?;
     let name = crate::report::name(&args.file);
@@ -164,11 +159,19 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
     };
     let Frequencies { range, step_hz } = args.frequencies;
     let power = TfrConfig::over(method, range, step_hz, args.cycles.0).map_err(usage)?;
-    let recording = &source.segments[0].recording;
+    let channels = source.segments[0].recording.channels().iter();
+    let names: Vec<String> = channels.map(|channel| channel.name.clone()).collect();
     let regions = match args.region.is_empty() {
         false => args.region.iter().map(|option| option.0.clone()).collect(),
+        true if is_lettered(&names) => {
+            return Err(usage(anyhow!(
+                "{}: expected --region, as its channels are called by letters and numbers (A1 to B32 and on), whose C3 is not that of the 10-10 \
+                 system; state the electrodes over the sensorimotor cortex by these names, and --electrodes for maps",
+                args.file.display()
+            )));
+        }
         true => {
-            let there = |name: &&str| recording.channels().iter().any(|c| c.name == *name);
+            let there = |name: &&str| names.iter().any(|own| own == name);
             let recorded: Vec<&str> = USUAL_REGIONS.into_iter().filter(|n| there(n)).collect();
             match recorded.is_empty() {
                 // Named as what is missing.

@@ -8,8 +8,7 @@ use piezotact_people::eeg::pulses::{PulseConfig, SharedClock, shared_clock};
 use piezotact_people::eeg::source::{Segment, times_of};
 use piezotact_report::report::{self, html};
 
-use super::super::outputs;
-use super::{of_file, segments, source};
+use super::{Source, of_file, outputs_beside};
 use crate::advice::OptionWords;
 use crate::failure::Outcome;
 use crate::invocation::write_report;
@@ -50,10 +49,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    outputs(&read, &written)?;
-    let source = source(&args.file)?;
-    let parts = segments(&source);
-    let mut found = info(&crate::report::name(&args.file), &source.kind, &parts);
+    outputs_beside(&read, &written)?;
+    let source = Source::read(&args.file)?;
+    let parts = source.segments();
+    let mut found = info(
+        &crate::report::name(&args.file),
+        &source.source.kind,
+        &parts,
+    );
     if let Some(clock) = clock(args, &parts)? {
         found = found.with_clock(clock);
     }
@@ -79,9 +82,9 @@ fn clock(args: &Arguments, parts: &[Segment<'_>]) -> Outcome<Option<SharedClock>
     let (Some(pulses), Some(against)) = (&args.pulses, &args.against) else {
         return Ok(None);
     };
-    let other = source(against)?;
+    let other = Source::read(against)?;
     let others = times_of(
-        &segments(&other),
+        &other.segments(),
         args.against_pulses.as_ref().unwrap_or(pulses),
     );
     let own = times_of(parts, pulses);

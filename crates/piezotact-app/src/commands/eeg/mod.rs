@@ -6,15 +6,17 @@ mod info;
 mod options;
 mod stats;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
-use piezotact_dataset::eeg::{EegSource, read_eeg_source};
-use piezotact_people::eeg::source::{Segment, Subject};
+use piezotact_dataset::eeg::{EegSource, files_of, read_eeg_source};
+use piezotact_people::eeg::source::{Segment, StatedChannel, Subject};
 
+use super::outputs;
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::reading_fits;
+use options::Preparing;
 
 #[derive(Debug, Args)]
 pub(crate) struct Eeg {
@@ -26,7 +28,7 @@ pub(crate) struct Eeg {
 enum EegCommand {
     /// Shows what an EEG file holds: channels, rate, parts, markers, known positions, flat and saturated channels, mains.
     #[command(
-        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
+        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it; channels\nthat it calls bad are not analysed. `EEG C3-Ref` of an EDF file is called C3. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
     )]
     Info(info::Arguments),
     /// Cuts epochs around markers, rejects the bad ones by stated limits, and averages them by condition.
@@ -55,22 +57,65 @@ pub(crate) fn run(args: &Eeg) -> Outcome {
     }
 }
 
-/// The file at `path` with what stands beside it.
-fn source(path: &Path) -> Outcome<EegSource> {
-    reading_fits(path)?;
-    Ok(read_eeg_source(path)?)
+/// A file with what stands beside it.
+struct Source {
+    source: EegSource,
+    stated: Vec<StatedChannel>,
 }
 
-/// The parts of a file as the science takes them.
-fn segments(source: &EegSource) -> Vec<Segment<'_>> {
-    let parts = source.segments.iter();
-    parts
-        .map(|part| Segment {
-            recording: &part.recording,
-            start_s: part.start_s,
-            event_samples: &part.event_samples,
+impl Source {
+    fn read(path: &Path) -> Outcome<Self> {
+        // The header of a recording is small; its samples are not.
+        for file in files_of(path) {
+            reading_fits(&file)?;
+        }
+        let source = read_eeg_source(path)?;
+        let rows = source.channels.iter();
+        let stated = rows.map(|row| {
+            StatedChannel::of_bids(&row.name, row.kind.as_deref(), row.status.as_deref())
+        });
+        Ok(Self {
+            stated: stated.collect(),
+            source,
         })
-        .collect()
+    }
+
+    /// The parts of the file as the science takes them.
+    fn segments(&self) -> Vec<Segment<'_>> {
+        let parts = self.source.segments.iter();
+        parts
+            .map(|part| Segment {
+                recording: &part.recording,
+                start_s: part.start_s,
+                event_samples: &part.event_samples,
+                stated: &self.stated,
+            })
+            .collect()
+    }
+
+    /// Participant and task: as stated, or as the file says.
+    fn subject(&self, path: &Path, options: &Preparing) -> Outcome<[Option<String>; 2]> {
+        let participant = options.participant.as_deref().map(|name| {
+            let label = name.strip_prefix("sub-").unwrap_or(name);
+            label.to_owned()
+        });
+        let of_file = [&self.source.participant, &self.source.task].map(Option::as_ref);
+        Ok([
+            agreed(path, "participant", participant.as_ref(), of_file[0])?,
+            agreed(path, "task", options.task.as_ref(), of_file[1])?,
+        ])
+    }
+}
+
+/// Refuses an output that would replace a file that is read: samples, markers and tables beside it too.
+fn outputs_beside(read: &[&Path], written: &[&Path]) -> Outcome {
+    let files: Vec<PathBuf> = read.iter().flat_map(|path| files_of(path)).collect();
+    let all: Vec<&Path> = files
+        .iter()
+        .map(PathBuf::as_path)
+        .chain(read.iter().copied())
+        .collect();
+    outputs(&all, written)
 }
 
 /// An error of the science about the file at `path`.

@@ -113,7 +113,7 @@ fn config(args: &Arguments) -> GroupConfig {
 }
 
 fn text(found: &EegStats) -> String {
-    let mut lines = vec![found.sentence()];
+    let mut lines = vec![found.sentence(), found.epochs_sentence()];
     lines.extend(found.gradients.iter().map(|one| one.sentence()));
     lines.extend(
         found

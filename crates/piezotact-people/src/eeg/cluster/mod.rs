@@ -187,6 +187,7 @@ pub fn test(
         people: n,
         flips: count,
         smallest_p,
+        tests: 1,
     };
     Ok(ClusterTest {
         config: *config,

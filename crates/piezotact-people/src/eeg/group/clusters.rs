@@ -101,11 +101,6 @@ pub(super) fn clusters(
             continue;
         };
         let result = test(&values, &grid, &settings)?;
-        for doubt in &result.doubts {
-            if !doubts.contains(doubt) {
-                doubts.push(doubt.clone());
-            }
-        }
         found.push(described(
             people,
             &tasks,
@@ -115,11 +110,27 @@ pub(super) fn clusters(
             pairs.len(),
         ));
     }
+    doubts.extend(few_people(&found));
     let least: Vec<f64> = found.iter().map(|one| one.p_holm).collect();
     for (one, p) in found.iter_mut().zip(holm(&least)) {
         one.decide(p);
     }
     Ok((found, doubts))
+}
+
+/// A doubt where the smallest possible p is above the level once it is adjusted over the pairs of tasks.
+fn few_people(found: &[TaskClusters]) -> Option<Doubt> {
+    let tests = found.len();
+    let worst = found
+        .iter()
+        .max_by(|a, b| a.smallest_p.total_cmp(&b.smallest_p))?;
+    let doubt = EegDoubt::FewPeople {
+        people: worst.people.len(),
+        flips: worst.flips,
+        smallest_p: worst.smallest_p,
+        tests,
+    };
+    (worst.smallest_p * tests as f64 > LEVEL).then(|| doubt.into())
 }
 
 /// The pairs of neighbours among the electrodes, by their indices.

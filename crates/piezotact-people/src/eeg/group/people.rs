@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Doubt;
+use piezotact::doubt::DoubtKind as _;
 use piezotact::statistics::{mean, mean_interval};
 
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
@@ -223,12 +224,18 @@ impl<'a> People<'a> {
                 })
             }));
         }
-        // Those of the documents, each once.
+        // Those of the documents, each once; of biased baselines the worst.
+        let mut worst: Option<(f64, &Doubt)> = None;
         for doubt in documents.iter().flat_map(|one| &one.doubts) {
-            if !doubts.contains(doubt) {
+            if let Some(EegDoubt::RatioBias { bias_points, .. }) = EegDoubt::of(doubt) {
+                if worst.is_none_or(|(most, _)| bias_points > most) {
+                    worst = Some((bias_points, doubt));
+                }
+            } else if !doubts.contains(doubt) {
                 doubts.push(doubt.clone());
             }
         }
+        doubts.extend(worst.map(|(_, doubt)| doubt.clone()));
         doubts
     }
 }

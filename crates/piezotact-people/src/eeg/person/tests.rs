@@ -271,10 +271,12 @@ fn noise(channels: &[&str], epochs: usize, seed: u64) -> Prepared {
     .unwrap();
     let mut counts = made.counts.clone();
     let one = counts.conditions.remove(0);
-    counts.conditions.extend((0..4).map(|number| ConditionCount {
-        condition: surface(number),
-        ..one.clone()
-    }));
+    counts
+        .conditions
+        .extend((0..4).map(|number| ConditionCount {
+            condition: surface(number),
+            ..one.clone()
+        }));
     Prepared {
         epochs: volts,
         counts,
