@@ -213,6 +213,14 @@ impl Side {
     }
 }
 
+/// About `count` round numbers from `low` to `high`, and more where they would be one or two: a scale cannot be read from them.
+fn at_least_three(low: f64, high: f64, count: f64) -> Vec<f64> {
+    let more = (0..6).map(|further| ticks(low, high, count.max(2.0) + f64::from(further)));
+    let mut more = more.into_iter();
+    more.find(|ticks| ticks.len() > 2)
+        .unwrap_or_else(|| ticks(low, high, count))
+}
+
 /// A panel with axes.
 struct Frame<'a> {
     at: (f64, f64),
@@ -257,7 +265,7 @@ impl Frame<'_> {
     /// Ticks and labels: of y where the panel is the first of its row.
     fn ticks(&self, svg: &mut Svg, side: Side) {
         let bottom = self.at.1 + self.size.1;
-        for tick in ticks(self.x.low, self.x.high, self.size.0 / svg.em(3.6)) {
+        for tick in at_least_three(self.x.low, self.x.high, self.size.0 / svg.em(3.6)) {
             svg.mark_below(self.across(tick), bottom, tick);
         }
         let middle = (self.at.0 + 0.5 * self.size.0, bottom + svg.em(2.9));
@@ -325,5 +333,6 @@ mod tests {
         assert_eq!(drawn.matches("<polyline").count(), 4);
         assert_eq!(drawn.matches(">frequency, Hz<").count(), 1);
         assert_eq!(drawn.matches(">time, s<").count(), 2);
+        assert_eq!(at_least_three(-1.2, 1.0, 2.0), [-1.0, 0.0, 1.0]);
     }
 }

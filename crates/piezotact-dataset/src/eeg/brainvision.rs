@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use piezotact::Doubt;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::{Channel, EventValue, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, Channel, EventValue, RecordingDoubt, StartTime};
 
+use super::brainvision_write::SIMULATED;
 use super::content::{Content, Line, Marked, Part, Place};
 use super::ini::{section, text_of, value};
 use super::{EegFile, EegKind, eeg_unit, in_folder_of};
@@ -73,7 +74,11 @@ pub(super) fn named(path: &Path, bytes: &[u8]) -> Vec<PathBuf> {
 
 /// Reads the recording whose header is at `path`, with `bytes`.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
-    let header = header_of(path, &text_of(bytes))?;
+    let text = text_of(bytes);
+    let header = header_of(path, &text)?;
+    let is_simulated = text
+        .lines()
+        .any(|line| line.strip_prefix("; ") == Some(SIMULATED));
     let stored = crate::input::read_input(&header.data)
         .map_err(|_unreadable| missing(path, "DataFile", &header.data))?;
     let points = points_of(path, &header, stored.len())?;
@@ -136,6 +141,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         events,
         started_at,
         doubts,
+        bench: is_simulated.then_some(BenchKind::Twin),
     }
     .into_file(path)
 }

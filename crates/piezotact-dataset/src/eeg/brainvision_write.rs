@@ -5,7 +5,7 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::quantity::Unit;
-use piezotact::recording::{EventValue, Recording, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, EventValue, Recording, RecordingDoubt, StartTime};
 
 use crate::atomic::{Prepared, led_to};
 use crate::error::WriteError;
@@ -53,6 +53,9 @@ pub fn markers_of(recording: &Recording) -> Vec<EegMarker> {
     });
     markers.collect()
 }
+
+/// The comment in the header of a recording that no person took part in.
+pub(super) const SIMULATED: &str = "Simulated by the digital twin of piezotact";
 
 /// The type of the markers at which a segment begins.
 const NEW_SEGMENT: &str = "New Segment";
@@ -195,9 +198,13 @@ fn header(
     data: &Path,
     marks: &Path,
 ) -> Result<String, WriteError> {
+    let simulated = match recording.about.provenance.bench {
+        Some(BenchKind::Twin) => format!("; {SIMULATED}\r\n"),
+        _ => String::new(),
+    };
     let mut text = format!(
         "Brain Vision Data Exchange Header File Version 1.0\r\n\
-         ; Written by piezotact\r\n\r\n\
+         ; Written by piezotact\r\n{simulated}\r\n\
          [Common Infos]\r\n\
          Codepage=UTF-8\r\n\
          DataFile={}\r\n\

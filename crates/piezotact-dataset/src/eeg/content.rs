@@ -5,7 +5,8 @@ use std::path::Path;
 use piezotact::Doubt;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingDoubt, StartTime,
+    BenchKind, Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingDoubt,
+    StartTime,
 };
 
 use super::{EegFile, EegKind, EegSegment, unique_names};
@@ -55,6 +56,8 @@ pub(super) struct Content {
     pub(super) events: Vec<Marked>,
     pub(super) started_at: Option<StartTime>,
     pub(super) doubts: Vec<Doubt>,
+    /// The bench, where the file says that no person took part.
+    pub(super) bench: Option<BenchKind>,
 }
 
 /// The index of the sample nearest to a time, halves to the even one.
@@ -115,6 +118,7 @@ impl Content {
             }
             let provenance = Provenance {
                 source: path.display().to_string(),
+                bench: self.bench,
                 ..Provenance::default()
             };
             let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)

@@ -118,6 +118,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         events,
         started_at: None,
         doubts,
+        bench: None,
     }
     .into_file(path)
 }

@@ -179,6 +179,8 @@ kinds! {
             /// How many electrodes there are.
             electrodes: usize,
         },
+        /// The recording was made by the digital twin.
+        Simulated("eeg_simulated") {},
         /// Channels that a table calls bad are left out.
         BadLeftOut("eeg_bad_channels_left_out") {
             /// Which.
@@ -395,6 +397,9 @@ impl fmt::Display for EegDoubt {
                 "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and \
                  times of one electrode alone"
             ),
+            Self::Simulated {} => f.write_str(
+                "the digital twin made this EEG: no person took part, and nothing follows from it about people",
+            ),
             Self::BadLeftOut { names } => write!(
                 f,
                 "{names}: left out, as the table of channels beside the file calls them bad; name all channels to analyse them"
@@ -541,6 +546,7 @@ mod tests {
                 epochs: 10,
                 expected: 0.28,
             },
+            EegDoubt::Simulated {},
             EegDoubt::BadLeftOut { names: text() },
             EegDoubt::BadUsed { names: text() },
             EegDoubt::EpochsOverlap {

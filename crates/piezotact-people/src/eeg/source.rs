@@ -3,9 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use piezotact::Doubt;
 use piezotact::quantity::{Seconds, Unit};
-use piezotact::recording::{Event, EventValue, Recording};
+use piezotact::recording::{BenchKind, Event, EventValue, Recording};
 use serde::{Deserialize, Serialize};
+
+use super::EegDoubt;
 
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
@@ -21,6 +24,21 @@ pub struct Segment<'a> {
     pub event_samples: &'a [i64],
     /// What a table beside the file states of its channels; empty where there is none.
     pub stated: &'a [StatedChannel],
+}
+
+/// What was found in the file, each once, and whether the twin made it.
+pub(super) fn doubts_of(segments: &[Segment<'_>]) -> Vec<Doubt> {
+    let mut doubts: Vec<Doubt> = Vec::new();
+    let simulated = segments
+        .iter()
+        .any(|one| one.recording.about.provenance.bench == Some(BenchKind::Twin));
+    doubts.extend(simulated.then(|| EegDoubt::Simulated {}.into()));
+    for doubt in segments.iter().flat_map(|one| &one.recording.about.doubts) {
+        if !doubts.contains(doubt) {
+            doubts.push(doubt.clone());
+        }
+    }
+    doubts
 }
 
 /// What a table states of a channel (BIDS `_channels.tsv`).

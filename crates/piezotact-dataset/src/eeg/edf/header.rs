@@ -4,7 +4,7 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::{RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, RecordingDoubt, StartTime};
 
 use crate::error::ReadError;
 
@@ -58,6 +58,8 @@ pub(super) struct Header {
     pub(super) standard: Standard,
     pub(super) gaps: Gaps,
     pub(super) started_at: Option<StartTime>,
+    /// The bench, where the recorder says that no person took part.
+    pub(super) bench: Option<BenchKind>,
     /// Bytes of the header, and of a record.
     pub(super) bytes: usize,
     pub(super) record_bytes: usize,
@@ -225,6 +227,10 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
         standard,
         gaps,
         started_at,
+        bench: recording
+            .trim()
+            .ends_with(super::TWIN)
+            .then_some(BenchKind::Twin),
         bytes: length,
         record_bytes,
         records,

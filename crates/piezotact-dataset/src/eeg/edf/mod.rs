@@ -123,9 +123,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         events,
         started_at: header.started_at.map(|at| at.later(Seconds(zero_s))),
         doubts,
+        bench: header.bench,
     }
     .into_file(path)
 }
+
+/// The equipment of a recording that no person took part in.
+const TWIN: &str = "piezotact_digital_twin";
 
 fn kind_of(header: &Header) -> EegKind {
     match (header.width, header.standard, header.gaps) {

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::quantity::Unit;
-use piezotact::recording::{Channel, Event, EventValue, Recording, RecordingDoubt, StartTime};
+use piezotact::recording::{
+    BenchKind, Channel, Event, EventValue, Recording, RecordingDoubt, StartTime,
+};
 
 use super::super::eeg_unit;
 use super::tal::{DURATION, END};
@@ -512,11 +514,15 @@ fn header(
         .as_ref()
         .map(ToString::to_string);
     let (date, time, day) = dates(path, start.as_deref())?;
+    let equipment = match recording.about.provenance.bench {
+        Some(BenchKind::Twin) => super::TWIN,
+        _ => "X",
+    };
     let mut text = format!(
         "{:8}{:80}{:80}{date:8}{time:8}{:8}{:44}{:8}{:8}{count:<4}",
         "0",
         "X X X X",
-        format!("Startdate {day} X X X"),
+        format!("Startdate {day} X X {equipment}"),
         256 * (count + 1),
         "EDF+C",
         layout.records,

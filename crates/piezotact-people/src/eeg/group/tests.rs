@@ -442,7 +442,12 @@ fn who_and_what_is_left_out_is_said() {
         .collect();
     assert_eq!(
         codes,
-        ["eeg_people_without_all_tasks", "eeg_electrodes_not_common"]
+        [
+            "eeg_people_without_all_tasks",
+            "eeg_electrodes_not_common",
+            // Six people in a pair of tasks cannot decide over three pairs.
+            "eeg_cluster_few_people"
+        ]
     );
     assert_eq!(found.electrodes.len(), 8);
     assert_eq!(found.contrasts[0].people.len(), 6);

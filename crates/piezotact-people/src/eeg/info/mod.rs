@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::held::held;
 use super::pulses::SharedClock;
 use super::reference::Montage;
-use super::source::{Segment, SignalKind, events, marker_name, tasks};
+use super::source::{Segment, SignalKind, doubts_of, events, marker_name, tasks};
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -120,16 +120,6 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
     let channels = segments
         .first()
         .map_or_else(Vec::new, |first| channels(first, segments));
-    let mut doubts: Vec<Doubt> = first.map_or_else(Vec::new, |r| r.about.doubts.clone());
-    for part in segments.iter().skip(1) {
-        let own = &part.recording.about.doubts;
-        doubts.extend(
-            own.iter()
-                .filter(|d| !doubts.contains(d))
-                .cloned()
-                .collect::<Vec<_>>(),
-        );
-    }
     EegInfo {
         file: file.to_owned(),
         kind: kind.to_owned(),
@@ -139,7 +129,7 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
         markers: marker_counts(segments),
         tasks: tasks(segments),
         clock: None,
-        doubts,
+        doubts: doubts_of(segments),
     }
 }
 

@@ -138,11 +138,21 @@ impl EegErd {
         )
     }
 
-    /// The changes in regions for a page whose title says who and what they are of.
+    /// The changes in regions for a page whose title says who and what they are of; baseline and window as one cell each.
     fn page_table(&self) -> Table {
         let mut table = self.regions_table();
+        let spans = [self.config.baseline_s, self.config.window_s];
+        let spans = spans.map(|span| Cell::Text(span_text(span).replace(" s", "")));
+        let columns = [
+            Column::new("baseline, s", "baseline_s"),
+            Column::new("window, s", "window_s"),
+        ];
+        // Between what leads to a change and what is averaged first.
+        let from = table.columns.len() - 5;
+        table.columns.splice(from..from + 4, columns);
         table.columns.drain(..2);
         for row in &mut table.rows {
+            row.splice(from..from + 4, spans.clone());
             row.drain(..2);
         }
         table
@@ -169,8 +179,10 @@ impl EegErd {
             Column::new("dB", "decibels"),
             Column::new("bias, points", "bias_points"),
             Column::new("epochs", "epochs"),
-            Column::new("baseline, s", "baseline_s"),
-            Column::new("window, s", "window_s"),
+            Column::new("baseline from, s", "baseline_from_s"),
+            Column::new("to, s", "baseline_to_s"),
+            Column::new("window from, s", "window_from_s"),
+            Column::new("to, s", "window_to_s"),
             Column::new("averaged first", "averaged_first"),
         ]);
         let order = match self.config.order {
@@ -190,8 +202,10 @@ impl EegErd {
                     Cell::from(change.decibels),
                     Cell::from(change.bias_points),
                     Cell::Text(change.epochs.to_string()),
-                    Cell::Text(span_text(self.config.baseline_s).replace(" s", "")),
-                    Cell::Text(span_text(self.config.window_s).replace(" s", "")),
+                    Cell::from(self.config.baseline_s[0]),
+                    Cell::from(self.config.baseline_s[1]),
+                    Cell::from(self.config.window_s[0]),
+                    Cell::from(self.config.window_s[1]),
                     Cell::from(order),
                 ]
             })

@@ -15,7 +15,7 @@ use super::clean::EogRegression;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
 use super::reference::{CsdConfig, average, current_source_density, to_channels};
-use super::source::{Segment, is_marker, markers, task_of, tasks};
+use super::source::{Segment, doubts_of, is_marker, markers, task_of, tasks};
 use signals::Signals;
 
 pub use error::PrepareError;
@@ -190,16 +190,10 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     let mut signals = Signals::of(segments, config)?;
     let task = task_asked(segments, config.task.as_deref())?;
     let (marked, mut outside) = marked(segments, config, &task, &signals.starts)?;
-    let mut doubts: Vec<Doubt> = Vec::new();
+    let mut doubts = doubts_of(segments);
     let marked = once(marked, &mut doubts);
     let (marked, within_held) = beside_held(marked, &signals, &config.extent);
     outside.extend(within_held);
-    // What was found in the file, each once.
-    for doubt in segments.iter().flat_map(|one| &one.recording.about.doubts) {
-        if !doubts.contains(doubt) {
-            doubts.push(doubt.clone());
-        }
-    }
     doubts.extend(signals.doubts.iter().cloned());
     doubts.extend(filtered(&mut signals, &config.filters)?);
     let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
