@@ -110,7 +110,7 @@ fn every_break_of_eeg_is_found() {
         parts.push(ending);
         file(root, &parts)
     }
-    let breaks: [Break; 6] = [
+    let breaks: [Break; 12] = [
         ("samples cut in half", "samples", "_eeg.vhdr", |root| {
             let path = of(root, "_eeg.eeg");
             let bytes = std::fs::read(&path).unwrap();
@@ -145,6 +145,44 @@ fn every_break_of_eeg_is_found() {
                 text.replace("\nC3\t", "\nC33\t")
             });
         }),
+        ("no reference stated", "metadata", "_eeg.vhdr", |root| {
+            edit(&of(root, "_eeg.json"), |text| {
+                text.replace("\"EEGReference\"", "\"Reference\"")
+            });
+        }),
+        ("an unknown type", "level", "_channels.tsv", |root| {
+            edit(&of(root, "_channels.tsv"), |text| {
+                text.replace("\nC3\tEEG", "\nC3\tEeg")
+            });
+        }),
+        ("a channel twice", "twice", "_channels.tsv", |root| {
+            edit(&of(root, "_channels.tsv"), |text| {
+                let twice = text.lines().find(|line| line.starts_with("C3\t"));
+                format!("{text}{}\n", twice.unwrap())
+            });
+        }),
+        ("a marker without a line", "onset", "_events.tsv", |root| {
+            edit(&of(root, "_events.tsv"), |text| {
+                let kept = text.lines().enumerate().filter(|(i, _)| *i != 2);
+                kept.map(|(_, line)| format!("{line}\n")).collect()
+            });
+        }),
+        ("an event off its marker", "onset", "_events.tsv", |root| {
+            edit(&of(root, "_events.tsv"), |text| {
+                crate::bids::with_cell(text, 3, "onset", |onset| {
+                    (onset.parse::<f64>().unwrap() + 0.05).to_string()
+                })
+            });
+        }),
+        (
+            "positions without axes",
+            "sidecar",
+            "_electrodes.tsv",
+            |root| {
+                std::fs::remove_file(file(root, &["sub-P01", "eeg/", "_coordsystem.json"]))
+                    .unwrap();
+            },
+        ),
         ("an event after the end", "onset", "_events.tsv", |root| {
             edit(&of(root, "_events.tsv"), |text| {
                 crate::bids::with_cell(text, 3, "onset", |_| "100000".into())

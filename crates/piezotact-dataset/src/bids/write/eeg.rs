@@ -98,7 +98,7 @@ impl BidsWriter<'_> {
                 .value
                 .take()
                 .and_then(|value| value_carried(value, bench));
-            event.kind = carried(&event.kind).unwrap_or_else(|| "event".to_owned());
+            event.kind = kind_carried(&event.kind, bench).unwrap_or_else(|| "event".to_owned());
         }
         let header = of.file_in("eeg", "eeg", "vhdr");
         let path = self.folder.path(&header)?;
@@ -232,13 +232,11 @@ impl BidsWriter<'_> {
             return Ok(());
         }
         let mut electrodes = table(&["name", "x", "y", "z"]);
-        for channel in recording.channels() {
-            if channel_type(&channel.name, &channel.unit) != "EEG" {
-                continue;
-            }
-            let montage = Montage::ten_ten(std::slice::from_ref(&channel.name)).ok();
-            let position = montage.and_then(|montage| montage.positions.first().copied());
-            let mut row = vec![Cell::from(channel.name.as_str())];
+        let own = recording.channels().iter();
+        let own = own.filter(|channel| channel_type(&channel.name, &channel.unit) == "EEG");
+        let names: Vec<String> = own.map(|channel| channel.name.clone()).collect();
+        for (name, position) in names.iter().zip(Montage::known(&names)) {
+            let mut row = vec![Cell::from(name.as_str())];
             for axis in 0..3 {
                 row.push(Cell::from(position.map(|position| position[axis] * HEAD_M)));
             }
@@ -271,6 +269,23 @@ fn value_carried(value: EventValue, bench: Option<BenchKind>) -> Option<EventVal
         }
         number => Some(number),
     }
+}
+
+/// Kinds of markers that amplifiers write.
+const KINDS: [&str; 7] = [
+    "Stimulus",
+    "Response",
+    "Trigger",
+    "Event",
+    "Comment",
+    "Sync Status",
+    "Status",
+];
+
+/// The kind of an event as it may be carried: words of amplifiers and codes of any file, all of our own benches.
+fn kind_carried(kind: &str, bench: Option<BenchKind>) -> Option<String> {
+    let kind = carried(kind)?;
+    (bench.is_some() || KINDS.contains(&kind.as_str()) || is_code(&kind)).then_some(kind)
 }
 
 /// Whether `text` is the code of a marker: up to three letters and digits, such as `S  1`, or one word in small letters.

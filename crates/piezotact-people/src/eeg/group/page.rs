@@ -498,7 +498,7 @@ impl EegStats {
         let text = match self.clusters.first() {
             None => "No cluster test: fewer than two participants took part in two tasks, or no time lies behind the baseline.".to_owned(),
             Some(first) => format!(
-                "Differences in dB, mean of surfaces, over {} electrodes × frequencies × times from {} s to {} s; nodes beyond t = ±{} form clusters; \
+                "Differences in dB (corrected for the bias of the logarithm), mean of surfaces, over {} electrodes × frequencies × times from {} s to {} s; nodes beyond t = ±{} form clusters; \
                  electrodes up to {}° apart are neighbours ({}). A cluster says that the tasks differ, not where or when exactly.",
                 first.nodes,
                 rounded(first.time_s[0]),

@@ -124,14 +124,12 @@ impl EegInfo {
             Column::new("rate, Hz", "rate_hz"),
             Column::new("position", "position"),
             Column::new("SD", "standard_deviation"),
-            Column::new("flat", "flat"),
+            Column::new("state", "state"),
             Column::new("at a limit, %", "saturated_percent"),
             Column::new("held, %", "frozen_percent"),
             Column::new("no number, %", "missing_percent"),
             Column::new("mains, %", "mains_percent"),
-            Column::new("status", "status"),
         ]);
-        let yes = |is: bool| if is { "yes" } else { "no" };
         table.rows = self
             .channels
             .iter()
@@ -148,12 +146,15 @@ impl EegInfo {
                     Cell::Text(rounded(c.rate_hz.hz())),
                     Cell::from(position),
                     Cell::from(c.spread),
-                    Cell::from(yes(c.flat)),
+                    Cell::from(match (c.flat, c.bad) {
+                        (true, _) => "flat",
+                        (false, true) => "called bad",
+                        (false, false) => "",
+                    }),
                     Cell::from(100.0 * c.saturated_share),
                     Cell::from(100.0 * c.frozen_share),
                     Cell::from(100.0 * c.missing_share),
                     Cell::from(100.0 * c.mains_share),
-                    Cell::from(if c.bad { "bad" } else { "" }),
                 ]
             })
             .collect();

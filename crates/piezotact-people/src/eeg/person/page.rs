@@ -280,7 +280,7 @@ impl EegErd {
         let maps = Maps::around_zero("change of power, dB", panels);
         let reach = rounded(maps.reach);
         Some(maps.captioned(format!(
-            "{} over time and frequency, dB; baseline {}, power averaged over epochs first. {SIGNS} One scale, ±{reach} dB. The line is the marker; the \
+            "{} over time and frequency, dB; baseline {}, power averaged over epochs first, corrected for the bias of the logarithm. {SIGNS} One scale, ±{reach} dB. The line is the marker; the \
              outlines are the windows that are evaluated; smear (1 SD): {}.",
             self.channels[channel],
             span_text(self.config.baseline_s),
