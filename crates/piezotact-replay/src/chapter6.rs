@@ -102,6 +102,7 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
             .collect(),
         missing: vec![
             "Figure 88 (the surfaces): the command `twin surface M8` of piezotact writes their height maps.".into(),
+            "Figure 94 draws the matrices of figure 95 as columns in space: the same numbers.".into(),
             "Figure 96 shows sources of the cortex, which the program does not compute; its counterpart shows electrodes.".into(),
         ],
     })

@@ -20,6 +20,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::recording::RehearsalDoubt>,
             $of::<crate::spectrum::SpectrumDoubt>,
             $of::<crate::resample::ResampleDoubt>,
+            $of::<crate::align::AlignDoubt>,
             $of::<crate::clipping::ClippingDoubt>,
             $of::<crate::integrity::SignalDoubt>,
             $of::<crate::noise::NoiseDoubt>,
@@ -59,6 +60,7 @@ pub mod quantity;
 pub mod statistics;
 
 // Signals.
+pub mod align;
 pub mod clipping;
 pub mod convolve;
 pub mod filter;

@@ -1,0 +1,75 @@
+//! Band-limited interpolation at times that are no whole samples.
+
+use std::f64::consts::PI;
+
+use super::Alignment;
+use crate::quantity::{SampleRate, Seconds};
+use crate::resample::bessel_i0;
+
+/// Samples on each side of a time.
+const HALF: usize = 32;
+/// The shape of the window: the stop band is below −100 dB.
+const BETA: f64 = 10.0;
+/// Steps of the table of the window; between them it is a line, to 1e-6.
+const STEPS: usize = 4096;
+
+/// The signal on the clock of the drive, and the time of its first sample there.
+pub(super) fn placed(
+    alignment: &Alignment,
+    samples: &[f64],
+    rate: SampleRate,
+) -> (Vec<f64>, Seconds) {
+    let rate_hz = rate.hz();
+    let end_s = rate.duration_of(samples.len().saturating_sub(1));
+    let slack = 1e-6;
+    let first = (alignment.on_drive(Seconds(0.0)).0 * rate_hz - slack).ceil();
+    let last = (alignment.on_drive(end_s).0 * rate_hz + slack).floor();
+    let count = (last - first + 1.0).max(0.0) as usize;
+    let window: Vec<f64> = (0..=STEPS)
+        .map(|i| {
+            let share = i as f64 / STEPS as f64;
+            bessel_i0(BETA * (1.0 - share * share).sqrt()) / bessel_i0(BETA)
+        })
+        .collect();
+    let at = |i: usize| {
+        let drive_s = (first + i as f64) / rate_hz;
+        between(
+            samples,
+            &window,
+            alignment.on_recording(Seconds(drive_s)).0 * rate_hz,
+        )
+    };
+    let found = match samples.is_empty() {
+        true => Vec::new(),
+        false => (0..count).map(at).collect(),
+    };
+    (found, Seconds(first / rate_hz))
+}
+
+/// The value at `place`, counted in samples; outside, the signal continues with its first and last value.
+fn between(samples: &[f64], window: &[f64], place: f64) -> f64 {
+    let base = place.floor();
+    let late = place - base;
+    let last = samples.len() as i64 - 1;
+    let (mut sum, mut weights) = (0.0, 0.0);
+    for step in 1 - HALF as i64..=HALF as i64 {
+        let away = step as f64 - late;
+        let step_of = away.abs() / HALF as f64 * STEPS as f64;
+        let Some([low, high]) = window
+            .get(step_of as usize..)
+            .and_then(<[f64]>::first_chunk)
+        else {
+            continue;
+        };
+        let window = low + (high - low) * step_of.fract();
+        let sinc = if away.abs() < 1e-12 {
+            1.0
+        } else {
+            (PI * away).sin() / (PI * away)
+        };
+        let at = (base as i64 + step).clamp(0, last.max(0)) as usize;
+        sum += samples[at] * sinc * window;
+        weights += sinc * window;
+    }
+    sum / weights
+}
