@@ -38,6 +38,15 @@ pub struct ChannelRow {
     pub status: Option<String>,
 }
 
+impl ChannelRow {
+    /// Whether its status is bad.
+    #[must_use]
+    pub fn is_bad(&self) -> bool {
+        let status = self.status.as_deref();
+        status.is_some_and(|status| status.eq_ignore_ascii_case("bad"))
+    }
+}
+
 /// What the JSON file of an EEG recording states (BIDS).
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "PascalCase", default)]
@@ -140,6 +149,13 @@ fn by_electrodes(segments: &mut [EegSegment], rows: &mut [ChannelRow]) {
                 .all(|label| behind(label).as_ref() == Some(own))
     });
     let name = |name: &str| match name.strip_prefix(TYPE).map(str::trim) {
+        // `EOG VEOG` says its type twice.
+        None if name
+            .strip_prefix("EOG ")
+            .is_some_and(|own| own.to_uppercase().contains("EOG")) =>
+        {
+            name["EOG ".len()..].trim().to_owned()
+        }
         Some(label) if !label.is_empty() => match label.rsplit_once('-') {
             Some((electrode, _)) if reference.is_some() && !electrode.is_empty() => {
                 electrode.trim().to_owned()
@@ -210,6 +226,13 @@ fn sibling(path: &Path, suffix: &str) -> Option<PathBuf> {
     beside.is_file().then_some(beside)
 }
 
+/// What stands in the place of such a file and is none: a link that leads nowhere, a folder.
+fn unreadable(path: &Path, suffix: &str) -> Option<PathBuf> {
+    let stem = path.file_stem()?.to_str()?.strip_suffix("_eeg")?.to_owned();
+    let beside = path.with_file_name(format!("{stem}_{suffix}"));
+    (std::fs::symlink_metadata(&beside).is_ok() && !beside.is_file()).then_some(beside)
+}
+
 fn stated_beside(path: &Path) -> Result<Option<(PathBuf, Stated)>, ReadError> {
     let Some(json) = sibling(path, "eeg.json") else {
         return Ok(None);
@@ -260,6 +283,14 @@ fn check_rate(
 /// Holds the channels of the file against the table beside it; its rows.
 fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<Vec<ChannelRow>, ReadError> {
     let Some(table) = sibling(path, "channels.tsv") else {
+        if let Some(broken) = unreadable(path, "channels.tsv") {
+            return Err(ReadError::content(
+                &broken,
+                "a table of channels",
+                "something that is no file, or a link that leads nowhere",
+                "fetch the file (git annex get), or move it away",
+            ));
+        }
         return Ok(Vec::new());
     };
     let (header, rows) = table_of(&table)?;
@@ -295,6 +326,20 @@ fn check_channels(path: &Path, segments: &[EegSegment]) -> Result<Vec<ChannelRow
                 let text = row.get(at?)?;
                 Some(text.clone()).filter(|text| !text.is_empty() && text != "n/a")
             };
+            let odd = rows.iter().filter_map(|row| cell(row, status));
+            let odd = odd.into_iter().find(|status| {
+                !["good", "bad"]
+                    .iter()
+                    .any(|known| status.eq_ignore_ascii_case(known))
+            });
+            if let Some(odd) = odd {
+                return Err(ReadError::content(
+                    &table,
+                    "the status good, bad or n/a",
+                    format!("`{odd}`"),
+                    "correct it",
+                ));
+            }
             let row = |row: &Vec<String>| {
                 Some(ChannelRow {
                     name: row.get(name)?.clone(),
@@ -353,6 +398,15 @@ pub fn read_electrodes(path: &Path) -> Result<Vec<StatedPosition>, ReadError> {
             name: cell(name).to_owned(),
             position,
         });
+    }
+    let mut names = BTreeSet::new();
+    if let Some(twice) = found.iter().find(|one| !names.insert(one.name.as_str())) {
+        return Err(ReadError::content(
+            path,
+            "each electrode once",
+            format!("`{}` twice", twice.name),
+            "remove one of the rows",
+        ));
     }
     if found.is_empty() {
         return Err(ReadError::content(

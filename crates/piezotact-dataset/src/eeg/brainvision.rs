@@ -57,6 +57,8 @@ struct Header {
     rate: SampleRate,
     /// The number of samples of a channel, where it is stated.
     points: Option<usize>,
+    /// The samples of a segment, where the recording was cut around markers.
+    segment_points: Option<usize>,
     channels: Vec<Described>,
 }
 
@@ -106,7 +108,22 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             ),
         ));
     }
-    let (parts, started_at, doubts) = parts_of(&markers, header.rate, points);
+    let (parts, started_at, mut doubts) = parts_of(&markers, header.rate, points);
+    let parts = match header.segment_points {
+        Some(each) if parts.len() == 1 && each < points => {
+            let what = format!(
+                "the header says that the recording was cut into segments of {each} samples, and not when each began; their starts are counted as if nothing lay between"
+            );
+            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            let starts = (0..points).step_by(each);
+            let part = |from: usize| Part {
+                from,
+                start_s: header.rate.duration_of(from).0,
+            };
+            starts.map(part).collect()
+        }
+        _ => parts,
+    };
     let mut lines = Vec::with_capacity(header.channels.len());
     let all = samples_of(&header, &stored, points);
     for (described, samples) in header.channels.iter().zip(all) {
@@ -290,7 +307,18 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
             )),
         }
     };
+    if value(&infos, "Averaged").is_some_and(|text| text.eq_ignore_ascii_case("YES")) {
+        return Err(wrong(
+            "a recording (Averaged=NO)".into(),
+            "averages (Averaged=YES): epochs cannot be cut from them".into(),
+        ));
+    }
+    let cut = value(&infos, "SegmentationType");
+    let is_cut = cut.is_some_and(|text| !text.eq_ignore_ascii_case("NOTSEGMENTED"));
+    let segment_points = value(&infos, "SegmentDataPoints").and_then(whole);
+    let segment_points = segment_points.filter(|each| is_cut && *each > 0);
     Ok(Header {
+        segment_points,
         data: named("DataFile", required("DataFile")?)?,
         markers: match value(&infos, "MarkerFile") {
             Some(name) => Some(named("MarkerFile", name)?),

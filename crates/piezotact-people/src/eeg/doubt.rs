@@ -186,6 +186,37 @@ kinds! {
             /// Which.
             names: String,
         },
+        /// Channels without a position are in the mean of all electrodes.
+        UnknownInReference("eeg_unknown_in_reference") {
+            /// Which.
+            names: String,
+        },
+        /// Channels without a position are left out of a current source density.
+        WithoutPosition("eeg_csd_without_position") {
+            /// Which.
+            names: String,
+        },
+        /// Power scatters so much from epoch to epoch that maps of few epochs are biased.
+        Bursts("eeg_power_in_bursts") {
+            /// The channel where it scatters most.
+            channel: String,
+            /// The median variance over epochs, re the squared mean: 1 for noise.
+            scatter: f64,
+            /// How many epochs there are.
+            epochs: usize,
+        },
+        /// The difference of two tasks is nearly the same in all people.
+        TooAlike("eeg_difference_without_scatter") {
+            /// The tasks.
+            tasks: String,
+            /// The mean difference in standard deviations.
+            d_z: f64,
+        },
+        /// Documents with surfaces that others do not have.
+        SurfacesNotCommon("eeg_surfaces_not_common") {
+            /// Which participants, tasks and surfaces.
+            names: String,
+        },
         /// Channels that a table calls bad are analysed.
         BadUsed("eeg_bad_channels_used") {
             /// Which.
@@ -301,8 +332,8 @@ impl fmt::Display for EegDoubt {
             ),
             Self::FilterLongerThanSignal { filter_s, signal_s } => write!(
                 f,
-                "the filter is {filter_s:.2} s long and the signal {signal_s:.2} s: all of it is distorted at its ends; filter the \
-                 continuous recording before epochs are cut"
+                "the filter is {filter_s:.2} s long and the signal {signal_s:.2} s: all of it is distorted at its ends; take a higher cut-off or a longer \
+                 recording"
             ),
             Self::WindowAtEdge {
                 window,
@@ -325,8 +356,8 @@ impl fmt::Display for EegDoubt {
                 epochs,
             } => write!(
                 f,
-                "{channel}: the baseline of {epochs} epochs is so uncertain that no change would show as {bias_points:+.1} percentage \
-                 points; record more epochs or take a longer baseline"
+                "{channel}: with {epochs} epochs the power of the baseline is uncertain, and percentages are too high by about {bias_points:.1} points \
+                 (a desynchronisation looks smaller); record more epochs or take a longer baseline"
             ),
             Self::PerEpochBaseline {
                 channel,
@@ -403,6 +434,34 @@ impl fmt::Display for EegDoubt {
             Self::BadLeftOut { names } => write!(
                 f,
                 "{names}: left out, as the table of channels beside the file calls them bad; name all channels to analyse them"
+            ),
+            Self::UnknownInReference { names } => write!(
+                f,
+                "{names}: in the average of all electrodes, without a position of the 10-10 system: if one of them is no electrode, it is now in all \
+                 channels; leave it out"
+            ),
+            Self::WithoutPosition { names } => write!(
+                f,
+                "{names}: left out of the current source density, as their positions are not known"
+            ),
+            Self::Bursts {
+                channel,
+                scatter,
+                epochs,
+            } => write!(
+                f,
+                "{channel}: power comes in bursts (variance over {epochs} epochs {scatter:.0} times that of noise): maps in dB are then too low for few \
+                 epochs in spite of their correction; compare equal numbers of epochs only"
+            ),
+            Self::TooAlike { tasks, d_z } => write!(
+                f,
+                "{tasks}: d_z is {d_z:+.0}, so the difference is nearly the same in all people: check that the documents are of different people \
+                 and recordings"
+            ),
+            Self::SurfacesNotCommon { names } => write!(
+                f,
+                "not all documents have all surfaces ({names} lack some): the mean of surfaces and its contrasts are of the others alone; name surfaces \
+                 alike in all tasks"
             ),
             Self::BadUsed { names } => write!(
                 f,
@@ -547,6 +606,18 @@ mod tests {
                 expected: 0.28,
             },
             EegDoubt::Simulated {},
+            EegDoubt::UnknownInReference { names: text() },
+            EegDoubt::WithoutPosition { names: text() },
+            EegDoubt::SurfacesNotCommon { names: text() },
+            EegDoubt::Bursts {
+                channel: text(),
+                scatter: 20.0,
+                epochs: 12,
+            },
+            EegDoubt::TooAlike {
+                tasks: text(),
+                d_z: -500.0,
+            },
             EegDoubt::BadLeftOut { names: text() },
             EegDoubt::BadUsed { names: text() },
             EegDoubt::EpochsOverlap {

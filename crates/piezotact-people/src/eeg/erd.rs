@@ -332,6 +332,8 @@ pub(super) struct Changes {
     pub(super) bands: Vec<Erd>,
     /// In dB, at every so many-th sample; relative to the baseline at the full rate.
     pub(super) map: ErdMap,
+    /// The channel whose power scatters most from epoch to epoch, and its median variance over its squared mean: 1 for noise.
+    pub(super) most_scattered: Option<(String, f64)>,
 }
 
 /// The changes in the bands of `configs`, which share baseline, window and number of epochs, and the map at every so many-th sample. All means
@@ -384,11 +386,24 @@ pub(super) fn changes(
     let mut map = map_of(power, baseline, Mode::Decibels, first.min_epochs)?;
     let n = epochs.count();
     let times = map.power.times_s.len();
+    let each = times * map.power.frequencies_hz.len();
+    let scattered = epochs.channels().iter().zip(errors.chunks_exact(each));
+    let scattered = scattered.map(|(name, errors)| {
+        let mut errors = errors.to_vec();
+        let half = errors.len() / 2;
+        let (_, median, _) = errors.select_nth_unstable_by(half, f64::total_cmp);
+        (name.clone(), *median * n as f64)
+    });
+    let most_scattered = scattered.max_by(|a, b| a.1.total_cmp(&b.1));
     for (i, value) in map.power.values.iter_mut().enumerate() {
         let of_baseline = log_bias_db(relative_error(baselines[i / times]), n);
         *value -= log_bias_db(errors[i], n) - of_baseline;
     }
-    Ok(Changes { bands, map })
+    Ok(Changes {
+        bands,
+        map,
+        most_scattered,
+    })
 }
 
 /// The squared standard error of the mean of `values` re its square.

@@ -119,8 +119,19 @@ impl SignalKind {
     pub fn of(name: &str, unit: &Unit) -> Self {
         let upper = name.to_ascii_uppercase();
         let has = |parts: &[&str]| parts.iter().any(|part| upper.contains(part));
-        if has(&["STATUS", "TRIGGER"]) || upper.starts_with("STI") {
+        if has(&["STATUS", "TRIG"]) || upper.starts_with("STI") {
             return Self::Trigger;
+        }
+        // Inputs of amplifiers beside the electrodes: DC01, EXG1, AUX2, REF, DIG.
+        let beside = [
+            "DC", "EXG", "AUX", "REF", "DIG", "GSR", "RESP", "PLETH", "TEMP", "ACC",
+        ];
+        let behind = |word: &&str| {
+            let rest = upper.strip_prefix(word);
+            rest.is_some_and(|rest| !rest.starts_with(|sign: char| sign.is_ascii_alphabetic()))
+        };
+        if beside.iter().any(|word| behind(&word)) {
+            return Self::Other;
         }
         if *unit != Unit::Volt {
             return Self::Other;
@@ -195,8 +206,27 @@ pub fn marker_name(event: &Event) -> String {
 #[must_use]
 pub fn is_marker(event: &Event, wanted: &str) -> bool {
     let wanted = spaced(wanted);
-    let value = event.value.as_ref().map(|value| spaced(&value.to_string()));
-    marker_name(event) == wanted || spaced(&event.kind) == wanted || value == Some(wanted)
+    let (kind, value) = kind_and_value(event);
+    marker_name(event) == wanted || kind == wanted || value == Some(wanted)
+}
+
+/// The kind of an event and its value. Formats without values write both as one text: `control/BIO`.
+pub(super) fn kind_and_value(event: &Event) -> (String, Option<String>) {
+    match (&event.value, event.kind.split_once('/')) {
+        (Some(value), _) => (spaced(&event.kind), Some(spaced(&value.to_string()))),
+        (None, Some((kind, value))) => (spaced(kind), Some(spaced(value))),
+        (None, None) => (spaced(&event.kind), None),
+    }
+}
+
+/// Whether an event says that what it lasts for is not to be used: its name begins with BAD, as those of MNE do.
+pub(super) fn is_bad_part(event: &Event) -> bool {
+    let begins = |text: &str| {
+        let start = text.trim().get(..3);
+        start.is_some_and(|start| start.eq_ignore_ascii_case("bad"))
+    };
+    let value = event.value.as_ref().map(ToString::to_string);
+    event.duration_s.0 > 0.0 && (begins(&event.kind) || value.is_some_and(|value| begins(&value)))
 }
 
 /// The task that an event begins: of a marker `task` with its name as the value, or `task/NAME`.
@@ -315,6 +345,11 @@ mod tests {
             assert!(is_marker(&stimulus, wanted), "{wanted}");
         }
         assert!(!is_marker(&stimulus, "S 2") && !is_marker(&stimulus, "S"));
+        // An annotation of EDF, which has no value of its own.
+        let text = event("control/BIO", None);
+        for wanted in ["control", "BIO", "control/BIO"] {
+            assert!(is_marker(&text, wanted), "{wanted}");
+        }
         for (event, task) in [
             (event("task", Some("control")), Some("control")),
             (event("Comment", Some("task: imagery")), Some("imagery")),
@@ -335,6 +370,10 @@ mod tests {
             ("EMG-left", Unit::Volt, SignalKind::Muscle),
             ("Status", Unit::Volt, SignalKind::Trigger),
             ("ECG", Unit::Volt, SignalKind::Heart),
+            ("TRIG", Unit::Volt, SignalKind::Trigger),
+            ("DC01", Unit::Volt, SignalKind::Other),
+            ("REF_EEG", Unit::Volt, SignalKind::Other),
+            ("EXG1", Unit::Volt, SignalKind::Other),
             ("force", Unit::parse("N").0, SignalKind::Other),
         ] {
             assert_eq!(SignalKind::of(name, &unit), kind, "{name}");

@@ -9,13 +9,13 @@ use piezotact::doubt::{Doubt, merged};
 use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact::quantity::Hertz;
-use piezotact::recording::Recording;
+use piezotact_dataset::NamePattern;
 use piezotact_dataset::bids::{
     BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, NamedBy, NotCarried, Person,
     SessionFacts, Touched,
 };
+use piezotact_dataset::eeg::read_eeg_source;
 use piezotact_dataset::study::Pseudonym;
-use piezotact_dataset::{NamePattern, ReadOptions, read_recording};
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
@@ -473,13 +473,15 @@ impl Export<'_> {
             goes_on()?;
             let (participant, task) = self.whose(path)?;
             let session = self.session_of(path, &participant, &task)?;
-            for segment in segments(path)? {
+            let source = read_eeg_source(path)?;
+            for segment in source.segments.into_iter().map(|part| part.recording) {
                 self.doubts.extend(segment.about.doubts.iter().cloned());
                 self.writer.eeg(Brain {
                     participant: &participant,
                     session: &session,
                     task: &task,
                     recording: segment,
+                    channels: &source.channels,
                     about: &about,
                 })?;
             }
@@ -618,21 +620,6 @@ impl Export<'_> {
             .chain(counts.into_iter().flatten())
             .collect()
     }
-}
-
-/// The parts of an EEG file between its gaps.
-fn segments(path: &Path) -> Outcome<Vec<Recording>> {
-    if path.extension().is_some_and(|ending| ending == "parquet") {
-        return Ok(vec![
-            read_recording(path, &ReadOptions::default())?.recording,
-        ]);
-    }
-    let file = piezotact_dataset::eeg::read_eeg(path)?;
-    Ok(file
-        .segments
-        .into_iter()
-        .map(|part| part.recording)
-        .collect())
 }
 
 /// What is known of a session.

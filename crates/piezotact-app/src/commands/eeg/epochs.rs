@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use piezotact_people::eeg::evoked::{EegEpochs, evoked};
-use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare};
+use piezotact_people::eeg::prepare::{PrepareConfig, PrepareError, Prepared, prepare_at};
+use piezotact_people::eeg::reference::Montage;
 use piezotact_people::eeg::source::{Segment, Subject};
 use piezotact_report::report::{self, html};
 
@@ -74,7 +75,7 @@ fn found(args: &Arguments) -> Outcome<EegEpochs> {
     let options = &args.preparing;
     let [participant, task] = source.subject(&args.file, options)?;
     let config = options.config(args.epoch.into(), task, args.min_epochs);
-    let prepared = prepared(&args.file, &source.segments(), &config)?;
+    let prepared = prepared(&args.file, &source.segments(), &config, None)?;
     let stated = |text: String| match text.is_empty() {
         true => "not stated".to_owned(),
         false => text,
@@ -95,8 +96,9 @@ pub(super) fn prepared(
     path: &Path,
     segments: &[Segment<'_>],
     config: &PrepareConfig,
+    measured: Option<&Montage>,
 ) -> Outcome<Prepared> {
-    prepare(segments, config).map_err(|error| {
+    prepare_at(segments, config, measured).map_err(|error| {
         let by_options = matches!(
             error,
             PrepareError::NoMarkerStated { .. } | PrepareError::SeveralTasks { .. }

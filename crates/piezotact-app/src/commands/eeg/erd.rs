@@ -25,6 +25,9 @@ use crate::output::{document_text, print, print_document, say_doubts, write_text
 /// Regions where none is stated: those of these that were recorded.
 const USUAL_REGIONS: [&str; 3] = ["C3", "Cz", "C4"];
 
+/// Measured electrodes are hardly further from the places of their names, degrees.
+const MOST_OFF_DEG: f64 = 40.0;
+
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// An EEG file of one task.
@@ -54,9 +57,9 @@ pub(crate) struct Arguments {
     /// A region, and the electrodes whose changes are averaged; several are allowed. Default: C3, Cz and C4, those of them that were recorded.
     #[arg(long, value_name = "NAME=ELECTRODES")]
     region: Vec<RegionOption>,
-    /// The frequencies of the wavelets, Hz.
-    #[arg(long, value_name = "LOW..HIGH:STEP", default_value = "6..30:1")]
-    frequencies: Frequencies,
+    /// The frequencies of the wavelets, Hz; default: each whole Hz from 2 Hz below the lowest band to 30 Hz, or as far above as bands reach.
+    #[arg(long, value_name = "LOW..HIGH:STEP")]
+    frequencies: Option<Frequencies>,
     /// The cycles of the wavelets: a number, or f/2 for half the frequency in Hz (80 ms SD at every frequency).
     #[arg(long, value_name = "CYCLES", default_value = "f/2")]
     cycles: CyclesOption,
@@ -123,7 +126,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if args.json {
         return print_document(&found);
     }
-    print(&text(&found))?;
+    print(&text(&found)?)?;
     for path in written {
         print(&format!("wrote {}", path.display()))?;
     }
@@ -142,9 +145,13 @@ fn found(args: &Arguments) -> Outcome<EegErd> {
     };
     // Fewer epochs are named by surface.
     let preparing = options.config(extent, task, args.min_epochs);
-    let prepared = prepared(&args.file, &source.segments(), &preparing)?;
-    let subject = subject(&args.file, participant, &prepared.task)?;
     let positions = positions(args)?;
+    let measured = match &positions {
+        Positions::OfNames => None,
+        Positions::Measured(montage) => Some(montage),
+    };
+    let prepared = prepared(&args.file, &source.segments(), &preparing, measured)?;
+    let subject = subject(&args.file, participant, &prepared.task)?;
     let name = crate::report::name(&args.file);
     person(&name, &subject, &prepared, &positions, &config).map_err(|error| match error {
         PersonError::Region { .. } | PersonError::Nothing => usage(error),
@@ -157,7 +164,10 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
         Some(time_bandwidth) => Method::Multitaper { time_bandwidth },
         None => Method::Morlet,
     };
-    let Frequencies { range, step_hz } = args.frequencies;
+    let Frequencies { range, step_hz } = match args.frequencies {
+        Some(stated) => stated,
+        None => Frequencies::covering(args.band.iter().map(|option| option.0.hz)).map_err(usage)?,
+    };
     let power = TfrConfig::over(method, range, step_hz, args.cycles.0).map_err(usage)?;
     let channels = source.segments[0].recording.channels().iter();
     let names: Vec<String> = channels.map(|channel| channel.name.clone()).collect();
@@ -172,7 +182,15 @@ fn config(args: &Arguments, source: &EegSource) -> Outcome<PersonConfig> {
         }
         true => {
             let there = |name: &&str| names.iter().any(|own| own == name);
-            let recorded: Vec<&str> = USUAL_REGIONS.into_iter().filter(|n| there(n)).collect();
+            // Those that the table beside the file calls bad are not analysed.
+            let bad = |name: &&str| {
+                source
+                    .channels
+                    .iter()
+                    .any(|row| row.name == *name && row.is_bad())
+            };
+            let recorded = USUAL_REGIONS.into_iter().filter(there);
+            let recorded: Vec<&str> = recorded.filter(|name| !bad(name)).collect();
             match recorded.is_empty() {
                 // Named as what is missing.
                 true => Region::single(&USUAL_REGIONS[..1]),
@@ -201,16 +219,26 @@ fn positions(args: &Arguments) -> Outcome<Positions> {
         .map(|one| (one.name, one.position))
         .unzip::<_, _, Vec<String>, Vec<[f64; 3]>>();
     let montage = Montage::measured(names, &places).map_err(of_file(path))?;
+    if let Some(off) = montage.off_ten_ten_deg().filter(|off| *off > MOST_OFF_DEG) {
+        return Err(of_file(path)(anyhow!(
+            "expected x to the right, y to the front and z up, found electrodes {off:.0}° (median) from where the 10-10 system has their names; \
+             exchange the axes (EEGLAB has x to the front)"
+        )));
+    }
     Ok(Positions::Measured(montage))
 }
 
-fn text(found: &EegErd) -> String {
+fn text(found: &EegErd) -> Outcome<String> {
     let mut parts = vec![
         format!("{}: {}", found.file, found.subject),
         found.sentences().join("\n"),
         "Negative: desynchronisation".to_owned(),
         found.counts.sentence(),
     ];
+    parts.extend(found.preparation.steps());
     parts.extend(found.no_map_sentence());
-    parts.join("\n")
+    if let Some(refused) = found.counts.refused_table() {
+        parts.push(report::text(&refused)?);
+    }
+    Ok(parts.join("\n"))
 }

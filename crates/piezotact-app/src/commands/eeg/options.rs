@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use piezotact::quantity::Band;
+use piezotact::quantity::{Band, Hertz, QuantityError};
 use piezotact_people::eeg::epochs::{Criterion, CutConfig};
 use piezotact_people::eeg::erd::Order;
 use piezotact_people::eeg::filter::Pass;
@@ -228,6 +228,20 @@ impl FromStr for RegionOption {
 pub(super) struct Frequencies {
     pub(super) range: Band,
     pub(super) step_hz: f64,
+}
+
+impl Frequencies {
+    /// Each whole Hz that `bands` need: from 2 Hz below the lowest one to 30 Hz, or the highest one.
+    pub(super) fn covering(bands: impl Iterator<Item = Band>) -> Result<Self, QuantityError> {
+        let ends = bands.map(|band| [band.low().0, band.high().0]);
+        let [low, high] = ends.fold([f64::INFINITY, 30.0], |[low, high], [from, to]| {
+            [low.min(from), high.max(to)]
+        });
+        Ok(Self {
+            range: Band::new(Hertz((low - 2.0).floor().max(1.0)), Hertz(high.ceil()))?,
+            step_hz: 1.0,
+        })
+    }
 }
 
 impl FromStr for Frequencies {

@@ -33,6 +33,12 @@ pub(crate) struct Arguments {
     /// A difference of no interest, in the unit, stated before the data are seen: tasks whose 95 % interval lies within it are alike.
     #[arg(long, value_name = "DIFFERENCE")]
     margin: Option<f64>,
+    /// Only these bands of the documents, separated by commas: contrasts that were planned are adjusted among themselves. Default: all.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    band: Vec<String>,
+    /// Only these regions of the documents, separated by commas. Default: all.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    region: Vec<String>,
     /// Electrodes up to this angle apart, seen from the centre of the head, are neighbours in clusters, degrees.
     #[arg(long, value_name = "DEGREES", default_value_t = 35.0)]
     neighbours: f64,
@@ -71,7 +77,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
     outputs(&read, &written)?;
     let documents = read.iter().map(|path| document(path));
-    let documents = documents.collect::<Outcome<Vec<EegErd>>>()?;
+    let only = |document: Outcome<EegErd>| document?.only(&args.band, &args.region).map_err(usage);
+    let documents = documents.map(only).collect::<Outcome<Vec<EegErd>>>()?;
     let found = compare(&documents, &config(args)).map_err(|error| match error {
         GroupError::NoTask { .. } | GroupError::OneStep | GroupError::Margin => usage(error),
         error => Failure::Data(anyhow!(error)),
@@ -113,7 +120,13 @@ fn config(args: &Arguments) -> GroupConfig {
 }
 
 fn text(found: &EegStats) -> String {
-    let mut lines = vec![found.sentence(), found.epochs_sentence()];
+    let mut lines = vec![
+        found.sentence(),
+        found.epochs_sentence(),
+        found.settings_sentence(),
+    ];
+    lines.extend(found.task_sentences());
+    lines.extend(found.withheld_sentence().map(str::to_owned));
     lines.extend(found.gradients.iter().map(|one| one.sentence()));
     lines.extend(
         found

@@ -101,6 +101,22 @@ fn stated(tree: &Tree, entry: &Entry, [rate_hz, end_s]: [f64; 2], found: &mut Fo
         );
         found.add(ProblemKind::Metadata, file, None, why);
     }
+    let letters = |text: &str| -> String {
+        let plain = text.chars().filter(|sign| sign.is_alphanumeric());
+        plain.flat_map(char::to_lowercase).collect()
+    };
+    let task = entry
+        .parsed()
+        .and_then(|name| name.label("task").map(letters));
+    let stated = sidecar.get("TaskName").and_then(serde_json::Value::as_str);
+    if let (Some(task), Some(stated)) = (task, stated)
+        && letters(stated) != task
+    {
+        let why = format!(
+            "expected the TaskName of the file's name ({task}) in its JSON file, found `{stated}`; correct the one that is wrong"
+        );
+        found.add(ProblemKind::Metadata, file, None, why);
+    }
     let number = |key: &str| sidecar.get(key).and_then(serde_json::Value::as_f64);
     match number("SamplingFrequency") {
         Some(stated) if (stated - rate_hz).abs() <= SAME_RATE * rate_hz => {}

@@ -16,7 +16,7 @@ use super::super::table::tsv_text;
 use super::super::{NOTHING, PROGRAM};
 use super::BidsWriter;
 use super::texts::column;
-use crate::eeg::{markers_of, write_brainvision};
+use crate::eeg::{ChannelRow, markers_of, write_brainvision};
 
 /// The radius of the head on which template positions stand, in m.
 ///
@@ -34,6 +34,8 @@ pub struct Brain<'a> {
     pub task: &'a str,
     /// The recording, channels in V.
     pub recording: Recording,
+    /// What a table beside the file states of its channels; may be empty.
+    pub channels: &'a [ChannelRow],
     /// What the laboratory states of it.
     pub about: &'a BrainAbout,
 }
@@ -128,7 +130,10 @@ impl BidsWriter<'_> {
     ) -> Result<(), BidsError> {
         let rate_hz = recording.rate().hz();
         let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
-        let mut channels = table(&["name", "type", "units", "sampling_frequency"]);
+        let states = brain.channels.iter().any(|row| row.status.is_some());
+        let status = states.then_some("status");
+        let columns = ["name", "type", "units", "sampling_frequency"];
+        let mut channels = table(&columns.into_iter().chain(status).collect::<Vec<_>>());
         for channel in recording.channels() {
             let kind = channel_type(&channel.name, &channel.unit);
             *counts.entry(kind).or_default() += 1;
@@ -138,6 +143,12 @@ impl BidsWriter<'_> {
                 Cell::from(unit_text(&channel.unit)),
                 Cell::from(rate_hz),
             ]);
+            let row = brain.channels.iter().find(|row| row.name == channel.name);
+            if let (true, Some(cells)) = (states, channels.rows.last_mut()) {
+                // An empty text is written as n/a.
+                let status = row.and_then(|row| row.status.clone()).unwrap_or_default();
+                cells.push(Cell::Text(status.to_lowercase()));
+            }
         }
         let file = of.file_in("eeg", "channels", "tsv");
         self.folder.put_text(&file, &tsv_text(&channels, &file)?)?;

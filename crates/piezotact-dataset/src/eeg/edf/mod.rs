@@ -51,7 +51,13 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         .collect();
     let (onsets, annotations) = annotations_of(path, &header, &records)?;
     let zero_s = onsets.first().map_or(0.0, |onset| onset.onset_s);
+    let jumps = header.gaps == Gaps::None && jumps(&header, &onsets);
+    if jumps {
+        let what = "the file says that it is continuous (EDF+C), but the onsets of its records jump; it is read as one with gaps (EDF+D)";
+        doubts.push(Doubt::from(RecordingDoubt::Guessed { what: what.into() }));
+    }
     let parts = match header.gaps {
+        Gaps::None if jumps => parts_of(path, &header, &onsets)?,
         Gaps::None => vec![Part {
             from: 0,
             start_s: 0.0,
@@ -128,6 +134,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     .into_file(path)
 }
 
+/// Onsets of records may be rounded by so much, s.
+const ROUNDED_S: f64 = 0.02;
+
 /// The equipment of a recording that no person took part in.
 const TWIN: &str = "piezotact_digital_twin";
 
@@ -193,6 +202,17 @@ fn annotations_of(
         }
     }
     Ok((onsets, annotations))
+}
+
+/// Whether the onsets of records of a continuous file are off by more than they are rounded.
+fn jumps(header: &Header, onsets: &[Onset]) -> bool {
+    let zero_s = onsets.first().map_or(0.0, |onset| onset.onset_s);
+    let complete = onsets.len() == header.records;
+    complete
+        && onsets.iter().any(|onset| {
+            let expected_s = zero_s + onset.record as f64 * header.record_s;
+            (onset.onset_s - expected_s).abs() > ROUNDED_S
+        })
 }
 
 /// The parts of a file whose records have onsets of their own.

@@ -58,6 +58,16 @@ pub enum NotCut {
         /// The channel.
         channel: String,
     },
+    /// A channel has samples within it that are no numbers.
+    NoNumbers {
+        /// The channel.
+        channel: String,
+    },
+    /// An event of the file calls a part of it bad.
+    CalledBad {
+        /// The name of the event.
+        name: String,
+    },
 }
 
 impl fmt::Display for NotCut {
@@ -66,6 +76,10 @@ impl fmt::Display for NotCut {
             Self::BeforeStart => f.write_str("it begins before the recording"),
             Self::AfterEnd => f.write_str("it ends after the recording"),
             Self::Gap { before } => write!(f, "samples are missing before sample {before}"),
+            Self::NoNumbers { channel } => {
+                write!(f, "{channel} has samples that are no numbers within it")
+            }
+            Self::CalledBad { name } => write!(f, "{name} calls a part of it bad"),
             Self::Held { channel } => write!(f, "{channel} holds one value within it"),
         }
     }

@@ -1,5 +1,6 @@
 //! Contrasts of tasks, and their order.
 
+use piezotact::Doubt;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
 
@@ -7,8 +8,12 @@ use super::people::People;
 use super::{
     ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, TaskChanges, TaskContrast,
 };
+use crate::eeg::EegDoubt;
 use crate::eeg::contrast::paired;
 use crate::eeg::erd::Mode;
+
+/// Differences of people scatter by a good part of their mean: beyond this they are hardly of different people.
+const TOO_ALIKE: f64 = 20.0;
 
 /// The unit of a difference, as criteria state it.
 pub(super) fn unit_of(mode: Mode) -> &'static str {
@@ -44,12 +49,21 @@ pub(super) fn contrasts(
             .iter()
             .filter_map(|i| Some(found[*i].contrast?.difference.p_value));
         let adjusted = holm(&p.collect::<Vec<_>>());
+        let over = own.len();
         for (i, p) in own.into_iter().zip(adjusted) {
             found[i].p_holm = Some(p);
+            found[i].holm_over = over;
         }
     }
+    let withheld = config.unit == Mode::Percent && people.unequal_epochs().is_some();
     for one in &mut found {
         one.criteria = criteria(one, config);
+        if withheld {
+            // The bias of a percentage follows the number of epochs: a difference may be of that alone.
+            for criterion in &mut one.criteria {
+                criterion.outcome = Outcome::NotDecided;
+            }
+        }
     }
     found
 }
@@ -83,6 +97,7 @@ fn contrast(first: &TaskChanges, second: &TaskChanges) -> TaskContrast {
         people,
         contrast: paired(&a, &b).ok(),
         p_holm: None,
+        holm_over: 0,
         criteria: Vec::new(),
     }
 }
@@ -181,8 +196,20 @@ fn below(
         Some(difference.interval),
         limit,
     );
-    if p > LEVEL {
+    let decided = contrast.is_some_and(|one| one.outcome() == Outcome::Met);
+    if p > LEVEL || !decided {
         step.outcome = Outcome::NotDecided;
     }
     step
+}
+
+/// A doubt where a difference scatters hardly at all over people.
+pub(super) fn too_alike(contrasts: &[TaskContrast]) -> Option<Doubt> {
+    let sizes = contrasts
+        .iter()
+        .filter_map(|one| Some((&one.tasks, one.contrast?.d_z)));
+    let most = sizes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+    let ([a, b], d_z) = most.filter(|(_, d_z)| d_z.abs() > TOO_ALIKE)?;
+    let tasks = format!("{b} − {a}");
+    Some(EegDoubt::TooAlike { tasks, d_z }.into())
 }

@@ -5,13 +5,13 @@ use crate::eeg::cluster::{ClusterError, GridError};
 /// Why people cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum GroupError {
-    /// Fewer than two tasks.
+    /// Fewer than two documents.
     #[error(
-        "expected documents of at least two tasks, found {found}; analyse another task of the same people"
+        "expected documents of at least two tasks of a participant, or of two participants, found {found}; analyse another recording"
     )]
-    OneTask {
-        /// The tasks that there are.
-        found: String,
+    OneDocument {
+        /// How many there are.
+        found: usize,
     },
     /// Two documents of one person and task.
     #[error("expected one document of {subject}, found {first} and {second}; give one of them")]
@@ -23,9 +23,9 @@ pub enum GroupError {
         /// Another.
         second: String,
     },
-    /// Two names that may be those of one person.
+    /// Two names that may be those of one person, task or surface.
     #[error(
-        "expected names of participants that differ in more than case, signs and leading zeros, found {first} and {second}; give one person one name"
+        "expected names that differ in more than case, signs and leading zeros, found {first} and {second}; give one person, task or surface one name"
     )]
     AlmostTwice {
         /// A name.
@@ -77,7 +77,7 @@ pub enum GroupError {
         tasks: String,
     },
     /// A gradient of one task.
-    #[error("expected an order of at least two tasks, found one; state the others")]
+    #[error("expected an order of at least two different tasks, found one; state the others")]
     OneStep,
     /// A margin that is none.
     #[error(

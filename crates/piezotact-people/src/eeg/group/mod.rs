@@ -112,6 +112,8 @@ pub struct TaskContrast {
     /// The probability after Holm, over the contrasts of the same kind (means of surfaces, or single ones).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub p_holm: Option<f64>,
+    /// How many contrasts it is adjusted over.
+    pub holm_over: usize,
     /// What was decided.
     pub criteria: Vec<Criterion<GroupCriterion>>,
 }
@@ -267,7 +269,7 @@ impl Content for EegStats {
 /// Source: S. Holm (1979), Scand. J. Stat. 6(2); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; decision 0085 of this project.
 ///
 /// # Errors
-/// [`GroupError`] for fewer than two documents or tasks, two documents of one person and task, documents of other settings, and a gradient of
+/// [`GroupError`] for fewer than two documents, two documents of one person and task, documents of other settings, and a gradient of
 /// tasks that are not there.
 pub fn compare(documents: &[EegErd], config: &GroupConfig) -> Result<EegStats, GroupError> {
     let people = People::of(documents, &config.gradient)?;
@@ -275,7 +277,8 @@ pub fn compare(documents: &[EegErd], config: &GroupConfig) -> Result<EegStats, G
     let changes = people.changes(config.unit);
     let contrasts = contrasts::contrasts(&people, &changes, config);
     let gradients = contrasts::gradients(&people, &contrasts, config);
-    let (clusters, doubts) = clusters::clusters(&people, config)?;
+    let (clusters, mut doubts) = clusters::clusters(&people, config)?;
+    doubts.extend(contrasts::too_alike(&contrasts));
     Ok(EegStats {
         config: config.clone(),
         measured: people.first.config.clone(),
@@ -305,7 +308,8 @@ fn check(config: &GroupConfig, people: &People<'_>) -> Result<(), GroupError> {
             tasks: people.tasks.join(", "),
         });
     }
-    if config.gradient.len() == 1 {
+    let twice = |(at, task): (usize, &String)| config.gradient[..at].contains(task);
+    if config.gradient.len() == 1 || config.gradient.iter().enumerate().any(twice) {
         return Err(GroupError::OneStep);
     }
     if config

@@ -75,7 +75,7 @@ impl TaskContrast {
         let holm = self.p_holm.unwrap_or(1.0);
         let outcome = self.words();
         format!(
-            "{b} − {a}, {place}: {} {unit} (95 % {} to {}), d_z {} ({} to {}), t({}) = {}, {} after Holm, n = {}: {outcome}",
+            "{b} − {a}, {place}: {} {unit} (95 % {} to {}), d_z {} ({} to {}), t({}) = {}, {} after Holm over {}, n = {}: {outcome}",
             plus(difference.mean, 2),
             plus(low, 2),
             plus(high, 2),
@@ -85,6 +85,7 @@ impl TaskContrast {
             difference.pairs - 1,
             plus(difference.t, 2),
             p_text(holm),
+            self.holm_over,
             difference.pairs
         )
     }
@@ -98,6 +99,19 @@ impl Gradient {
             Outcome::Met => "holds",
             Outcome::NotMet => "does not hold",
             Outcome::NotDecided => "not decided",
+        };
+        let open = self
+            .criteria
+            .iter()
+            .filter(|step| step.outcome != Outcome::Met);
+        let open = open.filter_map(|step| match &step.what {
+            super::GroupCriterion::Below { tasks: [a, b], .. } => Some(format!("{a} > {b}")),
+            _ => None,
+        });
+        let open: Vec<String> = open.collect();
+        let holds = match open.is_empty() {
+            true => holds.to_owned(),
+            false => format!("{holds} (open: {})", open.join(", ")),
         };
         format!(
             "Desynchronisation {} ({}, {}): {holds}",
@@ -176,6 +190,17 @@ impl EegStats {
         }
     }
 
+    /// Why nothing is decided in percent, where that is so.
+    #[must_use]
+    pub fn withheld_sentence(&self) -> Option<&'static str> {
+        let code = "eeg_epochs_unequal";
+        let unequal = self.doubts.iter().any(|doubt| doubt.code == code);
+        (unequal && self.config.unit == Mode::Percent).then_some(
+            "Contrasts in percent are not decided: tasks have quite different numbers of epochs, and the bias of a percentage follows that number; \
+             compare in dB, or equal numbers of epochs",
+        )
+    }
+
     /// How many epochs each task has, in one sentence.
     #[must_use]
     pub fn epochs_sentence(&self) -> String {
@@ -187,6 +212,58 @@ impl EegStats {
             "Epochs of each participant and surface: {}",
             each.collect::<Vec<_>>().join(", ")
         )
+    }
+
+    /// What every number depends on: window, bands, regions, what signs mean, and the margin where there is one.
+    #[must_use]
+    pub fn settings_sentence(&self) -> String {
+        let bands = self.measured.bands.iter().map(|band| band.text());
+        let regions = self
+            .measured
+            .regions
+            .iter()
+            .map(|region| match region.channels.as_slice() {
+                [one] if *one == region.name => region.name.clone(),
+                channels => format!("{} ({})", region.name, channels.join(" ")),
+            });
+        let margin = self.config.margin.map_or_else(String::new, |margin| {
+            let unit = unit_of(self.config.unit);
+            format!(
+                "; margin ±{} {unit}, against 95 % intervals of single contrasts",
+                rounded(margin)
+            )
+        });
+        format!(
+            "Window {}; bands {}; regions {}{margin}. Negative: desynchronisation; a difference above 0: more desynchronisation in the task named \
+             second",
+            crate::eeg::person::span_text(self.measured.window_s),
+            bands.collect::<Vec<_>>().join(", "),
+            regions.collect::<Vec<_>>().join(", ")
+        )
+    }
+
+    /// The mean of each task with its 95 % interval, of the mean of surfaces or the only one: one sentence each.
+    #[must_use]
+    pub fn task_sentences(&self) -> Vec<String> {
+        let several = self.surfaces.len() > 1;
+        let own = self.changes.iter();
+        let own = own.filter(|one| !several || one.surface == ALL_SURFACES);
+        own.map(|one| {
+            let interval = one.interval.map_or_else(String::new, |[low, high]| {
+                format!(" (95 % {} to {})", plus(low, 1), plus(high, 1))
+            });
+            format!(
+                "{}, {}, {}, {}: {} {}{interval}, n = {}",
+                one.task,
+                one.surface,
+                one.region,
+                one.band,
+                plus(one.mean, 1),
+                self.unit_label(),
+                one.people.len()
+            )
+        })
+        .collect()
     }
 
     /// How many people, tasks and surfaces there are, in one sentence.
@@ -525,9 +602,13 @@ impl EegStats {
     /// The report.
     #[must_use]
     pub fn page(&self) -> Page {
-        let mut first = vec![Block::Text {
-            text: self.epochs_sentence(),
-        }];
+        let mut first: Vec<Block> = [self.epochs_sentence(), self.settings_sentence()]
+            .map(|text| Block::Text { text })
+            .to_vec();
+        let withheld = self.withheld_sentence();
+        first.extend(withheld.map(|text| Block::Text {
+            text: text.to_owned(),
+        }));
         let outcomes = self.gradients.iter();
         first.extend(outcomes.map(|gradient| Block::Conclusion {
             text: gradient.sentence(),
@@ -566,6 +647,12 @@ impl EegStats {
         Page::new("EEG desynchronisation over participants", self.sentence())
             .section("", first)
             .section("Tasks and surfaces", people)
+            .section(
+                "Means",
+                self.task_sentences()
+                    .into_iter()
+                    .map(|text| Block::Text { text }),
+            )
             .section("Contrasts", contrasts)
             .section("Clusters", self.cluster_blocks())
             .section("Scalp", self.scalp_figures())

@@ -4,12 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Doubt;
 use piezotact::doubt::DoubtKind as _;
-use piezotact::statistics::{mean, mean_interval};
+use piezotact::statistics::{correlation, mean, mean_interval};
 
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
 use crate::eeg::EegDoubt;
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
+
+/// Changes at so many electrodes and more tell recordings apart.
+const ALIKE: usize = 24;
+/// Changes of two recordings are never correlated by more.
+const SAME: f64 = 0.9999;
 
 /// Tasks whose numbers of epochs differ by more than this factor are doubted.
 const UNEQUAL: f64 = 1.5;
@@ -52,15 +57,15 @@ impl<'a> People<'a> {
         let documents: Vec<&EegErd> = by.values().copied().collect();
         let participants: Vec<String> = participants.into_iter().collect();
         one_name_each(&participants)?;
+        one_name_each(&tasks)?;
+        one_name_each(&surfaces)?;
         let named = claimed.iter().filter(|task| tasks.contains(*task));
         let others = tasks.iter().filter(|task| !claimed.contains(task));
         let tasks: Vec<String> = named.chain(others).cloned().collect();
-        let Some(first) = documents.first().filter(|_| tasks.len() > 1) else {
-            return Err(GroupError::OneTask {
-                found: match tasks.is_empty() {
-                    true => "none".into(),
-                    false => tasks.join(", "),
-                },
+        // One task of several people has no contrast, and means with their intervals.
+        let Some(first) = documents.first().filter(|_| documents.len() > 1) else {
+            return Err(GroupError::OneDocument {
+                found: documents.len(),
             });
         };
         for other in &documents[1..] {
@@ -196,6 +201,23 @@ impl<'a> People<'a> {
                 .into(),
             );
         }
+        let lacking = documents
+            .iter()
+            .filter(|one| one.surfaces.len() < self.surfaces.len());
+        let lacking: Vec<String> = lacking
+            .map(|one| {
+                format!(
+                    "{} {}: {}",
+                    one.subject.participant,
+                    one.subject.task,
+                    one.surfaces.join(" ")
+                )
+            })
+            .collect();
+        if !lacking.is_empty() {
+            let names = lacking.join("; ");
+            doubts.push(EegDoubt::SurfacesNotCommon { names }.into());
+        }
         let mut left_out: Vec<&String> = documents
             .iter()
             .flat_map(|one| &one.channels)
@@ -269,7 +291,7 @@ impl People<'_> {
     }
 
     /// A doubt where tasks have quite different numbers of epochs.
-    fn unequal_epochs(&self) -> Option<Doubt> {
+    pub(super) fn unequal_epochs(&self) -> Option<Doubt> {
         let all = self.epochs();
         let most = all.iter().max_by(|a, b| a.mean.total_cmp(&b.mean))?;
         let fewest = all.iter().min_by(|a, b| a.mean.total_cmp(&b.mean))?;
@@ -289,9 +311,9 @@ fn pseudonym(participant: &str) -> &str {
 }
 
 /// Refuses two names that may be those of one person: `P1` and `p01`.
-fn one_name_each(participants: &[String]) -> Result<(), GroupError> {
+fn one_name_each<'n>(names: impl IntoIterator<Item = &'n String>) -> Result<(), GroupError> {
     let mut seen = BTreeMap::<String, &String>::new();
-    for name in participants {
+    for name in names {
         let mut plain = String::new();
         for sign in name.chars().filter(|sign| sign.is_alphanumeric()) {
             // A zero behind another digit counts.
@@ -313,15 +335,27 @@ fn one_name_each(participants: &[String]) -> Result<(), GroupError> {
     Ok(())
 }
 
+/// Pearson's correlation.
+fn correlated(a: &[f64], b: &[f64]) -> f64 {
+    let centred = |values: &[f64]| -> Vec<f64> {
+        let middle = mean(values);
+        values.iter().map(|value| value - middle).collect()
+    };
+    correlation(&centred(a), &centred(b))
+}
+
 /// Refuses a recording that is there under two names.
 fn no_copies(documents: &[&EegErd]) -> Result<(), GroupError> {
     for (i, one) in documents.iter().enumerate() {
         let earlier = documents[..i].iter();
         let copy = earlier.into_iter().find(|other| {
             let power = |of: &EegErd| -> Vec<f64> {
-                of.electrodes.iter().map(|change| change.percent).collect()
+                of.electrodes.iter().map(|change| change.decibels).collect()
             };
-            !one.electrodes.is_empty() && power(one) == power(other)
+            let (own, others) = (power(one), power(other));
+            // Rescaled or cut by some samples it is still the same recording.
+            let same = own.len() >= ALIKE && own.len() == others.len();
+            own == others && !own.is_empty() || same && correlated(&own, &others) > SAME
         });
         if let Some(copy) = copy {
             return Err(GroupError::Copy {
@@ -404,7 +438,7 @@ fn shared(documents: &[&EegErd], tasks: &[String]) -> Result<(), GroupError> {
             .iter()
             .any(|other| !all[at].is_disjoint(other))
     };
-    if (0..all.len()).any(shares) {
+    if all.len() < 2 || (0..all.len()).any(shares) {
         return Ok(());
     }
     let each = tasks.iter().zip(&all).map(|(task, surfaces)| {

@@ -387,6 +387,18 @@ fn unequal_numbers_of_epochs_are_said() {
             .iter()
             .any(|doubt| doubt.code == "eeg_epochs_unequal")
     );
+    // The bias of a percentage follows the number of epochs: nothing is decided in percent, and dB are free of it.
+    assert!(found.withheld_sentence().is_some());
+    let undecided = |one: &TaskContrast| one.outcome() == Outcome::NotDecided;
+    assert!(found.contrasts.iter().all(undecided));
+    assert_eq!(found.gradients[0].outcome(), Outcome::NotDecided);
+    let in_db = GroupConfig {
+        unit: Mode::Decibels,
+        ..config()
+    };
+    let decibels = compare(&all, &in_db).unwrap();
+    assert!(decibels.withheld_sentence().is_none());
+    assert!(!decibels.contrasts.iter().all(undecided));
     let said = found.epochs_sentence();
     assert!(
         said.ends_with("control 60, imagery 12, natural 60"),
@@ -403,8 +415,11 @@ fn documents_that_do_not_belong_together_are_refused() {
         }
     };
     let mut all = documents(3);
-    refused(&all[..1], &["at least two tasks, found control"]);
-    refused(&[], &["found none"]);
+    refused(
+        &all[..1],
+        &["at least two tasks of a participant", "found 1"],
+    );
+    refused(&[], &["found 0"]);
     let twice = [all.clone(), vec![all[0].clone()]].concat();
     refused(
         &twice,
@@ -468,4 +483,102 @@ fn tasks_without_a_surface_in_common_are_refused() {
         "{said}"
     );
     assert!(said.contains("natural: natural S1, natural S2"), "{said}");
+}
+
+#[test]
+fn one_task_has_means_and_planned_contrasts_a_family_of_their_own() {
+    let asked = GroupConfig {
+        gradient: Vec::new(),
+        ..config()
+    };
+    let of_one: Vec<EegErd> = documents(8)
+        .into_iter()
+        .filter(|one| one.subject.task == "control")
+        .collect();
+    let found = compare(&of_one, &asked).unwrap();
+    assert!(found.contrasts.is_empty() && found.clusters.is_empty());
+    let said = found.task_sentences();
+    assert!(
+        said[0].starts_with("control, mean of surfaces, C3, alpha: −49.7 %"),
+        "{said:?}"
+    );
+    assert!(
+        said[0].contains("(95 % −") && said[0].ends_with("n = 8"),
+        "{said:?}"
+    );
+    assert!(!found.page().sections.is_empty());
+    let document = documents(1).remove(0);
+    let said = document
+        .clone()
+        .only(&["beta".into()], &[])
+        .unwrap_err()
+        .to_string();
+    assert!(said.contains("among alpha, found `beta`"), "{said}");
+    let same = document
+        .clone()
+        .only(&["alpha".into()], &["C3".into()])
+        .unwrap();
+    assert_eq!(same, document);
+}
+
+#[test]
+fn surfaces_of_other_names_are_said() {
+    let mut all = documents(5);
+    for surface in &mut all[0].surfaces {
+        *surface = format!("control/{surface}");
+    }
+    let document = &mut all[0];
+    for (map, surface) in document.maps.iter_mut().zip(&document.surfaces) {
+        map.surface.clone_from(surface);
+    }
+    let found = compare(&all, &config()).unwrap();
+    let doubt = found
+        .doubts
+        .iter()
+        .find(|doubt| doubt.code == "eeg_surfaces_not_common");
+    assert!(doubt.is_some(), "{:?}", found.doubts);
+}
+
+#[test]
+fn a_rescaled_recording_and_a_difference_without_scatter_are_said() {
+    let mut more = documents(4);
+    for (person, group) in more.chunks_mut(3).enumerate() {
+        for document in group {
+            for change in &mut document.regions {
+                change.percent = match document.subject.task.as_str() {
+                    "control" => -50.0,
+                    "imagery" => -40.0 + 0.1 * (person as f64).sin(),
+                    _ => -30.0 + 0.1 * (2.0 * person as f64).cos(),
+                };
+            }
+        }
+    }
+    let found = compare(&more, &config()).unwrap();
+    let codes: Vec<&str> = found
+        .doubts
+        .iter()
+        .map(|doubt| doubt.code.as_ref())
+        .collect();
+    assert!(
+        codes.contains(&"eeg_difference_without_scatter"),
+        "{codes:?}"
+    );
+    // Two people whose changes at 27 electrodes and surfaces are proportional.
+    let mut copies = documents(3);
+    let first: Vec<f64> = (0..27).map(|i| f64::from(i * 7 % 11) - 4.0).collect();
+    for (index, scale) in [(0, 1.0), (3, 1.003)] {
+        let template = copies[index].electrodes[0].clone();
+        copies[index].electrodes = first
+            .iter()
+            .map(|decibels| Change {
+                decibels: scale * decibels,
+                ..template.clone()
+            })
+            .collect();
+    }
+    let said = compare(&copies, &config()).unwrap_err().to_string();
+    assert!(
+        said.contains("found the same numbers in P00_control.vhdr"),
+        "{said}"
+    );
 }

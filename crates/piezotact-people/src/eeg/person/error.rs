@@ -29,6 +29,16 @@ pub enum PersonError {
         /// The first and the last frequency, Hz.
         covered: [f64; 2],
     },
+    /// A band or region that a document does not have.
+    #[error("{file}: expected a band or region among {there}, found `{name}`; correct the name")]
+    NotThere {
+        /// The name.
+        name: String,
+        /// The file of the document.
+        file: String,
+        /// Those that there are.
+        there: String,
+    },
     /// A filter that takes away a band.
     #[error(
         "expected the band {name} ({} to {} Hz) among what the filters leave, found {filter}; leave the filter out, or state another band",

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
 use super::epochs::{CutConfig, Epochs};
-use super::erd::{Erd, ErdConfig, ErdMap, Mode, Order, changes};
+use super::erd::{Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
 use super::filter::Pass;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
@@ -68,17 +68,61 @@ pub struct PersonConfig {
 }
 
 impl PersonConfig {
-    /// The shortest epochs of which baseline and window are free of the ends: as much longer at both ends as the longest wavelet reaches.
+    /// The shortest epochs of which baseline and window are free of the ends: as much longer at both ends as the longest wavelet reaches, and
+    /// no shorter than it is.
     #[must_use]
     pub fn extent(&self) -> CutConfig {
         let reach_s = self.power.reach_s();
-        // To whole hundredths of a second, outwards.
         let start_s = self.baseline_s[0].min(self.window_s[0]) - reach_s;
         let end_s = self.baseline_s[1].max(self.window_s[1]) + reach_s;
+        // No shorter than a wavelet.
+        let missing_s = (self.power.longest_s() + 0.02 - (end_s - start_s)).max(0.0);
+        let (start_s, end_s) = (start_s - 0.5 * missing_s, end_s + 0.5 * missing_s);
+        // To whole hundredths of a second, outwards, and one more: samples may be so far apart.
         CutConfig {
-            start_s: (100.0 * start_s).floor() / 100.0,
-            end_s: (100.0 * end_s).ceil() / 100.0,
+            start_s: ((100.0 * start_s).floor() - 1.0) / 100.0,
+            end_s: ((100.0 * end_s).ceil() + 1.0) / 100.0,
         }
+    }
+}
+
+impl EegErd {
+    /// The same with these bands and regions alone: contrasts that were planned are adjusted among themselves. All where none is named.
+    ///
+    /// # Errors
+    /// [`PersonError::NotThere`] for a name that no band or region has.
+    pub fn only(mut self, bands: &[String], regions: &[String]) -> Result<Self, PersonError> {
+        let config = &self.config;
+        let there = [
+            config
+                .bands
+                .iter()
+                .map(|band| band.name.clone())
+                .collect::<Vec<_>>(),
+            config
+                .regions
+                .iter()
+                .map(|region| region.name.clone())
+                .collect(),
+        ];
+        for (wanted, there) in [bands, regions].into_iter().zip(there) {
+            if let Some(name) = wanted.iter().find(|name| !there.contains(name)) {
+                return Err(PersonError::NotThere {
+                    name: name.clone(),
+                    file: self.file.clone(),
+                    there: there.join(", "),
+                });
+            }
+        }
+        let is_band = |name: &String| bands.is_empty() || bands.contains(name);
+        let is_region = |name: &String| regions.is_empty() || regions.contains(name);
+        self.config.bands.retain(|band| is_band(&band.name));
+        self.config.regions.retain(|region| is_region(&region.name));
+        self.smears.retain(|smear| is_band(&smear.band));
+        self.regions
+            .retain(|one| is_band(&one.band) && is_region(&one.place));
+        self.electrodes.retain(|one| is_band(&one.band));
+        Ok(self)
     }
 }
 
@@ -215,11 +259,7 @@ impl Positions {
     fn of(&self, channels: &[String]) -> Result<Vec<Electrode>, PersonError> {
         let known = match self {
             Self::OfNames => Montage::known(channels),
-            Self::Measured(montage) => {
-                let at = |name| montage.channels.iter().position(|own| own == name);
-                let of = |name| at(name).map(|own| montage.positions[own]);
-                channels.iter().map(of).collect()
-            }
+            Self::Measured(montage) => montage.of(channels),
         };
         let named = channels.iter().zip(known);
         let found: Vec<Electrode> = named
@@ -301,6 +341,7 @@ pub fn person(
             found.electrodes.extend(changes);
             found.doubts.extend(erd.doubts.iter().cloned());
         }
+        found.doubts.extend(bursts(&measured, own.count()));
         found.add_map(&plan, measured.map, surface);
     }
     // The same of every surface and band is said once.
@@ -409,6 +450,20 @@ fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Doubt> {
         .then(|| doubt.into())
         .into_iter()
         .collect()
+}
+
+/// Power that scatters so much from epoch to epoch that the correction of the logarithm does not reach.
+const BURSTS: f64 = 8.0;
+
+/// A doubt where power scatters far more from epoch to epoch than that of noise.
+fn bursts(measured: &Changes, epochs: usize) -> Option<Doubt> {
+    let (channel, scatter) = measured.most_scattered.clone()?;
+    let doubt = EegDoubt::Bursts {
+        channel,
+        scatter,
+        epochs,
+    };
+    (scatter > BURSTS).then(|| doubt.into())
 }
 
 fn smears(config: &PersonConfig, plan: &TfrPlan) -> Vec<Smear> {

@@ -70,6 +70,17 @@ pub enum PrepareError {
         /// The share of samples, %.
         percent: f64,
     },
+    /// No epoch that can be used.
+    #[error(
+        "expected an epoch without unusable parts, found none of {markers} markers; of the first, {why}; leave that channel out, or correct the \
+         events"
+    )]
+    NoneUsable {
+        /// How many markers there are.
+        markers: usize,
+        /// Why the first has no epoch.
+        why: String,
+    },
     /// No marker was asked for.
     #[error(
         "expected the markers around which epochs are cut, found none stated; the file has {found}"
@@ -124,7 +135,7 @@ pub enum PrepareError {
     },
     /// Too few epochs of a condition.
     #[error(
-        "expected at least {needed} epochs of {condition}, found {found} ({rejected} rejected, {left_out} not whole); record more, reject \
+        "expected at least {needed} epochs of {condition}, found {found} ({rejected} rejected, {left_out} not whole{why}); record more, reject \
          fewer, or ask for fewer"
     )]
     FewEpochs {
@@ -138,6 +149,8 @@ pub enum PrepareError {
         rejected: usize,
         /// How many would cross a gap or an end.
         left_out: usize,
+        /// Why the first of them was left out; may be empty.
+        why: String,
     },
     /// Epochs cannot be cut.
     #[error(transparent)]

@@ -14,8 +14,11 @@ use super::EegDoubt;
 use super::clean::EogRegression;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
-use super::reference::{CsdConfig, average, current_source_density, to_channels};
-use super::source::{Segment, doubts_of, is_marker, markers, task_of, tasks};
+use super::reference::{Csd, CsdConfig, Montage, ReferenceError, average, to_channels};
+use super::source::{
+    Segment, doubts_of, is_bad_part, is_marker, kind_and_value, marker_name, markers, task_of,
+    tasks,
+};
 use signals::Signals;
 
 pub use error::PrepareError;
@@ -37,15 +40,17 @@ pub struct MarkerChoice {
 impl MarkerChoice {
     /// The condition of an event that this marker stands for.
     fn condition_of(&self, event: &Event) -> String {
-        match &event.value {
-            Some(EventValue::Text(value))
-                if event.kind == self.marker && self.condition == self.marker =>
-            {
-                value.trim().to_owned()
-            }
+        let is_kind = self.condition == self.marker && !is_number(event);
+        match kind_and_value(event) {
+            (kind, Some(value)) if is_kind && kind == self.marker => value,
             _ => self.condition.clone(),
         }
     }
+}
+
+/// Whether the value of an event is a number: the code of a trigger names no condition.
+fn is_number(event: &Event) -> bool {
+    matches!(event.value, Some(EventValue::Number(_)))
 }
 
 /// What signals are referred to.
@@ -187,13 +192,35 @@ struct Marked {
 /// [`PrepareError`] for channels that do not exist, are flat or at a limit, markers that do not exist, several tasks, fewer epochs of a condition
 /// than asked for, and what the steps refuse.
 pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepared, PrepareError> {
+    prepare_at(segments, config, None)
+}
+
+/// As [`prepare`], with a current source density at measured positions.
+///
+/// Source: as [`prepare`].
+///
+/// # Errors
+/// Those of [`prepare`].
+pub fn prepare_at(
+    segments: &[Segment<'_>],
+    config: &PrepareConfig,
+    measured: Option<&Montage>,
+) -> Result<Prepared, PrepareError> {
     let mut signals = Signals::of(segments, config)?;
     let task = task_asked(segments, config.task.as_deref())?;
     let (marked, mut outside) = marked(segments, config, &task, &signals.starts)?;
     let mut doubts = doubts_of(segments);
     let marked = once(marked, &mut doubts);
-    let (marked, within_held) = beside_held(marked, &signals, &config.extent);
-    outside.extend(within_held);
+    let unusable = unusable(segments, &signals);
+    let all = marked.len();
+    let (marked, within) = beside_unusable(marked, &unusable, signals.rate, &config.extent);
+    if let (0, Some(first)) = (marked.len(), within.first()) {
+        return Err(PrepareError::NoneUsable {
+            markers: all,
+            why: first.reason.to_string(),
+        });
+    }
+    outside.extend(within);
     doubts.extend(signals.doubts.iter().cloned());
     doubts.extend(filtered(&mut signals, &config.filters)?);
     let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
@@ -224,14 +251,19 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
         not_whole,
         rejected,
     };
-    enough(&counts.conditions, config.min_epochs)?;
+    enough(&counts, config.min_epochs)?;
     let epochs = match &config.reference {
         Reference::CurrentSourceDensity(csd) => {
-            let electrodes = epochs.channels().len();
+            let (known, montage) = with_position(&epochs, measured, &mut doubts)?;
+            let electrodes = known.channels().len();
             if electrodes < FEW_FOR_DENSITY {
                 doubts.push(EegDoubt::FewForDensity { electrodes }.into());
             }
-            current_source_density(&epochs, csd)?
+            Csd::plan(&montage, csd)?.apply(&known)
+        }
+        Reference::Average => {
+            doubts.extend(unknown_in_average(&epochs));
+            epochs
         }
         _ => epochs,
     };
@@ -243,6 +275,52 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
         counts,
         doubts,
     })
+}
+
+/// The electrodes that have a position, measured or by their names, with it; where none has one, the error names the first.
+fn with_position(
+    epochs: &Epochs,
+    measured: Option<&Montage>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<(Epochs, Montage), PrepareError> {
+    let known = match measured {
+        None => Montage::known(epochs.channels()),
+        Some(montage) => montage.of(epochs.channels()),
+    };
+    let (mut names, mut positions, mut missing) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, position) in epochs.channels().iter().zip(known) {
+        match position {
+            Some(position) => {
+                names.push(name.clone());
+                positions.push(position);
+            }
+            None => missing.push(name.as_str()),
+        }
+    }
+    if let (true, Some(first)) = (names.is_empty(), missing.first()) {
+        let name = (*first).to_owned();
+        return Err(ReferenceError::NoPosition { name }.into());
+    }
+    if !missing.is_empty() {
+        let names = missing.join(", ");
+        doubts.push(EegDoubt::WithoutPosition { names }.into());
+    }
+    let picked: Vec<&str> = names.iter().map(String::as_str).collect();
+    let epochs = epochs.picked(&picked)?;
+    Ok((epochs, Montage::new(names, positions)?))
+}
+
+/// A doubt about channels in the mean of all electrodes that have no position, where most have one: they may be none.
+fn unknown_in_average(epochs: &Epochs) -> Option<Doubt> {
+    let known = Montage::known(epochs.channels());
+    let all = epochs.channels().iter().zip(known);
+    let unknown = all.filter(|(_, position)| position.is_none());
+    let names: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
+    let few = !names.is_empty() && 2 * names.len() < epochs.channels().len();
+    let doubt = EegDoubt::UnknownInReference {
+        names: names.join(", "),
+    };
+    few.then(|| doubt.into())
 }
 
 /// The markers without those that stand a second time at one sample under one condition.
@@ -260,29 +338,52 @@ fn once(marked: Vec<Marked>, doubts: &mut Vec<Doubt>) -> Vec<Marked> {
     kept
 }
 
-/// The markers whose epochs hold no part in which a channel holds one value; and the others.
-fn beside_held(
+/// The parts that no epoch may hold: those in which a channel holds one value, and those that an event calls bad.
+fn unusable(segments: &[Segment<'_>], signals: &Signals) -> Vec<(std::ops::Range<usize>, NotCut)> {
+    let held = signals.held().into_iter().map(|part| {
+        let channel = part.channel;
+        (part.samples, NotCut::Held { channel })
+    });
+    let missing = signals.missing.iter().map(|part| {
+        let channel = part.channel.clone();
+        (part.samples.clone(), NotCut::NoNumbers { channel })
+    });
+    let mut found: Vec<_> = missing.chain(held).collect();
+    let rate = signals.rate.hz();
+    for (segment, start) in segments.iter().zip(&signals.starts) {
+        let events = segment.recording.annotations.events.iter();
+        for (event, sample) in events.zip(segment.event_samples) {
+            if is_bad_part(event) {
+                let from = start.saturating_add_signed(*sample as isize);
+                let length = (event.duration_s.0 * rate).ceil() as usize;
+                let name = marker_name(event);
+                found.push((from..from + length, NotCut::CalledBad { name }));
+            }
+        }
+    }
+    found
+}
+
+/// The markers whose epochs hold no part that may not be used; and the others.
+fn beside_unusable(
     marked: Vec<Marked>,
-    signals: &Signals,
+    unusable: &[(std::ops::Range<usize>, NotCut)],
+    rate: SampleRate,
     extent: &CutConfig,
 ) -> (Vec<Marked>, Vec<NotWhole>) {
-    let held = signals.held();
-    let rate = signals.rate.hz();
-    let [first, last] = [extent.start_s, extent.end_s].map(|s| (s * rate).round());
+    let [first, last] = [extent.start_s, extent.end_s].map(|s| (s * rate.hz()).round());
     let (mut kept, mut lost) = (Vec::new(), Vec::new());
     for one in marked {
         let [from, to] = [first, last].map(|offset| one.event.sample as f64 + offset);
-        let own = held.iter().find(|part| {
-            (part.samples.start as f64) <= to && (part.samples.end as f64 - 1.0) >= from
-        });
+        let own = unusable
+            .iter()
+            .find(|(part, _)| (part.start as f64) <= to && (part.end as f64 - 1.0) >= from);
         match own {
             None => kept.push(one),
-            Some(part) => lost.push(NotWhole {
+            Some((_, reason)) => lost.push(NotWhole {
                 condition: one.event.condition,
                 onset_s: one.onset_s,
-                reason: NotCut::Held {
-                    channel: part.channel.clone(),
-                },
+                reason: reason.clone(),
             }),
         }
     }
@@ -569,8 +670,17 @@ fn counted(
     conditions.into_iter().map(of).collect()
 }
 
-fn enough(conditions: &[ConditionCount], needed: usize) -> Result<(), PrepareError> {
-    match conditions.iter().find(|count| count.kept < needed.max(1)) {
+fn enough(counts: &EpochCounts, needed: usize) -> Result<(), PrepareError> {
+    let why = |condition: &String| {
+        let mut lost = counts.not_whole.iter();
+        let first = lost.find(|one| one.condition == *condition)?;
+        Some(format!("; of the first left out, {}", first.reason))
+    };
+    match counts
+        .conditions
+        .iter()
+        .find(|count| count.kept < needed.max(1))
+    {
         None => Ok(()),
         Some(few) => Err(PrepareError::FewEpochs {
             condition: few.condition.clone(),
@@ -578,6 +688,7 @@ fn enough(conditions: &[ConditionCount], needed: usize) -> Result<(), PrepareErr
             needed: needed.max(1),
             rejected: few.rejected,
             left_out: few.left_out,
+            why: why(&few.condition).unwrap_or_default(),
         }),
     }
 }

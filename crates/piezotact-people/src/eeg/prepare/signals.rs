@@ -41,6 +41,8 @@ pub(super) struct Signals {
     /// The sample that each part begins with.
     pub(super) starts: Vec<usize>,
     pub(super) volts: Vec<f64>,
+    /// Where a channel has no numbers; there it holds the last one.
+    pub(super) missing: Vec<HeldPart>,
     pub(super) doubts: Vec<Doubt>,
 }
 
@@ -151,8 +153,40 @@ impl Signals {
             rate,
             starts,
             volts,
+            missing: Vec::new(),
             doubts: Vec::new(),
-        })
+        }
+        .with_numbers())
+    }
+
+    /// The last number in the place of what is none, and where that was: a filter would carry it through the whole recording.
+    fn with_numbers(mut self) -> Self {
+        for (name, signal) in self
+            .names
+            .iter()
+            .zip(self.volts.chunks_exact_mut(self.length))
+        {
+            let mut last = 0.0;
+            let mut at = 0;
+            while at < signal.len() {
+                let run = signal[at..]
+                    .iter()
+                    .take_while(|value| !value.is_finite())
+                    .count();
+                if run == 0 {
+                    last = signal[at];
+                    at += 1;
+                    continue;
+                }
+                signal[at..at + run].fill(last);
+                self.missing.push(HeldPart {
+                    channel: name.clone(),
+                    samples: at..at + run,
+                });
+                at += run;
+            }
+        }
+        self
     }
 
     /// Refuses flat and saturated channels.

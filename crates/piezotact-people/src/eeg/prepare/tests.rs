@@ -135,15 +135,12 @@ fn epochs_of_parts_are_counted_and_none_crosses_a_gap() {
     );
     // A kind alone: its values are the conditions.
     let by_value = prepare(&segments(&parts), &config(&[("Stimulus", "Stimulus")])).unwrap();
-    assert_eq!(
-        by_value.epochs.conditions(),
-        ["S  1", "S  2", "S  2", "S  1"]
-    );
+    assert_eq!(by_value.epochs.conditions(), ["S 1", "S 2", "S 2", "S 1"]);
     let named = |count: &ConditionCount| (count.condition.clone(), count.kept);
     let counts_by_value: Vec<_> = by_value.counts.conditions.iter().map(named).collect();
     assert_eq!(
         counts_by_value,
-        [("S  1".to_owned(), 2), ("S  2".to_owned(), 2)]
+        [("S 1".to_owned(), 2), ("S 2".to_owned(), 2)]
     );
     // The third epoch is 3 s after the start of the second part.
     assert_eq!(
@@ -196,7 +193,7 @@ fn bad_input_is_named() {
     };
     check(
         &few,
-        &["at least 3 epochs of flat, found 2 (0 rejected, 1 not whole)"],
+        &["at least 3 epochs of flat, found 2 (0 rejected, 1 not whole; of the first"],
     );
     let renamed = PrepareConfig {
         channels: ChannelChoice::Named(vec!["Cz".into()]),
@@ -387,4 +384,145 @@ fn what_the_table_beside_the_file_states_is_used() {
         prepare(&[plain], &to_one).unwrap().epochs.channels(),
         ["C3"]
     );
+}
+
+#[test]
+fn a_part_that_is_called_bad_is_in_no_epoch() {
+    let events: Vec<(f64, &str, &str)> = (1..=8)
+        .map(|i| (2.0 * f64::from(i), "touch", "S1"))
+        .chain([(7.2, "BAD_movement", "")])
+        .collect();
+    let (mut recording, samples) = recording(20, &events);
+    let last = recording.annotations.events.last_mut().unwrap();
+    last.duration_s = Seconds(3.0);
+    last.value = None;
+    let segment = Segment {
+        recording: &recording,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let found = prepare(&[segment], &config(&[("touch", "S1")])).unwrap();
+    let lost: Vec<(f64, String)> = found
+        .counts
+        .not_whole
+        .iter()
+        .map(|one| (one.onset_s, one.reason.to_string()))
+        .collect();
+    let why = "BAD_movement calls a part of it bad".to_owned();
+    assert_eq!(lost, [(8.0, why.clone()), (10.0, why)]);
+    // All of it: the reason is said, not that there is no event.
+    recording.annotations.events.last_mut().unwrap().duration_s = Seconds(60.0);
+    recording.annotations.events.last_mut().unwrap().onset_s = Seconds(0.0);
+    let samples: Vec<i64> = samples
+        .iter()
+        .map(|at| if *at == 720 { 0 } else { *at })
+        .collect();
+    let segment = Segment {
+        recording: &recording,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let said = prepare(&[segment], &config(&[("touch", "S1")]))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        said.contains("found none of 8 markers; of the first, BAD_movement"),
+        "{said}"
+    );
+}
+
+#[test]
+fn samples_that_are_no_numbers_lose_their_epochs_alone() {
+    let events: Vec<(f64, &str, &str)> = (1..=6)
+        .map(|i| (2.0 * f64::from(i), "touch", "S1"))
+        .collect();
+    let (recording, samples) = recording(16, &events);
+    let mut channels = recording.channels().to_vec();
+    channels[0].samples[605] = f64::NAN;
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let mut made =
+        Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
+    made.annotations = recording.annotations.clone();
+    let segment = Segment {
+        recording: &made,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let asked = PrepareConfig {
+        filters: vec![Pass::Above(2.0)],
+        ..config(&[("touch", "S1")])
+    };
+    let found = prepare(&[segment], &asked).unwrap();
+    let lost: Vec<String> = found
+        .counts
+        .not_whole
+        .iter()
+        .map(|one| one.reason.to_string())
+        .collect();
+    assert_eq!(lost, ["C3 has samples that are no numbers within it"]);
+    assert_eq!(found.epochs.count(), 5);
+}
+
+#[test]
+fn a_density_is_of_the_positions_that_are_given() {
+    use crate::eeg::reference::{CsdConfig, Montage};
+    let names = ["C3", "Cz", "C4", "CP3", "CP4", "FC3", "FC4", "Pz", "Fz"].map(String::from);
+    let channels: Vec<Channel> = names
+        .iter()
+        .enumerate()
+        .map(|(number, name)| Channel {
+            name: name.clone(),
+            unit: Unit::Volt,
+            samples: (0..1000)
+                .map(|i| 1e-5 * (i as f64 * (0.3 + 0.05 * number as f64)).sin())
+                .collect(),
+        })
+        .collect();
+    let rate = SampleRate::new(RATE_HZ).unwrap();
+    let mut made =
+        Recording::new(channels, rate, Condition::default(), Provenance::default()).unwrap();
+    made.annotations = recording(10, &[(4.0, "touch", "S1")]).0.annotations;
+    let segment = Segment {
+        recording: &made,
+        start_s: Seconds(0.0),
+        event_samples: &[400],
+        stated: &[],
+    };
+    let asked = PrepareConfig {
+        reference: Reference::CurrentSourceDensity(CsdConfig::perrin_1989(0.095)),
+        ..config(&[("touch", "S1")])
+    };
+    let of = |measured: Option<&Montage>| prepare_at(&[segment], &asked, measured).unwrap();
+    let by_name = of(None);
+    let same = Montage::ten_ten(&names).unwrap();
+    let apart = |montage: &Montage| {
+        let other = of(Some(montage));
+        let pairs = other.epochs.volts().iter().zip(by_name.epochs.volts());
+        pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+    };
+    assert!(apart(&same) < 1e-12);
+    let mut exchanged = same.clone();
+    exchanged.positions.swap(0, 2);
+    assert!(apart(&exchanged) > 1e-3);
+    // Electrodes without a position are left out by name.
+    let fewer = Montage::new(names[1..].to_vec(), same.positions[1..].to_vec()).unwrap();
+    let found = of(Some(&fewer));
+    assert_eq!(found.epochs.channels(), &names[1..]);
+    let codes: Vec<&str> = found
+        .doubts
+        .iter()
+        .map(|doubt| doubt.code.as_ref())
+        .collect();
+    assert_eq!(
+        codes,
+        ["eeg_csd_without_position", "eeg_csd_few_electrodes"]
+    );
+    // Axes as EEGLAB has them, x to the front.
+    let turned = same.positions.iter().map(|[x, y, z]| [*y, -x, *z]);
+    let turned = Montage::new(names.to_vec(), turned.collect()).unwrap();
+    assert!(turned.off_ten_ten_deg().unwrap() > 40.0);
+    assert!(same.off_ten_ten_deg().unwrap() < 1.0);
 }

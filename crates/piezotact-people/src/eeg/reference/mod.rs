@@ -73,6 +73,29 @@ impl Montage {
         channels.iter().map(position).collect()
     }
 
+    /// The position of each of `channels`, where it is in this montage.
+    ///
+    /// Source: none; a lookup.
+    #[must_use]
+    pub fn of(&self, channels: &[String]) -> Vec<Option<[f64; 3]>> {
+        let at = |name| self.channels.iter().position(|own| own == name);
+        let of = |name| at(name).map(|own| self.positions[own]);
+        channels.iter().map(of).collect()
+    }
+
+    /// The median angle between positions of this montage and those of the same names in the 10-10 system, degrees; `None` for fewer than
+    /// three such names. Other axes (x to the front) show as 90°.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn off_ten_ten_deg(&self) -> Option<f64> {
+        let known = Self::known(&self.channels).into_iter().zip(&self.positions);
+        let angles = known.filter_map(|(known, own)| Some(dot(&known?, own).acos().to_degrees()));
+        let mut angles: Vec<f64> = angles.collect();
+        angles.sort_by(f64::total_cmp);
+        (angles.len() > 2).then(|| angles[angles.len() / 2])
+    }
+
     /// Channels at measured positions, relative to the centre of a sphere, in any unit: they are set to length 1.
     ///
     /// # Errors

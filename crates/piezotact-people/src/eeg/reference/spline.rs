@@ -114,7 +114,7 @@ impl Csd {
 
     /// The density of epochs with the channels planned for, V/m².
     #[must_use]
-    pub(super) fn apply(&self, epochs: &Epochs) -> Epochs {
+    pub(in crate::eeg) fn apply(&self, epochs: &Epochs) -> Epochs {
         epochs.mixed(self.channels.clone(), &self.weights)
     }
 }

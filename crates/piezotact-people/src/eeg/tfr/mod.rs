@@ -93,13 +93,24 @@ impl TfrConfig {
         })
     }
 
-    /// How far the longest wavelet reaches, s: two standard deviations of a Morlet wavelet, half the window of a multitaper. The ends of
-    /// epochs touch what is nearer to them.
+    /// The length of the longest wavelet, s: ten standard deviations of a Morlet wavelet, the window of a multitaper. No epoch is shorter.
+    #[must_use]
+    pub fn longest_s(&self) -> f64 {
+        let of = |(hz, cycles): (&f64, &f64)| match self.method {
+            Method::Morlet => 10.0 * sd_s(*hz, *cycles),
+            Method::Multitaper { .. } => cycles / hz,
+        };
+        let all = self.frequencies_hz.iter().zip(&self.cycles).map(of);
+        all.fold(0.0, f64::max)
+    }
+
+    /// How far the longest wavelet reaches, s: two standard deviations of a Morlet wavelet, the whole window of a multitaper, whose smear is below
+    /// half of it. The ends of epochs touch what is nearer to them.
     #[must_use]
     pub fn reach_s(&self) -> f64 {
         let of = |(hz, cycles): (&f64, &f64)| match self.method {
             Method::Morlet => 2.0 * sd_s(*hz, *cycles),
-            Method::Multitaper { .. } => 0.5 * cycles / hz,
+            Method::Multitaper { .. } => cycles / hz,
         };
         let all = self.frequencies_hz.iter().zip(&self.cycles).map(of);
         all.fold(0.0, f64::max)
