@@ -126,11 +126,11 @@ impl SignalKind {
         let beside = [
             "DC", "EXG", "AUX", "REF", "DIG", "GSR", "RESP", "PLETH", "TEMP", "ACC",
         ];
-        let behind = |word: &&str| {
+        let behind = |word: &str| {
             let rest = upper.strip_prefix(word);
             rest.is_some_and(|rest| !rest.starts_with(|sign: char| sign.is_ascii_alphabetic()))
         };
-        if beside.iter().any(|word| behind(&word)) {
+        if beside.iter().any(|word| behind(word)) {
             return Self::Other;
         }
         if *unit != Unit::Volt {

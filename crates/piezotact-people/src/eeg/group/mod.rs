@@ -199,22 +199,20 @@ impl Gradient {
 }
 
 impl TaskContrast {
-    fn of(&self, alike: bool) -> Option<Outcome> {
-        let mut all = self.criteria.iter();
-        all.find(|one| matches!(one.what, GroupCriterion::Alike { .. }) == alike)
-            .map(|one| one.outcome)
-    }
-
     /// Whether the tasks differ: met, or not decided.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
-        self.of(false).unwrap_or(Outcome::NotDecided)
+        let mut all = self.criteria.iter();
+        let own = all.find(|one| matches!(one.what, GroupCriterion::Differ { .. }));
+        own.map_or(Outcome::NotDecided, |one| one.outcome)
     }
 
     /// Whether the difference lies within the margin; absent where no margin was stated.
     #[must_use]
     pub fn within_margin(&self) -> Option<Outcome> {
-        self.of(true)
+        let mut all = self.criteria.iter();
+        let own = all.find(|one| matches!(one.what, GroupCriterion::Alike { .. }));
+        own.map(|one| one.outcome)
     }
 }
 

@@ -1,0 +1,127 @@
+//! What epochs may hold: markers once, parts without bad samples, channels with a position.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use piezotact::Doubt;
+use piezotact::quantity::SampleRate;
+
+use super::signals::Signals;
+use super::{Marked, NotWhole, PrepareError};
+use crate::eeg::EegDoubt;
+use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
+use crate::eeg::reference::{Montage, ReferenceError};
+use crate::eeg::source::{Segment, is_bad_part, marker_name};
+
+/// The markers without those that stand a second time at one sample under one condition.
+pub(super) fn once(marked: Vec<Marked>, doubts: &mut Vec<Doubt>) -> Vec<Marked> {
+    let all = marked.len();
+    let mut seen = BTreeSet::new();
+    let kept: Vec<Marked> = marked
+        .into_iter()
+        .filter(|one| seen.insert((one.event.sample, one.event.condition.clone())))
+        .collect();
+    let count = all - kept.len();
+    if count > 0 {
+        doubts.push(EegDoubt::MarkersTwice { count }.into());
+    }
+    kept
+}
+
+/// The parts that no epoch may hold: those in which a channel holds one value, and those that an event calls bad.
+pub(super) fn unusable(segments: &[Segment<'_>], signals: &Signals) -> Vec<(Range<usize>, NotCut)> {
+    let held = signals.held().into_iter().map(|part| {
+        let channel = part.channel;
+        (part.samples, NotCut::Held { channel })
+    });
+    let missing = signals.missing.iter().map(|part| {
+        let channel = part.channel.clone();
+        (part.samples.clone(), NotCut::NoNumbers { channel })
+    });
+    let mut found: Vec<_> = missing.chain(held).collect();
+    let rate = signals.rate.hz();
+    for (segment, start) in segments.iter().zip(&signals.starts) {
+        let events = segment.recording.annotations.events.iter();
+        for (event, sample) in events.zip(segment.event_samples) {
+            if is_bad_part(event) {
+                let from = start.saturating_add_signed(*sample as isize);
+                let length = (event.duration_s.0 * rate).ceil() as usize;
+                let name = marker_name(event);
+                found.push((from..from + length, NotCut::CalledBad { name }));
+            }
+        }
+    }
+    found
+}
+
+/// The markers whose epochs hold no part that may not be used; and the others.
+pub(super) fn beside_unusable(
+    marked: Vec<Marked>,
+    unusable: &[(Range<usize>, NotCut)],
+    rate: SampleRate,
+    extent: &CutConfig,
+) -> (Vec<Marked>, Vec<NotWhole>) {
+    let [first, last] = [extent.start_s, extent.end_s].map(|s| (s * rate.hz()).round());
+    let (mut kept, mut lost) = (Vec::new(), Vec::new());
+    for one in marked {
+        let [from, to] = [first, last].map(|offset| one.event.sample as f64 + offset);
+        let own = unusable
+            .iter()
+            .find(|(part, _)| (part.start as f64) <= to && (part.end as f64 - 1.0) >= from);
+        match own {
+            None => kept.push(one),
+            Some((_, reason)) => lost.push(NotWhole {
+                condition: one.event.condition,
+                onset_s: one.onset_s,
+                reason: reason.clone(),
+            }),
+        }
+    }
+    (kept, lost)
+}
+
+/// The electrodes that have a position, measured or by their names, with it; where none has one, the error names the first.
+pub(super) fn with_position(
+    epochs: &Epochs,
+    measured: Option<&Montage>,
+    doubts: &mut Vec<Doubt>,
+) -> Result<(Epochs, Montage), PrepareError> {
+    let known = match measured {
+        None => Montage::known(epochs.channels()),
+        Some(montage) => montage.of(epochs.channels()),
+    };
+    let (mut names, mut positions, mut missing) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, position) in epochs.channels().iter().zip(known) {
+        match position {
+            Some(position) => {
+                names.push(name.clone());
+                positions.push(position);
+            }
+            None => missing.push(name.as_str()),
+        }
+    }
+    if let (true, Some(first)) = (names.is_empty(), missing.first()) {
+        let name = (*first).to_owned();
+        return Err(ReferenceError::NoPosition { name }.into());
+    }
+    if !missing.is_empty() {
+        let names = missing.join(", ");
+        doubts.push(EegDoubt::WithoutPosition { names }.into());
+    }
+    let picked: Vec<&str> = names.iter().map(String::as_str).collect();
+    let epochs = epochs.picked(&picked)?;
+    Ok((epochs, Montage::new(names, positions)?))
+}
+
+/// A doubt about channels in the mean of all electrodes that have no position, where most have one: they may be none.
+pub(super) fn unknown_in_average(epochs: &Epochs) -> Option<Doubt> {
+    let known = Montage::known(epochs.channels());
+    let all = epochs.channels().iter().zip(known);
+    let unknown = all.filter(|(_, position)| position.is_none());
+    let names: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
+    let few = !names.is_empty() && 2 * names.len() < epochs.channels().len();
+    let doubt = EegDoubt::UnknownInReference {
+        names: names.join(", "),
+    };
+    few.then(|| doubt.into())
+}
