@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, doubts};
+use crate::number::{digits, rounded};
 
 doubts! {
     /// Doubts about the place of a recording in a drive.
@@ -70,8 +71,8 @@ impl fmt::Display for AlignDoubt {
                 blocks,
             } => write!(
                 f,
-                "times are certain to ±{:.2} ms (95 %, {blocks} blocks), which is more than 0.1 ms",
-                1e3 * uncertainty_s
+                "times are certain to ±{} ms (95 %, {blocks} blocks), which is more than 0.1 ms",
+                digits(1e3 * uncertainty_s)
             ),
             Self::ManyLeftOut { left_out, of } => write!(
                 f,
@@ -82,7 +83,8 @@ impl fmt::Display for AlignDoubt {
                 most_ppm,
             } => write!(
                 f,
-                "the drift of {drift_ppm:+.1} ppm is near {most_ppm} ppm, the largest that was looked for: state a larger one"
+                "the drift of {drift_ppm:+.1} ppm is near {} ppm, the largest that was looked for: state a larger one",
+                rounded(*most_ppm)
             ),
         }
     }
