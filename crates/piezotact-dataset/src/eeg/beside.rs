@@ -545,6 +545,29 @@ mod tests {
     }
 
     #[test]
+    fn a_recording_that_was_cut_around_markers_has_parts_and_averages_are_none() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path());
+        let header = std::fs::read_to_string(&path).unwrap();
+        let stated = |lines: &str| {
+            let text = header.replace("[Common Infos]", &format!("[Common Infos]\r\n{lines}"));
+            std::fs::write(&path, text).unwrap();
+            read_eeg(&path)
+        };
+        let found = stated("SegmentationType=MARKERBASED\r\nSegmentDataPoints=100").unwrap();
+        assert_eq!(found.segments.len(), 5);
+        assert_eq!(found.segments[0].recording.about.doubts.len(), 1);
+        let refused = |lines: &str, part: &str| {
+            let said = stated(lines).unwrap_err().to_string();
+            assert!(said.contains(part), "{said}");
+        };
+        refused("Averaged=YES", "found averages");
+        // One sample in each segment would be as many recordings as samples.
+        let whole = stated("SegmentationType=NOTSEGMENTED\r\nSegmentDataPoints=1").unwrap();
+        assert_eq!(whole.segments.len(), 1);
+    }
+
+    #[test]
     fn labels_of_edf_become_names_of_electrodes() {
         let of = |labels: &[&str]| {
             let channels = labels.iter().map(|label| Channel {

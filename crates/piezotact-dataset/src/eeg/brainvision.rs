@@ -15,6 +15,8 @@ use super::{EegFile, EegKind, eeg_unit, in_folder_of};
 use crate::error::ReadError;
 use crate::stored::{ByteOrder, Stored};
 
+/// No recording was cut into more segments.
+const MOST_SEGMENTS: usize = 20_000;
 /// No recording has more channels.
 const MOST_CHANNELS: usize = 100_000;
 
@@ -110,6 +112,14 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     }
     let (parts, started_at, mut doubts) = parts_of(&markers, header.rate, points);
     let parts = match header.segment_points {
+        Some(each) if parts.len() == 1 && points / each > MOST_SEGMENTS => {
+            return Err(ReadError::content(
+                path,
+                format!("SegmentDataPoints that gives at most {MOST_SEGMENTS} segments"),
+                format!("{each} samples in each of {} segments", points / each),
+                "correct the header, or export the recording without segments",
+            ));
+        }
         Some(each) if parts.len() == 1 && each < points => {
             let what = format!(
                 "the header says that the recording was cut into segments of {each} samples, and not when each began; their starts are counted as if nothing lay between"

@@ -25,6 +25,8 @@ const PASSBAND: f64 = 0.9;
 const FAR: f64 = 5.0;
 /// The median of absolute residuals of a normal distribution is its standard deviation over this.
 const NORMAL: f64 = 1.4826;
+/// No clock is so wrong, ppm.
+const MOST_DRIFT_PPM: f64 = 10_000.0;
 /// Less certain times are doubted, s.
 const CERTAIN_S: f64 = 1e-4;
 
@@ -124,7 +126,9 @@ pub fn align(
     (recorded, recorded_rate): (&[f64], SampleRate),
     config: &AlignConfig,
 ) -> Result<Alignment, AlignError> {
-    if !(config.block_s.0 > 0.0 && config.most_drift_ppm > 0.0) {
+    let most = 0.0..=MOST_DRIFT_PPM;
+    let is_block = config.block_s.0 > 0.0 && config.block_s.0.is_finite();
+    if !(is_block && config.most_drift_ppm > 0.0 && most.contains(&config.most_drift_ppm)) {
         return Err(AlignError::Settings);
     }
     let rate = match drive_rate.hz() < recorded_rate.hz() {
@@ -327,7 +331,7 @@ impl Fit {
 pub enum AlignError {
     /// Settings that are none.
     #[error(
-        "expected a block and a largest drift above 0, found others; 1 s and 300 ppm are usual"
+        "expected a block above 0 s and a largest drift above 0 and up to {MOST_DRIFT_PPM} ppm, found others; 1 s and 300 ppm are usual"
     )]
     Settings,
     /// A band that the lower rate cannot hold.

@@ -24,7 +24,9 @@ pub(super) fn placed(
     let slack = 1e-6;
     let first = (alignment.on_drive(Seconds(0.0)).0 * rate_hz - slack).ceil();
     let last = (alignment.on_drive(end_s).0 * rate_hz + slack).floor();
-    let count = (last - first + 1.0).max(0.0) as usize;
+    // A clock that is twice as fast is none: a document that says so makes no endless signal.
+    let most = 2.0 * samples.len() as f64;
+    let count = (last - first + 1.0).clamp(0.0, most) as usize;
     let window: Vec<f64> = (0..=STEPS)
         .map(|i| {
             let share = i as f64 / STEPS as f64;

@@ -168,6 +168,13 @@ fn what_is_not_there_or_repeats_is_refused() {
         band: Band::new(Hertz(20.0), Hertz(2400.0)).unwrap(),
         ..config()
     };
+    for most_drift_ppm in [f64::INFINITY, f64::NAN, -1.0] {
+        let endless = AlignConfig {
+            most_drift_ppm,
+            ..config()
+        };
+        assert_eq!(aligned(&both, &endless), Err(AlignError::Settings));
+    }
     assert!(matches!(
         aligned(&both, &wide),
         Err(AlignError::Band { .. })

@@ -411,6 +411,16 @@ fn a_part_that_is_called_bad_is_in_no_epoch() {
         .collect();
     let why = "BAD_movement calls a part of it bad".to_owned();
     assert_eq!(lost, [(8.0, why.clone()), (10.0, why)]);
+    // Longer than any recording: no number is too large.
+    recording.annotations.events.last_mut().unwrap().duration_s = Seconds(1e300);
+    let endless = Segment {
+        recording: &recording,
+        start_s: Seconds(0.0),
+        event_samples: &samples,
+        stated: &[],
+    };
+    let found = prepare(&[endless], &config(&[("touch", "S1")])).unwrap();
+    assert_eq!(found.epochs.count(), 3);
     // All of it: the reason is said, not that there is no event.
     recording.annotations.events.last_mut().unwrap().duration_s = Seconds(60.0);
     recording.annotations.events.last_mut().unwrap().onset_s = Seconds(0.0);

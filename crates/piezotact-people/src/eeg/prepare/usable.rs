@@ -47,7 +47,10 @@ pub(super) fn unusable(segments: &[Segment<'_>], signals: &Signals) -> Vec<(Rang
                 let from = start.saturating_add_signed(*sample as isize);
                 let length = (event.duration_s.0 * rate).ceil() as usize;
                 let name = marker_name(event);
-                found.push((from..from + length, NotCut::CalledBad { name }));
+                found.push((
+                    from..from.saturating_add(length),
+                    NotCut::CalledBad { name },
+                ));
             }
         }
     }
