@@ -20,12 +20,13 @@ const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 12] = [
+const ARROWS: [(&str, &[&str]); 13] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
     ("piezotact-dataset", &["piezotact", "piezotact-people"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
+    ("piezotact-audio", &["piezotact", "piezotact-bench"]),
     ("piezotact-report", &["piezotact", "piezotact-people"]),
     (
         "piezotact-session",
@@ -61,6 +62,7 @@ const ARROWS: [(&str, &[&str]); 12] = [
             "piezotact-replay",
             "piezotact-report",
             "piezotact-dataset",
+            "piezotact-audio",
         ],
     ),
     // Not part of the product: it measures and checks it.

@@ -1,0 +1,1 @@
+//! Tests of the audio crate as others use it.
