@@ -14,6 +14,7 @@ pub mod halves;
 pub mod measured;
 mod paced;
 mod plan;
+mod plant;
 pub mod procedure;
 mod stop;
 mod traits;
@@ -25,6 +26,7 @@ pub use gate::{Gate, GateConfig, GateRoles, Refusal};
 pub use paced::Paced;
 pub use piezotact::statistics::random;
 pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};
+pub use plant::Plant;
 pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
