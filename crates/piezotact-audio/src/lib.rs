@@ -1,1 +1,30 @@
 //! Sound hardware as a bench: a device that plays and records, calibrated and timed, and the real-time half that serves it.
+//!
+//! [`callback`] runs on the threads of the sound system; [`streams`] is the other half. Between them are rings without locks, one each way. An
+//! [`AudioIo`] is a sound system: the hosts of this machine, or a loop within the program.
+
+mod bench;
+mod board;
+mod calibrate;
+mod callback;
+mod error;
+#[cfg(feature = "hardware")]
+mod hardware;
+mod io;
+mod latency;
+mod looped;
+mod setup;
+mod streams;
+
+pub use bench::AudioBench;
+pub use board::{Board, Side};
+pub use calibrate::{VOLTMETER_TONE, check_level_hz, loopback_gain, play_tone, record_tone, wires};
+pub use callback::{Happened, InputCallback, OutputCallback};
+pub use error::AudioError;
+#[cfg(feature = "hardware")]
+pub use hardware::{Answers, HardwareIo, hosts};
+pub use io::{AudioIo, DeviceListing, Offer, StreamPlan, Streams};
+pub use latency::latency_run;
+pub use looped::{LoopFailure, LoopFault, LoopIo, LoopPace, LoopSettings, PlantMaker, SilentPart};
+pub use setup::{ForceSettings, Measures, PlayChannels, RecordedChannel, SoundSetup};
+pub use streams::{Fetched, Loaded, PieceProgress, RunningStreams, StreamChannels};

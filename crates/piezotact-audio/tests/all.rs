@@ -1,1 +1,4 @@
-//! Tests of the audio crate as others use it.
+//! Tests of the audio crate as others use it: a loop within the program instead of a device.
+
+mod bench;
+mod loops;

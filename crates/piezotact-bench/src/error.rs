@@ -29,6 +29,9 @@ pub enum DeviceError {
         /// What to do.
         todo: String,
     },
+    /// A device cannot be used, for a reason that its driver states: expected, found, what to do.
+    #[error("{0}")]
+    Unusable(String),
     /// A step out of order.
     #[error(
         "the bench was asked to {asked} before it was {before}; this is a bug in the procedure: report it"

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use piezotact::Doubt;
 use piezotact::quantity::Seconds;
-use piezotact::recording::Condition;
+use piezotact::recording::{Condition, Event};
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;
@@ -101,6 +101,10 @@ impl Acquire for Paced {
 
     fn doubts(&self, run: &RunPlan) -> Vec<Doubt> {
         self.inner.doubts(run)
+    }
+
+    fn events(&mut self) -> Vec<Event> {
+        self.inner.events()
     }
 
     fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {

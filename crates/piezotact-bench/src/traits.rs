@@ -6,7 +6,7 @@ use piezotact::Doubt;
 use piezotact::checksum::Checksum;
 use piezotact::device::{DriveSetup, GainName};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{BenchKind, Condition};
+use piezotact::recording::{BenchKind, Condition, Event};
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;
@@ -117,6 +117,10 @@ pub trait Acquire: Send {
     }
     /// What a person should know of whatever is recorded in `run`, before it begins.
     fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
+        Vec::new()
+    }
+    /// What the device noticed in the run that just ended, on the clock of its samples.
+    fn events(&mut self) -> Vec<Event> {
         Vec::new()
     }
     /// Reads the sensors at rest.

@@ -21,6 +21,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::spectrum::SpectrumDoubt>,
             $of::<crate::resample::ResampleDoubt>,
             $of::<crate::align::AlignDoubt>,
+            $of::<crate::sound::SoundDoubt>,
             $of::<crate::clipping::ClippingDoubt>,
             $of::<crate::integrity::SignalDoubt>,
             $of::<crate::noise::NoiseDoubt>,
@@ -69,6 +70,7 @@ pub mod noise;
 pub mod recording;
 pub mod resample;
 pub mod series;
+pub mod sound;
 pub mod spectrum;
 
 // Touch.

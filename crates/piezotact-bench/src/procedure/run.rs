@@ -187,6 +187,7 @@ pub(super) fn excite_and_record(
     });
     bench.player.stop();
     bench.acquirer.stop();
+    let outcome = run_of.noticed(bench.acquirer.events(), outcome);
     let mut doubts = bench.acquirer.doubts(run);
     doubts.extend(run_of.force_doubt(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
@@ -265,6 +266,7 @@ pub fn acquire(
         })
     });
     acquirer.stop();
+    let outcome = run_of.noticed(acquirer.events(), outcome);
     let doubts = acquirer.doubts(run);
     let samples = run_of.end(outcome, stop, run, (provenance.clone(), doubts))?;
     start.about.provenance = provenance;
@@ -460,6 +462,21 @@ impl<'a> Run<'a> {
             kind: kind.into(),
             value,
         }))
+    }
+
+    /// Emits what the device noticed, after `outcome`.
+    fn noticed(
+        &mut self,
+        events: Vec<Event>,
+        outcome: Result<(), ProcedureError>,
+    ) -> Result<(), ProcedureError> {
+        for event in events {
+            let kept = self.emit(RunDocument::Event(event));
+            if outcome.is_ok() {
+                kept?;
+            }
+        }
+        outcome
     }
 
     /// Fills in `lost` samples on straight lines from the last sample to `next`, at most a second in a chunk.

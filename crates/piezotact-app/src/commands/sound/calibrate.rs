@@ -1,0 +1,251 @@
+//! `piezotact calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+use clap::Args;
+use piezotact::quantity::{Hertz, Seconds};
+use piezotact::sound::{
+    Exciter, InputCalibration, LoopbackLevel, OutputCalibration, SoundCalibration, VoltsMethod,
+    WiringError,
+};
+use piezotact_audio::{
+    Measures, RecordedChannel, RunningStreams, VOLTMETER_TONE, check_level_hz, loopback_gain,
+    play_tone, record_tone, wires,
+};
+
+use super::super::outputs;
+use crate::benches::audio::{SoundDevice, calibration_path};
+use crate::failure::{Outcome, usage};
+use crate::invocation::{day, today};
+use crate::output::{digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text};
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The set-up of the sound device.
+    setup: PathBuf,
+    /// Only plays a tone for so many seconds, to read a voltmeter at the output; nothing is written.
+    #[arg(long, value_name = "SECONDS", group = "volts")]
+    tone: Option<f64>,
+    /// What the voltmeter read at the output during --tone, V rms.
+    #[arg(long, value_name = "V_RMS", group = "volts")]
+    voltmeter: Option<f64>,
+    /// The potential of the inputs at full scale, V peak: the loopback then gives that of the output, and stated sensitivities hold.
+    #[arg(long, value_name = "V_PEAK")]
+    input_volts: Option<f64>,
+    /// The input whose sensor is mounted on a vibration calibrator now.
+    #[arg(long, value_name = "CHANNEL")]
+    exciter: Option<u32>,
+    /// The frequency of the calibrator, Hz.
+    #[arg(long, value_name = "HZ", default_value_t = 159.2, requires = "exciter")]
+    exciter_frequency: f64,
+    /// The level of the calibrator, rms, in the unit of the sensor.
+    #[arg(long, value_name = "RMS", default_value_t = 10.0, requires = "exciter")]
+    exciter_rms: f64,
+    /// Sends a pulse through each output and says on which input it arrives.
+    #[arg(long)]
+    wires: bool,
+    /// Writes the calibration here; default: beside the set-up, where the bench finds it.
+    #[arg(long, value_name = "OUT.json")]
+    out: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let device = SoundDevice::read(&args.setup)?;
+    if let Some(seconds) = args.tone {
+        return tone(&device, seconds);
+    }
+    let out = args.out.clone().unwrap_or_else(|| calibration_path(&args.setup));
+    outputs(&[&args.setup], &[&out])?;
+    let mut found = begun(&device)?;
+    if args.wires {
+        find_wires(&device, &mut found)?;
+    }
+    let mut streams = device.setup.open_streams(device.io(None)?.as_mut())?;
+    if device.setup.loopback().is_some() {
+        found.loopback = Some(LoopbackLevel {
+            frequency_hz: check_level_hz(),
+            gain: loopback_gain(&mut streams, &device.setup)?,
+        });
+    }
+    output(args, &mut found)?;
+    inputs(args, &device, &mut found)?;
+    if let Some(channel) = args.exciter {
+        exciter(args, channel, &device, &mut streams, &mut found)?;
+    }
+    write_text(&out, &document_text(&found, Some(&out))?)?;
+    if args.json {
+        return print_document(&found);
+    }
+    print(&text(&found))?;
+    say_doubts(&found.doubts);
+    print(&format!("wrote {}", out.display()))
+}
+
+/// Plays a tone as long as a voltmeter is read.
+fn tone(device: &SoundDevice, seconds: f64) -> Outcome {
+    if !(0.5..=600.0).contains(&seconds) {
+        return Err(usage(anyhow!("--tone: expected 0.5 to 600 s, found {seconds}")));
+    }
+    let mut streams = device.setup.open_streams(device.io(None)?.as_mut())?;
+    let (hz, rms) = VOLTMETER_TONE;
+    say(&format!(
+        "{} Hz at {} rms of full scale for {seconds} s: read the potential at the output, V rms, and give it with --voltmeter",
+        hz.0,
+        digits_that_count(rms, 4)
+    ));
+    play_tone(&mut streams, Seconds(seconds))?;
+    Ok(())
+}
+
+/// The calibration of before, where there is one of this device, with the date of today.
+fn begun(device: &SoundDevice) -> Outcome<SoundCalibration> {
+    let (called, rate_hz) = (device.setup.called(), device.setup.rate()?);
+    let before = device.calibration.clone();
+    let before = before.filter(|before| before.holds_for(&called, rate_hz).is_ok());
+    let (made_on_day, made_on) = (day(), today());
+    Ok(match before {
+        Some(before) => SoundCalibration {
+            made_on_day,
+            made_on,
+            doubts: Vec::new(),
+            ..before
+        },
+        None => SoundCalibration {
+            device: called,
+            made_on_day,
+            made_on,
+            rate_hz,
+            output: None,
+            loopback: None,
+            inputs: Vec::new(),
+            wires: Vec::new(),
+            doubts: Vec::new(),
+        },
+    })
+}
+
+fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
+    let mut open = |alone: &piezotact_audio::SoundSetup| -> Result<RunningStreams, piezotact_audio::AudioError> {
+        alone.open_streams(device.io_of(alone)?.as_mut())
+    };
+    found.wires.clear();
+    for wire in wires(&device.setup, &mut open)? {
+        match wire {
+            Ok(wire) => found.wires.push(wire),
+            // An output to the amplifier arrives at the sensors, if it arrives at all.
+            Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => say(&error.to_string()),
+        }
+    }
+    let loopback = device.setup.loopback();
+    let arrives = |input: u32| found.wires.iter().any(|wire| wire.input == input);
+    match loopback {
+        Some(loopback) if !arrives(loopback.channel) => Err(anyhow!(
+            "expected the loopback cable on input {}, found {}; plug it there, or write its channel into the set-up",
+            loopback.channel,
+            match found.wires.first() {
+                Some(wire) => format!("the pulse of output {} on input {}", wire.output, wire.input),
+                None => "no pulse on any input alone".into(),
+            }
+        )
+        .into()),
+        _ => Ok(()),
+    }
+}
+
+/// Volts at full scale of the output, by voltmeter or loopback.
+fn output(args: &Arguments, found: &mut SoundCalibration) -> Outcome {
+    let method = match (args.voltmeter, args.input_volts, found.loopback) {
+        (Some(read_v_rms), _, _) => VoltsMethod::Voltmeter {
+            read_v_rms,
+            played_rms: VOLTMETER_TONE.1,
+        },
+        (None, Some(input_v_per_full_scale), Some(loopback)) => VoltsMethod::Loopback {
+            input_v_per_full_scale,
+            gain: loopback.gain,
+        },
+        _ => return Ok(()),
+    };
+    found.output = Some(OutputCalibration::by(method).map_err(usage)?);
+    Ok(())
+}
+
+/// Sensitivities that the set-up states, where the potential of the inputs is known.
+fn inputs(args: &Arguments, device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
+    let Some(volts) = args.input_volts else {
+        return Ok(());
+    };
+    for recorded in &device.setup.record {
+        let Some(v_per_unit) = recorded.v_per_unit() else {
+            continue;
+        };
+        let stated = InputCalibration::stated(of(recorded), v_per_unit, volts).map_err(usage)?;
+        put(found, stated);
+    }
+    Ok(())
+}
+
+fn exciter(
+    args: &Arguments,
+    channel: u32,
+    device: &SoundDevice,
+    streams: &mut RunningStreams,
+    found: &mut SoundCalibration,
+) -> Outcome {
+    let recorded = device.setup.record.iter().find(|recorded| recorded.channel == channel);
+    let Some(recorded) = recorded.filter(|recorded| recorded.measures != Measures::Drive) else {
+        return Err(usage(anyhow!(
+            "--exciter: expected an input with a sensor that the set-up names, found channel {channel}"
+        )));
+    };
+    let exciter = Exciter {
+        frequency_hz: Hertz(args.exciter_frequency),
+        rms: args.exciter_rms,
+    };
+    let (tone, peak) = record_tone(streams, channel, Seconds(5.0), exciter.frequency_hz)?;
+    put(found, InputCalibration::by_exciter(of(recorded), exciter, &tone, peak)?);
+    Ok(())
+}
+
+fn of(recorded: &RecordedChannel) -> (u32, &'static str, piezotact::quantity::Unit) {
+    (recorded.channel, recorded.measures.name(), recorded.measures.unit())
+}
+
+/// Replaces what was known of an input.
+fn put(found: &mut SoundCalibration, new: InputCalibration) {
+    found.inputs.retain(|input| input.channel != new.channel);
+    found.inputs.push(new);
+    found.inputs.sort_by_key(|input| input.channel);
+}
+
+fn text(found: &SoundCalibration) -> String {
+    let mut lines = vec![format!("{} at {}, {}", found.device, found.rate_hz, found.made_on)];
+    lines.push(match &found.output {
+        Some(output) => format!("output: {} V peak at full scale", digits(output.v_per_full_scale)),
+        None => "output: not calibrated; read a voltmeter during --tone, or state --input-volts".into(),
+    });
+    lines.push(match &found.loopback {
+        Some(loopback) => format!(
+            "loopback: {} of what is played, {}",
+            digits_that_count(loopback.gain.abs(), 4),
+            if loopback.gain < 0.0 { "inverted" } else { "not inverted" }
+        ),
+        None => "loopback: none".into(),
+    });
+    for input in &found.inputs {
+        lines.push(format!(
+            "input {} ({}): {} {} at full scale",
+            input.channel,
+            input.name,
+            digits_that_count(input.per_full_scale, 4),
+            input.unit.symbol()
+        ));
+    }
+    for wire in &found.wires {
+        lines.push(format!("output {} arrives at input {}", wire.output, wire.input));
+    }
+    lines.join("\n")
+}

@@ -1,0 +1,77 @@
+//! `piezotact latency`: from output to input, over restarts of the streams.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use piezotact::sound::LatencySummary;
+use piezotact_audio::latency_run;
+
+use super::super::outputs;
+use crate::benches::audio::{SoundDevice, latency_path};
+use crate::failure::{Failure, Outcome};
+use crate::interrupt::interrupted;
+use crate::invocation::today;
+use crate::output::{digits, document_text, print, print_document, say_doubts, write_text};
+use crate::progress::Work;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The set-up of the sound device.
+    setup: PathBuf,
+    /// How often the streams are started.
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    restarts: u32,
+    /// Writes the latency here; default: beside the set-up, where every later recording finds it.
+    #[arg(long, value_name = "OUT.json")]
+    out: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
+    let out = args.out.clone().unwrap_or_else(|| latency_path(&args.setup));
+    outputs(&[&args.setup], &[&out])?;
+    let device = SoundDevice::read(&args.setup)?;
+    let (setup, rate) = (&device.setup, device.setup.rate()?);
+    let work = Work::of("latency", u64::from(args.restarts));
+    let mut runs = Vec::new();
+    for number in 0..args.restarts {
+        if interrupted() {
+            return Err(Failure::Interrupted);
+        }
+        let mut streams = setup.open_streams(device.io(None)?.as_mut())?;
+        runs.push(latency_run(&mut streams, setup, u64::from(number))?);
+        work.step();
+    }
+    let found = LatencySummary::of(&setup.called(), &today(), rate, setup.buffer_frames, runs);
+    write_text(&out, &document_text(&found, Some(&out))?)?;
+    if args.json {
+        return print_document(&found);
+    }
+    print(&text(&found))?;
+    say_doubts(&found.doubts);
+    print(&format!("wrote {}", out.display()))
+}
+
+fn text(found: &LatencySummary) -> String {
+    let ms = |s: piezotact::quantity::Seconds| digits(1e3 * s.0);
+    let dropped: u64 = found.runs.iter().map(|run| run.drop_outs).sum();
+    match &found.latency {
+        Some(spread) => format!(
+            "{}: output to input in {} ms (median; 95 % within {} ms, 99 % within {} ms, {} to {} ms), {} restarts, {dropped} drop-outs",
+            found.device,
+            ms(spread.median_s),
+            ms(spread.p95_s),
+            ms(spread.p99_s),
+            ms(spread.range_s[0]),
+            ms(spread.range_s[1]),
+            found.runs.len()
+        ),
+        None => format!(
+            "{}: no latency: the loopback held the signal in none of {} restarts",
+            found.device,
+            found.runs.len()
+        ),
+    }
+}

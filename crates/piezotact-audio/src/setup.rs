@@ -1,0 +1,354 @@
+//! The set-up of a sound device: which device, which channels, which sensors, which amplifier. A file in TOML.
+
+use piezotact::quantity::{Acceleration, Drive, Force, Quantity, SampleRate, Unit};
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
+use serde::{Deserialize, Serialize};
+
+use crate::error::AudioError;
+use crate::looped::LoopSettings;
+
+/// The rates of sound devices, Hz.
+const RATES_HZ: [f64; 2] = [8_000.0, 384_000.0];
+/// The frames of a buffer.
+const BUFFERS: [u32; 2] = [16, 16_384];
+/// More channels has no device.
+const MOST_CHANNELS: u32 = 128;
+
+/// The set-up of a sound device.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SoundSetup {
+    /// The sound system: `alsa`, `jack`, `pipewire`, `wasapi`, or `loop` for a loop within the program, with no device.
+    pub host: String,
+    /// The id of the output device, as `piezotact devices` lists it.
+    #[serde(default)]
+    pub output: String,
+    /// The id of the input device.
+    #[serde(default)]
+    pub input: String,
+    /// The rate of both, Hz.
+    pub rate_hz: f64,
+    /// The frames of a buffer. Below 1024, systems with a sound server lose samples under load.
+    #[serde(default = "usual_buffer")]
+    pub buffer_frames: u32,
+    /// The amplifier and the actuator behind the output: a device by name or by its file; absent for that of the thesis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device: Option<String>,
+    /// The gain set on the amplifier; absent for its usual one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gain: Option<String>,
+    /// What leaves the device.
+    pub play: PlayChannels,
+    /// What comes in.
+    pub record: Vec<RecordedChannel>,
+    /// Where the normal force comes from, when it is not an input of the device.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub force: Option<ForceSettings>,
+    /// The loop within the program, for the host `loop`.
+    #[serde(default, rename = "loop", skip_serializing_if = "Option::is_none")]
+    pub looped: Option<LoopSettings>,
+}
+
+fn usual_buffer() -> u32 {
+    1024
+}
+
+/// The channels of the output, from 1.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PlayChannels {
+    /// The channels that carry the drive: that of the amplifier, and those that are connected back to an input.
+    pub drive: Vec<u32>,
+    /// The channel that gives a pulse when a drive begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trigger: Option<u32>,
+    /// The channels of the output stream; absent for as many as are named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub channels: Option<u32>,
+}
+
+/// One channel of the input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordedChannel {
+    /// The channel, from 1.
+    pub channel: u32,
+    /// What it records.
+    pub measures: Measures,
+    /// The sensitivity of an accelerometer with its conditioner, mV per m/s².
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mv_per_m_s2: Option<f64>,
+    /// The sensitivity of a force sensor with its amplifier, mV per N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mv_per_n: Option<f64>,
+}
+
+/// What a channel of the input records.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(
+    rename_all = "snake_case",
+    expecting = "\"drive\", \"acceleration\" or \"force\""
+)]
+pub enum Measures {
+    /// The loopback: what the output plays.
+    Drive,
+    /// The acceleration of the fingernail.
+    Acceleration,
+    /// The changes of the normal force.
+    Force,
+}
+
+impl Measures {
+    /// The name of the channel in recordings.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Drive => DRIVE_CHANNEL,
+            Self::Acceleration => ACCELERATION_CHANNEL,
+            Self::Force => FORCE_CHANNEL,
+        }
+    }
+
+    /// Its SI unit.
+    #[must_use]
+    pub fn unit(self) -> Unit {
+        match self {
+            Self::Drive => Drive::UNIT,
+            Self::Acceleration => Acceleration::UNIT,
+            Self::Force => Force::UNIT,
+        }
+    }
+}
+
+impl RecordedChannel {
+    /// The stated sensitivity, V per SI unit.
+    #[must_use]
+    pub fn v_per_unit(&self) -> Option<f64> {
+        let mv = match self.measures {
+            Measures::Drive => None,
+            Measures::Acceleration => self.mv_per_m_s2,
+            Measures::Force => self.mv_per_n,
+        };
+        mv.map(|mv| mv * 1e-3)
+    }
+}
+
+/// A force cell that is no input of the sound device.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceSettings {
+    /// The serial port, such as `/dev/ttyUSB0`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub serial: Option<String>,
+    /// Its speed, baud.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub baud: Option<u32>,
+    /// A text file to which another program appends readings.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// The unit of lines with a number alone: `N`, `mN` or `g`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+}
+
+impl SoundSetup {
+    /// The set-up that `text` holds, in TOML.
+    ///
+    /// # Errors
+    /// [`AudioError::Setup`] with the line, what was expected and what was found.
+    pub fn from_toml(text: &str) -> Result<Self, AudioError> {
+        let setup: Self = toml::from_str(text).map_err(|error| {
+            let said = error.to_string();
+            AudioError::Setup(format!(
+                "expected the set-up of a sound device in TOML, found {}",
+                said.trim_end()
+            ))
+        })?;
+        setup.checked()
+    }
+
+    /// The rate of its streams.
+    ///
+    /// # Errors
+    /// [`AudioError::Setup`] for a rate that no sound device has.
+    pub fn rate(&self) -> Result<SampleRate, AudioError> {
+        let within =
+            (RATES_HZ[0]..=RATES_HZ[1]).contains(&self.rate_hz) && self.rate_hz.fract() == 0.0;
+        let rate = SampleRate::new(self.rate_hz).ok().filter(|_| within);
+        rate.ok_or_else(|| {
+            wrong(
+                &format!(
+                    "a rate_hz from {} to {}, a whole number",
+                    RATES_HZ[0], RATES_HZ[1]
+                ),
+                &self.rate_hz.to_string(),
+            )
+        })
+    }
+
+    /// The device by host, ids, for calibrations.
+    #[must_use]
+    pub fn called(&self) -> String {
+        match self.host.as_str() {
+            "loop" => "loop within the program".into(),
+            host if self.output == self.input => format!("{host} {}", self.output),
+            host => format!("{host} {} and {}", self.output, self.input),
+        }
+    }
+
+    /// The channels of the output stream.
+    #[must_use]
+    pub fn output_channels(&self) -> usize {
+        let named = self.play.drive.iter().copied().chain(self.play.trigger);
+        self.play.channels.or(named.max()).unwrap_or(1) as usize
+    }
+
+    /// The channels of the input stream.
+    #[must_use]
+    pub fn input_channels(&self) -> usize {
+        let named = self.record.iter().map(|recorded| recorded.channel);
+        named.max().unwrap_or(1) as usize
+    }
+
+    /// The channel of the input that records what is played, from 1.
+    #[must_use]
+    pub fn loopback(&self) -> Option<&RecordedChannel> {
+        self.record
+            .iter()
+            .find(|recorded| recorded.measures == Measures::Drive)
+    }
+
+    fn checked(self) -> Result<Self, AudioError> {
+        self.rate()?;
+        if !(BUFFERS[0]..=BUFFERS[1]).contains(&self.buffer_frames) {
+            return Err(wrong(
+                &format!("buffer_frames from {} to {}", BUFFERS[0], BUFFERS[1]),
+                &self.buffer_frames.to_string(),
+            ));
+        }
+        let is_loop = self.host == "loop";
+        if !is_loop && (self.output.is_empty() || self.input.is_empty()) {
+            return Err(wrong(
+                "the ids of an output and an input, as `piezotact devices` lists them",
+                "none",
+            ));
+        }
+        if is_loop != self.looped.is_some() {
+            return Err(wrong(
+                "a part [loop] with the host \"loop\", and with no other",
+                &format!("host = \"{}\"", self.host),
+            ));
+        }
+        if self.play.drive.is_empty() {
+            return Err(wrong(
+                "a channel for the drive, such as drive = [1]",
+                "none",
+            ));
+        }
+        let channels = |numbers: &[u32], what: &str| {
+            for (i, number) in numbers.iter().enumerate() {
+                if !(1..=MOST_CHANNELS).contains(number) {
+                    return Err(wrong(
+                        &format!("channels of the {what} from 1 to {MOST_CHANNELS}"),
+                        &number.to_string(),
+                    ));
+                }
+                if numbers[..i].contains(number) {
+                    return Err(wrong(
+                        &format!("each channel of the {what} once"),
+                        &format!("channel {number} twice"),
+                    ));
+                }
+            }
+            Ok(())
+        };
+        let played: Vec<u32> = self
+            .play
+            .drive
+            .iter()
+            .copied()
+            .chain(self.play.trigger)
+            .collect();
+        channels(&played, "output")?;
+        let recorded: Vec<u32> = self
+            .record
+            .iter()
+            .map(|recorded| recorded.channel)
+            .collect();
+        channels(&recorded, "input")?;
+        if let Some(count) = self.play.channels
+            && (count > MOST_CHANNELS || played.iter().any(|channel| *channel > count))
+        {
+            return Err(wrong(
+                "an output with all channels that are named",
+                &format!("channels = {count}"),
+            ));
+        }
+        for measures in [Measures::Drive, Measures::Acceleration, Measures::Force] {
+            let count = self
+                .record
+                .iter()
+                .filter(|recorded| recorded.measures == measures)
+                .count();
+            if count > 1 {
+                return Err(wrong(
+                    "each quantity on one channel",
+                    &format!("{} on {count}", measures.name()),
+                ));
+            }
+        }
+        if recorded.is_empty() {
+            return Err(wrong(
+                "channels to record, such as [[record]] channel = 1, measures = \"drive\"",
+                "none",
+            ));
+        }
+        for recorded in &self.record {
+            let stated = [
+                (recorded.mv_per_m_s2, Measures::Acceleration, "mv_per_m_s2"),
+                (recorded.mv_per_n, Measures::Force, "mv_per_n"),
+            ];
+            for (value, of, key) in stated {
+                let Some(value) = value else { continue };
+                if recorded.measures != of || !value.is_finite() || value == 0.0 {
+                    return Err(wrong(
+                        &format!("{key} other than 0, on a channel of {}", of.name()),
+                        &format!(
+                            "{key} = {value} on channel {}, which measures {}",
+                            recorded.channel,
+                            recorded.measures.name()
+                        ),
+                    ));
+                }
+            }
+        }
+        if let Some(force) = &self.force {
+            if force.serial.is_some() == force.file.is_some() {
+                return Err(wrong(
+                    "a force from one source: serial = \"PORT\" or file = \"FILE\"",
+                    "none or both",
+                ));
+            }
+            if self
+                .record
+                .iter()
+                .any(|recorded| recorded.measures == Measures::Force)
+            {
+                return Err(wrong(
+                    "the force from one source",
+                    "an input of the sound device and [force]",
+                ));
+            }
+        }
+        if let Some(looped) = &self.looped {
+            looped.check()?;
+        }
+        Ok(self)
+    }
+}
+
+pub(crate) fn wrong(expected: &str, found: &str) -> AudioError {
+    AudioError::Setup(format!(
+        "expected {expected}; found {found}; mend the set-up of the sound device"
+    ))
+}

@@ -1,0 +1,125 @@
+//! The sound device as a bench: the contract that every bench keeps, and what its runs say.
+
+use piezotact::Series;
+use piezotact::device::DeviceDescription;
+use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate};
+use piezotact::recording::{BenchKind, Recording};
+use piezotact::run::Discard;
+use piezotact::statistics::random::Random;
+use piezotact_audio::{AudioBench, LoopIo};
+use piezotact_bench::conformance::{Draws, Subject, of_bench};
+use piezotact_bench::procedure::play_and_record;
+use piezotact_bench::{Bench, Placement, RunPlan, Until};
+
+use super::loops::setup;
+
+fn bench(looped: &str) -> Bench {
+    let setup = setup(looped);
+    let mut io = LoopIo::new(&setup, None).unwrap();
+    let bench = AudioBench {
+        setup,
+        calibration: None,
+        device: DeviceDescription::drv2667().at_usual_gain(),
+        participant: None,
+        latency: None,
+        twin_seed: None,
+        kind: BenchKind::Scripted,
+        today: 0,
+    };
+    bench.open(&mut io).unwrap()
+}
+
+fn rate() -> SampleRate {
+    SampleRate::new(48_000.0).unwrap()
+}
+
+#[test]
+fn it_keeps_the_contract_of_a_bench() {
+    let subject = Subject {
+        draws: Draws::Unseeded,
+        ..Subject::with_tone(0.3, rate()).unwrap()
+    };
+    for looped in ["", "pace = \"real_time\""] {
+        let findings = of_bench(move || bench(looped), &subject);
+        let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
+        assert!(texts.is_empty(), "{looped}: {texts:?}");
+    }
+}
+
+fn run(looped: &str) -> Recording {
+    let mut random = Random::stream(1, 0, "drive");
+    let samples = (0..48_000).map(|_| 0.1 * random.normal()).collect();
+    let drive = Series::<Drive>::new(samples, rate()).unwrap();
+    let plan = RunPlan {
+        label: "run".into(),
+        load: Some(Newtons(0.2)),
+        angle: Degrees(20.0),
+        placement: Placement::New,
+        until: Until::PlaybackEnded,
+    };
+    play_and_record(&mut bench(looped), &drive, None, &plan, &mut Discard, None).unwrap()
+}
+
+fn codes(recording: &Recording) -> Vec<String> {
+    let doubts = recording.about.doubts.iter();
+    doubts.map(|doubt| doubt.code.to_string()).collect()
+}
+
+#[test]
+fn a_run_without_faults_has_its_onset_and_no_doubt_of_the_playback() {
+    let recording = run("");
+    let codes = codes(&recording);
+    assert!(
+        !codes
+            .iter()
+            .any(|code| code.contains("playback") || code.contains("silent")),
+        "{codes:?}"
+    );
+    let onset = recording
+        .annotations
+        .events
+        .iter()
+        .find(|event| event.kind == "playback_onset");
+    assert!(onset.is_some(), "{:?}", recording.annotations.events);
+}
+
+#[test]
+fn underruns_stalls_and_silent_parts_stand_in_the_record() {
+    for (looped, code, event) in [
+        (
+            "faults = [{ what = \"underrun\", at_s = 1.2, for_s = 0.01 }]",
+            "playback_incomplete",
+            Some("playback_ran_dry"),
+        ),
+        (
+            "faults = [{ what = \"stall\", at_s = 1.2, for_s = 0.1 }]",
+            "playback_incomplete",
+            Some("playback_ran_dry"),
+        ),
+        (
+            "faults = [{ what = \"overrun\", at_s = 1.2, for_s = 0.1 }]",
+            "samples_lost",
+            Some("samples_lost"),
+        ),
+        (
+            "noise = 0\nsilent = { of = 170, every = 682 }",
+            "sound_silent_parts",
+            None,
+        ),
+    ] {
+        let recording = run(looped);
+        let codes = codes(&recording);
+        assert!(
+            codes.iter().any(|found| found == code),
+            "{looped}: {codes:?}"
+        );
+        if let Some(kind) = event {
+            let found = recording
+                .annotations
+                .events
+                .iter()
+                .any(|event| event.kind == kind);
+            assert!(found, "{looped}: {:?}", recording.annotations.events);
+        }
+    }
+}

@@ -1,0 +1,393 @@
+//! The calibration of a sound device: volts at full scale, sensitivities of its inputs, and the level of its loopback.
+
+use serde::{Deserialize, Serialize};
+
+use super::tone::Tone;
+use super::{SoundDoubt, Wire};
+use crate::document::Content;
+use crate::doubt::Doubt;
+use crate::quantity::{Hertz, SampleRate, Unit};
+
+/// A tone must stand so far above what is left of the signal, dB: then the residual changes its level by less than 0.05 dB.
+const LEAST_ABOVE_DB: f64 = 25.0;
+/// A recorded value of this share of full scale or more is clipped.
+const CLIPPED: f64 = 0.999;
+/// A calibration is old after so many days.
+const OLD_DAYS: i64 = 90;
+/// The largest change of the loopback's level from the calibration to a session, dB.
+const MOST_OFF_DB: f64 = 0.1;
+
+/// A vibration calibrator on which an accelerometer is mounted.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Exciter {
+    /// Its frequency.
+    pub frequency_hz: Hertz,
+    /// Its level, rms, in the unit of the sensor.
+    pub rms: f64,
+}
+
+impl Exciter {
+    /// The usual handheld calibrator: 159.2 Hz (1000 rad/s), 10 m/s² rms.
+    ///
+    /// Source: ISO 16063-21; handheld calibrators of several makers.
+    #[must_use]
+    pub fn handheld() -> Self {
+        Self {
+            frequency_hz: Hertz(159.2),
+            rms: 10.0,
+        }
+    }
+}
+
+/// How the potential at full scale was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum VoltsMethod {
+    /// A voltmeter at the output read this while a tone played.
+    Voltmeter {
+        /// What it read, V rms.
+        read_v_rms: f64,
+        /// The tone, rms, full scale = 1.
+        played_rms: f64,
+    },
+    /// A loopback into an input whose potential at full scale is known.
+    Loopback {
+        /// That potential, V peak.
+        input_v_per_full_scale: f64,
+        /// The recorded value per played value.
+        gain: f64,
+    },
+}
+
+/// The output of a sound device.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct OutputCalibration {
+    /// The potential at the output when the drive is at full scale, V peak.
+    pub v_per_full_scale: f64,
+    /// How it was found.
+    pub method: VoltsMethod,
+}
+
+impl OutputCalibration {
+    /// The potential at full scale, V peak, by `method`.
+    ///
+    /// Formula: voltmeter: reading / rms of the tone, both rms, so that full scale (peak 1) is as many V peak; loopback: potential of the input at
+    /// full scale times the gain.
+    ///
+    /// Source: decision 0090 of this project.
+    ///
+    /// # Errors
+    /// [`CalibrationError::Numbers`] when the potential is not from 0.001 to 1000 V.
+    pub fn by(method: VoltsMethod) -> Result<Self, CalibrationError> {
+        let v_per_full_scale = match method {
+            VoltsMethod::Voltmeter {
+                read_v_rms,
+                played_rms,
+            } => read_v_rms / played_rms,
+            VoltsMethod::Loopback {
+                input_v_per_full_scale,
+                gain,
+            } => input_v_per_full_scale * gain.abs(),
+        };
+        match (1e-3..=1e3).contains(&v_per_full_scale) {
+            true => Ok(Self {
+                v_per_full_scale,
+                method,
+            }),
+            false => Err(CalibrationError::Numbers {
+                what: "V at full scale",
+                range: [1e-3, 1e3],
+                found: v_per_full_scale,
+            }),
+        }
+    }
+}
+
+/// How the sensitivity of an input was found.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub enum SensorMethod {
+    /// The sensor was mounted on a calibrator.
+    Exciter {
+        /// The calibrator.
+        exciter: Exciter,
+        /// The recorded tone, rms, full scale = 1.
+        recorded_rms: f64,
+        /// How far it stood above the rest of the signal, dB.
+        above_residual_db: f64,
+    },
+    /// From the data sheet of the sensor and the potential of the input at full scale.
+    Stated {
+        /// The sensitivity of the sensor with its amplifier, V per unit.
+        v_per_unit: f64,
+        /// The potential of the input at full scale, V peak.
+        input_v_per_full_scale: f64,
+    },
+}
+
+/// One input of a sound device with its sensor.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct InputCalibration {
+    /// The channel, from 1.
+    pub channel: u32,
+    /// What it measures: the name of the channel in recordings.
+    pub name: String,
+    /// Its unit.
+    pub unit: Unit,
+    /// The value at full scale, in its unit; negative where the polarity of the sensor is inverted.
+    pub per_full_scale: f64,
+    /// How it was found.
+    pub method: SensorMethod,
+}
+
+impl InputCalibration {
+    /// The value at full scale of the input `channel`, in `unit`, from the tone of a calibrator that it recorded (full scale = 1).
+    ///
+    /// Formula: rms of the calibrator / rms of the recorded tone.
+    ///
+    /// Source: ISO 16063-21: calibration by comparison, here with a calibrator as reference.
+    ///
+    /// # Errors
+    /// [`CalibrationError`] when the tone is clipped (`peak` of the recording, full scale = 1), or stands less than 25 dB above the rest.
+    pub fn by_exciter(
+        (channel, name, unit): (u32, &str, Unit),
+        exciter: Exciter,
+        recorded: &Tone,
+        peak: f64,
+    ) -> Result<Self, CalibrationError> {
+        if peak >= CLIPPED {
+            return Err(CalibrationError::Clipped { channel, peak });
+        }
+        let above_residual_db = recorded.above_residual_db();
+        if above_residual_db.is_nan() || above_residual_db < LEAST_ABOVE_DB {
+            return Err(CalibrationError::NoTone {
+                channel,
+                hz: exciter.frequency_hz.0,
+                above_db: above_residual_db,
+            });
+        }
+        Self::checked(
+            (channel, name, unit),
+            exciter.rms / recorded.rms,
+            SensorMethod::Exciter {
+                exciter,
+                recorded_rms: recorded.rms,
+                above_residual_db,
+            },
+        )
+    }
+
+    /// The value at full scale of the input `channel`, in `unit`, from the sensitivity of its sensor, V per unit, and the potential of the input at full
+    /// scale, V peak.
+    ///
+    /// Formula: V at full scale / (V per unit).
+    ///
+    /// Source: decision 0090 of this project.
+    ///
+    /// # Errors
+    /// [`CalibrationError::Numbers`] when the value is 0 or no number.
+    pub fn stated(
+        of: (u32, &str, Unit),
+        v_per_unit: f64,
+        input_v_per_full_scale: f64,
+    ) -> Result<Self, CalibrationError> {
+        Self::checked(
+            of,
+            input_v_per_full_scale / v_per_unit,
+            SensorMethod::Stated {
+                v_per_unit,
+                input_v_per_full_scale,
+            },
+        )
+    }
+
+    fn checked(
+        (channel, name, unit): (u32, &str, Unit),
+        per_full_scale: f64,
+        method: SensorMethod,
+    ) -> Result<Self, CalibrationError> {
+        match (1e-9..=1e9).contains(&per_full_scale.abs()) {
+            true => Ok(Self {
+                channel,
+                name: name.into(),
+                unit,
+                per_full_scale,
+                method,
+            }),
+            false => Err(CalibrationError::Numbers {
+                what: "value at full scale",
+                range: [1e-9, 1e9],
+                found: per_full_scale,
+            }),
+        }
+    }
+}
+
+/// The level of the loopback when the device was calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LoopbackLevel {
+    /// The frequency of the tone.
+    pub frequency_hz: Hertz,
+    /// The recorded value per played value at that frequency.
+    pub gain: f64,
+}
+
+/// The calibration of a sound device: a document that stands beside its set-up.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct SoundCalibration {
+    /// The device, by host and ids: a calibration holds for no other.
+    pub device: String,
+    /// When it was made: days since 1970-01-01, as the caller counts them.
+    pub made_on_day: i64,
+    /// The same as a date, for people.
+    pub made_on: String,
+    /// The rate of the streams, Hz.
+    pub rate_hz: SampleRate,
+    /// The output; absent where it was not measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub output: Option<OutputCalibration>,
+    /// The loopback; absent where there is none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub loopback: Option<LoopbackLevel>,
+    /// The inputs with sensors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputCalibration>,
+    /// The cables that were found.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub wires: Vec<Wire>,
+    /// What to know of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<Doubt>,
+}
+
+impl Content for SoundCalibration {
+    const SCHEMA: &'static str = "sound-calibration";
+}
+
+impl SoundCalibration {
+    /// Checks that the calibration is of `device` at `rate`.
+    ///
+    /// Source: decision 0090 of this project.
+    ///
+    /// # Errors
+    /// [`CalibrationError::OtherDevice`] with both.
+    pub fn holds_for(&self, device: &str, rate: SampleRate) -> Result<(), CalibrationError> {
+        let named = |device: &str, rate: SampleRate| format!("{device} at {rate}");
+        match self.device == device && self.rate_hz == rate {
+            true => Ok(()),
+            false => Err(CalibrationError::OtherDevice {
+                expected: named(device, rate),
+                found: named(&self.device, self.rate_hz),
+            }),
+        }
+    }
+
+    /// What to know of the calibration on the day `today`, counted as [`Self::made_on_day`].
+    ///
+    /// Source: decision 0090 of this project: a calibration is old after 90 days.
+    #[must_use]
+    pub fn doubts_on(&self, today: i64) -> Vec<Doubt> {
+        let days = today - self.made_on_day;
+        let mut doubts = self.doubts.clone();
+        if days > OLD_DAYS || days < 0 {
+            doubts.push(Doubt::from(SoundDoubt::CalibrationOld {
+                made_on: self.made_on.clone(),
+                days: days as f64,
+                most_days: OLD_DAYS as f64,
+            }));
+        }
+        doubts
+    }
+
+    /// Checks the gain of the loopback that is `found` now (recorded per played value) against the calibration.
+    ///
+    /// Formula: 20·log10(|found| / |calibrated|), at most 0.1 dB, and the same sign.
+    ///
+    /// Source: decision 0090 of this project.
+    ///
+    /// # Errors
+    /// [`CalibrationError::LevelChanged`] with both levels; [`CalibrationError::Inverted`] where the polarity changed.
+    pub fn level_holds(&self, found: f64) -> Result<(), CalibrationError> {
+        let Some(stored) = self.loopback else {
+            return Ok(());
+        };
+        let off_db = 20.0 * (found / stored.gain).abs().log10();
+        if off_db.is_nan() || off_db.abs() > MOST_OFF_DB {
+            return Err(CalibrationError::LevelChanged {
+                off_db,
+                most_db: MOST_OFF_DB,
+            });
+        }
+        match found * stored.gain > 0.0 {
+            true => Ok(()),
+            false => Err(CalibrationError::Inverted),
+        }
+    }
+}
+
+/// Why a calibration is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CalibrationError {
+    /// A number that cannot be.
+    #[error("expected {} to {} {what}, found {found}; check the reading and its unit", range[0], range[1])]
+    Numbers {
+        /// What it is.
+        what: &'static str,
+        /// What can be.
+        range: [f64; 2],
+        /// What was found.
+        found: f64,
+    },
+    /// The recording is clipped.
+    #[error(
+        "expected input {channel} below full scale, found a peak of {peak:.3}; lower the gain of the input, then calibrate again"
+    )]
+    Clipped {
+        /// The channel.
+        channel: u32,
+        /// The peak, full scale = 1.
+        peak: f64,
+    },
+    /// The tone of the calibrator is not there.
+    #[error(
+        "expected the tone of {hz} Hz at least {LEAST_ABOVE_DB} dB above the rest of input {channel}, found {above_db:.1} dB; switch the calibrator on, check which input the sensor is on"
+    )]
+    NoTone {
+        /// The channel.
+        channel: u32,
+        /// The frequency, Hz.
+        hz: f64,
+        /// How far the tone stands above the rest, dB.
+        above_db: f64,
+    },
+    /// The calibration is of another device or rate.
+    #[error("expected a calibration of {expected}, found one of {found}; calibrate this device")]
+    OtherDevice {
+        /// The device at hand.
+        expected: String,
+        /// The device that was calibrated.
+        found: String,
+    },
+    /// The level of the loopback changed.
+    #[error(
+        "expected the loopback within {most_db} dB of the calibration, found it {off_db:+.2} dB off; set volume and gains back, switch effects and enhancements off, or calibrate again"
+    )]
+    LevelChanged {
+        /// By how much, dB.
+        off_db: f64,
+        /// The largest change, dB.
+        most_db: f64,
+    },
+    /// The polarity of the loopback changed.
+    #[error(
+        "expected the polarity of the calibration, found the loopback inverted; check the cables, or calibrate again"
+    )]
+    Inverted,
+}

@@ -1,0 +1,188 @@
+//! The delay and the gain of a loopback, and what it changed.
+
+use serde::{Deserialize, Serialize};
+
+use crate::fourier::{RealTransform, fast_length};
+
+/// A lower share of the energy that the delayed drive explains is no loopback.
+const LEAST_SHARE: f64 = 0.5;
+
+/// The delay from a drive to its recording.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Delay {
+    /// In whole samples: negative where the recording began later than the drive.
+    pub samples: i64,
+    /// What lies beyond them, in samples, −0.5 to 0.5: a parabola through the correlation about its largest value.
+    pub fraction: f64,
+    /// The recorded value per played value; negative where the polarity is inverted.
+    pub gain: f64,
+    /// The share of the energy of the recording, about its mean, that the delayed drive explains, 0–1.
+    pub explained: f64,
+}
+
+/// Why there is no delay.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum DelayError {
+    /// Drive or recording hold nothing.
+    #[error("expected a signal in the {what}, found silence; check level and cable")]
+    Silent {
+        /// Which of them.
+        what: &'static str,
+    },
+    /// The recording does not hold the drive.
+    #[error(
+        "expected the drive in the recording, found a correlation that explains {explained:.3} of its energy; check on which channel the loopback cable is"
+    )]
+    NotFound {
+        /// The share of the energy that is explained at the best place.
+        explained: f64,
+    },
+    /// A sample is no number.
+    #[error("expected numbers, found NaN or infinity in the {what}; record again")]
+    NotFinite {
+        /// Which of them.
+        what: &'static str,
+    },
+}
+
+/// The delay of `drive` (any unit) in `recorded` (any unit) at the same rate, in samples, with the gain between them.
+///
+/// Formula: the lag of the largest absolute value of the cross-correlation Σ d\[n\]·r\[n + k\]; gain = Σ d·r / Σ d² over the samples that both have
+/// there.
+///
+/// Source: G. C. Carter (1987), Proc. IEEE 75(2), 236–255.
+///
+/// # Errors
+/// [`DelayError`] for silence, samples that are no numbers, and a recording of which the drive explains less than a half.
+pub fn delay(drive: &[f64], recorded: &[f64]) -> Result<Delay, DelayError> {
+    for (what, samples) in [("drive", drive), ("recording", recorded)] {
+        if samples.iter().any(|value| !value.is_finite()) {
+            return Err(DelayError::NotFinite { what });
+        }
+        if samples.iter().all(|value| *value == 0.0) {
+            return Err(DelayError::Silent { what });
+        }
+    }
+    let length = fast_length(drive.len() + recorded.len());
+    let mut transform = RealTransform::new(length);
+    let played = transform.forward(drive);
+    let mut bins = transform.forward_about(recorded, crate::statistics::mean(recorded));
+    for (bin, played) in bins.iter_mut().zip(&played) {
+        *bin *= played.conj();
+    }
+    let correlation = transform.inverse(bins);
+    let lag_of = |place: usize| match place < recorded.len() {
+        true => place as i64,
+        false => place as i64 - length as i64,
+    };
+    let valid = |place: &usize| *place < recorded.len() || *place + drive.len() > length;
+    let best = (0..length)
+        .filter(valid)
+        .max_by(|a, b| correlation[*a].abs().total_cmp(&correlation[*b].abs()));
+    let best = best.unwrap_or(0);
+    let at = |place: usize| correlation[place % length].abs();
+    let [before, here, after] = [at(best + length - 1), at(best), at(best + 1)];
+    let bend = before - 2.0 * here + after;
+    let fraction = match bend < 0.0 {
+        true => (0.5 * (before - after) / bend).clamp(-0.5, 0.5),
+        false => 0.0,
+    };
+    let samples = lag_of(best);
+    let (mut dd, mut dr) = (0.0, 0.0);
+    for (d, r) in overlap(drive, recorded, samples) {
+        dd += d * d;
+        dr += d * r;
+    }
+    let gain = if dd > 0.0 { dr / dd } else { 0.0 };
+    let mean = crate::statistics::mean(recorded);
+    let energy: f64 = recorded.iter().map(|r| (r - mean).powi(2)).sum();
+    let explained = (gain * dr / energy.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    match explained >= LEAST_SHARE {
+        true => Ok(Delay {
+            samples,
+            fraction,
+            gain,
+            explained,
+        }),
+        false => Err(DelayError::NotFound { explained }),
+    }
+}
+
+/// Drive and recording where both have samples, the drive delayed by `lag`.
+fn overlap<'a>(
+    drive: &'a [f64],
+    recorded: &'a [f64],
+    lag: i64,
+) -> impl Iterator<Item = (f64, f64)> + 'a {
+    let skip = |by: i64| usize::try_from(by).unwrap_or(0);
+    let drive = drive.iter().skip(skip(-lag));
+    let recorded = recorded.iter().skip(skip(lag));
+    drive.zip(recorded).map(|(d, r)| (*d, *r))
+}
+
+/// What a loopback changed beyond its delay and gain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LoopResidual {
+    /// The largest difference of a sample, as a share of the largest recorded sample.
+    pub largest: f64,
+    /// The rms of the differences, as a share of the rms of the recording.
+    pub rms: f64,
+    /// The first sample of the drive that differs by more than the stated share.
+    pub first_different: Option<u64>,
+    /// How many samples differ by more than that.
+    pub different: u64,
+}
+
+/// The samples of `recorded` less those of `drive` through `delay`, as shares of the recording; samples that differ by more than `share` of its
+/// largest one are counted.
+///
+/// Formula: r\[n + k\] − g·d\[n\], k and g of the delay.
+///
+/// Source: decision 0090 of this project.
+#[must_use]
+pub fn loop_residual(drive: &[f64], recorded: &[f64], delay: &Delay, share: f64) -> LoopResidual {
+    let pairs = || overlap(drive, recorded, delay.samples);
+    let peak = pairs().fold(0.0, |most: f64, (_, r)| most.max(r.abs()));
+    let (mut largest, mut squares, mut energy) = (0.0_f64, 0.0, 0.0);
+    let (mut first_different, mut different) = (None, 0);
+    for (n, (d, r)) in pairs().enumerate() {
+        let off = (r - delay.gain * d).abs();
+        largest = largest.max(off);
+        squares += off * off;
+        energy += r * r;
+        if off > share * peak {
+            first_different.get_or_insert(n as u64);
+            different += 1;
+        }
+    }
+    LoopResidual {
+        largest: largest / peak.max(f64::MIN_POSITIVE),
+        rms: (squares / energy.max(f64::MIN_POSITIVE)).sqrt(),
+        first_different,
+        different,
+    }
+}
+
+/// The parts of `samples` that hold at least `at_least` zeros in a row, as \[first, behind the last\], in samples, with samples that are not zero on
+/// both sides.
+///
+/// Source: a known fault of sound engines: part of each buffer is silent (decision 0090 of this project).
+#[must_use]
+pub fn silent_runs(samples: &[f64], at_least: usize) -> Vec<[usize; 2]> {
+    let mut runs = Vec::new();
+    let mut last_sound: Option<usize> = None;
+    for (i, value) in samples.iter().enumerate() {
+        if *value == 0.0 {
+            continue;
+        }
+        if let Some(last) = last_sound
+            && i - last > at_least.max(1)
+        {
+            runs.push([last + 1, i]);
+        }
+        last_sound = Some(i);
+    }
+    runs
+}

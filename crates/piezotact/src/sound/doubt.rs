@@ -1,0 +1,180 @@
+//! Doubts about sound devices.
+
+use std::fmt;
+
+use crate::doubt::{Advice, DoubtKind, Subject, doubts};
+use crate::number::{counted, digits, rounded};
+
+doubts! {
+    /// Doubts about sound devices: their calibration, their timing, and what they cannot record.
+    pub enum SoundDoubt {
+        /// The calibration is old, or of a day to come.
+        CalibrationOld("sound_calibration_old") {
+            /// When it was made.
+            made_on: String,
+            /// How many days ago.
+            days: f64,
+            /// After how many it is old.
+            most_days: f64,
+        },
+        /// The device was not calibrated: levels are relative to full scale.
+        NotCalibrated("sound_not_calibrated") {
+            /// What was not.
+            what: String,
+        },
+        /// No channel records what is played: timing and level are not checked.
+        NoLoopback("sound_no_loopback"),
+        /// A sound input does not pass 0 Hz: a steady force is not recorded.
+        AcCoupled("sound_input_ac_coupled") {
+            /// The channel.
+            channel: String,
+        },
+        /// The input reached its full scale.
+        InputClipped("sound_input_clipped") {
+            /// The channel.
+            channel: String,
+            /// How many samples.
+            samples: u64,
+        },
+        /// The drive exceeded full scale and was limited.
+        DriveLimited("sound_drive_limited") {
+            /// How many samples.
+            samples: u64,
+        },
+        /// The engine left parts of the signal silent.
+        SilentParts("sound_silent_parts") {
+            /// How many parts.
+            parts: usize,
+            /// How many samples in all.
+            samples: usize,
+        },
+        /// Callbacks of the sound system came late.
+        Stalled("sound_stalled") {
+            /// How often.
+            times: usize,
+            /// The longest pause, s.
+            longest_s: f64,
+        },
+        /// Few restarts.
+        FewRestarts("sound_few_restarts") {
+            /// How many.
+            restarts: usize,
+            /// Fewer than this are few.
+            few: usize,
+        },
+        /// Restarts without a latency, or with samples lost.
+        RestartsFailed("sound_restarts_failed") {
+            /// Without the signal in the loopback.
+            silent: usize,
+            /// With lost samples.
+            dropped: usize,
+            /// Of how many.
+            restarts: usize,
+        },
+        /// The clocks of output and input differ.
+        ClocksApart("sound_clocks_apart") {
+            /// By how much the input runs faster, ppm.
+            ppm: f64,
+            /// Half the 95 % interval, ppm.
+            uncertainty_ppm: f64,
+        },
+    }
+}
+
+impl DoubtKind for SoundDoubt {
+    fn of(doubt: &crate::Doubt) -> Option<Self> {
+        Self::of_doubt(doubt)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::CalibrationOld { .. } | Self::NotCalibrated { .. } => {
+                vec![Advice::Check(Subject::UnitAndScale)]
+            }
+            Self::AcCoupled { .. } => vec![Advice::MeasureForce],
+            Self::InputClipped { .. } => vec![Advice::RecordAgain],
+            Self::DriveLimited { .. } => vec![Advice::LowerLevel { to_db: None }],
+            Self::SilentParts { .. } | Self::Stalled { .. } => {
+                vec![Advice::CloseOtherPrograms, Advice::PlayAgain]
+            }
+            Self::RestartsFailed { .. } => vec![Advice::CloseOtherPrograms],
+            Self::NoLoopback | Self::FewRestarts { .. } | Self::ClocksApart { .. } => Vec::new(),
+        }
+    }
+}
+
+impl fmt::Display for SoundDoubt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CalibrationOld {
+                made_on,
+                days,
+                most_days,
+            } => match *days < 0.0 {
+                true => write!(f, "the calibration is dated {made_on}, a day to come: check the clock of this computer"),
+                false => write!(
+                    f,
+                    "the sound device was calibrated on {made_on}, {} days ago: a calibration is old after {} days",
+                    rounded(*days),
+                    rounded(*most_days)
+                ),
+            },
+            Self::NotCalibrated { what } => write!(
+                f,
+                "{what} was not calibrated: its levels are relative to full scale"
+            ),
+            Self::NoLoopback => f.write_str(
+                "no input records what is played: delay, level, lost samples and silent parts of the playback are not checked",
+            ),
+            Self::AcCoupled { channel } => write!(
+                f,
+                "`{channel}` is recorded by a sound input, which does not pass 0 Hz: a steady force is not in it"
+            ),
+            Self::InputClipped { channel, samples } => write!(
+                f,
+                "the input of `{channel}` reached its full scale in {}",
+                counted(*samples as usize, "sample")
+            ),
+            Self::DriveLimited { samples } => write!(
+                f,
+                "the drive exceeded full scale in {}, which were limited",
+                counted(*samples as usize, "sample")
+            ),
+            Self::SilentParts { parts, samples } => write!(
+                f,
+                "the loopback holds {} of silence, {samples} samples in all, where the drive has none",
+                counted(*parts, "part")
+            ),
+            Self::Stalled { times, longest_s } => write!(
+                f,
+                "the sound system paused {}, at the longest for {} ms",
+                counted(*times, "time"),
+                digits(1e3 * longest_s)
+            ),
+            Self::FewRestarts { restarts, few } => write!(
+                f,
+                "{}: percentiles of latency take {few} or more",
+                counted(*restarts, "restart")
+            ),
+            Self::RestartsFailed {
+                silent,
+                dropped,
+                restarts,
+            } => write!(
+                f,
+                "of {}, {silent} had no signal in the loopback and {dropped} lost samples",
+                counted(*restarts, "restart")
+            ),
+            Self::ClocksApart {
+                ppm,
+                uncertainty_ppm,
+            } => write!(
+                f,
+                "the clock of the input runs {} ppm {} than that of the output (±{} ppm, 95 %): times of the drive are placed with it",
+                digits(ppm.abs()),
+                if *ppm >= 0.0 { "faster" } else { "slower" },
+                digits(*uncertainty_ppm)
+            ),
+        }
+    }
+}

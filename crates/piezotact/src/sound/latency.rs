@@ -1,0 +1,131 @@
+//! The time from output to input over many restarts.
+
+use serde::{Deserialize, Serialize};
+
+use super::SoundDoubt;
+use crate::document::Content;
+use crate::doubt::Doubt;
+use crate::quantity::{SampleRate, Seconds};
+
+/// Fewer restarts do not carry a 99th percentile.
+const FEW: usize = 50;
+
+/// One start of the streams, and what its loopback held.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LatencyRun {
+    /// From the sample given out to the sample taken in, s; absent where the loopback did not hold the signal.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency_s: Option<Seconds>,
+    /// The recorded value per played value.
+    pub gain: f64,
+    /// Times that the output or the input lost samples.
+    pub drop_outs: u64,
+}
+
+/// Median and upper percentiles of latencies.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Spread {
+    /// The median, s.
+    pub median_s: Seconds,
+    /// 95 % are at most this, s.
+    pub p95_s: Seconds,
+    /// 99 % are at most this, s.
+    pub p99_s: Seconds,
+    /// The smallest and the largest, s.
+    pub range_s: [Seconds; 2],
+}
+
+/// The latency of a sound device over restarts: a document.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct LatencySummary {
+    /// The device, by host and ids.
+    pub device: String,
+    /// When it was measured: a date, as the caller gives it.
+    pub measured_on: String,
+    /// The rate of the streams, Hz.
+    pub rate_hz: SampleRate,
+    /// The frames of a buffer.
+    pub buffer_frames: u32,
+    /// The latencies; absent where no restart gave one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub latency: Option<Spread>,
+    /// Every restart in its order.
+    pub runs: Vec<LatencyRun>,
+    /// What to know of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub doubts: Vec<Doubt>,
+}
+
+impl Content for LatencySummary {
+    const SCHEMA: &'static str = "sound-latency";
+}
+
+impl LatencySummary {
+    /// The summary of `runs` of one device, in their order.
+    ///
+    /// Formula: percentiles are the smallest latency that at least their share does not exceed.
+    ///
+    /// Source: Hyndman and Fan (1996), definition 1.
+    #[must_use]
+    pub fn of(
+        device: &str,
+        measured_on: &str,
+        rate_hz: SampleRate,
+        buffer_frames: u32,
+        runs: Vec<LatencyRun>,
+    ) -> Self {
+        let mut found: Vec<f64> = runs
+            .iter()
+            .filter_map(|run| run.latency_s)
+            .map(|s| s.0)
+            .collect();
+        found.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * found.len() as f64).ceil() as usize;
+            found.get(rank.max(1) - 1).copied().map(Seconds)
+        };
+        let latency = (|| {
+            Some(Spread {
+                median_s: at(0.5)?,
+                p95_s: at(0.95)?,
+                p99_s: at(0.99)?,
+                range_s: [Seconds(*found.first()?), Seconds(*found.last()?)],
+            })
+        })();
+        let mut doubts = Vec::new();
+        let (restarts, silent) = (runs.len(), runs.len() - found.len());
+        let dropped = runs.iter().filter(|run| run.drop_outs > 0).count();
+        if restarts < FEW {
+            doubts.push(Doubt::from(SoundDoubt::FewRestarts { restarts, few: FEW }));
+        }
+        if silent + dropped > 0 {
+            doubts.push(Doubt::from(SoundDoubt::RestartsFailed {
+                silent,
+                dropped,
+                restarts,
+            }));
+        }
+        Self {
+            device: device.into(),
+            measured_on: measured_on.into(),
+            rate_hz,
+            buffer_frames,
+            latency,
+            runs,
+            doubts,
+        }
+    }
+
+    /// The largest difference between a latency and their median, s: how far a time that is corrected by the median may be off.
+    ///
+    /// Source: decision 0090 of this project.
+    #[must_use]
+    pub fn scatter_s(&self) -> Option<Seconds> {
+        let latency = self.latency?;
+        let [low, high] = latency.range_s.map(|s| (s.0 - latency.median_s.0).abs());
+        Some(Seconds(low.max(high)))
+    }
+}

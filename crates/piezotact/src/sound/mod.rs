@@ -1,0 +1,22 @@
+//! What a sound device does to a signal: the level of a tone, the delay of a loopback, which channel is which, parts that an engine left
+//! silent; and its calibration as a document.
+
+mod calibration;
+mod delay;
+mod doubt;
+mod latency;
+mod tone;
+mod wiring;
+
+#[cfg(test)]
+mod tests;
+
+pub use calibration::{
+    CalibrationError, Exciter, InputCalibration, LoopbackLevel, OutputCalibration, SensorMethod,
+    SoundCalibration, VoltsMethod,
+};
+pub use delay::{Delay, DelayError, LoopResidual, delay, loop_residual, silent_runs};
+pub use doubt::SoundDoubt;
+pub use latency::{LatencyRun, LatencySummary, Spread};
+pub use tone::{Tone, ToneError, tone};
+pub use wiring::{Wire, WiringError, wiring};

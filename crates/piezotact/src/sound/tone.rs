@@ -1,0 +1,133 @@
+//! The level of one tone in a signal.
+
+use std::f64::consts::{SQRT_2, TAU};
+
+use serde::{Deserialize, Serialize};
+
+use crate::quantity::{Hertz, SampleRate};
+
+/// Fewer periods do not separate a tone from its mean.
+const FEWEST_PERIODS: f64 = 5.0;
+
+/// A tone of known frequency in a signal.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Tone {
+    /// Its rms, in the unit of the signal.
+    pub rms: f64,
+    /// Its phase at the first sample, rad: that of a cosine.
+    pub phase_rad: f64,
+    /// What is left without the tone and the mean, rms, in the unit of the signal.
+    pub residual_rms: f64,
+    /// The mean, in the unit of the signal.
+    pub mean: f64,
+}
+
+impl Tone {
+    /// How much of the signal about its mean is the tone, in dB: the ratio of the tone to what is left.
+    ///
+    /// Formula: 20·log10(rms / residual).
+    ///
+    /// Source: IEEE Std 1057-2017, signal to noise and distortion ratio.
+    #[must_use]
+    pub fn above_residual_db(&self) -> f64 {
+        20.0 * (self.rms / self.residual_rms.max(f64::MIN_POSITIVE)).log10()
+    }
+}
+
+/// Why a tone cannot be measured.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ToneError {
+    /// The frequency does not lie between 0 and half the rate.
+    #[error("expected a tone above 0 and below {below_hz} Hz, half the rate; found {found_hz} Hz")]
+    Frequency {
+        /// Half the rate, Hz.
+        below_hz: f64,
+        /// What was asked for, Hz.
+        found_hz: f64,
+    },
+    /// The signal is too short.
+    #[error(
+        "expected at least {FEWEST_PERIODS} periods of a tone of {hz} Hz, found {found:.1}; record longer"
+    )]
+    Short {
+        /// The frequency, Hz.
+        hz: f64,
+        /// The periods found.
+        found: f64,
+    },
+    /// A sample is no number.
+    #[error("expected numbers, found NaN or infinity among the samples; record again")]
+    NotFinite,
+}
+
+/// The tone of `frequency` in `samples` at `rate`: rms, phase, mean and residual in the unit of the samples.
+///
+/// Formula: least squares of a·cos(2πft) + b·sin(2πft) + c; rms = √((a² + b²)/2).
+///
+/// Source: IEEE Std 1057-2017, annex B: three-parameter sine fit.
+///
+/// # Errors
+/// [`ToneError`] for a frequency outside 0 to half the rate, fewer than five periods, and samples that are no numbers.
+pub fn tone(samples: &[f64], rate: SampleRate, frequency: Hertz) -> Result<Tone, ToneError> {
+    let (hz, half) = (frequency.0, rate.nyquist().0);
+    if !(hz > 0.0 && hz < half) {
+        return Err(ToneError::Frequency {
+            below_hz: half,
+            found_hz: hz,
+        });
+    }
+    let periods = samples.len() as f64 * hz / rate.hz();
+    if periods < FEWEST_PERIODS {
+        return Err(ToneError::Short { hz, found: periods });
+    }
+    if samples.iter().any(|value| !value.is_finite()) {
+        return Err(ToneError::NotFinite);
+    }
+    let basis = |i: usize| {
+        let (sin, cos) = (TAU * hz * i as f64 / rate.hz()).sin_cos();
+        [cos, sin, 1.0]
+    };
+    let (mut normal, mut right) = ([[0.0; 3]; 3], [0.0; 3]);
+    for (i, sample) in samples.iter().enumerate() {
+        let row = basis(i);
+        for (j, a) in row.iter().enumerate() {
+            right[j] += a * sample;
+            for (k, b) in row.iter().enumerate() {
+                normal[j][k] += a * b;
+            }
+        }
+    }
+    let [a, b, mean] = solved(normal, right);
+    let left = samples.iter().enumerate().map(|(i, sample)| {
+        let [cos, sin, _] = basis(i);
+        (sample - a * cos - b * sin - mean).powi(2)
+    });
+    let residual_rms = (left.sum::<f64>() / samples.len() as f64).sqrt();
+    Ok(Tone {
+        rms: a.hypot(b) / SQRT_2,
+        phase_rad: (-b).atan2(a),
+        residual_rms,
+        mean,
+    })
+}
+
+/// The solution of three normal equations, by elimination; they are far from singular where a tone has five periods.
+fn solved(mut m: [[f64; 3]; 3], mut r: [f64; 3]) -> [f64; 3] {
+    for i in 0..3 {
+        for j in i + 1..3 {
+            let share = m[j][i] / m[i][i];
+            let pivot = m[i];
+            for (left, above) in m[j].iter_mut().zip(pivot) {
+                *left -= share * above;
+            }
+            r[j] -= share * r[i];
+        }
+    }
+    let mut x = [0.0; 3];
+    for i in (0..3).rev() {
+        let known: f64 = (i + 1..3).map(|k| m[i][k] * x[k]).sum();
+        x[i] = (r[i] - known) / m[i][i];
+    }
+    x
+}
