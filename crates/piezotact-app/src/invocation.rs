@@ -82,6 +82,25 @@ pub(crate) fn date(text: &str) -> Result<String, String> {
     })
 }
 
+/// The date on which this command was called, in UTC: `2026-03-01`.
+#[cfg(feature = "audio")]
+pub(crate) fn today() -> String {
+    let date = CALLED
+        .get()
+        .map_or_else(|| rfc3339(SystemTime::now()), |called| called.date.clone());
+    date.chars().take(10).collect()
+}
+
+/// The same in days since 1970-01-01.
+#[cfg(feature = "audio")]
+pub(crate) fn day() -> i64 {
+    let begins = humantime::parse_rfc3339_weak(&format!("{} 00:00:00", today()));
+    let since = begins
+        .ok()
+        .and_then(|begins| begins.duration_since(SystemTime::UNIX_EPOCH).ok());
+    since.map_or(0, |since| (since.as_secs() / 86_400) as i64)
+}
+
 /// The program with its version.
 pub(crate) const PROGRAM: &str = concat!("piezotact ", env!("CARGO_PKG_VERSION"));
 

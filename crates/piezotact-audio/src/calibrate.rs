@@ -171,10 +171,10 @@ pub fn record_tone(
 ///
 /// # Errors
 /// [`AudioError`] when a device fails. An output that arrives on no input or on several is a finding, not an error.
-pub fn wires(
+pub fn wires<E: From<AudioError>>(
     setup: &SoundSetup,
-    open: &mut dyn FnMut(&SoundSetup) -> Result<RunningStreams, AudioError>,
-) -> Result<Vec<Result<Wire, WiringError>>, AudioError> {
+    open: &mut dyn FnMut(&SoundSetup) -> Result<RunningStreams, E>,
+) -> Result<Vec<Result<Wire, WiringError>>, E> {
     let mut found = Vec::new();
     for output in &setup.play.drive {
         let mut alone = setup.clone();

@@ -224,7 +224,7 @@ fn a_loopback_has_its_gain_and_a_latency() {
 
 #[test]
 fn a_wrong_cable_is_found() {
-    let found = wires(&setup(""), &mut |alone| {
+    let found = wires::<AudioError>(&setup(""), &mut |alone| {
         alone.open_streams(&mut LoopIo::new(alone, None)?)
     })
     .unwrap();

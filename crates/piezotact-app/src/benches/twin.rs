@@ -41,7 +41,7 @@ impl TwinSpec {
         }
     }
 
-    fn set(&self) -> Outcome<DeviceAtGain> {
+    pub(super) fn set(&self) -> Outcome<DeviceAtGain> {
         let device = match &self.device {
             None => DeviceDescription::drv2667().clone(),
             Some(named) => read_device(named)?,
@@ -95,10 +95,11 @@ impl NamedBench for TwinSpec {
 }
 
 fn parse(settings: &str) -> Result<BenchSpec, DeviceError> {
-    parsed(settings).map(BenchSpec::of)
+    spec(settings).map(BenchSpec::of)
 }
 
-fn parsed(settings: &str) -> Result<TwinSpec, DeviceError> {
+/// The twin of `settings`, as they stand behind `twin:`.
+pub(super) fn spec(settings: &str) -> Result<TwinSpec, DeviceError> {
     let mut spec = TwinSpec {
         participant: None,
         seed: 1,
@@ -131,7 +132,7 @@ mod tests {
     #[test]
     fn a_twin_has_settings() {
         assert_eq!(
-            parsed("participant=3,seed=9,gain=b2").unwrap(),
+            spec("participant=3,seed=9,gain=b2").unwrap(),
             TwinSpec {
                 participant: Some(3),
                 seed: 9,
@@ -146,7 +147,7 @@ mod tests {
             "device=fixed,gain=B3",
             "device=",
         ] {
-            assert!(parsed(bad).is_err(), "{bad}");
+            assert!(spec(bad).is_err(), "{bad}");
         }
         for (settings, named) in [
             ("", "twin:seed=1,gain=B3"),
@@ -157,10 +158,10 @@ mod tests {
                 "twin:seed=1,gain=low,device=own.toml",
             ),
         ] {
-            assert_eq!(parsed(settings).unwrap().apart_from_participant(), named);
+            assert_eq!(spec(settings).unwrap().apart_from_participant(), named);
         }
-        let own = parsed("device=own.toml").unwrap();
+        let own = spec("device=own.toml").unwrap();
         assert_eq!(own.file(), Some(Path::new("own.toml")));
-        assert_eq!(parsed("device=fixed").unwrap().file(), None);
+        assert_eq!(spec("device=fixed").unwrap().file(), None);
     }
 }

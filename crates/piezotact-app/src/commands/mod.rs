@@ -20,6 +20,7 @@ pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
 mod serve;
+mod sound;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
@@ -198,6 +199,19 @@ commands! {
     Serve(serve::Arguments) => serve::run,
     /// Measures, collects, analyses and averages the transfer functions of a panel of participants.
     Panel(cli::panel::Panel) => panel::run,
+    /// Lists sound systems and sound devices with their rates, channels and buffers.
+    #[command(after_help = "Example:\n  piezotact devices\n  piezotact devices --host jack --json")]
+    Devices(sound::devices::Arguments) => sound::devices::run,
+    /// Calibrates a sound device: volts at full scale, sensitivities of inputs, cables, the level of its loopback.
+    #[command(
+        after_help = "What was calibrated before is kept, where it is of the same device. A bench opens only if its loopback is within 0.1 dB of the\ncalibration. Each sensor is calibrated by --exciter, or by its stated sensitivity and --input-volts.\n\nExample:\n  piezotact calibrate setup.toml --tone 20\n  piezotact calibrate setup.toml --voltmeter 0.349 --wires\n  piezotact calibrate setup.toml --exciter 2"
+    )]
+    Calibrate(sound::calibrate::Arguments) => sound::calibrate::run,
+    /// Measures the latency of a sound device from output to input over restarts of its streams.
+    #[command(
+        after_help = "Median, 95 % and 99 % are stored beside the set-up, and stand in every later recording.\n\nExample:\n  piezotact latency setup.toml\n  piezotact latency setup.toml --restarts 200 --json"
+    )]
+    Latency(sound::latency::Arguments) => sound::latency::run,
     /// Exports a texture, a drive or a transfer function for other devices and programs, and lists what the format loses.
     #[command(
         after_help = "The file extension selects the format: .wav (32-bit float at 48 kHz, with a sidecar), .hjif (MPEG haptics), .haptic (clips for consumer\ndevices), .ahap (Apple), .uff (universal file). A .haptic clip is converted to .ahap as NiceVibrations does.\n\nExample:\n  piezotact export texture.wav --scale \"200 m/s2\" --out texture.haptic\n  piezotact export drive.wav --transfer tf.json --out drive.hjif\n  piezotact export tf.json --out tf.uff"

@@ -10,15 +10,17 @@ use piezotact::sound::{
     WiringError,
 };
 use piezotact_audio::{
-    Measures, RecordedChannel, RunningStreams, VOLTMETER_TONE, check_level_hz, loopback_gain,
-    play_tone, record_tone, wires,
+    Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
+    loopback_gain, play_tone, record_tone, wires,
 };
 
 use super::super::outputs;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today};
-use crate::output::{digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text};
+use crate::output::{
+    digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text,
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -58,7 +60,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(seconds) = args.tone {
         return tone(&device, seconds);
     }
-    let out = args.out.clone().unwrap_or_else(|| calibration_path(&args.setup));
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| calibration_path(&args.setup));
     outputs(&[&args.setup], &[&out])?;
     let mut found = begun(&device)?;
     if args.wires {
@@ -88,7 +93,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 /// Plays a tone as long as a voltmeter is read.
 fn tone(device: &SoundDevice, seconds: f64) -> Outcome {
     if !(0.5..=600.0).contains(&seconds) {
-        return Err(usage(anyhow!("--tone: expected 0.5 to 600 s, found {seconds}")));
+        return Err(usage(anyhow!(
+            "--tone: expected 0.5 to 600 s, found {seconds}"
+        )));
     }
     let mut streams = device.setup.open_streams(device.io(None)?.as_mut())?;
     let (hz, rms) = VOLTMETER_TONE;
@@ -129,15 +136,17 @@ fn begun(device: &SoundDevice) -> Outcome<SoundCalibration> {
 }
 
 fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
-    let mut open = |alone: &piezotact_audio::SoundSetup| -> Result<RunningStreams, piezotact_audio::AudioError> {
-        alone.open_streams(device.io_of(alone)?.as_mut())
+    let mut open = |alone: &SoundSetup| -> Outcome<RunningStreams> {
+        Ok(alone.open_streams(device.io_of(alone, None)?.as_mut())?)
     };
     found.wires.clear();
     for wire in wires(&device.setup, &mut open)? {
         match wire {
             Ok(wire) => found.wires.push(wire),
             // An output to the amplifier arrives at the sensors, if it arrives at all.
-            Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => say(&error.to_string()),
+            Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => {
+                say(&error.to_string())
+            }
         }
     }
     let loopback = device.setup.loopback();
@@ -195,7 +204,11 @@ fn exciter(
     streams: &mut RunningStreams,
     found: &mut SoundCalibration,
 ) -> Outcome {
-    let recorded = device.setup.record.iter().find(|recorded| recorded.channel == channel);
+    let recorded = device
+        .setup
+        .record
+        .iter()
+        .find(|recorded| recorded.channel == channel);
     let Some(recorded) = recorded.filter(|recorded| recorded.measures != Measures::Drive) else {
         return Err(usage(anyhow!(
             "--exciter: expected an input with a sensor that the set-up names, found channel {channel}"
@@ -206,12 +219,19 @@ fn exciter(
         rms: args.exciter_rms,
     };
     let (tone, peak) = record_tone(streams, channel, Seconds(5.0), exciter.frequency_hz)?;
-    put(found, InputCalibration::by_exciter(of(recorded), exciter, &tone, peak)?);
+    put(
+        found,
+        InputCalibration::by_exciter(of(recorded), exciter, &tone, peak)?,
+    );
     Ok(())
 }
 
 fn of(recorded: &RecordedChannel) -> (u32, &'static str, piezotact::quantity::Unit) {
-    (recorded.channel, recorded.measures.name(), recorded.measures.unit())
+    (
+        recorded.channel,
+        recorded.measures.name(),
+        recorded.measures.unit(),
+    )
 }
 
 /// Replaces what was known of an input.
@@ -222,16 +242,28 @@ fn put(found: &mut SoundCalibration, new: InputCalibration) {
 }
 
 fn text(found: &SoundCalibration) -> String {
-    let mut lines = vec![format!("{} at {}, {}", found.device, found.rate_hz, found.made_on)];
+    let mut lines = vec![format!(
+        "{} at {}, {}",
+        found.device, found.rate_hz, found.made_on
+    )];
     lines.push(match &found.output {
-        Some(output) => format!("output: {} V peak at full scale", digits(output.v_per_full_scale)),
-        None => "output: not calibrated; read a voltmeter during --tone, or state --input-volts".into(),
+        Some(output) => format!(
+            "output: {} V peak at full scale",
+            digits(output.v_per_full_scale)
+        ),
+        None => {
+            "output: not calibrated; read a voltmeter during --tone, or state --input-volts".into()
+        }
     });
     lines.push(match &found.loopback {
         Some(loopback) => format!(
             "loopback: {} of what is played, {}",
             digits_that_count(loopback.gain.abs(), 4),
-            if loopback.gain < 0.0 { "inverted" } else { "not inverted" }
+            if loopback.gain < 0.0 {
+                "inverted"
+            } else {
+                "not inverted"
+            }
         ),
         None => "loopback: none".into(),
     });
@@ -245,7 +277,10 @@ fn text(found: &SoundCalibration) -> String {
         ));
     }
     for wire in &found.wires {
-        lines.push(format!("output {} arrives at input {}", wire.output, wire.input));
+        lines.push(format!(
+            "output {} arrives at input {}",
+            wire.output, wire.input
+        ));
     }
     lines.join("\n")
 }

@@ -51,7 +51,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     } else {
         for (name, answers) in hosts() {
             if answers == Answers::Yes {
-                found.devices.extend(HardwareIo::new(&name)?.devices().unwrap_or_default());
+                found
+                    .devices
+                    .extend(HardwareIo::new(&name)?.devices().unwrap_or_default());
             }
             found.hosts.push(Host { name, answers });
         }
@@ -70,9 +72,16 @@ fn text(found: &Devices) -> String {
     let mut lines: Vec<String> = found.hosts.iter().map(host).collect();
     lines.push("loop: always there; a loop within the program, with no device".into());
     for device in &found.devices {
-        lines.push(format!("\n{} `{}`  {}", device.host, device.id, device.name));
+        lines.push(format!(
+            "\n{} `{}`  {}",
+            device.host, device.id, device.name
+        ));
         for (direction, offers) in [("output", &device.outputs), ("input", &device.inputs)] {
-            lines.extend(shown(offers).into_iter().map(|offer| format!("  {direction}: {offer}")));
+            lines.extend(
+                shown(offers)
+                    .into_iter()
+                    .map(|offer| format!("  {direction}: {offer}")),
+            );
         }
     }
     if found.devices.is_empty() {
@@ -86,7 +95,11 @@ fn shown(offers: &[Offer]) -> Vec<String> {
     let mut groups: Vec<(String, Vec<u16>)> = Vec::new();
     for offer in offers {
         let [low, high] = offer.rates_hz;
-        let rates = if low == high { format!("{low} Hz") } else { format!("{low} to {high} Hz") };
+        let rates = if low == high {
+            format!("{low} Hz")
+        } else {
+            format!("{low} to {high} Hz")
+        };
         let buffers = match offer.buffer_frames {
             Some([least, most]) if least == most => format!(", buffers of {least} frames"),
             Some([least, most]) => format!(", buffers of {least} to {most} frames"),
@@ -101,7 +114,9 @@ fn shown(offers: &[Offer]) -> Vec<String> {
     let of = |(what, channels): (String, Vec<u16>)| {
         let (least, most) = (channels.iter().min(), channels.iter().max());
         match (least, most) {
-            (Some(least), Some(most)) if least != most => format!("{least} to {most} channels, {what}"),
+            (Some(least), Some(most)) if least != most => {
+                format!("{least} to {most} channels, {what}")
+            }
             (Some(count), _) => format!("{count} channels, {what}"),
             _ => what,
         }

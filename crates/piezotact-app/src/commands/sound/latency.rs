@@ -5,14 +5,22 @@ use std::path::PathBuf;
 use clap::Args;
 use piezotact::sound::LatencySummary;
 use piezotact_audio::latency_run;
+use piezotact_bench::ProcedureError;
 
 use super::super::outputs;
 use crate::benches::audio::{SoundDevice, latency_path};
-use crate::failure::{Failure, Outcome};
+use crate::failure::Outcome;
 use crate::interrupt::interrupted;
 use crate::invocation::today;
 use crate::output::{digits, document_text, print, print_document, say_doubts, write_text};
-use crate::progress::Work;
+use crate::progress::{Words, Work};
+
+const RESTARTS: Words = Words {
+    doing: "starting",
+    done: "started",
+    item: "time",
+    then: "writing the latency",
+};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -30,19 +38,22 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let out = args.out.clone().unwrap_or_else(|| latency_path(&args.setup));
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| latency_path(&args.setup));
     outputs(&[&args.setup], &[&out])?;
     let device = SoundDevice::read(&args.setup)?;
     let (setup, rate) = (&device.setup, device.setup.rate()?);
-    let work = Work::of("latency", u64::from(args.restarts));
+    let work = Work::of_steps(RESTARTS, args.restarts as usize);
     let mut runs = Vec::new();
     for number in 0..args.restarts {
         if interrupted() {
-            return Err(Failure::Interrupted);
+            return Err(stopped().into());
         }
         let mut streams = setup.open_streams(device.io(None)?.as_mut())?;
         runs.push(latency_run(&mut streams, setup, u64::from(number))?);
-        work.step();
+        work.one_more();
     }
     let found = LatencySummary::of(&setup.called(), &today(), rate, setup.buffer_frames, runs);
     write_text(&out, &document_text(&found, Some(&out))?)?;
@@ -52,6 +63,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     print(&text(&found))?;
     say_doubts(&found.doubts);
     print(&format!("wrote {}", out.display()))
+}
+
+fn stopped() -> ProcedureError {
+    ProcedureError::Stopped {
+        label: "latency".into(),
+        after_s: 0.0,
+    }
 }
 
 fn text(found: &LatencySummary) -> String {

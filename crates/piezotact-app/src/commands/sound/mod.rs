@@ -1,5 +1,13 @@
 //! Sound devices: which there are, their calibration, their latency.
 
-pub(crate) mod calibrate;
-pub(crate) mod devices;
-pub(crate) mod latency;
+#[cfg(feature = "audio")]
+pub(super) mod calibrate;
+#[cfg(feature = "audio")]
+pub(super) mod devices;
+#[cfg(feature = "audio")]
+pub(super) mod latency;
+#[cfg(not(feature = "audio"))]
+mod without;
+
+#[cfg(not(feature = "audio"))]
+pub(super) use without::{calibrate, devices, latency};
