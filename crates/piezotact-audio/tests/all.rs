@@ -1,1 +1,3 @@
 //! Tests of the audio crate as others use it.
+
+mod force;
