@@ -8,6 +8,7 @@ mod board;
 mod calibrate;
 mod callback;
 mod error;
+pub mod force;
 #[cfg(feature = "hardware")]
 mod hardware;
 mod io;

@@ -1,4 +1,5 @@
 //! Tests of the audio crate as others use it: a loop within the program instead of a device.
 
 mod bench;
+mod force;
 mod loops;

@@ -206,6 +206,13 @@ impl Finger {
         (plate_kg + p.skin_kg) * person(p.skin_mass_spread * self.narrower(load_n), self.skin_mass)
     }
 
+    /// The factor of [`Self::response`] that has no phase, a ratio above 0: coupling, level and ripples. A factor that changes with
+    /// frequency and has no phase answers before it is driven.
+    pub(super) fn phaseless(&self, frequency_hz: f64, load_n: f64, placement: &Placement) -> f64 {
+        let load_n = load_n.max(self.parameters.least_load_n);
+        self.coupling(frequency_hz, load_n) * self.gain(frequency_hz, placement)
+    }
+
     fn elements(&self, frequency_hz: f64, load_n: f64, angle_deg: f64) -> Elements {
         let p = &self.parameters;
         let load_n = load_n.max(p.least_load_n);

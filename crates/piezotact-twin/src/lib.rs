@@ -3,9 +3,11 @@
 //! A [`Participant`] is one seeded person, the same on every bench; [`TwinParameters`] are all numbers, read from a
 //! documented file that a laboratory can change, in which each has its range and its origin. [`ActTouch`] and
 //! [`TriboAir`] acquire what a finger does on a sample; [`ShakerBench`] measures a finger's own
-//! transfer function; [`TwinBench`] plays on the PIEZOTACT device. [`eeg`] is what electrodes on the person's scalp show meanwhile.
+//! transfer function; [`TwinBench`] plays on the PIEZOTACT device, and
+//! [`TwinPlant`] is that device as a stream behind a sound output. [`eeg`] is what electrodes on the person's scalp show meanwhile.
 
 mod acttouch;
+mod causal;
 pub mod document;
 mod drag;
 pub mod eeg;
@@ -14,7 +16,9 @@ mod noise;
 mod output;
 pub mod parameters;
 mod participant;
+mod partitions;
 mod passage;
+mod plant;
 mod protocol;
 mod sensors;
 mod session;
@@ -33,6 +37,7 @@ pub use output::OutputStage;
 pub use parameters::{PARAMETERS, ParameterError, Sample, TwinParameters};
 pub use participant::{Hand, Participant, Skin};
 pub use passage::record_texture;
+pub use plant::TwinPlant;
 pub use protocol::{Pace, SlidingDirection};
 pub use shaker::{ShakerBench, ShakerExcitation, ShakerMount};
 pub use surface::{Patch, Relief, SurfaceError};

@@ -9,6 +9,9 @@ use piezotact::quantity::{SampleRate, Volts};
 use super::parameters::OutputParameters;
 use piezotact_bench::random::Random;
 
+/// The level of the output's noise is that at this rate, Hz: over a band of 24 kHz.
+const NOISE_RATE_HZ: f64 = 48_000.0;
+
 /// A sound output and an amplifier.
 #[derive(Clone, Debug)]
 pub struct OutputStage {
@@ -66,32 +69,61 @@ impl OutputStage {
     /// The effective voltage at the actuator, V, for a drive (full scale = 1) at `rate`:
     /// converter limit, coupling, gain, clipping, slew limit, quadratic term.
     pub(crate) fn voltage(&self, drive: &[f64], rate: SampleRate, random: &mut Random) -> Vec<f64> {
-        let volts = self.setup.volts_per_full_scale;
-        let noise_v = volts * 10f64.powf(self.noise_db / 20.0);
-        let gain = self.setup.gain.voltage_ratio() * self.setup.device().input().divider;
-        let limit_v = self.setup.gain.full_scale_output().0;
-        let step_v = self.setup.slew_limit_v_per_s() / rate.hz();
-        // First-order high-pass by the bilinear transform, its corner where the analogue one has it.
-        let mut couplings: Vec<HighPass> = self
-            .corners_hz
-            .iter()
-            .map(|corner_hz| HighPass::at(*corner_hz, rate))
-            .collect();
-        let mut out = 0.0;
+        let mut stream = self.stream(rate);
         drive
             .iter()
-            .map(|sample| {
-                let dac = sample.clamp(-1.0, 1.0) * volts + noise_v * random.normal();
-                let coupled = couplings.iter_mut().fold(dac, |v, pass| pass.next(v));
-                let wanted = (coupled * gain).clamp(-limit_v, limit_v);
-                out += (wanted - out).clamp(-step_v, step_v);
-                out + self.quadratic * out * out / limit_v
-            })
+            .map(|sample| stream.next(*sample, random))
             .collect()
+    }
+
+    /// The same, sample by sample, from rest. The noise has the same density at every rate.
+    pub(crate) fn stream(&self, rate: SampleRate) -> OutputStream {
+        let volts = self.setup.volts_per_full_scale;
+        let wider = (rate.hz() / NOISE_RATE_HZ).sqrt();
+        OutputStream {
+            volts,
+            noise_v: volts * 10f64.powf(self.noise_db / 20.0) * wider,
+            gain: self.setup.gain.voltage_ratio() * self.setup.device().input().divider,
+            limit_v: self.setup.gain.full_scale_output().0,
+            step_v: self.setup.slew_limit_v_per_s() / rate.hz(),
+            quadratic: self.quadratic,
+            // First-order high-pass by the bilinear transform, its corner where the analogue one has it.
+            couplings: self
+                .corners_hz
+                .iter()
+                .map(|corner_hz| HighPass::at(*corner_hz, rate))
+                .collect(),
+            out: 0.0,
+        }
+    }
+}
+
+/// An output that plays: what it remembers from one sample to the next.
+#[derive(Clone, Debug)]
+pub(crate) struct OutputStream {
+    volts: f64,
+    noise_v: f64,
+    gain: f64,
+    limit_v: f64,
+    step_v: f64,
+    quadratic: f64,
+    couplings: Vec<HighPass>,
+    out: f64,
+}
+
+impl OutputStream {
+    /// The effective voltage at the actuator, V, for the next sample of the drive (full scale = 1).
+    pub(crate) fn next(&mut self, sample: f64, random: &mut Random) -> f64 {
+        let dac = sample.clamp(-1.0, 1.0) * self.volts + self.noise_v * random.normal();
+        let coupled = (self.couplings.iter_mut()).fold(dac, |v, pass| pass.next(v));
+        let wanted = (coupled * self.gain).clamp(-self.limit_v, self.limit_v);
+        self.out += (wanted - self.out).clamp(-self.step_v, self.step_v);
+        self.out + self.quadratic * self.out * self.out / self.limit_v
     }
 }
 
 /// A high-pass of first order, sample by sample.
+#[derive(Clone, Debug)]
 struct HighPass {
     a: f64,
     b: f64,

@@ -1,5 +1,6 @@
 //! The accelerometer on the fingernail, the force cells, and the hand that presses.
 
+use super::RATE_HZ;
 use super::parameters::{
     AccelerometerParameters, ForceCellParameters, HandParameters, PiezoCellParameters,
 };
@@ -18,12 +19,19 @@ pub(super) fn at_rest(channels: &[Vec<f64>]) -> SensorCalibration {
     }
 }
 
+/// The factor on the rms of white noise read at `rate_hz`. The parameters state it at the rate of the acquisition; at another rate
+/// the density is the same, and the band is wider or narrower.
+fn wider(rate_hz: f64) -> f64 {
+    (rate_hz / RATE_HZ).sqrt()
+}
+
 /// An accelerometer on the nail: white noise over the acquisition band and flicker below a corner, a sensitivity
 /// that is not quite the stated one, and a range.
 #[derive(Clone, Debug)]
 pub(crate) struct Accelerometer {
     parameters: AccelerometerParameters,
     random: Random,
+    white_m_s2: f64,
     flicker: f64,
     forget: f64,
     kept: f64,
@@ -34,6 +42,7 @@ impl Accelerometer {
     pub(crate) fn new(parameters: &AccelerometerParameters, rate_hz: f64, random: Random) -> Self {
         let forget = (-std::f64::consts::TAU * parameters.flicker_hz / rate_hz).exp();
         Self {
+            white_m_s2: parameters.white_m_s2 * wider(rate_hz),
             kept: parameters.flicker_m_s2 * (1.0 - forget * forget).sqrt(),
             parameters: parameters.clone(),
             random,
@@ -55,7 +64,7 @@ impl Accelerometer {
         self.flicker = self.forget * self.flicker + self.kept * self.random.normal();
         let reading = self.sensitivity * acceleration_m_s2
             + self.flicker
-            + self.parameters.white_m_s2 * self.random.normal();
+            + self.white_m_s2 * self.random.normal();
         reading.clamp(-self.parameters.range_m_s2, self.parameters.range_m_s2)
     }
 }
@@ -68,10 +77,10 @@ pub(crate) struct ForceCell {
 }
 
 impl ForceCell {
-    pub(crate) fn new(parameters: &ForceCellParameters, random: Random) -> Self {
+    pub(crate) fn new(parameters: &ForceCellParameters, rate_hz: f64, random: Random) -> Self {
         Self {
             random,
-            noise_n: parameters.noise_n,
+            noise_n: parameters.noise_n * wider(rate_hz),
         }
     }
 

@@ -159,6 +159,7 @@ impl World for TwinBench {
         );
         let mut cell = ForceCell::new(
             &self.parameters.force_cell,
+            RATE_HZ,
             self.random("force cell at rest"),
         );
         let acceleration: Vec<f64> = (0..CALIBRATION).map(|_| accelerometer.read(0.0)).collect();
@@ -220,6 +221,7 @@ impl World for TwinBench {
             .calibrated(self.participant.seed),
             cell: ForceCell::new(
                 &self.parameters.force_cell,
+                RATE_HZ,
                 self.random(&format!("force cell {}", run.label)),
             ),
             drive,

@@ -34,6 +34,7 @@ macro_rules! kinds_of_doubts {
             $of::<crate::transfer::TransferDoubt>,
             $of::<crate::transfer::ImpactDoubt>,
             $of::<crate::run::RunDoubt>,
+            $of::<crate::run::ForceSourceDoubt>,
             $of::<crate::panel::PanelDoubt>,
             $of::<crate::render::RenderDoubt>,
             $of::<crate::verify::VerifyDoubt>,

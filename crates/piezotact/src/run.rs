@@ -4,8 +4,10 @@
 //! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
 mod doubt;
+mod force_source;
 
 pub use doubt::RunDoubt;
+pub use force_source::ForceSourceDoubt;
 
 use std::fmt;
 

@@ -11,7 +11,7 @@ use piezotact::sound::{LatencySummary, SoundCalibration};
 use piezotact_audio::{AudioBench, AudioIo, HardwareIo, LoopIo, PlantMaker, SoundSetup};
 use piezotact_bench::{Bench, DeviceError, Placement, Plant, RunPlan, Until};
 use piezotact_dataset::{read_device, read_input_text};
-use piezotact_twin::{Participant, TwinParameters};
+use piezotact_twin::{Participant, TwinParameters, TwinPlant};
 
 use super::twin::{TwinSpec, spec};
 use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
@@ -148,8 +148,8 @@ fn plants(twin: &TwinSpec, participant: Option<u64>) -> Outcome<PlantMaker> {
             until: Until::Stopped,
         };
         let run = run.unwrap_or(&resting);
-        let _stub = (&parameters, &participant, &set, run, rate);
-        Err::<Box<dyn Plant>, _>(DeviceError::Unusable("STUB".into()))
+        let plant = TwinPlant::new(&parameters, participant.clone(), &set, run, rate)?;
+        Ok(Box::new(plant) as Box<dyn Plant>)
     }))
 }
 

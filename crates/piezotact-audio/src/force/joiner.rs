@@ -1,0 +1,441 @@
+//! Readings of a force on the clock of a sound device.
+
+use std::collections::VecDeque;
+use std::time::Instant;
+
+use piezotact::Doubt;
+use piezotact::quantity::SampleRate;
+use piezotact::run::ForceSourceDoubt;
+
+use super::ForceReading;
+use super::error::JoinError;
+use super::late::{LateClock, Mapping};
+
+/// A larger uncertainty of times is a doubt, s: a hand moves by 3 Hz, so that within 20 ms its force changes by a few mN.
+const MOST_UNCERTAIN_S: f64 = 0.02;
+/// A longer time without readings is a doubt, s.
+const LONGEST_WITHOUT_DOUBT_S: f64 = 0.1;
+/// Readings that wait for their frames; the oldest go first.
+const MOST_WAITING: usize = 65_536;
+/// Intervals between arrivals that are kept to say how far apart they are.
+const ARRIVALS: usize = 64;
+
+/// How a force is joined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JoinerConfig {
+    /// The rate of the frames.
+    pub rate: SampleRate,
+    /// The longest time without readings that is interpolated, s.
+    pub longest_pause_s: f64,
+    /// How much later than measured a reading arrives at the least, s: what the amplifier averages over and the port takes. It cannot be
+    /// found from the readings; it moves all of them.
+    pub least_delay_s: f64,
+    /// The same of a frame of the sound device: what its converters and buffers take at the least, s.
+    pub least_frame_delay_s: f64,
+}
+
+/// Puts readings of a force on the clock of a sound device: the force at every frame, by linear interpolation.
+///
+/// Both clocks are seen through arrivals that are late by a delay that varies: those of frames by the callback, those of readings by
+/// port and system. Each clock is the line through its least late arrivals over the last minute. Readings without a time of their device
+/// are taken as measured when they arrived; of several that arrive at once, evenly since the arrival before.
+///
+/// The force of a frame is known when readings on both sides of it have come: [`Self::held_back_s`] says how far it is behind.
+/// Memory is bounded: of the readings that wait for frames the oldest go first.
+#[derive(Debug)]
+pub struct ForceJoiner {
+    config: JoinerConfig,
+    origin: Option<Instant>,
+    frames: LateClock,
+    /// Frames that arrived, and when the last of them did, s.
+    arrived: u64,
+    arrived_s: f64,
+    given: u64,
+    clock: LateClock,
+    clock_number: u32,
+    waiting: VecDeque<Waiting>,
+    /// Readings without device time of the last arrival, which are not placed yet.
+    together: Vec<f64>,
+    last_reading_s: Option<f64>,
+    before_together_s: Option<f64>,
+    intervals_s: VecDeque<f64>,
+    has_device_times: bool,
+    /// Readings without device time came several at once.
+    has_batches: bool,
+    uncertainty_s: Option<f64>,
+    gaps: Gaps,
+}
+
+/// A reading that waits for its frames.
+#[derive(Clone, Copy, Debug)]
+struct Waiting {
+    place: Place,
+    force_n: f64,
+    /// The gap before it was counted.
+    counted: bool,
+}
+
+/// When a reading was measured.
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    /// By the clock of the device, s.
+    Device(f64),
+    /// By that of the computer, s since the origin.
+    Computer(f64),
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Gaps {
+    count: usize,
+    longest_s: f64,
+    total_s: f64,
+}
+
+impl Gaps {
+    fn add(&mut self, gap_s: f64) {
+        if gap_s > LONGEST_WITHOUT_DOUBT_S {
+            self.count += 1;
+            self.total_s += gap_s;
+            self.longest_s = self.longest_s.max(gap_s);
+        }
+    }
+}
+
+impl ForceJoiner {
+    /// A joiner before the first frame.
+    #[must_use]
+    pub fn new(config: JoinerConfig) -> Self {
+        Self {
+            config,
+            origin: None,
+            frames: LateClock::default(),
+            arrived: 0,
+            arrived_s: 0.0,
+            given: 0,
+            clock: LateClock::default(),
+            clock_number: 0,
+            waiting: VecDeque::new(),
+            together: Vec::new(),
+            last_reading_s: None,
+            before_together_s: None,
+            intervals_s: VecDeque::new(),
+            has_device_times: false,
+            has_batches: false,
+            uncertainty_s: None,
+            gaps: Gaps::default(),
+        }
+    }
+
+    /// The callback of the input ran at `at`, after which `frames` had arrived since its start.
+    pub fn frames(&mut self, at: Instant, frames: u64) {
+        if frames <= self.arrived {
+            return;
+        }
+        let at_s = self.seconds(at);
+        self.arrived = frames;
+        self.arrived_s = at_s;
+        self.frames
+            .event(frames as f64 / self.config.rate.hz(), at_s);
+    }
+
+    /// A reading, in the order of arrival.
+    pub fn reading(&mut self, reading: &ForceReading) {
+        let at_s = self.seconds(reading.at);
+        if reading.clock != self.clock_number {
+            self.place_by_computer();
+            self.clock = LateClock::default();
+            self.clock_number = reading.clock;
+        }
+        match reading.device_s {
+            Some(device_s) => {
+                self.has_device_times = true;
+                self.place_together();
+                self.clock.event(device_s, at_s);
+                self.wait(Place::Device(device_s), reading.force_n);
+            }
+            None => {
+                if self.last_reading_s.is_some_and(|last_s| last_s < at_s) {
+                    self.place_together();
+                }
+                self.together.push(reading.force_n);
+            }
+        }
+        if let Some(last_s) = self.last_reading_s
+            && at_s > last_s
+        {
+            if self.intervals_s.len() == ARRIVALS {
+                self.intervals_s.pop_front();
+            }
+            self.intervals_s.push_back(at_s - last_s);
+            self.before_together_s = Some(last_s);
+        }
+        self.last_reading_s = Some(at_s);
+    }
+
+    /// The force, N, at the next frames, `most` of them at most; fewer where readings on both sides have not come yet, and none
+    /// before both clocks were seen for half a second.
+    ///
+    /// # Errors
+    /// [`JoinError::Stale`] when no reading came for longer than the longest pause.
+    pub fn next(&mut self, most: usize) -> Result<Vec<f64>, JoinError> {
+        let (Some(frames), Some(device)) = (self.frames.mapping(), self.device(LateClock::mapping))
+        else {
+            self.check_pause()?;
+            return Ok(Vec::new());
+        };
+        self.state_uncertainty(&frames, device.as_ref());
+        let force_n = self.interpolate(most, &frames, device.as_ref())?;
+        if force_n.is_empty() && self.given < self.arrived {
+            self.check_pause()?;
+        }
+        Ok(force_n)
+    }
+
+    /// The force, N, at the frames that are left, up to `frames` since the start, after the last reading; behind it the force stays.
+    ///
+    /// # Errors
+    /// [`JoinError::Stale`] when the readings end earlier than the longest pause before the last frame; [`JoinError::Nothing`] when there
+    /// are none at all, or no frame arrived.
+    pub fn finish(&mut self, frames: u64) -> Result<Vec<f64>, JoinError> {
+        self.place_together();
+        self.arrived = frames.max(self.given);
+        let frames = self.frames.mapping_by_any().ok_or(JoinError::Nothing {
+            expected: "frames of sound",
+        })?;
+        let device = self
+            .device(LateClock::mapping_by_any)
+            .ok_or(JoinError::Nothing {
+                expected: "readings of the force",
+            })?;
+        self.state_uncertainty(&frames, device.as_ref());
+        let mut force_n = self.interpolate(usize::MAX, &frames, device.as_ref())?;
+        let Some(last) = self.waiting.front().copied() else {
+            return Err(JoinError::Nothing {
+                expected: "readings of the force",
+            });
+        };
+        let left = self.arrived - self.given;
+        if left > 0 {
+            let end_s = self.frame_s(&frames, self.arrived - 1);
+            self.allow(end_s - self.place_s(last.place, device.as_ref()))?;
+            force_n.extend((0..left).map(|_| last.force_n));
+            self.given = self.arrived;
+        }
+        Ok(force_n)
+    }
+
+    /// How far the force that was given is behind the frames that arrived, s.
+    #[must_use]
+    pub fn held_back_s(&self) -> f64 {
+        (self.arrived - self.given) as f64 / self.config.rate.hz()
+    }
+
+    /// How far the times of the force may be off, s, besides the least delays of the configuration; none before both clocks were
+    /// seen. The largest since the force was given first.
+    #[must_use]
+    pub fn uncertainty_s(&self) -> Option<f64> {
+        self.uncertainty_s
+    }
+
+    /// What the force leaves open.
+    #[must_use]
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let uncertain = self.uncertainty_s.filter(|u| *u > MOST_UNCERTAIN_S);
+        let uncertain = uncertain.map(|uncertainty_s| {
+            Doubt::from(ForceSourceDoubt::ClockUncertain {
+                uncertainty_s,
+                most_s: MOST_UNCERTAIN_S,
+            })
+        });
+        let Gaps {
+            count,
+            longest_s,
+            total_s,
+        } = self.gaps;
+        let gaps = (count > 0).then(|| {
+            Doubt::from(ForceSourceDoubt::GapsInterpolated {
+                gaps: count,
+                longest_s,
+                total_s,
+                longer_than_s: LONGEST_WITHOUT_DOUBT_S,
+            })
+        });
+        uncertain.into_iter().chain(gaps).collect()
+    }
+
+    /// Seconds since the first event, which may be below 0.
+    fn seconds(&mut self, at: Instant) -> f64 {
+        let origin = *self.origin.get_or_insert(at);
+        match at.checked_duration_since(origin) {
+            Some(after) => after.as_secs_f64(),
+            None => -origin.saturating_duration_since(at).as_secs_f64(),
+        }
+    }
+
+    fn wait(&mut self, place: Place, force_n: f64) {
+        if self.waiting.len() == MOST_WAITING {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back(Waiting {
+            place,
+            force_n,
+            counted: false,
+        });
+    }
+
+    /// Places the readings of the last arrival evenly since the one before, or since a usual interval where that is shorter.
+    fn place_together(&mut self) {
+        let Some(at_s) = self.last_reading_s else {
+            return;
+        };
+        let since_s = self
+            .before_together_s
+            .map_or(0.0, |before_s| at_s - before_s);
+        let since_s = self
+            .usual_interval_s()
+            .map_or(since_s, |u| since_s.min(2.0 * u));
+        let together = std::mem::take(&mut self.together);
+        let count = together.len();
+        self.has_batches |= count > 1;
+        for (i, force_n) in together.into_iter().enumerate() {
+            let before_s = since_s * (count - 1 - i) as f64 / count as f64;
+            self.wait(Place::Computer(at_s - before_s), force_n);
+        }
+    }
+
+    /// Readings of a clock that began again keep the times that they have by the computer's.
+    fn place_by_computer(&mut self) {
+        let mapping = self.clock.mapping_by_any();
+        for waiting in &mut self.waiting {
+            if let (Place::Device(device_s), Some(mapping)) = (waiting.place, &mapping) {
+                waiting.place = Place::Computer(mapping.at(device_s));
+            }
+        }
+    }
+
+    /// The median interval between arrivals.
+    fn usual_interval_s(&self) -> Option<f64> {
+        self.interval_s(0.5)
+    }
+
+    /// The interval between arrivals than which `share` of them (0 to 1) are shorter.
+    fn interval_s(&self, share: f64) -> Option<f64> {
+        let mut intervals: Vec<f64> = self.intervals_s.iter().copied().collect();
+        intervals.sort_by(f64::total_cmp);
+        intervals
+            .get((share * intervals.len() as f64) as usize)
+            .copied()
+    }
+
+    /// How far readings without device times may be off: an interval where they come several at once, since they may have been
+    /// measured at any time within it, and otherwise by how much one interval in ten is longer than usual.
+    fn arrivals_uncertain_s(&self) -> f64 {
+        let usual_s = self.usual_interval_s().unwrap_or(0.0);
+        match self.has_batches {
+            true => usual_s,
+            false => self.interval_s(0.9).map_or(0.0, |long_s| long_s - usual_s),
+        }
+    }
+
+    /// The mapping of the device's clock, where there is one; none while it is not known yet.
+    fn device(&self, mapping: fn(&LateClock) -> Option<Mapping>) -> Option<Option<Mapping>> {
+        match self.has_device_times {
+            true => mapping(&self.clock).map(Some),
+            false => self.last_reading_s.map(|_some| None),
+        }
+    }
+
+    fn state_uncertainty(&mut self, frames: &Mapping, device: Option<&Mapping>) {
+        let of_readings = device.map_or_else(
+            || self.arrivals_uncertain_s(),
+            |device| device.uncertainty_s,
+        );
+        let now_s = frames.uncertainty_s.hypot(of_readings);
+        self.uncertainty_s = Some(self.uncertainty_s.map_or(now_s, |u| u.max(now_s)));
+    }
+
+    fn frame_s(&self, frames: &Mapping, frame: u64) -> f64 {
+        frames.at(frame as f64 / self.config.rate.hz()) - self.config.least_frame_delay_s
+    }
+
+    fn place_s(&self, place: Place, device: Option<&Mapping>) -> f64 {
+        let seen_s = match (place, device) {
+            (Place::Device(device_s), Some(mapping)) => mapping.at(device_s),
+            (Place::Device(seen_s), None) | (Place::Computer(seen_s), _) => seen_s,
+        };
+        seen_s - self.config.least_delay_s
+    }
+
+    /// Refuses a time without readings that is too long.
+    fn allow(&self, pause_s: f64) -> Result<(), JoinError> {
+        if pause_s <= self.config.longest_pause_s {
+            return Ok(());
+        }
+        Err(JoinError::Stale {
+            pause_s,
+            longest_s: self.config.longest_pause_s,
+        })
+    }
+
+    /// Whether a reading came lately, by the arrivals of frames.
+    fn check_pause(&self) -> Result<(), JoinError> {
+        let first_s = self.arrived_s - self.arrived as f64 / self.config.rate.hz();
+        let last_s = self.last_reading_s.unwrap_or(first_s);
+        self.allow(self.arrived_s - last_s)
+    }
+
+    fn interpolate(
+        &mut self,
+        most: usize,
+        frames: &Mapping,
+        device: Option<&Mapping>,
+    ) -> Result<Vec<f64>, JoinError> {
+        let mut force_n = Vec::new();
+        while self.given < self.arrived && force_n.len() < most {
+            let t_s = self.frame_s(frames, self.given);
+            let [left, right] = loop {
+                let next = self.waiting.get(1).copied();
+                let (Some(first), Some(next)) = (self.waiting.front().copied(), next) else {
+                    return Ok(force_n);
+                };
+                let next_s = self.place_s(next.place, device);
+                if next_s > t_s {
+                    break [(self.place_s(first.place, device), first), (next_s, next)];
+                }
+                self.waiting.pop_front();
+            };
+            let ((left_s, left), (right_s, right)) = (left, right);
+            if t_s < left_s {
+                // Before the first reading the force is as there.
+                self.allow(left_s - t_s)?;
+                if !left.counted {
+                    self.gaps.add(left_s - t_s);
+                    self.count_first();
+                }
+                force_n.push(left.force_n);
+            } else {
+                let gap_s = right_s - left_s;
+                self.allow(gap_s)?;
+                if !right.counted {
+                    self.gaps.add(gap_s);
+                    if let Some(right) = self.waiting.get_mut(1) {
+                        right.counted = true;
+                    }
+                }
+                let share = (t_s - left_s) / gap_s;
+                force_n.push(left.force_n + share * (right.force_n - left.force_n));
+            }
+            self.given += 1;
+        }
+        Ok(force_n)
+    }
+
+    fn count_first(&mut self) {
+        if let Some(first) = self.waiting.front_mut() {
+            first.counted = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
