@@ -1,5 +1,6 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
+mod align;
 mod belonging;
 mod bids;
 mod bids_attacks;

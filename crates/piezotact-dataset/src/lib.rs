@@ -53,7 +53,7 @@ pub use felt_folder::{FeltFile, felt_files};
 pub use input::{open_input, read_input, read_input_text};
 pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,
-    set_aside_path, write_recording,
+    set_aside_path, write_measurement, write_recording,
 };
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};

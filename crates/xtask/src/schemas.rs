@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
+use piezotact::align::{AlignDocument, BurstDocument};
 use piezotact::document::Content;
 use piezotact::invocation::{Invocation, Rerun};
 use piezotact::manipulate::ManipulateDocument;
@@ -78,8 +79,10 @@ fn stored(folder: &Path) -> Result<BTreeMap<String, String>> {
 fn all() -> Result<BTreeMap<String, String>> {
     let mut all = BTreeMap::new();
     for (name, text) in [
+        schema::<AlignDocument>()?,
         schema::<AnalysisDocument<'_>>()?,
         schema::<Association>()?,
+        schema::<BurstDocument>()?,
         schema::<CampaignDesign>()?,
         schema::<CharacteriseDocument<'_>>()?,
         schema::<ComparisonDocument<'_>>()?,

@@ -1,6 +1,8 @@
 //! One module for each command.
 
+mod align;
 mod bids;
+mod burst;
 mod campaign;
 mod characterise;
 mod demo;
@@ -146,6 +148,16 @@ commands! {
         after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet\n  piezotact play drive.wav --bench measured:hand.json,seed=7 --record rehearsed.parquet"
     )]
     Play(cli::Play) => play::run,
+    /// Adds a synchronisation burst before and after a drive, so that what another system records can be aligned whatever the drive is.
+    #[command(
+        after_help = "The burst before the drive sweeps the band upwards, that after it downwards; where they are stands in the sidecar, where `piezotact align`\nfinds it. Keep the sidecar beside the file.\n\nExample:\n  piezotact burst drive.wav --out with.wav\n  piezotact burst drive.wav --band 80..500 --duration 1 --peak 0.1 --out with.wav"
+    )]
+    Burst(burst::Arguments) => burst::run,
+    /// Places what another system recorded on the clock of the drive that was played: offset, drift, and their uncertainty.
+    #[command(
+        after_help = "The two systems may have other rates and clocks, and the recording may begin and end at any time. A drive that repeats, such as\na tone, needs the bursts of `piezotact burst`. The delay of the device is in the offset. With --out, `piezotact transfer`\nestimates the transfer function from the file.\n\nExample:\n  piezotact align drive.wav dewesoft.csv --channel nail --report align.html\n  piezotact align drive.wav other.mat --out aligned.parquet\n  piezotact transfer aligned.parquet --drive drive --response nail --out tf.json"
+    )]
+    Align(align::Arguments) => align::run,
     /// Verifies how close a measurement is to its target.
     #[command(
         after_help = "Example:\n  piezotact verify --target texture.wav --scale \"200 m/s2\" --measured measured.parquet --report report.html\n  piezotact verify --target S7.wav --measured own.parquet --also averaged.parquet --transfer tf.json --report report.html\n  piezotact verify --target S2inv.wav --measured measured.parquet --before S2.wav --before S13.wav --report report.html"

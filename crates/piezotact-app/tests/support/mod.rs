@@ -27,6 +27,8 @@ pub(crate) const COMMANDS: &[&str] = &[
     "manipulate",
     "render",
     "play",
+    "burst",
+    "align",
     "verify",
     "prepare",
     "score",

@@ -202,6 +202,19 @@ fn write_parquet(
 /// # Errors
 /// [`WriteError::Io`] where the operating system refuses.
 pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), WriteError> {
+    write_measurement(path, recording, None, None)
+}
+
+/// As [`write_recording`], with the device that played and how the drive was made, where they are known.
+///
+/// # Errors
+/// Those of [`write_recording`].
+pub fn write_measurement(
+    path: &Path,
+    recording: &Recording,
+    setup: Option<&DriveSetup>,
+    rendering: Option<&Rendering>,
+) -> Result<(), WriteError> {
     let clocks = recording.stated_clocks();
     let channels = recording.channels();
     let start = StartDocument {
@@ -217,8 +230,8 @@ pub fn write_recording(path: &Path, recording: &Recording) -> Result<(), WriteEr
         about: recording.about.clone(),
         annotations: recording.annotations.clone(),
         clocks,
-        setup: None,
-        rendering: None,
+        setup: setup.cloned(),
+        rendering: rendering.cloned(),
         label: None,
         drive: None,
     };

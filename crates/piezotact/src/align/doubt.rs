@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, doubts};
-use crate::number::{digits, rounded};
+use crate::number::{counted, digits, rounded};
 
 doubts! {
     /// Doubts about the place of a recording in a drive.
@@ -21,8 +21,38 @@ doubts! {
         Uncertain("align_uncertain") {
             /// Half the largest 95 % interval, s.
             uncertainty_s: f64,
-            /// Of how many blocks.
+            /// Of how many blocks; 0 where the bursts decide.
             blocks: usize,
+        },
+        /// The places of blocks step from one line to another.
+        Step("align_step") {
+            /// Where, by the clock of the recording, s.
+            at_s: f64,
+            /// By how much later in the drive, s.
+            by_s: f64,
+        },
+        /// The phases of a drive that repeats move against the line.
+        Uneven("align_uneven") {
+            /// By how much, s.
+            by_s: f64,
+        },
+        /// Parts of the recording are not what the drive is there.
+        NotThere("align_drive_not_there") {
+            /// How many blocks.
+            missed: usize,
+            /// Of how many.
+            of: usize,
+            /// From this time of the recording, s.
+            from_s: f64,
+            /// To this one, s.
+            to_s: f64,
+        },
+        /// What lies between the bursts could not be compared.
+        BetweenNotSeen("align_between_not_seen") {},
+        /// Channels of other clocks were placed as if these ran evenly with that of the channel.
+        OtherClocks("align_other_clocks") {
+            /// Their names.
+            channels: String,
         },
         /// Many blocks do not lie on the line.
         ManyLeftOut("align_many_blocks_left_out") {
@@ -49,8 +79,14 @@ impl DoubtKind for AlignDoubt {
     fn advice(&self) -> Vec<Advice> {
         match self {
             Self::Uncertain { .. } => vec![Advice::RecordLonger],
-            Self::ManyLeftOut { .. } => vec![Advice::RecordAgain],
-            Self::PartCovered { .. } | Self::DriftAtLimit { .. } => Vec::new(),
+            Self::ManyLeftOut { .. } | Self::Step { .. } | Self::Uneven { .. } => {
+                vec![Advice::RecordAgain]
+            }
+            Self::BetweenNotSeen {} => vec![Advice::RecordLonger],
+            Self::PartCovered { .. }
+            | Self::NotThere { .. }
+            | Self::OtherClocks { .. }
+            | Self::DriftAtLimit { .. } => Vec::new(),
         }
     }
 }
@@ -71,8 +107,41 @@ impl fmt::Display for AlignDoubt {
                 blocks,
             } => write!(
                 f,
-                "times are certain to ±{} ms (95 %, {blocks} blocks), which is more than 0.1 ms",
-                digits(1e3 * uncertainty_s)
+                "times are certain to ±{} ms (95 %, {}), which is more than 0.1 ms",
+                digits(1e3 * uncertainty_s),
+                match blocks {
+                    0 => "bursts".to_owned(),
+                    blocks => counted(*blocks, "block"),
+                }
+            ),
+            Self::Step { at_s, by_s } => write!(
+                f,
+                "at {at_s:.2} s of the recording its times step by {} ms: samples are missing or doubled there, or the clock jumped; times are off by up to \
+                 this much",
+                digits_signed(1e3 * by_s)
+            ),
+            Self::Uneven { by_s } => write!(
+                f,
+                "where the drive repeats, its phases move by {} ms against the bursts: samples are missing between them, or the clock jumped",
+                digits(1e3 * by_s)
+            ),
+            Self::NotThere {
+                missed,
+                of,
+                from_s,
+                to_s,
+            } => write!(
+                f,
+                "{missed} of {} between {from_s:.2} s and {to_s:.2} s of the recording do not hold what the drive is there: another drive was played, the \
+                 signal is below the noise, or samples are missing",
+                counted(*of, "block")
+            ),
+            Self::BetweenNotSeen {} => f.write_str(
+                "the recording is too short to compare the drive between its bursts: only these say where it is",
+            ),
+            Self::OtherClocks { channels } => write!(
+                f,
+                "{channels}: sampled by another clock, which is assumed to drift as the one that was compared"
             ),
             Self::ManyLeftOut { left_out, of } => write!(
                 f,
@@ -88,4 +157,10 @@ impl fmt::Display for AlignDoubt {
             ),
         }
     }
+}
+
+/// A number with three digits that count, and its sign.
+fn digits_signed(value: f64) -> String {
+    let sign = if value < 0.0 { "−" } else { "+" };
+    format!("{sign}{}", digits(value.abs()))
 }

@@ -1,72 +1,80 @@
 //! Blocks of a recording, and where each is in the drive.
 
-use super::{AlignConfig, AlignError};
-use crate::fourier::{Complex, ComplexPlanner, RealTransform, fast_length};
-use crate::quantity::{Band, SampleRate};
+use super::line::{FEWEST_BLOCKS, Found};
+use super::matched::{Place, Searched, peaks};
+use super::place::stretched;
+use super::{AlignError, Prepared};
+use crate::quantity::Seconds;
 
 /// So many blocks are looked for in the whole drive; the others near where these lead.
 const ANYWHERE: usize = 12;
-/// So many places of a block are kept.
-const PLACES: usize = 6;
 /// A smaller correlation of envelopes is no place.
-const LEAST: f64 = 0.35;
+pub(super) const LEAST: f64 = 0.35;
 /// Another place with this share of the support of the best one makes it undecided.
-const ALIKE: f64 = 0.85;
+pub(super) const ALIKE: f64 = 0.85;
 /// Places nearer to each other than this are one, s; so far from its neighbours' line may a block be.
-const NEAR_S: f64 = 0.004;
+pub(super) const NEAR_S: f64 = 0.004;
 /// A block with less than this share of the median energy is silent.
 const SILENT: f64 = 0.05;
+/// A part of the drive with more than this share of its mean power is loud.
+const LOUD: f64 = 0.25;
+/// A block whose envelope does not fall below this share within [`FAR_S`] has no place of its own.
+const NARROW: f64 = 0.7;
+/// How far, s.
+const FAR_S: f64 = 0.02;
 
-/// One block where it was found.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Found {
-    /// The middle of the block, by the clock of the recording, s.
-    pub(super) recorded_s: f64,
-    /// The same by the clock of the drive, s.
-    pub(super) drive_s: f64,
-    pub(super) correlation: f64,
-}
-
-/// Drive and recording in the band, at one rate.
+/// Drive and recording in the band at one rate, the recording by a clock that is corrected for a drift.
 pub(super) struct Blocks<'a> {
-    config: &'a AlignConfig,
-    rate_hz: f64,
-    drive: Vec<f64>,
-    /// Sums of squares of the drive before each sample.
-    energy: Vec<f64>,
+    both: &'a Prepared,
+    /// A time by the clock of the recording over that by the corrected one.
+    stretch: f64,
     recorded: Vec<f64>,
     length: usize,
-    /// The first sample of each block that is not silent.
+    /// The first sample of each block.
     starts: Vec<usize>,
+    /// Which of them are not silent.
+    loud: Vec<bool>,
 }
 
-/// A place of a block in the drive: the sample of its start, between samples, and the correlation.
+/// A time that is known on both clocks, s.
 #[derive(Clone, Copy, Debug)]
-struct Place {
-    at: f64,
-    correlation: f64,
+pub(super) struct Lead {
+    pub(super) recorded_s: f64,
+    pub(super) drive_s: f64,
+}
+
+/// What became of a block.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Looked {
+    /// It has a place.
+    At(Place),
+    /// It is there, and the drive repeats around it so that it has no place of its own.
+    Repeats,
+    /// The drive is loud where it should be, and the block is not like it.
+    Missed,
+    /// It lies outside the drive, or where the drive is silent.
+    Outside,
+}
+
+/// What became of each block, in the order of time.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Placed {
+    pub(super) found: Vec<Found>,
+    /// The middles of blocks that are not where they should be, by the clock of the recording, s.
+    pub(super) missed_s: Vec<f64>,
+    /// The first samples of blocks in which the drive repeats, by the corrected clock.
+    pub(super) repeating: Vec<usize>,
 }
 
 impl<'a> Blocks<'a> {
-    pub(super) fn of(
-        drive: &[f64],
-        recorded: &[f64],
-        rate: SampleRate,
-        config: &'a AlignConfig,
-    ) -> Result<Self, AlignError> {
-        let length = rate.samples_in(config.block_s).max(16);
+    /// Blocks of the recording by a clock corrected for `drift_ppm`.
+    pub(super) fn of(both: &'a Prepared, drift_ppm: f64) -> Result<Self, AlignError> {
+        let length = both.rate.samples_in(both.config.block_s).max(16);
+        let stretch = 1.0 + 1e-6 * drift_ppm;
+        let recorded = stretched(&both.recorded, stretch);
         let count = recorded.len() / length;
-        if count < super::FEWEST_BLOCKS || drive.len() < length {
+        if count < FEWEST_BLOCKS || both.drive.len() < length {
             return Err(AlignError::FewBlocks { found: count });
-        }
-        let drive = within(drive, rate, config.band);
-        let recorded = within(recorded, rate, config.band);
-        let mut energy = Vec::with_capacity(drive.len() + 1);
-        let mut sum = 0.0;
-        energy.push(0.0);
-        for value in &drive {
-            sum += value * value;
-            energy.push(sum);
         }
         let energies: Vec<f64> = recorded
             .chunks_exact(length)
@@ -75,80 +83,113 @@ impl<'a> Blocks<'a> {
         let mut sorted: Vec<f64> = energies.iter().copied().filter(|e| *e > 0.0).collect();
         sorted.sort_by(f64::total_cmp);
         let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-        let loud = |(i, energy): (usize, &f64)| {
-            (usual > 0.0 && *energy >= SILENT * usual).then_some(i * length)
-        };
-        let starts: Vec<usize> = energies.iter().enumerate().filter_map(loud).collect();
-        if starts.len() < super::FEWEST_BLOCKS {
-            return Err(AlignError::FewBlocks {
-                found: starts.len(),
-            });
+        let loud = energies.iter();
+        let loud: Vec<bool> = loud.map(|e| usual > 0.0 && *e >= SILENT * usual).collect();
+        let found = loud.iter().filter(|loud| **loud).count();
+        if found < FEWEST_BLOCKS {
+            return Err(AlignError::FewBlocks { found });
         }
         Ok(Self {
-            config,
-            rate_hz: rate.hz(),
-            drive,
-            energy,
+            both,
+            stretch,
             recorded,
             length,
-            starts,
+            starts: (0..count).map(|i| i * length).collect(),
+            loud,
         })
     }
 
-    /// Each block that was found, in the order of time.
-    pub(super) fn places(&self) -> Result<Vec<Found>, AlignError> {
-        let anchor = self.anchor()?;
-        let mut found: Vec<Option<Place>> = vec![None; self.starts.len()];
-        found[anchor.0] = Some(anchor.1);
-        let (before, behind) = ((0..anchor.0).rev(), anchor.0 + 1..self.starts.len());
-        self.follow(before, anchor.0, &mut found);
-        self.follow(behind, anchor.0, &mut found);
-        let half = 0.5 * self.length as f64;
-        let placed = self.starts.iter().zip(found);
-        let placed = placed.filter_map(|(start, place)| {
-            let place = place?;
-            Some(Found {
-                recorded_s: (*start as f64 + half) / self.rate_hz,
-                drive_s: (place.at + half) / self.rate_hz,
-                correlation: place.correlation,
-            })
-        });
-        Ok(placed.collect())
+    fn rate_hz(&self) -> f64 {
+        self.both.rate.hz()
     }
 
-    /// Finds blocks one after the other, each near where the last two that were found lead.
+    /// What became of each block, led by a time that is known on both clocks, else by blocks that are found anywhere.
+    pub(super) fn placed(&self, lead: Option<Lead>) -> Result<Placed, AlignError> {
+        let (first, lag) = match lead {
+            Some(lead) => self.led(lead),
+            None => {
+                let (block, place) = self.anchor()?;
+                (block, place.at - self.starts[block] as f64)
+            }
+        };
+        let mut looked = vec![Looked::Outside; self.starts.len()];
+        self.follow(first..self.starts.len(), (first, lag), &mut looked);
+        self.follow((0..first).rev(), (first, lag), &mut looked);
+        let half = 0.5 * self.length as f64;
+        let mut placed = Placed::default();
+        for (start, looked) in self.starts.iter().zip(looked) {
+            let recorded_s = self.stretch * (*start as f64 + half) / self.rate_hz();
+            match looked {
+                Looked::At(place) => placed.found.push(Found {
+                    recorded_s,
+                    drive_s: (place.at + half) / self.rate_hz(),
+                    correlation: place.correlation,
+                }),
+                Looked::Missed => placed.missed_s.push(recorded_s),
+                Looked::Repeats => placed.repeating.push(*start),
+                Looked::Outside => {}
+            }
+        }
+        Ok(placed)
+    }
+
+    /// The block nearest to a time, and how much later blocks are in the drive, in samples.
+    fn led(&self, lead: Lead) -> (usize, f64) {
+        let at = lead.recorded_s / self.stretch * self.rate_hz();
+        let block = (at / self.length as f64).floor().max(0.0) as usize;
+        let last = self.starts.len() - 1;
+        (block.min(last), lead.drive_s * self.rate_hz() - at)
+    }
+
+    /// Looks for blocks one after the other, each near where the last one that was found leads.
     fn follow(
         &self,
         order: impl Iterator<Item = usize>,
-        anchor: usize,
-        found: &mut [Option<Place>],
+        lead: (usize, f64),
+        looked: &mut [Looked],
     ) {
-        let lag = |block: usize, place: &Place| place.at - self.starts[block] as f64;
-        let mut last = (
-            anchor,
-            found[anchor].map_or(0.0, |place| lag(anchor, &place)),
-        );
+        let mut last = lead;
         for block in order {
-            let far_s = self.starts[block].abs_diff(self.starts[last.0]) as f64 / self.rate_hz;
-            let reach_s = NEAR_S + 1e-6 * self.config.most_drift_ppm * far_s;
+            let far_s = self.starts[block].abs_diff(self.starts[last.0]) as f64 / self.rate_hz();
+            let reach_s = NEAR_S + 1e-6 * self.both.config.most_drift_ppm * far_s;
             let expected = self.starts[block] as f64 + last.1;
-            let reach = (reach_s * self.rate_hz).ceil() as usize;
-            if let Some(place) = self.near(block, expected, reach) {
-                last = (block, lag(block, &place));
-                found[block] = Some(place);
+            let reach = (reach_s * self.rate_hz()).ceil() as usize;
+            let found = match self.loud[block] {
+                true => self.near(block, expected, reach),
+                false if self.drive_power(expected) >= LOUD => Looked::Missed,
+                false => Looked::Outside,
+            };
+            if let Looked::At(place) = found {
+                last = (block, place.at - self.starts[block] as f64);
             }
+            looked[block] = found;
+        }
+    }
+
+    /// The power of the drive where a block begins at `at`, over its mean; 0 where it lies partly outside.
+    fn drive_power(&self, at: f64) -> f64 {
+        let (from, to) = (at, at + self.length as f64);
+        if from < 0.0 || to > self.both.drive.len() as f64 {
+            return 0.0;
+        }
+        let part = &self.both.drive[from as usize..to as usize];
+        let power = part.iter().map(|v| v * v).sum::<f64>() / self.length as f64;
+        match self.both.usual > 0.0 {
+            true => power / self.both.usual,
+            false => 0.0,
         }
     }
 
     /// The block that is most certain, and where: by the support that the places of other blocks give.
     fn anchor(&self) -> Result<(usize, Place), AlignError> {
-        let step = self.starts.len().div_ceil(ANYWHERE);
-        let chosen: Vec<usize> = (0..self.starts.len()).step_by(step).collect();
+        let loud: Vec<usize> = (0..self.starts.len()).filter(|i| self.loud[*i]).collect();
+        let step = loud.len().div_ceil(ANYWHERE);
+        let chosen: Vec<usize> = loud.into_iter().step_by(step).collect();
         let everywhere = self.everywhere(&chosen);
         let lag = |at: usize, place: &Place| place.at - self.starts[chosen[at]] as f64;
         let tolerance = |a: usize, b: usize| {
             let far = self.starts[chosen[a]].abs_diff(self.starts[chosen[b]]) as f64;
-            NEAR_S * self.rate_hz + 1e-6 * self.config.most_drift_ppm * far
+            NEAR_S * self.rate_hz() + 1e-6 * self.both.config.most_drift_ppm * far
         };
         let mut hypotheses: Vec<(f64, usize, Place)> = Vec::new();
         for (at, places) in everywhere.iter().enumerate() {
@@ -165,18 +206,18 @@ impl<'a> Blocks<'a> {
         let largest = |one: &(f64, usize, Place)| one.0;
         let best = hypotheses
             .iter()
-            .max_by(|a, b| largest(a).total_cmp(&largest(b)));
-        let Some(best) = best else {
-            return Err(AlignError::NotThere { correlation: 0.0 });
-        };
-        // Of those that mean the same line, the block that correlates best.
+            .copied()
+            .max_by(|a, b| largest(a).total_cmp(&largest(b)))
+            .ok_or(AlignError::NotThere { correlation: 0.0 })?;
+        // Of the blocks that lead to the same place the one that fits best.
         let same = |one: &&(f64, usize, Place)| {
-            (lag(one.1, &one.2) - lag(best.1, &best.2)).abs() <= tolerance(one.1, best.1)
+            let away = (lag(one.1, &one.2) - lag(best.1, &best.2)).abs();
+            away <= tolerance(one.1, best.1)
         };
         let own = hypotheses.iter().filter(same);
         let anchor = own
             .max_by(|a, b| a.2.correlation.total_cmp(&b.2.correlation))
-            .unwrap_or(best);
+            .unwrap_or(&best);
         if anchor.2.correlation < LEAST {
             return Err(AlignError::NotThere {
                 correlation: anchor.2.correlation,
@@ -187,8 +228,8 @@ impl<'a> Blocks<'a> {
             && other.0 >= ALIKE * best.0
         {
             return Err(AlignError::SeveralPlaces {
-                first_s: lag(best.1, &best.2) / self.rate_hz,
-                second_s: lag(other.1, &other.2) / self.rate_hz,
+                first_s: lag(best.1, &best.2) / self.rate_hz(),
+                second_s: lag(other.1, &other.2) / self.rate_hz(),
             });
         }
         Ok((chosen[anchor.1], anchor.2))
@@ -196,163 +237,135 @@ impl<'a> Blocks<'a> {
 
     /// The best places of each of these blocks in the whole drive.
     fn everywhere(&self, chosen: &[usize]) -> Vec<Vec<Place>> {
-        let n = fast_length(self.drive.len() + 2 * self.length);
-        let mut planner = ComplexPlanner::new();
-        let (forward, inverse) = (planner.plan_fft_forward(n), planner.plan_fft_inverse(n));
         // A block before the drive holds its beginning too: `length` samples of silence come first.
-        let transformed = |samples: &[f64], at: usize| {
-            let mut bins = vec![Complex::default(); n];
-            for (bin, value) in bins[at..].iter_mut().zip(samples) {
-                *bin = Complex::from(*value);
-            }
-            forward.process(&mut bins);
-            bins
-        };
-        let drive = transformed(&self.drive, self.length);
+        let drive = &self.both.drive;
+        let searched = Searched::of(drive, self.length, self.length, self.both.usual);
+        let near = (NEAR_S * self.rate_hz()) as usize;
         let of = |block: &usize| {
-            let own = self.block(*block);
-            let mut bins = transformed(own, 0);
-            analytic_product(&drive, &mut bins);
-            inverse.process(&mut bins);
-            let squares: f64 = own.iter().map(|v| v * v).sum();
-            let lags = self.drive.len() + self.length;
-            let correlations: Vec<f64> = (0..lags)
-                .map(|at| {
-                    let envelope = 2.0 * bins[at].norm() / n as f64;
-                    self.correlation(envelope, at as i64 - self.length as i64, squares)
-                })
-                .collect();
-            let near = (NEAR_S * self.rate_hz) as usize;
-            peaks(&correlations, near)
-                .into_iter()
-                .map(|(at, correlation)| Place {
-                    at: at - self.length as f64,
-                    correlation,
-                })
-                .collect()
+            let common = searched.common(self.block(self.starts[*block]));
+            let places = peaks(&common.correlations(drive.len() + self.length), near);
+            let places = places.into_iter().map(|place| Place {
+                at: place.at - self.length as f64,
+                ..place
+            });
+            places.collect()
         };
         chosen.iter().map(of).collect()
     }
 
-    fn block(&self, block: usize) -> &[f64] {
-        let start = self.starts[block];
+    /// The samples of the block that begins at `start`.
+    fn block(&self, start: usize) -> &[f64] {
         &self.recorded[start..start + self.length]
     }
 
-    /// An envelope over the energies of a block, `squares`, and of the drive where the block begins at `at`.
-    fn correlation(&self, envelope: f64, at: i64, squares: f64) -> f64 {
-        let within = |at: i64| at.clamp(0, self.drive.len() as i64) as usize;
-        let (from, to) = (within(at), within(at + self.length as i64));
-        let own = self.energy[to] - self.energy[from];
-        // Less than a part in a thousand of the usual energy is silence.
-        let usual = self.energy[self.drive.len()] * self.length as f64 / self.drive.len() as f64;
-        envelope / (own.max(1e-3 * usual) * squares).sqrt()
+    /// The drive from `first` on, with silence outside.
+    fn drive_part(&self, first: i64, count: usize) -> Vec<f64> {
+        let value = |at: i64| {
+            let at = usize::try_from(at).ok();
+            at.and_then(|at| self.both.drive.get(at)).copied()
+        };
+        (first..first + count as i64)
+            .map(|at| value(at).unwrap_or(0.0))
+            .collect()
     }
 
-    /// The place of a block within `reach` samples of `expected`.
-    fn near(&self, block: usize, expected: f64, reach: usize) -> Option<Place> {
+    /// What became of a block within `reach` samples of `expected`.
+    fn near(&self, block: usize, expected: f64, reach: usize) -> Looked {
         let first = expected.round() as i64 - reach as i64;
         let wide = self.length + 2 * reach;
-        if first + wide as i64 <= 0 || first >= self.drive.len() as i64 {
-            return None;
+        if first + wide as i64 <= 0 || first >= self.both.drive.len() as i64 {
+            return Looked::Outside;
         }
-        let part: Vec<f64> = (first..first + wide as i64)
-            .map(|at| {
-                let at = usize::try_from(at).ok();
-                at.and_then(|at| self.drive.get(at)).copied().unwrap_or(0.0)
-            })
-            .collect();
-        let n = fast_length(wide + self.length);
-        let mut planner = ComplexPlanner::new();
-        let forward = planner.plan_fft_forward(n);
-        let transformed = |samples: &[f64]| {
-            let mut bins = vec![Complex::default(); n];
-            for (bin, value) in bins.iter_mut().zip(samples) {
-                *bin = Complex::from(*value);
-            }
-            forward.process(&mut bins);
-            bins
+        let missed = match self.drive_power(expected) >= LOUD {
+            true => Looked::Missed,
+            false => Looked::Outside,
         };
-        let own = self.block(block);
-        let drive = transformed(&part);
-        let mut bins = transformed(own);
-        analytic_product(&drive, &mut bins);
-        planner.plan_fft_inverse(n).process(&mut bins);
-        let squares: f64 = own.iter().map(|v| v * v).sum();
-        let correlations: Vec<f64> = (0..=2 * reach)
-            .map(|at| {
-                let envelope = 2.0 * bins[at].norm() / n as f64;
-                self.correlation(envelope, first + at as i64, squares)
-            })
-            .collect();
-        let (at, correlation) = peaks(&correlations, reach.max(1)).first().copied()?;
-        let at_edge = at < 0.5 || at > 2.0 * reach as f64 - 0.5;
-        (correlation >= LEAST && !at_edge).then_some(Place {
-            at: first as f64 + at,
-            correlation,
+        let part = self.drive_part(first, wide);
+        let searched = Searched::of(&part, self.length, 0, self.both.usual);
+        let common = searched.common(self.block(self.starts[block]));
+        let correlations = common.correlations(2 * reach + 1);
+        let Some(coarse) = peaks(&correlations, reach.max(1)).first().copied() else {
+            return missed;
+        };
+        if coarse.correlation < LEAST {
+            return missed;
+        }
+        if !self.is_distinct(first + coarse.at.round() as i64) {
+            return Looked::Repeats;
+        }
+        let (place, _) = common.refined(coarse.at);
+        if place.at < 0.5 || place.at > 2.0 * reach as f64 - 0.5 {
+            return missed;
+        }
+        Looked::At(Place {
+            at: first as f64 + place.at,
+            ..place
         })
     }
-}
 
-/// The product with the conjugate of `own`, at positive frequencies alone: the transform of half the analytic correlation.
-fn analytic_product(drive: &[Complex<f64>], own: &mut [Complex<f64>]) {
-    let half = own.len() / 2;
-    for (i, (own, drive)) in own.iter_mut().zip(drive).enumerate() {
-        *own = match i {
-            0 => Complex::default(),
-            i if i < half => drive * own.conj(),
-            _ => Complex::default(),
-        };
+    /// Whether the part of the drive from `first` on has one place among those around it.
+    fn is_distinct(&self, first: i64) -> bool {
+        let far = (FAR_S * self.rate_hz()).ceil() as usize;
+        let part = self.drive_part(first - far as i64, self.length + 2 * far);
+        let searched = Searched::of(&part, self.length, 0, self.both.usual);
+        let own = &part[far..far + self.length];
+        let values = searched.common(own).correlations(2 * far + 1);
+        let sides = [
+            values[far..].to_vec(),
+            values[..=far].iter().rev().copied().collect(),
+        ];
+        sides.iter().all(|side| {
+            let fallen = side.iter().position(|value| *value < NARROW);
+            fallen.is_some_and(|at| side[at..].iter().all(|value| *value < ALIKE))
+        })
     }
-}
 
-/// The largest maxima that are at least `near` apart, the largest first; each between samples by the parabola through three.
-fn peaks(values: &[f64], near: usize) -> Vec<(f64, f64)> {
-    let is_peak = |at: &usize| {
-        let value = values[*at];
-        (*at == 0 || values[at - 1] <= value) && values.get(at + 1).is_none_or(|next| *next < value)
-    };
-    let mut order: Vec<usize> = (0..values.len()).filter(is_peak).collect();
-    order.sort_by(|a, b| values[*b].total_cmp(&values[*a]));
-    let mut found: Vec<usize> = Vec::new();
-    for at in order {
-        if found.len() == PLACES {
-            break;
+    /// The phases of blocks in which the drive repeats against the drive at `offset`, as times since the first of neighbouring ones,
+    /// and the standard error of each, s: where the clock runs evenly they are all 0. One list for each part that repeats.
+    pub(super) fn phase_times(&self, repeating: &[usize], offset: Seconds) -> Vec<Vec<[f64; 2]>> {
+        let mut runs: Vec<Vec<[f64; 2]>> = Vec::new();
+        let mut last: Option<(usize, f64)> = None;
+        for start in repeating {
+            let at = *start as f64 + offset.0 * self.rate_hz();
+            let margin = 8;
+            let first = at.floor() as i64 - margin;
+            let part = self.drive_part(first, self.length + 2 * margin as usize);
+            let searched = Searched::of(&part, self.length, 0, self.both.usual);
+            let common = searched.common(self.block(*start));
+            let value = common.between(at - first as f64);
+            let (place, _) = common.refined(at - first as f64);
+            let (phase, hz) = (value.arg(), common.frequency() * self.rate_hz());
+            let share = place.correlation.clamp(0.05, 0.9999).powi(2);
+            let cells = self.both.config.band.high().0 - self.both.config.band.low().0;
+            let cells = cells * self.length as f64 / self.rate_hz();
+            let error = ((1.0 - share) / (2.0 * cells * share)).sqrt();
+            let of_radian = 1.0 / (std::f64::consts::TAU * hz.max(1.0));
+            let joins = last.filter(|(before, _)| {
+                before + self.length == *start && self.is_continued(first + margin)
+            });
+            match (joins, runs.last_mut()) {
+                (Some((_, before)), Some(run)) => {
+                    let turn = std::f64::consts::TAU;
+                    let step = phase - before;
+                    let step = step - turn * (step / turn).round();
+                    let sum = run.last().map_or(0.0, |[time, _]| *time) + step * of_radian;
+                    run.push([sum, error * of_radian]);
+                }
+                _ => runs.push(vec![[0.0, error * of_radian]]),
+            }
+            last = Some((*start, phase));
         }
-        if found.iter().all(|other| other.abs_diff(at) >= near) {
-            found.push(at);
-        }
+        runs
     }
-    let between = |at: usize| {
-        let value = values[at];
-        if at == 0 || at + 1 >= values.len() {
-            return (at as f64, value);
-        }
-        let (before, behind) = (values[at - 1], values[at + 1]);
-        let bend = before - 2.0 * value + behind;
-        let shift = if bend < 0.0 {
-            (0.5 * (before - behind) / bend).clamp(-0.5, 0.5)
-        } else {
-            0.0
-        };
-        (at as f64 + shift, value)
-    };
-    found.into_iter().map(between).collect()
-}
 
-/// The signal within the band, whose edges fall over a tenth of its width.
-fn within(samples: &[f64], rate: SampleRate, band: Band) -> Vec<f64> {
-    let n = fast_length(samples.len() + rate.hz() as usize);
-    let mut transform = RealTransform::new(n);
-    let mut bins = transform.forward(samples);
-    let (low, high) = (band.low().0, band.high().0);
-    let edge = 0.1 * (high - low);
-    for (line, bin) in bins.iter_mut().enumerate() {
-        let hz = line as f64 * rate.hz() / n as f64;
-        let inside = (hz - low).min(high - hz) / edge;
-        *bin *= inside.clamp(0.0, 1.0);
+    /// Whether the block of the drive before `first` is like the one that begins there.
+    fn is_continued(&self, first: i64) -> bool {
+        let near = (NEAR_S * self.rate_hz()).ceil() as usize;
+        let before = first - self.length as i64 - near as i64;
+        let part = self.drive_part(before, self.length + 2 * near);
+        let searched = Searched::of(&part, self.length, 0, self.both.usual);
+        let own = self.drive_part(first, self.length);
+        let values = searched.common(&own).correlations(2 * near + 1);
+        values.into_iter().fold(0.0, f64::max) >= ALIKE
     }
-    let mut found = transform.inverse(bins);
-    found.truncate(samples.len());
-    found
 }
