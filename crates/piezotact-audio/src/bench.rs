@@ -19,6 +19,7 @@ use piezotact_bench::{
 
 use crate::callback::Happened;
 use crate::error::AudioError;
+use crate::forced::{JoinedForce, source};
 use crate::io::{AudioIo, StreamPlan};
 use crate::setup::{Measures, RecordedChannel, SoundSetup};
 use crate::streams::{Fetched, Loaded, RunningStreams, StreamChannels};
@@ -115,12 +116,17 @@ impl AudioBench {
             }
         }
         let drive_setup = self.drive_setup()?;
+        let force = match &self.setup.force {
+            Some(settings) => Some(JoinedForce::start(source(settings)?, streams.rate())?),
+            None => None,
+        };
         let shared = Arc::new(Mutex::new(Shared {
             bench: self,
             drive_setup,
             streams,
             inputs,
             doubts,
+            force,
             loaded: None,
             planned: None,
             run: None,
@@ -228,6 +234,8 @@ struct Shared {
     streams: RunningStreams,
     inputs: Vec<Input>,
     doubts: Vec<Doubt>,
+    /// The normal force, when it is no input of the device; its channel is the last.
+    force: Option<JoinedForce>,
     loaded: Option<Played>,
     planned: Option<(RunPlan, StopHandle)>,
     run: Option<UnderWay>,
@@ -342,6 +350,31 @@ impl Shared {
             .collect()
     }
 
+    /// The next frames, with their force where it has a source of its own; none where `stop` came first.
+    fn fetch(
+        &mut self,
+        enough: usize,
+        most: usize,
+        stop: &StopHandle,
+    ) -> Result<Option<(Fetched, Option<Vec<f64>>)>, DeviceError> {
+        let Some(force) = &mut self.force else {
+            let fetched = self.streams.fetch(enough, most, stop)?;
+            return Ok(fetched.map(|fetched| (fetched, None)));
+        };
+        loop {
+            let arrived = self.streams.board().input.frames.load(Ordering::Acquire);
+            force.arrived(arrived)?;
+            if let Some((fetched, force_n)) = force.ready()? {
+                return Ok(Some((fetched, Some(force_n))));
+            }
+            // Fewer at a time, so that readings are fetched soon after they arrive.
+            match self.streams.fetch(1, enough, stop)? {
+                Some(fetched) => force.wait_for(fetched),
+                None => return Ok(None),
+            }
+        }
+    }
+
     /// Notes what happened since the last call.
     fn note_happened(&mut self) {
         let rate_hz = self.rate().hz();
@@ -417,6 +450,7 @@ impl Shared {
         if times > 0 {
             doubts.push(Doubt::from(SoundDoubt::Stalled { times, longest_s }));
         }
+        doubts.extend(self.force.iter().flat_map(JoinedForce::doubts));
         doubts
     }
 }
@@ -535,12 +569,13 @@ impl Acquirer {
         let most = frames(LONGEST_CHUNK_S).min(left) as usize;
         let enough = frames(CHUNK_S).min(left) as usize;
         let stop = run.stop.clone();
-        let fetched = shared.streams.fetch(enough, most, &stop)?;
+        let fetched = shared.fetch(enough, most, &stop)?;
         shared.note_happened();
-        let Some(fetched) = fetched else {
+        let Some((fetched, force_n)) = fetched else {
             return Ok(None);
         };
-        let channels = shared.in_units(&fetched);
+        let mut channels = shared.in_units(&fetched);
+        channels.extend(force_n);
         let drive = shared
             .inputs
             .iter()
@@ -573,11 +608,12 @@ impl Acquirer {
 impl Acquire for Acquirer {
     fn describe(&self) -> AcquireDescription {
         let shared = locked(&self.0);
-        let channels: Vec<(String, Unit)> = shared
-            .inputs
-            .iter()
-            .map(|input| (input.measures.name().into(), input.measures.unit()))
+        let measures = shared.inputs.iter().map(|input| input.measures);
+        let channels: Vec<(String, Unit)> = measures
+            .chain(shared.force.iter().map(|_| Measures::Force))
+            .map(|measures| (measures.name().into(), measures.unit()))
             .collect();
+        let force = shared.force.as_ref().map(JoinedForce::described);
         let setup = &shared.bench.setup;
         let made_on = shared
             .bench
@@ -605,7 +641,10 @@ impl Acquire for Acquirer {
                     None => "not calibrated".into(),
                 },
                 shared.latency()
-            )],
+            )]
+            .into_iter()
+            .chain(force)
+            .collect(),
             answers_with: None,
         }
     }
@@ -634,6 +673,9 @@ impl Acquire for Acquirer {
             }
             there += fetched.channels.first().map_or(0, Vec::len);
         }
+        if let Some(force) = &mut shared.force {
+            channels.push(force.readings_n()?);
+        }
         let offset: Vec<f64> = channels.iter().map(|channel| mean(channel)).collect();
         let noise_rms = channels.iter().zip(&offset).map(|(channel, offset)| {
             let about: Vec<f64> = channel.iter().map(|v| v - offset).collect();
@@ -657,6 +699,9 @@ impl Acquire for Acquirer {
         let planned = shared.planned.take();
         let (plan, stop) = planned.ok_or(before("acquire", "made ready"))?;
         let origin = shared.streams.skip();
+        if let Some(force) = &mut shared.force {
+            force.begin(origin)?;
+        }
         let _before = shared.streams.take_happened();
         let board = shared.streams.board();
         let _pauses = (

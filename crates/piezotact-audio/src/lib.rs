@@ -9,6 +9,7 @@ mod calibrate;
 mod callback;
 mod error;
 pub mod force;
+mod forced;
 #[cfg(feature = "hardware")]
 mod hardware;
 mod io;

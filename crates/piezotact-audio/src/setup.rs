@@ -5,7 +5,7 @@ use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHAN
 use serde::{Deserialize, Serialize};
 
 use crate::error::AudioError;
-use crate::looped::LoopSettings;
+use crate::looped::{LoopPace, LoopSettings};
 
 /// The rates of sound devices, Hz.
 const RATES_HZ: [f64; 2] = [8_000.0, 384_000.0];
@@ -339,6 +339,14 @@ impl SoundSetup {
                     "an input of the sound device and [force]",
                 ));
             }
+        }
+        if let (Some(looped), Some(_)) = (&self.looped, &self.force)
+            && looped.pace == LoopPace::Asked
+        {
+            return Err(wrong(
+                "pace = \"real_time\" in [loop], as a source of force runs in real time",
+                "pace = \"asked\"",
+            ));
         }
         if let Some(looped) = &self.looped {
             looped.check()?;

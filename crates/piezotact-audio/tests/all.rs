@@ -2,4 +2,5 @@
 
 mod bench;
 mod force;
+mod forced;
 mod loops;

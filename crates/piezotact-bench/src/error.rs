@@ -206,6 +206,7 @@ impl ProcedureError {
                 DeviceError::Lost { .. }
                     | DeviceError::Silent { .. }
                     | DeviceError::InputFull { .. }
+                    | DeviceError::Unusable(_)
                     | DeviceError::Contract { .. }
             ),
             Self::Stopped { .. } | Self::Keep(_) => true,
