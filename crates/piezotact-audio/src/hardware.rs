@@ -32,9 +32,15 @@ const OPENS_WITHIN: Duration = Duration::from_secs(10);
 /// The names of the sound systems that this program was built with, and whether each answers.
 #[must_use]
 pub fn hosts() -> Vec<(String, Answers)> {
+    let _quiet = Quiet::begin();
     let available = cpal::available_hosts();
     let of = |id: &HostId| {
-        let answers = available.contains(id) && cpal::host_from_id(*id).is_ok();
+        // JACK says that it is there when its library is; its devices are there when its server runs.
+        let devices = |host: cpal::Host| {
+            host.devices()
+                .is_ok_and(|mut devices| devices.next().is_some())
+        };
+        let answers = available.contains(id) && cpal::host_from_id(*id).is_ok_and(devices);
         (
             id.to_string(),
             if answers { Answers::Yes } else { Answers::No },
@@ -358,8 +364,7 @@ impl Opened {
         let (mut timed, reported) = (losses.timed(), losses);
         let fills = move |data: &mut [T], info: &cpal::OutputCallbackInfo| {
             let frames = data.len() / wide;
-            let skipped = timed.lost(info.timestamp().playback.as_nanos(), frames);
-            if skipped > 0 {
+            if let Some(skipped) = timed.lost(info.timestamp().playback.as_nanos(), frames) {
                 callback.skipped(skipped);
             }
             for part in data.chunks_mut(SCRATCH_FRAMES * wide) {
@@ -412,8 +417,7 @@ impl Opened {
         let (mut timed, reported) = (losses.timed(), losses);
         let takes = move |data: &[T], info: &cpal::InputCallbackInfo| {
             let frames = data.len() / wide;
-            let lost = timed.lost(info.timestamp().capture.as_nanos(), frames);
-            if lost > 0 {
+            if let Some(lost) = timed.lost(info.timestamp().capture.as_nanos(), frames) {
                 callback.lost(lost);
             }
             for part in data.chunks(SCRATCH_FRAMES * wide) {
@@ -499,17 +503,14 @@ impl Losses {
 }
 
 impl TimedLosses {
-    /// The frames that were lost before a buffer of `frames` stamped `at_ns`: none unless the system reported a loss, and at least one then.
-    fn lost(&mut self, at_ns: u128, frames: usize) -> u64 {
+    /// The frames that were lost before a buffer of `frames` stamped `at_ns`, where the system reported a loss; by its time stamps it may be none.
+    fn lost(&mut self, at_ns: u128, frames: usize) -> Option<u64> {
         let at_ns = at_ns as f64;
         let reported = self.pending.swap(0, Ordering::AcqRel) > 0;
         let late = self
             .expected_ns
             .map_or(0.0, |expected| (at_ns - expected) * 1e-9 * self.rate_hz);
         self.expected_ns = Some(at_ns + frames as f64 / self.rate_hz * 1e9);
-        match reported {
-            true => (late.round().max(1.0)) as u64,
-            false => 0,
-        }
+        reported.then(|| late.round().max(0.0) as u64)
     }
 }

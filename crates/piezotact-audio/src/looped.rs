@@ -268,6 +268,9 @@ impl AudioIo for LoopIo {
             plant_channels: plant
                 .as_ref()
                 .map_or(Vec::new(), |plant| names(plant.as_ref())),
+            behind: plant
+                .as_ref()
+                .map_or(VecDeque::new(), |plant| silence(plant.as_ref())),
             plant,
             through: Vec::new(),
             passes: self
@@ -292,6 +295,11 @@ impl AudioIo for LoopIo {
         };
         Ok(Box::new(streams))
     }
+}
+
+/// As much silence as the answer of `plant` comes later than that of a device.
+fn silence(plant: &dyn Plant) -> VecDeque<f64> {
+    VecDeque::from(vec![0.0; plant.rate().samples_in(plant.delay())])
 }
 
 fn names(plant: &dyn Plant) -> Vec<String> {
@@ -321,6 +329,8 @@ struct Engine {
     losing: u64,
     plant: Option<Box<dyn Plant>>,
     plant_channels: Vec<String>,
+    /// The loopback on its way, as late as the answer of the finger.
+    behind: VecDeque<f64>,
     through: Vec<Vec<f64>>,
     passes: Vec<HighPass>,
     noise: Random,
@@ -422,6 +432,8 @@ impl Engine {
     fn pass(&mut self) {
         let drive = self.heard();
         self.finger(&drive);
+        self.behind.extend(&drive);
+        let drive: Vec<f64> = self.behind.drain(..drive.len()).collect();
         let channels = self.input.channels().max(1);
         self.taken.clear();
         self.taken.resize(drive.len() * channels, 0.0);
@@ -573,6 +585,8 @@ impl Streams for LoopStreams {
             let plant = make(Some(run), self.rate)?;
             let mut engine = locked(&self.engine);
             engine.plant_channels = names(plant.as_ref());
+            // A finger has the same delay in every run.
+            engine.behind.resize(silence(plant.as_ref()).len(), 0.0);
             engine.plant = Some(plant);
         }
         Ok(())

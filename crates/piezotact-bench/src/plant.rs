@@ -1,6 +1,6 @@
 //! A device with a finger on it as a stream: what stands between an output and the inputs of a sound device that is not there.
 
-use piezotact::quantity::{SampleRate, Unit};
+use piezotact::quantity::{SampleRate, Seconds, Unit};
 
 /// A device with a finger on it: what leaves an output goes in, what reaches the inputs comes out, sample for sample.
 ///
@@ -10,6 +10,10 @@ pub trait Plant: Send {
     fn rate(&self) -> SampleRate;
     /// The names and SI units of what its sensors give.
     fn channels(&self) -> Vec<(String, Unit)>;
+    /// How much later than that of the device its answer comes: whoever compares the answer with the drive delays the drive by as much.
+    fn delay(&self) -> Seconds {
+        Seconds(0.0)
+    }
     /// Takes the next samples of the drive (full scale = 1) and appends as many to each of `channels`, in their SI units.
     ///
     /// `channels` has one list for each of [`Self::channels`].

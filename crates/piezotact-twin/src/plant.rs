@@ -39,6 +39,8 @@ const LEAST_SPAN_N: f64 = 1e-3;
 pub struct TwinPlant {
     rate: SampleRate,
     setup: DriveSetup,
+    /// Beyond that of the actuator.
+    delay: Seconds,
     delay_s: f64,
     output: OutputStream,
     noise: Random,
@@ -109,6 +111,7 @@ impl TwinPlant {
         let random = |name: &str| participant.random(&format!("{name} {}", run.label));
         Ok(Self {
             rate,
+            delay,
             delay_s,
             output: stage.stream(rate),
             setup: stage.setup().clone(),
@@ -175,6 +178,10 @@ impl Plant for TwinPlant {
             (ACCELERATION_CHANNEL.into(), Unit::MetrePerSecondSquared),
             (FORCE_CHANNEL.into(), Unit::Newton),
         ]
+    }
+
+    fn delay(&self) -> Seconds {
+        self.delay
     }
 
     fn process(&mut self, drive: &[f64], channels: &mut [Vec<f64>]) {

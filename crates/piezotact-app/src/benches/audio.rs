@@ -148,7 +148,7 @@ fn plants(twin: &TwinSpec, participant: Option<u64>) -> Outcome<PlantMaker> {
             until: Until::Stopped,
         };
         let run = run.unwrap_or(&resting);
-        let plant = TwinPlant::new(&parameters, participant.clone(), &set, run, rate)?;
+        let plant = TwinPlant::new(&parameters, &participant, &set, run, rate)?;
         Ok(Box::new(plant) as Box<dyn Plant>)
     }))
 }

@@ -60,9 +60,9 @@ pub(crate) struct Characterise {
     /// The peak of the drive, as a fraction of the largest drive that the device can play.
     #[arg(long, default_value_t = 0.8)]
     pub(crate) peak: f64,
-    /// Samples in a segment.
-    #[arg(long, default_value_t = 2048)]
-    pub(crate) segment: usize,
+    /// Samples in a segment; default: 0.41 s, 2048 at 5 kHz.
+    #[arg(long)]
+    pub(crate) segment: Option<usize>,
     /// Seed of the random drive.
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -10,6 +10,7 @@ use piezotact::transfer::{Distortion, Estimator};
 use piezotact_bench::document::CharacteriseDocument;
 use piezotact_bench::procedure::{
     self, Characterisation, CharacteriseConfig, GatePolicy, RepeatConfig, RepeatedCharacterisation,
+    usual_segment,
 };
 use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
@@ -88,7 +89,10 @@ fn config(args: &Characterise, bench: &Bench) -> CharacteriseConfig {
             peak: args.peak,
             seed: args.seed,
         },
-        welch: WelchConfig::hann(args.segment),
+        welch: WelchConfig::hann(
+            args.segment
+                .unwrap_or_else(|| usual_segment(bench.acquirer.describe().rate)),
+        ),
         estimator: Estimator::H1,
         run: run_plan("characterise", &args.finger, bench.acquirer.as_ref()),
     }

@@ -2,7 +2,7 @@
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz};
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
 use piezotact::recording::Recording;
 use piezotact::render::headroom;
 use piezotact::run::lost_s;
@@ -48,6 +48,25 @@ pub struct Characterisation {
     pub distortion: Option<Distortion>,
 }
 
+/// The duration of a segment that is usual: 2048 samples at 5 kHz, lines 2.44 Hz apart.
+const USUAL_SEGMENT_S: f64 = 0.4096;
+
+/// The usual samples of a segment at `rate`: 0.41 s, an even number without prime factors above 5, which transforms quickly.
+#[must_use]
+pub fn usual_segment(rate: SampleRate) -> usize {
+    let least = (USUAL_SEGMENT_S * rate.hz()).round().max(2.0) as usize;
+    let quick = |count: &usize| {
+        let mut left = *count;
+        for prime in [2, 3, 5] {
+            while left % prime == 0 {
+                left /= prime;
+            }
+        }
+        count % 2 == 0 && left == 1
+    };
+    (least..2 * least).find(quick).unwrap_or(least)
+}
+
 /// The drive that characterises the device on `bench`, and the set-up it goes through, where one is described.
 ///
 /// # Errors
@@ -83,7 +102,7 @@ pub fn excite(
         return Err(wrong(
             format!("a segment from 2 to {holds} samples"),
             config.welch.segment.to_string(),
-            "2048 is usual",
+            &format!("{} is usual", usual_segment(acquisition)),
         ));
     }
     let spacing_hz = acquisition.hz() / config.welch.segment as f64;
@@ -204,4 +223,21 @@ pub(super) fn judged_band(config: &CharacteriseConfig) -> Option<Band> {
     Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
         .ok()
         .and_then(|band| config.excitation.band.common(band))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_are_as_long_at_every_rate() {
+        for (hz, samples) in [
+            (5_000.0, 2_048),
+            (48_000.0, 20_000),
+            (44_100.0, 18_432),
+            (1.0, 2),
+        ] {
+            assert_eq!(usual_segment(SampleRate::new(hz).unwrap()), samples, "{hz}");
+        }
+    }
 }

@@ -7,7 +7,9 @@ use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::Estimator;
-use piezotact_bench::procedure::{CharacteriseConfig, GatePolicy, RepeatConfig, excite, repeated};
+use piezotact_bench::procedure::{
+    CharacteriseConfig, GatePolicy, RepeatConfig, excite, repeated, usual_segment,
+};
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
@@ -232,7 +234,7 @@ fn filings_of(args: &Run, participant: &str) -> Outcome<Vec<Filing>> {
 fn probe(args: &Run, bench: &mut Bench, filings: &[Filing]) -> Outcome {
     let each = filings.chunk_by(|a, b| a.cell.is(b.cell));
     for filing in each.filter_map(<[Filing]>::last) {
-        let probe = config(args, filing);
+        let probe = config(args, filing, bench);
         excite(bench, &probe).map_err(bench_failure)?;
         let stop = bench.stop.clone();
         let ready = bench.acquirer.ready(&probe.run, &stop);
@@ -257,13 +259,17 @@ fn campaign(args: &Run) -> String {
         }
     };
     format!(
-        "{}: {}, {} s over {}, peak {}, segments of {} samples, drives from seed {}, {gate}",
+        "{}: {}, {} s over {}, peak {}, {}, drives from seed {}, {gate}",
         args.bench.apart_from_participant(),
         args.excitation.name(),
         args.seconds,
         args.band,
         args.peak,
-        args.segment,
+        match args.segment {
+            // As it was called when that was the default.
+            None => "segments of 2048 samples".into(),
+            Some(samples) => format!("segments of {samples} samples"),
+        },
         args.seed
     )
 }
@@ -274,7 +280,7 @@ fn bench_of(args: &Run, participant: u64) -> Outcome<Bench> {
 }
 
 /// How one measurement is made: the finger is placed for the first repeat of a placement and left there.
-fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
+fn config(args: &Run, filing: &Filing, bench: &Bench) -> CharacteriseConfig {
     let Cell { load_n, angle_deg } = filing.cell;
     let first = format!(
         "panel {} {} placement {}",
@@ -292,7 +298,10 @@ fn config(args: &Run, filing: &Filing) -> CharacteriseConfig {
             peak: args.peak,
             seed: args.seed.wrapping_add(u64::from(filing.repeat - 1)),
         },
-        welch: WelchConfig::hann(args.segment),
+        welch: WelchConfig::hann(
+            args.segment
+                .unwrap_or_else(|| usual_segment(bench.acquirer.describe().rate)),
+        ),
         estimator: Estimator::H1,
         run: RunPlan {
             label,
@@ -318,7 +327,7 @@ fn measure(
         attempts: usize::from(args.gate.attempts),
         gating: gating.clone(),
     };
-    let config = config(args, filing);
+    let config = config(args, filing, bench);
     let done = repeated(bench, &config, &once, keeper, &mut |refused| {
         say(&format!(
             "{filing}: attempt {} was refused: {}",

@@ -8,6 +8,9 @@ use serde::Serialize;
 use crate::failure::Outcome;
 use crate::output::{print, print_document};
 
+/// A larger number is no limit.
+const ENDLESS: u32 = 1 << 24;
+
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
     /// Lists the devices of this sound system alone, such as alsa, jack or pipewire.
@@ -90,36 +93,45 @@ fn text(found: &Devices) -> String {
     lines.join("\n")
 }
 
-/// Offers in words, those that differ in channels alone together.
-fn shown(offers: &[Offer]) -> Vec<String> {
-    let mut groups: Vec<(String, Vec<u16>)> = Vec::new();
+/// Offers in words: channels, rates and buffers of all formats together, and the formats.
+fn shown(offers: &[Offer]) -> Option<String> {
+    let first = offers.first()?;
+    let (mut channels, mut rates) = ([first.channels; 2], first.rates_hz);
+    let mut buffers: Option<[u32; 2]> = None;
+    let mut formats: Vec<&str> = Vec::new();
     for offer in offers {
-        let [low, high] = offer.rates_hz;
-        let rates = if low == high {
-            format!("{low} Hz")
-        } else {
-            format!("{low} to {high} Hz")
-        };
-        let buffers = match offer.buffer_frames {
-            Some([least, most]) if least == most => format!(", buffers of {least} frames"),
-            Some([least, most]) => format!(", buffers of {least} to {most} frames"),
-            None => String::new(),
-        };
-        let what = format!("{rates}{buffers}, {}", offer.format);
-        match groups.iter_mut().find(|(known, _)| *known == what) {
-            Some((_, channels)) => channels.push(offer.channels),
-            None => groups.push((what, vec![offer.channels])),
+        channels = [
+            channels[0].min(offer.channels),
+            channels[1].max(offer.channels),
+        ];
+        rates = [
+            rates[0].min(offer.rates_hz[0]),
+            rates[1].max(offer.rates_hz[1]),
+        ];
+        if let Some([least, most]) = offer.buffer_frames {
+            let [low, high] = buffers.unwrap_or([least, most]);
+            buffers = Some([low.min(least), high.max(most)]);
+        }
+        if !formats.contains(&offer.format.as_str()) {
+            formats.push(&offer.format);
         }
     }
-    let of = |(what, channels): (String, Vec<u16>)| {
-        let (least, most) = (channels.iter().min(), channels.iter().max());
-        match (least, most) {
-            (Some(least), Some(most)) if least != most => {
-                format!("{least} to {most} channels, {what}")
-            }
-            (Some(count), _) => format!("{count} channels, {what}"),
-            _ => what,
-        }
+    let span = |[low, high]: [u32; 2], what: &str| match (low == high, high) {
+        (true, _) => format!("{low} {what}"),
+        // What a system says that has no limit.
+        (false, most) if most >= ENDLESS => format!("any number of {what}"),
+        (false, _) => format!("{low} to {high} {what}"),
     };
-    groups.into_iter().map(of).collect()
+    let rates = match rates {
+        [_, most] if most >= ENDLESS => "any rate".into(),
+        rates => span(rates, "Hz"),
+    };
+    let buffers = buffers.map_or(String::new(), |buffers| {
+        format!(", buffers of {}", span(buffers, "frames"))
+    });
+    let channels = span(channels.map(u32::from), "channels");
+    Some(format!(
+        "{channels}, {rates}{buffers}; {}",
+        formats.join(", ")
+    ))
 }
