@@ -3,7 +3,7 @@
 //! It is the device of [`TwinBench`](crate::TwinBench) with the same parameters, person, placement and streams of random numbers. Three
 //! things differ. Its answer comes [`TwinPlant::delay_s`] after the drive, and its phase departs from that of the bench where
 //! ripples of the response would be acausal (see `causal.rs`). Its band reaches up to half the rate, where the bench acquires
-//! up to 2.2 kHz. The response follows the held force by a parabola through three loads, where the bench takes
+//! up to 2.2 kHz. The response follows the held force by a parabola in the logarithm of the load, where the bench takes
 //! frames of 0.2 s.
 
 use piezotact::device::{DeviceAtGain, DriveSetup};
@@ -31,8 +31,8 @@ const USUAL_DELAY: Seconds = Seconds(0.02);
 const PART_S: f64 = 1.4e-3;
 /// The loads of the outer two of the three responses, in standard deviations of the held force.
 const LOADS_SD: f64 = 3.0;
-/// They are at least this far from the middle one, N.
-const LEAST_SPAN_N: f64 = 1e-3;
+/// Their logarithms are at least this far from that of the middle one.
+const LEAST_SPAN: f64 = 5e-3;
 
 /// The device with a finger on it, as what stands between an output and two inputs: acceleration in m/s² and force in N.
 #[derive(Debug)]
@@ -45,8 +45,9 @@ pub struct TwinPlant {
     output: OutputStream,
     noise: Random,
     response: Partitions<3>,
-    middle_n: f64,
-    span_n: f64,
+    /// The logarithm of the middle load, N, and how far those of the outer two are from it.
+    middle: f64,
+    span: f64,
     hand: SlowHand,
     accelerometer: Accelerometer,
     cell: ForceCell,
@@ -103,10 +104,11 @@ impl TwinPlant {
         };
         let reach_n = LOADS_SD * parameters.hand.force_spread_n;
         let low_n = (load_n - reach_n).max(parameters.hand.least_force_n.min(load_n));
-        let middle_n = 0.5 * (low_n + load_n + reach_n);
-        let span_n = (middle_n - low_n).max(LEAST_SPAN_N);
+        let (low, high) = (low_n.ln(), (load_n + reach_n).ln());
+        let middle = 0.5 * (low + high);
+        let span = (0.5 * (high - low)).max(LEAST_SPAN);
         let impulses =
-            [middle_n - span_n, middle_n, middle_n + span_n].map(|load_n| device.impulse(load_n));
+            [middle - span, middle, middle + span].map(|load| device.impulse(load.exp()));
         let part = ((PART_S * rate.hz()) as usize + 1).next_power_of_two() / 2;
         let random = |name: &str| participant.random(&format!("{name} {}", run.label));
         Ok(Self {
@@ -117,8 +119,8 @@ impl TwinPlant {
             setup: stage.setup().clone(),
             noise: random("output"),
             response: Partitions::new(&impulses, part),
-            middle_n,
-            span_n,
+            middle,
+            span,
             hand: SlowHand::new(&parameters.hand, load_n, rate.hz(), random("force")),
             accelerometer: Accelerometer::new(
                 &parameters.accelerometer,
@@ -149,7 +151,7 @@ impl TwinPlant {
         let [low, middle, high] = self.response.next(volts);
         let force_n = self.hand.next();
         // Beyond the outer loads the response stays as it is there.
-        let u = ((force_n - self.middle_n) / self.span_n).clamp(-1.0, 1.0);
+        let u = ((force_n.ln() - self.middle) / self.span).clamp(-1.0, 1.0);
         let [of_low, of_middle, of_high] = weights(u);
         let acceleration = of_low * low + of_middle * middle + of_high * high;
         [

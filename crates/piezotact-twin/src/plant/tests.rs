@@ -48,13 +48,15 @@ fn played(plant: &mut TwinPlant, drive: &[f64]) -> [Vec<f64>; 2] {
     channels
 }
 
-/// The largest departure from the response of the bench, dB and degrees, at 200 frequencies from `low_hz` to 1 kHz.
+/// The largest departure from the response of the bench at 200 frequencies from 20 Hz to 1 kHz.
 struct Departure {
     magnitude_db: f64,
     phase_deg: f64,
+    /// From 100 Hz on.
+    phase_above_deg: f64,
 }
 
-fn departure(number: u64, rate_hz: f64, delay_s: f64, low_hz: f64, run: &RunPlan) -> Departure {
+fn departure(number: u64, rate_hz: f64, delay_s: f64, run: &RunPlan) -> Departure {
     let mut parameters = quiet();
     parameters.output.quadratic = 0.0;
     parameters.accelerometer.sensitivity_spread = 0.0;
@@ -79,9 +81,10 @@ fn departure(number: u64, rate_hz: f64, delay_s: f64, low_hz: f64, run: &RunPlan
     let mut most = Departure {
         magnitude_db: 0.0,
         phase_deg: 0.0,
+        phase_above_deg: 0.0,
     };
     for i in 0..200 {
-        let frequency_hz = low_hz * (1000.0 / low_hz).powf(f64::from(i) / 199.0);
+        let frequency_hz = 20.0 * 50f64.powf(f64::from(i) / 199.0);
         let turn = Complex::from_polar(1.0, -TAU * frequency_hz / rate_hz);
         let found = answer
             .iter()
@@ -96,7 +99,11 @@ fn departure(number: u64, rate_hz: f64, delay_s: f64, low_hz: f64, run: &RunPlan
             * Complex::from_polar(1.0, -TAU * frequency_hz * plant.delay_s());
         let ratio = found / bench;
         most.magnitude_db = most.magnitude_db.max((20.0 * ratio.norm().log10()).abs());
-        most.phase_deg = most.phase_deg.max(ratio.arg().to_degrees().abs());
+        let phase_deg = ratio.arg().to_degrees().abs();
+        most.phase_deg = most.phase_deg.max(phase_deg);
+        if frequency_hz >= 100.0 {
+            most.phase_above_deg = most.phase_above_deg.max(phase_deg);
+        }
     }
     most
 }
@@ -113,15 +120,16 @@ fn the_transfer_function_is_that_of_the_bench() {
     ] {
         for number in 0..10 {
             let run = run(0.1 + 0.05 * number as f64, 20.0 + 2.0 * number as f64);
-            for (low_hz, most_deg) in [(20.0, from_20_deg), (100.0, from_100_deg)] {
-                let found = departure(number, 48_000.0, delay_s, low_hz, &run);
-                assert!(
-                    found.magnitude_db < most_db && found.phase_deg < most_deg,
-                    "P{number}, {delay_s} s, from {low_hz} Hz: {:.3} dB, {:.2}°",
-                    found.magnitude_db,
-                    found.phase_deg
-                );
-            }
+            let found = departure(number, 48_000.0, delay_s, &run);
+            let Departure {
+                magnitude_db,
+                phase_deg,
+                phase_above_deg,
+            } = found;
+            assert!(
+                magnitude_db < most_db && phase_deg < from_20_deg && phase_above_deg < from_100_deg,
+                "P{number}, {delay_s} s: {magnitude_db:.3} dB, {phase_deg:.2}°, {phase_above_deg:.2}° from 100 Hz on"
+            );
         }
     }
 }
@@ -130,7 +138,7 @@ fn the_transfer_function_is_that_of_the_bench() {
 #[test]
 fn every_rate_has_it() {
     for rate_hz in [8_000.0, 44_100.0, 96_000.0, 192_000.0, 200_000.0] {
-        let found = departure(3, rate_hz, 0.02, 20.0, &run(0.2, 20.0));
+        let found = departure(3, rate_hz, 0.02, &run(0.2, 20.0));
         assert!(
             found.magnitude_db < 0.06 && found.phase_deg < 6.0,
             "{rate_hz} Hz: {:.3} dB, {:.2}°",
@@ -175,31 +183,33 @@ fn to_acquisition(samples: &[f64]) -> Vec<f64> {
     plan.process(samples)
 }
 
-/// The parabola through three loads, three standard deviations of the held force apart, at the loads between them. At 0.1 N it reaches
-/// from the least force that a hand holds to 0.19 N.
+/// The parabola through three loads, of which the outer two are three standard deviations of the held force off, at the loads between
+/// them. At 0.1 N it reaches from the least force that a hand holds to 0.19 N.
 #[test]
 fn the_response_follows_the_load() {
     let parameters = TwinParameters::built_in();
-    for (number, load_n) in [(2, 0.1), (3, 0.2), (4, 0.6)] {
+    // A soft touch changes most with the load; half of the 0.1 dB that the plant may depart from the bench.
+    for (number, middle_n, most_db) in [(2, 0.1, 0.05), (3, 0.2, 0.03), (4, 0.6, 0.03)] {
         let person = Participant::of(number, 7, &parameters);
-        let run = run(load_n, 20.0);
+        let run = run(middle_n, 20.0);
         let plant = TwinPlant::new(&parameters, &person, &set(), &run, hz(8_000.0)).unwrap();
-        let (middle_n, span_n) = (plant.middle_n, plant.span_n);
-        assert!((middle_n - span_n - (load_n - 0.09).max(0.05)).abs() < 1e-12);
+        let load_n = |u: f64| (plant.middle + u * plant.span).exp();
+        let (low_n, high_n) = ((middle_n - 0.09).max(0.05), middle_n + 0.09);
+        assert!((load_n(-1.0) - low_n).abs() < 1e-12 && (load_n(1.0) - high_n).abs() < 1e-12);
         for frequency_hz in [20.0, 60.0, 150.0, 400.0, 1000.0] {
             let at = |load_n: f64| {
                 let finger = &person.finger;
                 finger.response(frequency_hz, load_n, 20.0, &Placement::exact())
             };
-            let [low, middle, high] = [-1.0, 0.0, 1.0].map(|u| at(middle_n + u * span_n));
+            let [low, middle, high] = [-1.0, 0.0, 1.0].map(|u| at(load_n(u)));
             for u in [-0.8, -0.5, -0.2, 0.3, 0.7] {
                 let found = weights(u);
                 let found = low * found[0] + middle * found[1] + high * found[2];
-                let ratio = found / at(middle_n + u * span_n);
+                let ratio = found / at(load_n(u));
                 let error_db = (20.0 * ratio.norm().log10()).abs();
                 assert!(
-                    error_db < 0.03,
-                    "{load_n} N, {frequency_hz} Hz: {error_db:.4} dB"
+                    error_db < most_db,
+                    "{middle_n} N, {u}, {frequency_hz} Hz: {error_db:.4} dB"
                 );
             }
         }
