@@ -40,7 +40,7 @@ fn worst(found: &[f64], expected: &[f64]) -> f64 {
 /// which grow with their square root; 3e-15 is the most that was seen.
 #[test]
 fn blocks_and_impulse_responses_of_any_length_give_the_sum() {
-    for block in [1, 2, 7, 8, 61, 64, 480] {
+    for block in [1, 2, 7, 8, 30, 61, 64, 480] {
         for taps in [1, 2, 7, 63, 64, 65, 333, 1_001] {
             let impulse = wild(taps, 0.73);
             let input = wild((2_200usize).div_ceil(block) * block, 0.37);
@@ -76,47 +76,64 @@ fn nothing_is_added_to_the_delay_of_a_block() {
     );
 }
 
-/// The sums with registers of one and of eight lanes, on any machine.
+/// The sums with registers of one and of eight lanes, on any machine; those of 61 samples are computed at once, those of 30 ahead
+/// as well.
 #[test]
 fn registers_of_any_width_give_the_same_sums() {
-    fn sums<S: pulp::Simd>(simd: S, convolver: &BlockConvolver) -> Vec<f64> {
-        let mut sums = convolver.transform.bins.clone();
-        let products = Products {
+    fn sums<S: pulp::Simd>(simd: S, convolver: &BlockConvolver) -> (Vec<f64>, Ahead) {
+        let (mut sums, mut ahead) = (convolver.transform.bins.clone(), convolver.ahead.clone());
+        ahead.turn = (ahead.turn + 1) % ahead.blocks;
+        let next = Next {
             history: &convolver.history,
-            newest: convolver.newest,
             partitions: &convolver.partitions,
+            ahead: &mut ahead,
             sums: &mut sums,
         };
-        pulp::WithSimd::with_simd(products, simd);
-        sums.concat().concat()
+        pulp::WithSimd::with_simd(next, simd);
+        (sums.concat().concat(), ahead)
     }
-    let mut convolver = convolver(&wild(700, 0.73), 61);
-    run(&mut convolver, &wild(61 * 17, 0.37));
-    let expected = convolver.transform.bins.concat().concat();
-    // The same additions in the same order; one that is fused rounds once less, of 12 products.
-    assert!(worst(&sums(pulp::Scalar512b, &convolver), &expected) < 1e-14);
-    assert!(worst(&sums(pulp::Scalar::new(), &convolver), &expected) < 1e-14);
+    for (block, blocks) in [(61, 1), (30, AHEAD)] {
+        let mut convolver = convolver(&wild(700, 0.73), block);
+        assert_eq!(convolver.ahead.blocks, blocks);
+        run(&mut convolver, &wild(block * 37, 0.37));
+        let (one, after_one) = sums(pulp::Scalar::new(), &convolver);
+        let (eight, after_eight) = sums(pulp::Scalar512b, &convolver);
+        // The same additions in the same order; one that is fused rounds once less, of 24 products.
+        assert!(worst(&one, &eight) < 1e-14);
+        let ahead = |ahead: Ahead| ahead.sums.concat().concat().concat();
+        let (one, eight) = (ahead(after_one), ahead(after_eight));
+        assert!(one == eight || worst(&one, &eight) < 1e-14);
+    }
 }
 
-/// In the block after a change each sample lies between what both impulse responses give, all inputs remembered.
+/// In the block after a change each sample lies between what both impulse responses give, all inputs remembered; whatever was
+/// computed ahead.
 #[test]
 fn an_impulse_response_changes_without_a_step() {
-    let (block, at) = (16, 320);
-    let [first, second] = [wild(50, 0.73), wild(60, 0.11)];
-    let input = wild(640, 0.37);
-    let mut convolver = convolver(&first, block);
-    let mut found = run(&mut convolver, &input[..at]);
-    let mut next = Partitions::new(&second, block).unwrap();
-    convolver.change(&mut next).unwrap();
-    found.extend(run(&mut convolver, &input[at..]));
-    let (old, new) = (naive(&first, &input), naive(&second, &input));
-    let expected: Vec<f64> = (0..input.len())
-        .map(|n| {
-            let share = ((n + 1) as f64 - at as f64) / block as f64;
-            old[n] + (new[n] - old[n]) * share.clamp(0.0, 1.0)
-        })
-        .collect();
-    assert!(worst(&found, &expected) < 2e-14);
+    for (block, taps) in [(16, 50), (32, 700)] {
+        for blocks in 40..45 {
+            let at = block * blocks;
+            let [first, second] = [wild(taps, 0.73), wild(taps - 1, 0.11)];
+            let input = wild(2 * at, 0.37);
+            let mut convolver = convolver(&first, block);
+            let mut found = run(&mut convolver, &input[..at]);
+            let mut next = Partitions::new(&second, block).unwrap();
+            convolver.change(&mut next).unwrap();
+            found.extend(run(&mut convolver, &input[at..]));
+            let (old, new) = (naive(&first, &input), naive(&second, &input));
+            let expected: Vec<f64> = (0..input.len())
+                .map(|n| {
+                    let share = ((n + 1) as f64 - at as f64) / block as f64;
+                    old[n] + (new[n] - old[n]) * share.clamp(0.0, 1.0)
+                })
+                .collect();
+            let error = worst(&found, &expected);
+            assert!(
+                error < 2e-14,
+                "{taps} taps after {blocks} blocks: {error:e}"
+            );
+        }
+    }
 }
 
 /// The second of two changes before a block is the one that is played, from what was played before; the third change gets back
@@ -125,7 +142,7 @@ fn an_impulse_response_changes_without_a_step() {
 fn of_two_changes_before_a_block_the_last_counts() {
     let level = |level: f64| Partitions::new(&[level], 1).unwrap();
     let mut convolver = convolver(&[1.0], 1);
-    let mut play = |convolver: &mut BlockConvolver| {
+    let play = |convolver: &mut BlockConvolver| {
         let mut output = [0.0];
         convolver.process(&[1.0], &mut output).unwrap();
         output[0]
@@ -171,7 +188,7 @@ fn what_cannot_be_is_refused() {
         BlockError::NotFinite { at: 1, .. }
     ));
     let mut convolver = convolver(&wild(100, 0.73), 16);
-    let before = convolver.newest;
+    let before = convolver.history.newest;
     let length = |found| {
         Err(BlockError::Length {
             expected: 16,
@@ -180,7 +197,10 @@ fn what_cannot_be_is_refused() {
     };
     assert_eq!(convolver.process(&[0.0; 15], &mut [0.0; 16]), length(15));
     assert_eq!(convolver.process(&[0.0; 16], &mut [0.0; 17]), length(17));
-    assert_eq!((convolver.newest, convolver.fade), (before, Fade::Done));
+    assert_eq!(
+        (convolver.history.newest, convolver.fade),
+        (before, Fade::Done)
+    );
     let mut longer = Partitions::new(&wild(113, 0.73), 16).unwrap();
     let error = convolver.change(&mut longer).unwrap_err();
     assert_eq!(
