@@ -1,6 +1,6 @@
 """The same work in the programs that a laboratory would otherwise use, for `./x bench`.
 
-    python3 bench/peers.py inputs FOLDER            make the inputs, from seeds
+    python3 bench/peers.py inputs FOLDER [W4]       make the inputs, from seeds, of all works or of W4 alone
     python3 bench/peers.py CONTESTANT FOLDER REPS   run one contestant on them
 
 A contestant prints one line of JSON: the CPU seconds of every repetition after one that is not counted, the
@@ -14,8 +14,14 @@ W2b  the same for 360 pairs of 30 s: 20 participants, 6 conditions, 3 repeats
 E1   the power of 100 single trials of 2 s at 1 kHz, 64 channels, by Morlet wavelets at 37 frequencies, in two windows
 E2   clusters over 100 times and 64 sensors of 10 people, all 512 sign flips
 W3   a drive of 10 s from its texture: inversion, 5 to 48 kHz, 24-bit WAV
+W4   30 s at 48 kHz through 4096 taps in blocks of 64 samples, as a sound device asks for them
+
+For W4 a contestant prints the time of every block of every pass instead, by the monotonic clock: clocks of CPU time are too
+coarse for some microseconds. A block is there as an array before the time begins, and what is timed is the one call that a user
+would make for it; its result is copied after the time ends, and the garbage collector of Python is off.
 """
 
+import gc
 import json
 import pathlib
 import resource
@@ -27,6 +33,7 @@ import numpy as np
 RATE = 5000.0
 W1 = dict(fs=RATE, window="hann", nperseg=1024, noverlap=512, detrend="constant")
 W2 = dict(fs=RATE, window="hann", nperseg=2048, noverlap=1024, detrend="constant")
+BLOCK, TAPS, SOUND_RATE = 64, 4096, 48_000
 
 
 # Inputs
@@ -64,31 +71,46 @@ def pair(samples, seed):
     return drive, answer + random.standard_normal(samples) * answer.std() * 10**-1.5
 
 
-def inputs(folder):
+def keep(folder, name, *arrays):
+    np.concatenate([np.ascontiguousarray(a, dtype=float).ravel() for a in arrays]).tofile(folder / f"{name}.f64")
+
+
+def blocks_of_noise(folder):
+    """Noise and an impulse response that decays, both in single precision, and their convolution in double precision."""
+    from scipy import signal
+
+    random = np.random.Generator(np.random.PCG64(4))
+    x = random.standard_normal(22_500 * BLOCK).astype(np.float32)
+    h = (random.standard_normal(TAPS) * np.exp(-np.arange(TAPS) / 600) / 20).astype(np.float32)
+    keep(folder, "W4", x, h)
+    keep(folder, "W4-offline", signal.oaconvolve(x.astype(float), h.astype(float))[: len(x)])
+
+
+def inputs(folder, only):
     from scipy import signal
 
     folder.mkdir(parents=True, exist_ok=True)
-
-    def keep(name, *arrays):
-        np.concatenate([np.ascontiguousarray(a, dtype=float).ravel() for a in arrays]).tofile(folder / f"{name}.f64")
+    blocks_of_noise(folder)
+    if only == ["W4"]:
+        return
 
     brain = np.random.Generator(np.random.PCG64(6))
-    keep("E1", 1e-6 * brain.standard_normal((64, 100, 2000)))
+    keep(folder, "E1", 1e-6 * brain.standard_normal((64, 100, 2000)))
     people = brain.standard_normal((10, 64, 100))
     people[:, 20:30, 30:60] += 0.8
-    keep("E2", people)
-    keep("W1a", texture(3_000_000, 1))
+    keep(folder, "E2", people)
+    keep(folder, "W1a", texture(3_000_000, 1))
     random = np.random.Generator(np.random.PCG64(11))
-    keep("W1b", random.standard_normal((4, 1000, 5000)) + 0.5 * np.sin(2 * np.pi * 260 * np.arange(5000) / RATE))
+    keep(folder, "W1b", random.standard_normal((4, 1000, 5000)) + 0.5 * np.sin(2 * np.pi * 260 * np.arange(5000) / RATE))
     drive, answer = pair(300_000, 2)
-    keep("W2a", drive, answer)
+    keep(folder, "W2a", drive, answer)
     six = [pair(150_000, 100 + i) for i in range(6)]
-    keep("W2b", *[d for d, _ in six], *[a for _, a in six])
+    keep(folder, "W2b", *[d for d, _ in six], *[a for _, a in six])
     _, sxy = signal.csd(drive, answer, fs=RATE, nperseg=2048)
     _, sxx = signal.welch(drive, fs=RATE, nperseg=2048)
     h = sxy / sxx
-    keep("W3", texture(50_000, 3), h.real, h.imag)
-    keep("W5", *an_hour_of_strokes())
+    keep(folder, "W3", texture(50_000, 3), h.real, h.imag)
+    keep(folder, "W5", *an_hour_of_strokes())
 
 
 def an_hour_of_strokes():
@@ -264,6 +286,75 @@ def w3_soxr(folder):
     return target.nbytes, run
 
 
+def blocks_and_taps(folder):
+    data = load(folder, "W4").astype(np.float32)
+    return data[:-TAPS].reshape(-1, BLOCK), data[-TAPS:]
+
+
+def w4_pedalboard(folder):
+    """JUCE's convolution. It scales an impulse response to a level of its own: the gain is found from an impulse, and taken
+    away from the result."""
+    import pedalboard
+
+    blocks, taps = blocks_and_taps(folder)
+    plugin = pedalboard.Convolution(taps[None], mix=1.0, sample_rate=SOUND_RATE)
+    answer = plugin.process(np.eye(1, 2 * TAPS, dtype=np.float32), SOUND_RATE, reset=True)[0, :TAPS]
+    gain = (answer @ taps) / (taps @ taps)
+    return [block[None].copy() for block in blocks], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1 / gain
+
+
+def w4_call(folder):
+    """The same call of a plugin that does next to nothing: what calling pedalboard from Python costs."""
+    import pedalboard
+
+    blocks, _ = blocks_and_taps(folder)
+    plugin = pedalboard.Gain(0.0)
+    return [block[None].copy() for block in blocks], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1.0
+
+
+def w4_numpy(folder):
+    """Uniformly partitioned overlap-save. The spectra stay where they are and the partitions turn: they stand twice, so that
+    they are one slice in any position."""
+    blocks, taps = blocks_and_taps(folder)
+    count = TAPS // BLOCK
+    partitions = np.fft.rfft(np.pad(taps.reshape(count, BLOCK), ((0, 0), (0, BLOCK)))).astype(np.complex64)
+    partitions = np.concatenate([partitions, partitions])
+    history, both = np.zeros((count, BLOCK + 1), np.complex64), np.zeros(2 * BLOCK, np.float32)
+    newest = 0
+
+    def reset():
+        nonlocal newest
+        newest = 0
+        history[:], both[:] = 0, 0
+
+    def process(block):
+        nonlocal newest
+        newest = (newest - 1) % count
+        both[:BLOCK] = both[BLOCK:]
+        both[BLOCK:] = block
+        history[newest] = np.fft.rfft(both)
+        products = history * partitions[count - newest : 2 * count - newest]
+        return np.fft.irfft(products.sum(0))[BLOCK:]
+
+    return list(blocks), reset, process, (), 1.0
+
+
+def time_blocks(name, folder, passes):
+    """Every block of every pass after one that is not counted."""
+    blocks, reset, process, arguments, scale = BLOCKS[name](folder)
+    clock, result, times = time.perf_counter, np.empty((len(blocks), BLOCK)), np.empty((passes + 1, len(blocks)))
+    gc.disable()
+    for own in times:
+        reset()
+        for at, block in enumerate(blocks):
+            start = clock()
+            answer = process(block, *arguments)
+            own[at] = clock() - start
+            result[at] = answer
+    keep(folder, name, result * scale)
+    print(json.dumps(dict(passes_s=times[1:].tolist())))
+
+
 def w5_scipy(folder):
     """Contacts by hysteresis in the smoothed force, then features stroke by stroke."""
     from scipy import ndimage, signal
@@ -360,10 +451,15 @@ CONTESTANTS = {
 }
 
 
+BLOCKS = {"W4-pedalboard": w4_pedalboard, "W4-call": w4_call, "W4-numpy": w4_numpy}
+
+
 def main():
     name, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     if name == "inputs":
-        return inputs(folder)
+        return inputs(folder, sys.argv[3:])
+    if name in BLOCKS:
+        return time_blocks(name, folder, int(sys.argv[3]))
     size, run = CONTESTANTS[name](folder)
     run()
     cpu = []

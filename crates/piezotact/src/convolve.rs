@@ -1,5 +1,9 @@
 //! A signal through an impulse response, block by block: what a device that is known by its transfer function answers.
 
+mod block;
+
+pub use block::{BlockConvolver, BlockError, LONGEST_BLOCK, Partitions};
+
 use std::collections::VecDeque;
 
 use crate::fourier::{RealTransform, fast_length};

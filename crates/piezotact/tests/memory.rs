@@ -1,4 +1,5 @@
-//! How much memory a comparison takes for each sample of the recordings. Decision 0060 says what the limits are for.
+//! How much memory a comparison takes for each sample of the recordings (decision 0060 says what the limits are for), and that a
+//! convolution in real time takes none.
 #![allow(
     clippy::unwrap_used,
     clippy::print_stdout,
@@ -8,6 +9,7 @@
 use num_complex::Complex;
 use peak_alloc::PeakAlloc;
 use piezotact::Series;
+use piezotact::convolve::{BlockConvolver, Partitions};
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::render::{self, RenderConfig, render};
@@ -44,8 +46,47 @@ fn pair(rate_hz: f64, seconds: f64) -> [Series<Acceleration>; 2] {
     [Series::new(target, rate).unwrap(), measured]
 }
 
-/// One test, as the counts are of the whole program.
+/// One test, as the counts are of the whole program; the one that counts single bytes is last, when nothing else runs.
 #[test]
+fn memory_is_as_stated() {
+    a_comparison_takes_few_bytes_a_sample();
+    convolution_in_real_time_takes_no_memory();
+}
+
+fn convolution_in_real_time_takes_no_memory() {
+    // A block whose transform has factors, one that is a prime and one of a sample.
+    for block in [64, 480, 61, 1] {
+        let level = |level: f64| Partitions::new(&vec![level; 500], block).unwrap();
+        let mut convolver = BlockConvolver::new(level(1.0));
+        let mut next = [level(2.0), level(3.0), level(4.0)];
+        let input: Vec<f64> = (0..block).map(|i| (i as f64).sin()).collect();
+        let mut output = vec![0.0; block];
+        let too_long = vec![0.0; block + 1];
+        let mut blocks = || {
+            for next in &mut next {
+                convolver.process(&input, &mut output).unwrap();
+                convolver.change(next).unwrap();
+                convolver.process(&input, &mut output).unwrap();
+                assert!(convolver.process(&too_long, &mut output).is_err());
+            }
+        };
+        assert_eq!(memory_of(&mut blocks), [0, 0], "blocks of {block}");
+    }
+    // That this counts: memory that is kept, and memory that is only taken for a while.
+    let mut kept = Vec::new();
+    assert_eq!(memory_of(|| kept.push(1u8))[0], kept.capacity());
+    let [held, most] = memory_of(|| drop(std::hint::black_box(vec![1u8; 100])));
+    assert_eq!([held, most], [0, 100]);
+}
+
+/// Bytes that `work` holds after it beyond what there was before, and the most that it held.
+fn memory_of(work: impl FnOnce()) -> [usize; 2] {
+    let before = MEMORY.current_usage();
+    MEMORY.reset_peak_usage();
+    work();
+    [MEMORY.current_usage(), MEMORY.peak_usage()].map(|now| now.abs_diff(before))
+}
+
 fn a_comparison_takes_few_bytes_a_sample() {
     let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
     for (rate_hz, seconds) in [(5000.0, 100.0), (48_000.0, 12.0)] {

@@ -1,10 +1,13 @@
 //! `xtask bench`: compares this program with its peers on the same inputs, alternating, in one run.
 
+mod blocks;
+
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 
 /// Times every contestant has its turn.
 const ROUNDS: usize = 5;
@@ -170,7 +173,14 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
         return crate::discrimination::run();
     }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
-    let folder = inputs(python, &script)?;
+    if only == [blocks::NAME] {
+        let folder = inputs(python, &script, only)?;
+        let mut missed = Vec::new();
+        blocks::run(python, &script, &folder, &mut missed)?;
+        say(&missed);
+        return Ok(());
+    }
+    let folder = inputs(python, &script, &[])?;
     println!(
         "CPU time on one core, or wall time where it says so, {ROUNDS} turns each, median (quartiles); ratio = peer's median / ours, or what is made over the time it takes\n"
     );
@@ -251,12 +261,10 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
             agree(&folder, work, &format!("{}-{peer}", work.name))?;
         }
     }
-    println!();
-    if missed.is_empty() {
-        println!("every ratio and memory bound is reached, and all results agree");
-    } else {
-        println!("not reached:\n  {}", missed.join("\n  "));
+    if only.is_empty() || only.contains(&blocks::NAME) {
+        blocks::run(python, &script, &folder, &mut missed)?;
     }
+    say(&missed);
     if only.is_empty() {
         crate::rendering::run()?;
         crate::verdicts::run(&[])?;
@@ -264,12 +272,24 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     Ok(())
 }
 
-fn inputs(python: &str, script: &Path) -> Result<PathBuf> {
+#[allow(clippy::print_stdout, reason = "the end of the table")]
+fn say(missed: &[String]) {
+    println!();
+    if missed.is_empty() {
+        println!("every ratio and bound is reached, and all results agree");
+    } else {
+        println!("not reached:\n  {}", missed.join("\n  "));
+    }
+}
+
+/// The folder with the inputs of the works named in `only`, or of all.
+fn inputs(python: &str, script: &Path, only: &[&str]) -> Result<PathBuf> {
     let folder = std::env::temp_dir().join("piezotact-bench");
     let made = Command::new(python)
         .arg(script)
         .arg("inputs")
         .arg(&folder)
+        .args(only)
         .status()
         .context(python.to_owned())?;
     ensure!(made.success(), "the inputs could not be made");
@@ -287,6 +307,11 @@ fn our_turn(name: &str, folder: &Path, repetitions: usize) -> Result<Turn> {
 }
 
 fn turn(command: &mut Command, repetitions: usize) -> Result<Turn> {
+    output(command, repetitions)
+}
+
+/// What a contestant prints.
+fn output<T: DeserializeOwned>(command: &mut Command, repetitions: usize) -> Result<T> {
     for limit in [
         "OMP_NUM_THREADS",
         "OPENBLAS_NUM_THREADS",
@@ -328,17 +353,20 @@ fn row(name: &str, turns: &[Turn], ratio: Option<(f64, f64)>) {
     );
 }
 
+/// The result `name`.
+fn numbers(folder: &Path, name: &str) -> Result<Vec<f64>> {
+    let path = folder.join(format!("{name}.f64"));
+    let bytes = std::fs::read(&path).with_context(|| path.display().to_string())?;
+    Ok(bytes
+        .chunks_exact(8)
+        .map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
+        .collect())
+}
+
 /// Refuses a comparison of times between programs that do not agree on the result.
 fn agree(folder: &Path, work: &Work, peer: &str) -> Result<()> {
-    let read = |name: String| -> Result<Vec<f64>> {
-        let bytes = std::fs::read(folder.join(name))?;
-        Ok(bytes
-            .chunks_exact(8)
-            .map(|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]))
-            .collect())
-    };
-    let ours = read(format!("{}-piezotact.f64", work.name))?;
-    let theirs = read(format!("{peer}.f64"))?;
+    let ours = numbers(folder, &format!("{}-piezotact", work.name))?;
+    let theirs = numbers(folder, peer)?;
     ensure!(
         ours.len() == theirs.len(),
         "{} and {peer} differ in length: {} and {}",

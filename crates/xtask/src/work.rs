@@ -1,5 +1,6 @@
 //! Our side of the benchmark: one piece of work in a process of its own, as `bench/peers.py` does for others.
 
+mod blocks;
 mod eeg;
 
 use std::path::Path;
@@ -37,6 +38,9 @@ use serde_json::json;
 /// its times and memory.
 #[allow(clippy::print_stdout, reason = "its result is one line of JSON")]
 pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
+    if name == "W4" {
+        return blocks::w4(folder, repetitions);
+    }
     let Prepared {
         input_bytes,
         mut work,
@@ -64,13 +68,21 @@ pub(crate) fn run(name: &str, folder: &Path, repetitions: usize) -> Result<()> {
         cpu_s.push(cpu.elapsed().as_secs_f64());
         wall_s.push(wall.elapsed().as_secs_f64());
     }
-    let bytes: Vec<u8> = result.iter().flat_map(|v| v.to_le_bytes()).collect();
-    std::fs::write(folder.join(format!("{name}-piezotact.f64")), bytes)?;
+    keep(folder, name, &result)?;
     println!(
         "{}",
         json!({ "cpu_s": cpu_s, "wall_s": wall_s, "peak_mb": peak_memory_mb()?, "input_mb": input_bytes as f64 / f64::from(1 << 20) })
     );
     Ok(())
+}
+
+/// Keeps our result of the work `name`.
+fn keep(folder: &Path, name: &str, result: &[f64]) -> Result<()> {
+    let bytes: Vec<u8> = result.iter().flat_map(|v| v.to_le_bytes()).collect();
+    Ok(std::fs::write(
+        folder.join(format!("{name}-piezotact.f64")),
+        bytes,
+    )?)
 }
 
 struct Prepared {
