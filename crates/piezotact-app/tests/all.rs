@@ -1,6 +1,7 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
 mod align;
+mod audio;
 mod belonging;
 mod bids;
 mod bids_attacks;

@@ -66,6 +66,10 @@ fn the_readme_runs_from_top_to_bottom_on_an_empty_folder() {
         if line == "## With your own recordings and device" {
             own_files(&folder);
         }
+        if line == "## With a sound device" {
+            // The loop within the program, as no device is here.
+            folder.write("setup.toml", crate::audio::setup(""));
+        }
         let shown = line.strip_prefix("$ ").unwrap_or(line);
         let Some(line) = shown.strip_prefix("piezotact ") else {
             continue;

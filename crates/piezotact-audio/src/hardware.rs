@@ -10,12 +10,13 @@ use cpal::{
     BufferSize, Device, ErrorKind, FromSample, HostId, I24, Sample, SampleFormat, SizedSample,
     StreamConfig, SupportedBufferSize, SupportedStreamConfigRange,
 };
+use piezotact::sound::{Answers, DeviceListing, Offer, SoundHost};
 use piezotact_bench::StopHandle;
 
 use crate::board::{Board, Side};
 use crate::callback::{InputCallback, OutputCallback};
 use crate::error::AudioError;
-use crate::io::{AudioIo, DeviceListing, Offer, StreamPlan, Streams};
+use crate::io::{AudioIo, StreamPlan, Streams};
 
 /// The frames that are converted at a time.
 const SCRATCH_FRAMES: usize = 4_096;
@@ -31,7 +32,7 @@ const OPENS_WITHIN: Duration = Duration::from_secs(10);
 
 /// The names of the sound systems that this program was built with, and whether each answers.
 #[must_use]
-pub fn hosts() -> Vec<(String, Answers)> {
+pub fn hosts() -> Vec<SoundHost> {
     let _quiet = Quiet::begin();
     let available = cpal::available_hosts();
     let of = |id: &HostId| {
@@ -41,22 +42,12 @@ pub fn hosts() -> Vec<(String, Answers)> {
                 .is_ok_and(|mut devices| devices.next().is_some())
         };
         let answers = available.contains(id) && cpal::host_from_id(*id).is_ok_and(devices);
-        (
-            id.to_string(),
-            if answers { Answers::Yes } else { Answers::No },
-        )
+        SoundHost {
+            name: id.to_string(),
+            answers: if answers { Answers::Yes } else { Answers::No },
+        }
     };
     cpal::ALL_HOSTS.iter().map(of).collect()
-}
-
-/// Whether a sound system answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Answers {
-    /// It runs.
-    Yes,
-    /// It does not.
-    No,
 }
 
 /// A sound system of this machine.

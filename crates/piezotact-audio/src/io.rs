@@ -5,40 +5,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use piezotact::quantity::SampleRate;
+use piezotact::sound::DeviceListing;
 use piezotact_bench::{DeviceError, RunPlan, StopHandle};
-use serde::Serialize;
 
 use crate::board::Board;
 use crate::callback::{InputCallback, OutputCallback};
 use crate::error::AudioError;
-
-/// A device as its host lists it.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct DeviceListing {
-    /// The host.
-    pub host: String,
-    /// The id by which it is opened.
-    pub id: String,
-    /// Its name, for people.
-    pub name: String,
-    /// What its output offers; empty where it has none.
-    pub outputs: Vec<Offer>,
-    /// What its input offers; empty where it has none.
-    pub inputs: Vec<Offer>,
-}
-
-/// Rates, channels and buffers that go together.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Offer {
-    /// The channels.
-    pub channels: u16,
-    /// The lowest and the highest rate, Hz.
-    pub rates_hz: [u32; 2],
-    /// The smallest and the largest buffer, frames, where it is known.
-    pub buffer_frames: Option<[u32; 2]>,
-    /// The format of its samples.
-    pub format: String,
-}
 
 /// The streams to open.
 #[derive(Clone, Debug, PartialEq)]

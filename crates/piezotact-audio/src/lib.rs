@@ -24,8 +24,8 @@ pub use calibrate::{VOLTMETER_TONE, check_level_hz, loopback_gain, play_tone, re
 pub use callback::{Happened, InputCallback, OutputCallback};
 pub use error::AudioError;
 #[cfg(feature = "hardware")]
-pub use hardware::{Answers, HardwareIo, hosts};
-pub use io::{AudioIo, DeviceListing, Offer, StreamPlan, Streams};
+pub use hardware::{HardwareIo, hosts};
+pub use io::{AudioIo, StreamPlan, Streams};
 pub use latency::latency_run;
 pub use looped::{LoopFailure, LoopFault, LoopIo, LoopPace, LoopSettings, PlantMaker, SilentPart};
 pub use setup::{ForceSettings, Measures, PlayChannels, RecordedChannel, SoundSetup};

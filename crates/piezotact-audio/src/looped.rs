@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use piezotact::quantity::SampleRate;
+use piezotact::sound::DeviceListing;
 use piezotact::statistics::random::Random;
 use piezotact_bench::{DeviceError, Plant, RunPlan, StopHandle};
 use serde::{Deserialize, Serialize};
@@ -16,7 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::board::Board;
 use crate::callback::{InputCallback, OutputCallback};
 use crate::error::AudioError;
-use crate::io::{AudioIo, DeviceListing, StreamPlan, Streams};
+use crate::io::{AudioIo, StreamPlan, Streams};
 use crate::setup::{Measures, SoundSetup, wrong};
 
 /// The level of the calibrator on which a sensor of the loop may be mounted: rms in the sensor's unit, and Hz.

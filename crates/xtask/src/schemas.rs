@@ -12,6 +12,7 @@ use piezotact::noise::Noise;
 use piezotact::panel::PanelAverageDocument;
 use piezotact::prepare::PrepareDocument;
 use piezotact::score::ScoreDocument;
+use piezotact::sound::{LatencySummary, SoundCalibration, SoundDevices};
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
 use piezotact::surface::{RoughnessDocument, RoughnessSetDocument};
@@ -100,6 +101,9 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<InfoDocument<'_>>()?,
         schema::<ManipulateDocument<'_>>()?,
         schema::<Noise>()?,
+        schema::<LatencySummary>()?,
+        schema::<SoundCalibration>()?,
+        schema::<SoundDevices>()?,
         schema::<PanelAddDocument<'_>>()?,
         schema::<PanelAnalysisDocument<'_>>()?,
         schema::<PanelAverageDocument<'_>>()?,

@@ -152,10 +152,52 @@ fn findings() -> Result<BTreeSet<String>> {
     commands::check(&root, &mut findings)?;
     licences(&root, &metadata, &mut findings)?;
     files(&root, &mut findings)?;
+    real_time(&root, &mut findings)?;
     reads::check(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;
     decisions(&root, &mut findings)?;
     Ok(findings.0)
+}
+
+/// What the threads of a sound system run.
+const REAL_TIME: &str = "crates/piezotact-audio/src/callback.rs";
+/// What may not stand there: it allocates, locks, formats, logs or touches files.
+const NOT_IN_REAL_TIME: [&str; 17] = [
+    "Vec::new",
+    "vec!",
+    "with_capacity",
+    "Box::new",
+    "Arc::new",
+    "String",
+    "format!",
+    "print",
+    "to_owned",
+    "to_vec",
+    ".clone()",
+    ".collect",
+    ".resize(",
+    "Mutex",
+    ".lock(",
+    "std::fs",
+    "sleep",
+];
+
+/// The callbacks of sound devices do nothing that could make them late.
+fn real_time(root: &Path, findings: &mut Findings) -> Result<()> {
+    let text = std::fs::read_to_string(root.join(REAL_TIME))?;
+    let code = text
+        .lines()
+        .filter(|line| !line.trim_start().starts_with("//"));
+    for (number, line) in (1..).zip(code) {
+        for word in NOT_IN_REAL_TIME {
+            if line.contains(word) {
+                findings.add(format!(
+                    "{REAL_TIME}: `{word}` in line {number} of its code: what a callback needs is prepared by streams.rs and freed there"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 #[derive(Default)]

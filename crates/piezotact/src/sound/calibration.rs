@@ -77,7 +77,7 @@ impl OutputCalibration {
     /// Formula: voltmeter: reading / rms of the tone, both rms, so that full scale (peak 1) is as many V peak; loopback: potential of the input at
     /// full scale times the gain.
     ///
-    /// Source: decision 0090 of this project.
+    /// Source: decision 0092 of this project.
     ///
     /// # Errors
     /// [`CalibrationError::Numbers`] when the potential is not from 0.001 to 1000 V.
@@ -187,7 +187,7 @@ impl InputCalibration {
     ///
     /// Formula: V at full scale / (V per unit).
     ///
-    /// Source: decision 0090 of this project.
+    /// Source: decision 0092 of this project.
     ///
     /// # Errors
     /// [`CalibrationError::Numbers`] when the value is 0 or no number.
@@ -268,13 +268,13 @@ pub struct SoundCalibration {
 }
 
 impl Content for SoundCalibration {
-    const SCHEMA: &'static str = "sound-calibration";
+    const SCHEMA: &'static str = "sound_calibration";
 }
 
 impl SoundCalibration {
     /// Checks that the calibration is of `device` at `rate`.
     ///
-    /// Source: decision 0090 of this project.
+    /// Source: decision 0092 of this project.
     ///
     /// # Errors
     /// [`CalibrationError::OtherDevice`] with both.
@@ -291,7 +291,7 @@ impl SoundCalibration {
 
     /// What to know of the calibration on the day `today`, counted as [`Self::made_on_day`].
     ///
-    /// Source: decision 0090 of this project: a calibration is old after 90 days.
+    /// Source: decision 0092 of this project: a calibration is old after 90 days.
     #[must_use]
     pub fn doubts_on(&self, today: i64) -> Vec<Doubt> {
         let days = today - self.made_on_day;
@@ -310,7 +310,7 @@ impl SoundCalibration {
     ///
     /// Formula: 20·log10(|found| / |calibrated|), at most 0.1 dB, and the same sign.
     ///
-    /// Source: decision 0090 of this project.
+    /// Source: decision 0092 of this project.
     ///
     /// # Errors
     /// [`CalibrationError::LevelChanged`] with both levels; [`CalibrationError::Inverted`] where the polarity changed.

@@ -60,7 +60,7 @@ pub struct LatencySummary {
 }
 
 impl Content for LatencySummary {
-    const SCHEMA: &'static str = "sound-latency";
+    const SCHEMA: &'static str = "sound_latency";
 }
 
 impl LatencySummary {
@@ -121,7 +121,7 @@ impl LatencySummary {
 
     /// The largest difference between a latency and their median, s: how far a time that is corrected by the median may be off.
     ///
-    /// Source: decision 0090 of this project.
+    /// Source: decision 0092 of this project.
     #[must_use]
     pub fn scatter_s(&self) -> Option<Seconds> {
         let latency = self.latency?;

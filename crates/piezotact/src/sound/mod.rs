@@ -3,6 +3,7 @@
 
 mod calibration;
 mod delay;
+mod devices;
 mod doubt;
 mod latency;
 mod tone;
@@ -16,6 +17,7 @@ pub use calibration::{
     SoundCalibration, VoltsMethod,
 };
 pub use delay::{Delay, DelayError, LoopResidual, delay, loop_residual, silent_runs};
+pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};
 pub use doubt::SoundDoubt;
 pub use latency::{LatencyRun, LatencySummary, Spread};
 pub use tone::{Tone, ToneError, tone};

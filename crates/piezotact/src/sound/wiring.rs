@@ -50,7 +50,7 @@ pub enum WiringError {
 /// Formula: an input holds the pulse where its largest value behind the rest is at least eight times the largest value within the rest, both about the
 /// mean at rest; it is the only one where no other holds half as much.
 ///
-/// Source: decision 0090 of this project.
+/// Source: decision 0092 of this project.
 ///
 /// # Errors
 /// [`WiringError`] where it arrived on no input or on several.

@@ -1,9 +1,8 @@
 //! `piezotact devices`: the sound devices of this computer.
 
 use clap::Args;
-use piezotact::document::Content;
-use piezotact_audio::{Answers, AudioIo as _, DeviceListing, HardwareIo, Offer, hosts};
-use serde::Serialize;
+use piezotact::sound::{Answers, Offer, SoundDevices, SoundHost};
+use piezotact_audio::{AudioIo as _, HardwareIo, hosts};
 
 use crate::failure::Outcome;
 use crate::output::{print, print_document};
@@ -21,44 +20,22 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// The sound systems and devices of this computer.
-#[derive(Debug, Serialize)]
-struct Devices {
-    hosts: Vec<Host>,
-    devices: Vec<DeviceListing>,
-}
-
-/// A sound system.
-#[derive(Debug, Serialize)]
-struct Host {
-    name: String,
-    answers: Answers,
-}
-
-impl Content for Devices {
-    const SCHEMA: &'static str = "sound-devices";
-}
-
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let mut found = Devices {
-        hosts: Vec::new(),
-        devices: Vec::new(),
-    };
+    let mut found = SoundDevices::default();
     if let Some(host) = &args.host {
         // A host that is named is there, or the reason is said.
         found.devices = HardwareIo::new(host)?.devices()?;
-        found.hosts.push(Host {
+        found.hosts.push(SoundHost {
             name: host.clone(),
             answers: Answers::Yes,
         });
     } else {
-        for (name, answers) in hosts() {
-            if answers == Answers::Yes {
-                found
-                    .devices
-                    .extend(HardwareIo::new(&name)?.devices().unwrap_or_default());
+        for host in hosts() {
+            if host.answers == Answers::Yes {
+                let devices = HardwareIo::new(&host.name)?.devices();
+                found.devices.extend(devices.unwrap_or_default());
             }
-            found.hosts.push(Host { name, answers });
+            found.hosts.push(host);
         }
     }
     match args.json {
@@ -67,8 +44,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
 }
 
-fn text(found: &Devices) -> String {
-    let host = |host: &Host| match host.answers {
+fn text(found: &SoundDevices) -> String {
+    let host = |host: &SoundHost| match host.answers {
         Answers::Yes => format!("{}: answers", host.name),
         Answers::No => format!("{}: does not answer", host.name),
     };
