@@ -6,10 +6,10 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact::align::{AlignConfig, AlignDocument, AlignError, Compared, Named, align_recordings};
 use piezotact::quantity::{Band, Seconds};
-use piezotact_dataset::{Contents, ReadOptions, write_measurement};
+use piezotact_dataset::{Contents, write_measurement};
 use piezotact_report::report::{csv, html};
 
-use super::{has_ending, inspected, outputs, place, read};
+use super::{has_ending, outputs, place, read, read_drive};
 use crate::advice::OptionWords;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     check(args)?;
-    let drive = inspected(&args.drive, &ReadOptions::default())?;
+    let drive = read_drive(&args.drive)?;
     let recorded = read(&args.recording, &args.reading)?;
     let [drive_file, file] = [&args.drive, &args.recording].map(|path| path.display().to_string());
     let compared = Compared::of(

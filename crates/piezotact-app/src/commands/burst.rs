@@ -9,9 +9,9 @@ use piezotact::quantity::{Band, Drive, Measure, Seconds, Unit};
 use piezotact::series::Series;
 use piezotact_dataset::sidecar::Sidecar;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_dataset::{Contents, FileKind, ReadOptions};
+use piezotact_dataset::{Contents, FileKind};
 
-use super::{has_ending, inspected, outputs};
+use super::{has_ending, outputs, read_drive};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_doubts};
 
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     has_ending(&args.out, &["wav"])?;
     let sidecar = piezotact_dataset::sidecar::sidecar_path(&args.out);
     outputs(&[&args.drive], &[&args.out, &sidecar])?;
-    let contents = inspected(&args.drive, &ReadOptions::default())?;
+    let contents = read_drive(&args.drive)?;
     let drive = drive(&args.drive, &contents)?;
     let config = config(args, &drive)?;
     let made = with_bursts(&drive, &config).map_err(|error| refused(args, error))?;

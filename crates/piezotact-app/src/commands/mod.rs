@@ -34,10 +34,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::{CommandFactory as _, FromArgMatches as _, Subcommand};
+use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::doubts_of;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, QuantityError, SampleRate, Unit};
-use piezotact::recording::{Recording, RecordingError};
+use piezotact::recording::{Recording, RecordingDoubt, RecordingError};
 use piezotact::series::Series;
 use piezotact_bench::{Acquire, DeviceError, Placement, ProcedureError, RunPlan, Until};
 use piezotact_dataset::sidecar::sidecar_path;
@@ -268,6 +269,16 @@ fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
     let mut contents = read_recording(path, options)?;
     let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
     contents.recording.about.doubts.extend(found);
+    Ok(contents)
+}
+
+/// A drive: its file was written by a program, so that nothing broke on the way to it, and full scale is its unit.
+fn read_drive(path: &Path) -> Outcome<Contents> {
+    reading_fits(path)?;
+    let mut contents = read_recording(path, &ReadOptions::default())?;
+    let has_scale =
+        |doubt: &Doubt| !matches!(doubt.kind(), Some(RecordingDoubt::Uncalibrated { .. }));
+    contents.recording.about.doubts.retain(has_scale);
     Ok(contents)
 }
 

@@ -31,6 +31,11 @@ doubts! {
             /// By how much later in the drive, s.
             by_s: f64,
         },
+        /// Blocks and bursts lead to other times.
+        Apart("align_blocks_and_bursts_apart") {
+            /// By how much at one end of the recording, s.
+            by_s: f64,
+        },
         /// The phases of a drive that repeats move against the line.
         Uneven("align_uneven") {
             /// By how much, s.
@@ -79,9 +84,10 @@ impl DoubtKind for AlignDoubt {
     fn advice(&self) -> Vec<Advice> {
         match self {
             Self::Uncertain { .. } => vec![Advice::RecordLonger],
-            Self::ManyLeftOut { .. } | Self::Step { .. } | Self::Uneven { .. } => {
-                vec![Advice::RecordAgain]
-            }
+            Self::ManyLeftOut { .. }
+            | Self::Step { .. }
+            | Self::Apart { .. }
+            | Self::Uneven { .. } => vec![Advice::RecordAgain],
             Self::BetweenNotSeen {} => vec![Advice::RecordLonger],
             Self::PartCovered { .. }
             | Self::NotThere { .. }
@@ -119,6 +125,11 @@ impl fmt::Display for AlignDoubt {
                 "at {at_s:.2} s of the recording its times step by {} ms: samples are missing or doubled there, or the clock jumped; times are off by up to \
                  this much",
                 digits_signed(1e3 * by_s)
+            ),
+            Self::Apart { by_s } => write!(
+                f,
+                "blocks of the recording and the bursts lead to times that differ by {} ms: samples are missing between the bursts, or the clock jumped",
+                digits(1e3 * by_s)
             ),
             Self::Uneven { by_s } => write!(
                 f,

@@ -84,6 +84,9 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
     };
     let worst = |line: &Line| line.half_at(0.0).max(line.half_at(both.recorded_length_s));
     let blocks = blocks.ok();
+    let apart = blocks
+        .as_ref()
+        .and_then(|found| apart(both, &found.line, &line));
     let (by, line) = match &blocks {
         Some(found) if worst(&found.line) < worst(&line) => (AlignedBy::Blocks, found.line),
         _ => (AlignedBy::Bursts, line),
@@ -95,7 +98,7 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
         let phases = blocks.phase_times(&placed.repeating, offset);
         Ok((placed, phases))
     });
-    let mut doubts = Vec::new();
+    let mut doubts: Vec<AlignDoubt> = apart.into_iter().collect();
     if let Ok((placed, phases)) = &placed {
         doubts.extend(missed(placed, both, &spans));
         doubts.extend(
@@ -154,6 +157,19 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> 
         _ => None,
     };
     doubt.into_iter().collect()
+}
+
+/// Where the lines of blocks and of bursts disagree.
+fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignDoubt> {
+    let ends_s = [0.0, both.recorded_length_s];
+    let far = ends_s.map(|at_s| {
+        let by_s = (blocks.at(at_s) - bursts.at(at_s)).abs();
+        // 95 % intervals of both, and once more, as what a device delays differs between them.
+        let sure_s = 2.0 * (blocks.half_at(at_s) + bursts.half_at(at_s));
+        (by_s > CERTAIN_S + sure_s).then_some(by_s)
+    });
+    let far = far.into_iter().flatten().reduce(f64::max);
+    far.map(|by_s| AlignDoubt::Apart { by_s })
 }
 
 /// Phases that move against the line.

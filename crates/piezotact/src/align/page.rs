@@ -178,7 +178,10 @@ impl AlignDocument {
             .iter()
             .map(|one| {
                 vec![
-                    Cell::from(name(one.which)),
+                    Cell::from(match one.which {
+                        Which::First => "first",
+                        Which::Last => "last",
+                    }),
                     Cell::Text(format!("{:.6}", one.recorded_s.0)),
                     Cell::Text(format!("{:.6}", one.drive_s.0)),
                     Cell::from(self.alignment.residual_us(one.recorded_s, one.drive_s)),
@@ -215,10 +218,17 @@ impl AlignDocument {
         let mut lines = vec![line.ribbon(ribbon)];
         lines.extend(self.blocks_by_use(block));
         if !bursts.is_empty() {
-            lines.push(Line::new("bursts", Tone::Accent, bursts).marked(Mark::Dots));
+            let bars = found.bursts.iter().zip(&bursts).map(|(one, (at, value))| {
+                let half = 1.96e6 * one.error_s.0;
+                (*at, value - half, value + half)
+            });
+            let bars = bars.collect();
+            let line = Line::new("bursts, with their 95 % intervals", Tone::Accent, bursts);
+            lines.push(line.marked(Mark::Dots).spread(bars));
         }
         let values = lines.iter().flat_map(|line| {
-            let areas = line.ribbon.iter().flat_map(|(_, low, high)| [*low, *high]);
+            let areas = line.ribbon.iter().chain(&line.spread);
+            let areas = areas.flat_map(|(_, low, high)| [*low, *high]);
             line.points.iter().map(|point| point.1).chain(areas)
         });
         // A single block far away would hide all others; it is in the table.
@@ -240,6 +250,8 @@ impl AlignDocument {
             .map(|line| {
                 let before = line.points.len();
                 line.points.retain(|(_, value)| value.abs() <= reach);
+                line.spread
+                    .retain(|(_, low, high)| low.abs().max(high.abs()) <= reach);
                 before - line.points.len()
             })
             .sum();
@@ -314,7 +326,7 @@ impl AlignDocument {
                  Student's intervals"
             }
             AlignedBy::Bursts => {
-                "offset and drift are the line through both bursts, whose standard errors follow from their correlation and bandwidth"
+                "offset and drift are the line through both bursts, whose standard errors follow from what differs between the answers to them"
             }
         };
         format!(

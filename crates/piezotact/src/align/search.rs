@@ -21,7 +21,7 @@ const LOUD: f64 = 0.25;
 /// A block whose envelope does not fall below this share within [`FAR_S`] has no place of its own.
 const NARROW: f64 = 0.7;
 /// How far, s.
-const FAR_S: f64 = 0.02;
+pub(super) const FAR_S: f64 = 0.02;
 
 /// Drive and recording in the band at one rate, the recording by a clock that is corrected for a drift.
 pub(super) struct Blocks<'a> {
