@@ -17,8 +17,8 @@ W3   a drive of 10 s from its texture: inversion, 5 to 48 kHz, 24-bit WAV
 W4   30 s at 48 kHz through 4096 taps in blocks of 64 samples, as a sound device asks for them
 
 For W4 a contestant prints the time of every block of every pass instead, by the monotonic clock: clocks of CPU time are too
-coarse for some microseconds. A block is there as an array before the time begins, and what is timed is the one call that a user
-would make for it; its result is copied after the time ends, and the garbage collector of Python is off.
+coarse for some microseconds. A block is in the same array before the time begins, as a sound device gives it, and what is timed is
+the one call that a user would make for it; its result is copied after the time ends, and the garbage collector of Python is off.
 """
 
 import gc
@@ -300,7 +300,7 @@ def w4_pedalboard(folder):
     plugin = pedalboard.Convolution(taps[None], mix=1.0, sample_rate=SOUND_RATE)
     answer = plugin.process(np.eye(1, 2 * TAPS, dtype=np.float32), SOUND_RATE, reset=True)[0, :TAPS]
     gain = (answer @ taps) / (taps @ taps)
-    return [block[None].copy() for block in blocks], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1 / gain
+    return blocks[:, None], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1 / gain
 
 
 def w4_call(folder):
@@ -309,7 +309,7 @@ def w4_call(folder):
 
     blocks, _ = blocks_and_taps(folder)
     plugin = pedalboard.Gain(0.0)
-    return [block[None].copy() for block in blocks], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1.0
+    return blocks[:, None], plugin.reset, plugin.process, (SOUND_RATE, BLOCK, False), 1.0
 
 
 def w4_numpy(folder):
@@ -336,19 +336,21 @@ def w4_numpy(folder):
         products = history * partitions[count - newest : 2 * count - newest]
         return np.fft.irfft(products.sum(0))[BLOCK:]
 
-    return list(blocks), reset, process, (), 1.0
+    return blocks, reset, process, (), 1.0
 
 
 def time_blocks(name, folder, passes):
     """Every block of every pass after one that is not counted."""
     blocks, reset, process, arguments, scale = BLOCKS[name](folder)
     clock, result, times = time.perf_counter, np.empty((len(blocks), BLOCK)), np.empty((passes + 1, len(blocks)))
+    device = np.empty_like(blocks[0])
     gc.disable()
     for own in times:
         reset()
         for at, block in enumerate(blocks):
+            device[:] = block
             start = clock()
-            answer = process(block, *arguments)
+            answer = process(device, *arguments)
             own[at] = clock() - start
             result[at] = answer
     keep(folder, name, result * scale)

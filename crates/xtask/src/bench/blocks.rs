@@ -147,7 +147,8 @@ fn judge([ours, pedalboard, numpy, call]: &[Passes; 4], missed: &mut Vec<String>
     let (own, theirs) = (of(&ours.late_ratio), of(&pedalboard.late_ratio));
     if own > theirs {
         missed.push(format!(
-            "{NAME} against pedalboard: late/p50 {own:.1}, at most pedalboard's {theirs:.1} to reach"
+            "{NAME} against pedalboard: late/p50 {own:.1}, at most pedalboard's {theirs:.1} to reach; of the programs alone {:.2} and {:.2}",
+            ours.own_late_ratio, pedalboard.own_late_ratio
         ));
     }
 }
