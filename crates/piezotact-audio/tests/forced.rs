@@ -1,4 +1,5 @@
 //! A run whose force comes from a file that another program appends to.
+#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::io::Write as _;
 use std::sync::Arc;

@@ -25,6 +25,7 @@ mod roughness;
 mod roughness_of_anything;
 mod score;
 mod shared_data;
+mod sound_golden;
 mod strokes;
 mod structure;
 mod studies;

@@ -2,6 +2,7 @@
 
 mod characterise;
 mod closed_loop;
+mod keeper;
 mod repeats;
 mod run;
 
@@ -13,8 +14,9 @@ pub use closed_loop::{
     Gain, GainCriterion, Iteration, Kept, LoopConfig, LoopEnd, LoopErrors, Looped, Mishap,
     closed_loop,
 };
+pub use keeper::RunKeeper;
 pub use repeats::{GatePolicy, Refused, RepeatConfig, RepeatedCharacterisation, repeated};
-pub use run::{RunKeeper, acquire, play_and_record, record, start_document};
+pub use run::{acquire, play_and_record, record, start_document};
 
 use piezotact::Series;
 use piezotact::device::DriveSetup;

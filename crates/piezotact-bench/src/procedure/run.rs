@@ -7,13 +7,13 @@ use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
-    Discard, Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
-    SinkError,
+    Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
 };
 use piezotact::series::filled;
 use piezotact::statistics::mean;
 use piezotact::{Doubt, criterion::Outcome};
 
+use super::keeper::RunKeeper;
 use super::{FORCE_CHANNEL, require_device};
 use crate::error::{DeviceError, ProcedureError};
 use crate::gate::{Gate, Refusal};
@@ -40,30 +40,6 @@ const ENDS_WITHIN_S: f64 = 60.0;
 const SAMPLES_LOST: &str = "samples_lost";
 const STOPPED: &str = "stopped";
 const REFUSED: &str = "refused";
-
-/// Stores the runs of a procedure, and finds runs stored before.
-pub trait RunKeeper {
-    /// The stored recording of a run with this start that an interrupted procedure completed: it is used instead of a new
-    /// measurement.
-    ///
-    /// # Errors
-    /// Any error of the store.
-    fn completed(&mut self, _start: &RunStart) -> Result<Option<Recording>, SinkError> {
-        Ok(None)
-    }
-    /// The sink for the documents of the run that begins with `start`.
-    ///
-    /// # Errors
-    /// Whatever keeps it from beginning.
-    fn sink(&mut self, start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError>;
-}
-
-/// Stores nothing.
-impl RunKeeper for Discard {
-    fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
-        Ok(Box::new(Self))
-    }
-}
 
 /// The start document of the run `run` on `acquirer`.
 #[must_use]

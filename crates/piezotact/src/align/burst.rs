@@ -46,11 +46,11 @@ pub struct BurstConfig {
 }
 
 impl BurstConfig {
-    /// Half a second from 100 to 1000 Hz, as far as `rate` holds them, with a quarter of a second of silence, at the peak `peak` of full scale.
+    /// Half a second from 100 to 1000 Hz, as far as `rate` holds them, with a quarter of a second of silence, with a peak of `peak_share` of full scale.
     ///
     /// # Errors
     /// [`BurstError::Band`] for a rate that holds no such band.
-    pub fn usual(rate: SampleRate, peak: f64) -> Result<Self, BurstError> {
+    pub fn usual(rate: SampleRate, peak_share: f64) -> Result<Self, BurstError> {
         let high = (PASSBAND * rate.nyquist().0).min(1000.0);
         let band = Band::new(Hertz(100.0), Hertz(high)).map_err(|_| BurstError::Band {
             high_hz: 1000.0,
@@ -60,7 +60,7 @@ impl BurstConfig {
             band,
             duration_s: Seconds(0.5),
             guard_s: Seconds(0.25),
-            peak,
+            peak: peak_share,
         })
     }
 

@@ -153,15 +153,18 @@ impl InputCalibration {
     /// Source: ISO 16063-21: calibration by comparison, here with a calibrator as reference.
     ///
     /// # Errors
-    /// [`CalibrationError`] when the tone is clipped (`peak` of the recording, full scale = 1), or stands less than 25 dB above the rest.
+    /// [`CalibrationError`] when the tone is clipped (its peak as a share of full scale), or stands less than 25 dB above the rest.
     pub fn by_exciter(
         (channel, name, unit): (u32, &str, Unit),
         exciter: Exciter,
         recorded: &Tone,
-        peak: f64,
+        peak_share: f64,
     ) -> Result<Self, CalibrationError> {
-        if peak >= CLIPPED {
-            return Err(CalibrationError::Clipped { channel, peak });
+        if peak_share >= CLIPPED {
+            return Err(CalibrationError::Clipped {
+                channel,
+                peak: peak_share,
+            });
         }
         let above_residual_db = recorded.above_residual_db();
         if above_residual_db.is_nan() || above_residual_db < LEAST_ABOVE_DB {
@@ -193,15 +196,15 @@ impl InputCalibration {
     /// [`CalibrationError::Numbers`] when the value is 0 or no number.
     pub fn stated(
         of: (u32, &str, Unit),
-        v_per_unit: f64,
-        input_v_per_full_scale: f64,
+        per_unit_v: f64,
+        input_v: f64,
     ) -> Result<Self, CalibrationError> {
         Self::checked(
             of,
-            input_v_per_full_scale / v_per_unit,
+            input_v / per_unit_v,
             SensorMethod::Stated {
-                v_per_unit,
-                input_v_per_full_scale,
+                v_per_unit: per_unit_v,
+                input_v_per_full_scale: input_v,
             },
         )
     }
@@ -306,7 +309,7 @@ impl SoundCalibration {
         doubts
     }
 
-    /// Checks the gain of the loopback that is `found` now (recorded per played value) against the calibration.
+    /// Checks the gain of the loopback `found_ratio` that is found now (recorded per played value) against the calibration.
     ///
     /// Formula: 20·log10(|found| / |calibrated|), at most 0.1 dB, and the same sign.
     ///
@@ -314,18 +317,18 @@ impl SoundCalibration {
     ///
     /// # Errors
     /// [`CalibrationError::LevelChanged`] with both levels; [`CalibrationError::Inverted`] where the polarity changed.
-    pub fn level_holds(&self, found: f64) -> Result<(), CalibrationError> {
+    pub fn level_holds(&self, found_ratio: f64) -> Result<(), CalibrationError> {
         let Some(stored) = self.loopback else {
             return Ok(());
         };
-        let off_db = 20.0 * (found / stored.gain).abs().log10();
+        let off_db = 20.0 * (found_ratio / stored.gain).abs().log10();
         if off_db.is_nan() || off_db.abs() > MOST_OFF_DB {
             return Err(CalibrationError::LevelChanged {
                 off_db,
                 most_db: MOST_OFF_DB,
             });
         }
-        match found * stored.gain > 0.0 {
+        match found_ratio * stored.gain > 0.0 {
             true => Ok(()),
             false => Err(CalibrationError::Inverted),
         }

@@ -44,7 +44,7 @@ pub enum WiringError {
     },
 }
 
-/// Where the pulse of `output` (channel from 1; `played` is its peak) arrived: `inputs` holds one recorded stretch for each input, at rest in the first
+/// Where the pulse of `output` (channel from 1; `played_share` is its peak, of full scale) arrived: `inputs` holds one recorded stretch for each input, at rest in the first
 /// `rest` samples. The gain is in recorded units per played unit.
 ///
 /// Formula: an input holds the pulse where its largest value behind the rest is at least eight times the largest value within the rest, both about the
@@ -56,7 +56,7 @@ pub enum WiringError {
 /// [`WiringError`] where it arrived on no input or on several.
 pub fn wiring(
     output: u32,
-    played: f64,
+    played_share: f64,
     inputs: &[&[f64]],
     rest: usize,
 ) -> Result<Wire, WiringError> {
@@ -96,7 +96,7 @@ pub fn wiring(
         1 => Ok(Wire {
             output,
             input: best.0,
-            gain: best.1 / played,
+            gain: best.1 / played_share,
             at_sample: best.2,
         }),
         _ => Err(WiringError::Several { output, inputs }),

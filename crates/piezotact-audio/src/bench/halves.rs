@@ -1,0 +1,595 @@
+//! The playing and the acquiring half of a sound device.
+
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::number::digits;
+use piezotact::quantity::{SampleRate, Seconds, Unit};
+use piezotact::recording::{Condition, Event, EventValue, Touch};
+use piezotact::run::RunChunk;
+use piezotact::sound::{SoundDoubt, silent_runs};
+use piezotact::statistics::{mean, rms};
+use piezotact_bench::{
+    Acquire, AcquireDescription, Bench, DeviceError, Play, PlayDescription, PlayProgress, Playback,
+    RunPlan, SensorCalibration, StopHandle, Until,
+};
+
+use super::{AudioBench, Input};
+use crate::callback::Happened;
+use crate::forced::JoinedForce;
+use crate::setup::Measures;
+use crate::streams::{Fetched, Loaded, RunningStreams};
+
+/// What is recorded before a drive begins, and after its end beside the latency, s: as on the twin.
+const LEAD: Seconds = Seconds(0.2);
+const REST_S: f64 = 0.3;
+/// A latency that was not measured is at most this, s.
+const LATENCY_S: f64 = 0.5;
+/// The length of a calibration at rest, s.
+const AT_REST: Seconds = Seconds(0.5);
+/// The length of a chunk, s, and the longest one.
+const CHUNK_S: f64 = 0.05;
+const LONGEST_CHUNK_S: f64 = 0.5;
+/// A recorded value of this share of full scale or more is clipped.
+const FULL_SCALE: f32 = 0.999_9;
+/// So many zeros in a row are a silent part.
+const SILENT_SAMPLES: usize = 16;
+/// A pause between callbacks of so many buffers, or this, is a stall.
+const STALL_BUFFERS: f64 = 4.0;
+const STALL_S: f64 = 0.08;
+
+/// The kinds of events of a run on a sound device.
+const ONSET: &str = "playback_onset";
+const RAN_DRY: &str = "playback_ran_dry";
+
+/// What an open device is made of.
+pub(super) struct Parts {
+    pub(super) bench: AudioBench,
+    pub(super) drive_setup: Option<DriveSetup>,
+    pub(super) streams: RunningStreams,
+    pub(super) inputs: Vec<Input>,
+    pub(super) doubts: Vec<Doubt>,
+    pub(super) force: Option<JoinedForce>,
+}
+
+/// The halves of an open device.
+pub(super) fn halves(parts: Parts) -> Bench {
+    let shared = Arc::new(Mutex::new(Shared {
+        bench: parts.bench,
+        drive_setup: parts.drive_setup,
+        streams: parts.streams,
+        inputs: parts.inputs,
+        doubts: parts.doubts,
+        force: parts.force,
+        loaded: None,
+        planned: None,
+        run: None,
+        last: LastRun::default(),
+    }));
+    Bench::new(
+        Box::new(Player(Arc::clone(&shared))),
+        Box::new(Acquirer(shared)),
+    )
+}
+
+struct Shared {
+    bench: AudioBench,
+    drive_setup: Option<DriveSetup>,
+    streams: RunningStreams,
+    inputs: Vec<Input>,
+    doubts: Vec<Doubt>,
+    /// The normal force, when it is no input of the device; its channel is the last.
+    force: Option<JoinedForce>,
+    loaded: Option<Played>,
+    planned: Option<(RunPlan, StopHandle)>,
+    run: Option<UnderWay>,
+    last: LastRun,
+}
+
+/// A drive that is ready, and how many silent parts it has of its own.
+struct Played {
+    loaded: Loaded,
+    silent_parts: Option<usize>,
+}
+
+/// What is known of a run beside its samples.
+#[derive(Clone, Debug, Default)]
+struct LastRun {
+    events: Vec<Event>,
+    clipped: Vec<u64>,
+    limited: u64,
+    /// The loopback as it was recorded, to look for silent parts.
+    loopback: SilentParts,
+    own_silent_parts: Option<usize>,
+    dry: usize,
+    stalls: (usize, f64),
+}
+
+/// Counts silent parts of a signal that comes in pieces.
+#[derive(Clone, Debug, Default)]
+struct SilentParts {
+    /// Zeros at the end of what came, after something else.
+    zeros: Option<usize>,
+    parts: usize,
+    samples: usize,
+}
+
+impl SilentParts {
+    fn take(&mut self, samples: &[f64]) {
+        for sample in samples {
+            if *sample == 0.0 {
+                self.zeros = self.zeros.map(|zeros| zeros + 1);
+                continue;
+            }
+            if let Some(zeros) = self.zeros
+                && zeros >= SILENT_SAMPLES
+            {
+                self.parts += 1;
+                self.samples += zeros;
+            }
+            self.zeros = Some(0);
+        }
+    }
+}
+
+struct UnderWay {
+    plan: RunPlan,
+    stop: StopHandle,
+    /// The frame of the input that is its first sample.
+    origin: u64,
+    acquired: u64,
+    piece: Option<u64>,
+    /// The playback was stopped before its end.
+    cut: bool,
+    ends_at: Option<u64>,
+    acquiring: bool,
+}
+
+fn locked(shared: &Mutex<Shared>) -> MutexGuard<'_, Shared> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn before(asked: &'static str, before: &'static str) -> DeviceError {
+    DeviceError::Order { asked, before }
+}
+
+impl Shared {
+    fn rate(&self) -> SampleRate {
+        self.streams.rate()
+    }
+
+    fn name(&self) -> String {
+        format!("sound device `{}`", self.bench.setup.called())
+    }
+
+    /// The latency of the device, in words.
+    fn latency(&self) -> String {
+        let latency = self.bench.latency.as_ref();
+        let spread =
+            latency.and_then(|latency| Some((latency.latency?, latency.measured_on.as_str())));
+        match spread {
+            Some((spread, on)) => format!(
+                "output to input in {} ms (median, 99 % within {} ms, measured on {on})",
+                digits(1e3 * spread.median_s.0),
+                digits(1e3 * spread.p99_s.0)
+            ),
+            None => "latency not measured".into(),
+        }
+    }
+
+    /// The samples of `fetched` in SI units, in the order of the channels.
+    fn in_units(&mut self, fetched: &Fetched) -> Vec<Vec<f64>> {
+        let last = &mut self.last;
+        last.clipped.resize(self.inputs.len(), 0);
+        let inputs = self.inputs.iter().zip(&mut last.clipped);
+        inputs
+            .map(|(input, clipped)| {
+                let samples = &fetched.channels[input.channel];
+                *clipped += samples.iter().filter(|v| v.abs() >= FULL_SCALE).count() as u64;
+                samples
+                    .iter()
+                    .map(|v| f64::from(*v) * input.scale)
+                    .collect()
+            })
+            .collect()
+    }
+
+    /// The next frames, with their force where it has a source of its own; none where `stop` came first.
+    fn fetch(
+        &mut self,
+        enough: usize,
+        most: usize,
+        stop: &StopHandle,
+    ) -> Result<Option<(Fetched, Option<Vec<f64>>)>, DeviceError> {
+        let Some(force) = &mut self.force else {
+            let fetched = self.streams.fetch(enough, most, stop)?;
+            return Ok(fetched.map(|fetched| (fetched, None)));
+        };
+        loop {
+            let arrived = self.streams.board().input.frames.load(Ordering::Acquire);
+            force.arrived(arrived)?;
+            if let Some((fetched, force_n)) = force.ready()? {
+                return Ok(Some((fetched, Some(force_n))));
+            }
+            // Fewer at a time, so that readings are fetched soon after they arrive.
+            match self.streams.fetch(1, enough, stop)? {
+                Some(fetched) => force.wait_for(fetched),
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// Notes what happened since the last call.
+    fn note_happened(&mut self) {
+        let rate_hz = self.rate().hz();
+        let Some(run) = &self.run else {
+            return;
+        };
+        let origin = run.origin;
+        let event = |frame: u64, frames: u64, kind: &str, value: u64| Event {
+            onset_s: Seconds(frame.saturating_sub(origin) as f64 / rate_hz),
+            duration_s: Seconds(frames as f64 / rate_hz),
+            kind: kind.into(),
+            value: Some(EventValue::Number(value as f64)),
+        };
+        for happened in self.streams.take_happened() {
+            match happened {
+                // The moment at which it was handed over; it is recorded a latency later.
+                Happened::Onset { frame, input } => {
+                    self.last.events.push(event(input, 0, ONSET, frame));
+                }
+                Happened::RanDry { frames, input, .. } => {
+                    self.last.dry += 1;
+                    let began = input.saturating_sub(frames);
+                    self.last.events.push(event(began, frames, RAN_DRY, frames));
+                }
+                Happened::Lost { .. } => {}
+            }
+        }
+        if !self.streams.run_by_themselves() {
+            return;
+        }
+        let board = self.streams.board();
+        let limit_s =
+            STALL_S.max(STALL_BUFFERS * f64::from(self.bench.setup.buffer_frames) / rate_hz);
+        let pause = board
+            .output
+            .take_longest_pause()
+            .max(board.input.take_longest_pause());
+        if pause >= Duration::from_secs_f64(limit_s) {
+            let (times, longest_s) = self.last.stalls;
+            self.last.stalls = (times + 1, longest_s.max(pause.as_secs_f64()));
+        }
+    }
+
+    /// How many samples the loopback left silent that the drive did not.
+    fn silent_parts(&self) -> usize {
+        let own = self.last.own_silent_parts;
+        own.map_or(0, |own| self.last.loopback.parts.saturating_sub(own))
+    }
+
+    fn run_doubts(&self) -> Vec<Doubt> {
+        let mut doubts = self.doubts.clone();
+        for (input, clipped) in self.inputs.iter().zip(&self.last.clipped) {
+            if *clipped > 0 {
+                doubts.push(Doubt::from(SoundDoubt::InputClipped {
+                    channel: input.measures.name().into(),
+                    samples: *clipped,
+                }));
+            }
+        }
+        if self.last.limited > 0 {
+            doubts.push(Doubt::from(SoundDoubt::DriveLimited {
+                samples: self.last.limited,
+            }));
+        }
+        let parts = self.silent_parts();
+        if parts > 0 {
+            doubts.push(Doubt::from(SoundDoubt::SilentParts {
+                parts,
+                samples: self.last.loopback.samples,
+            }));
+        }
+        let (times, longest_s) = self.last.stalls;
+        if times > 0 {
+            doubts.push(Doubt::from(SoundDoubt::Stalled { times, longest_s }));
+        }
+        doubts.extend(self.force.iter().flat_map(JoinedForce::doubts));
+        doubts
+    }
+}
+
+struct Player(Arc<Mutex<Shared>>);
+
+impl Play for Player {
+    fn describe(&self) -> PlayDescription {
+        let shared = locked(&self.0);
+        PlayDescription {
+            name: shared.name(),
+            kind: shared.bench.kind,
+            rate: shared.rate(),
+            gain: Some(shared.bench.device.gain().name.clone()),
+        }
+    }
+
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, DeviceError> {
+        Ok(locked(&self.0).drive_setup.clone())
+    }
+
+    fn ready(
+        &mut self,
+        playback: Playback,
+        _run: &RunPlan,
+        _stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
+        let mut shared = locked(&self.0);
+        let output = shared.rate();
+        if playback.rate() != output {
+            return Err(DeviceError::Rate {
+                drive: playback.rate(),
+                output,
+                name: shared.name(),
+            });
+        }
+        let silent_parts = match &playback {
+            Playback::Whole(drive) => Some(silent_runs(drive.samples(), SILENT_SAMPLES).len()),
+            Playback::Made(_) => None,
+        };
+        shared.loaded = Some(Played {
+            loaded: Loaded::of(playback),
+            silent_parts,
+        });
+        Ok(())
+    }
+
+    fn start(&mut self) -> Result<(), DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let played = shared.loaded.take().ok_or(before("play", "made ready"))?;
+        if !shared.run.as_ref().is_some_and(|run| run.acquiring) {
+            return Err(before("play", "acquiring"));
+        }
+        let onset = shared.streams.next_onset(LEAD);
+        let piece = shared.streams.play_at(onset, played.loaded)?;
+        shared.last.own_silent_parts = played.silent_parts;
+        if let Some(run) = &mut shared.run {
+            run.piece = Some(piece);
+        }
+        Ok(())
+    }
+
+    fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
+        let mut shared = locked(&self.0);
+        shared.note_happened();
+        let run = shared
+            .run
+            .as_ref()
+            .ok_or(before("say how far it is", "started"))?;
+        let piece = run.piece.ok_or(before("say how far it is", "started"))?;
+        let cut = run.cut;
+        let progress = shared.streams.progress(piece);
+        Ok(PlayProgress {
+            played: progress.played,
+            underruns: shared.last.dry + shared.silent_parts() + shared.last.stalls.0,
+            ended: progress.ended || cut,
+        })
+    }
+
+    fn stop(&mut self) {
+        let mut shared = locked(&self.0);
+        shared.loaded = None;
+        let playing = shared.run.as_ref().and_then(|run| run.piece);
+        if playing.is_some_and(|piece| !shared.streams.progress(piece).ended) {
+            shared.streams.stop_playing();
+        }
+        if let Some(run) = &mut shared.run {
+            run.cut |= run.piece.is_some();
+        }
+    }
+}
+
+struct Acquirer(Arc<Mutex<Shared>>);
+
+impl Acquirer {
+    /// The next frames of the run in progress; none when it is over. The lock is given back between waits.
+    fn next(&self) -> Result<Option<RunChunk>, DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let rate = shared.rate();
+        let run = shared.run.as_ref().filter(|run| run.acquiring);
+        let run = run.ok_or(before("wait", "started"))?;
+        if run.piece.is_none() && shared.loaded.is_some() && !run.stop.is_stopped() {
+            return Err(before("wait", "told to play what is ready"));
+        }
+        let wanted = match run.plan.until {
+            Until::Duration(duration) => Some(rate.samples_in(duration) as u64),
+            Until::PlaybackEnded => run.ends_at,
+            Until::Stopped => None,
+        };
+        let left = wanted.map_or(u64::MAX, |wanted| wanted.saturating_sub(run.acquired));
+        let unheard = run.cut && run.plan.until == Until::PlaybackEnded && run.ends_at.is_none();
+        if left == 0 || unheard {
+            return Ok(None);
+        }
+        let frames = |s: f64| (s * rate.hz()).ceil() as u64;
+        let most = frames(LONGEST_CHUNK_S).min(left) as usize;
+        let enough = frames(CHUNK_S).min(left) as usize;
+        let stop = run.stop.clone();
+        let fetched = shared.fetch(enough, most, &stop)?;
+        shared.note_happened();
+        let Some((fetched, force_n)) = fetched else {
+            return Ok(None);
+        };
+        let mut channels = shared.in_units(&fetched);
+        channels.extend(force_n);
+        let drive = shared
+            .inputs
+            .iter()
+            .position(|input| input.measures == Measures::Drive);
+        if let Some(drive) = drive {
+            shared.last.loopback.take(&channels[drive]);
+        }
+        let Some(run) = &mut shared.run else {
+            return Ok(None);
+        };
+        // Of a loss beyond the end of the run only what lies within it counts.
+        let lost = fetched.lost.min(left);
+        let mut chunk = RunChunk {
+            first: run.acquired + lost,
+            device_s: Some((fetched.first - run.origin) as f64 / rate.hz()),
+            lost,
+            channels,
+            ..RunChunk::default()
+        };
+        let keep = (left - lost) as usize;
+        chunk
+            .channels
+            .iter_mut()
+            .for_each(|channel| channel.truncate(keep));
+        run.acquired += lost + chunk.len() as u64;
+        Ok(Some(chunk))
+    }
+}
+
+impl Acquire for Acquirer {
+    fn describe(&self) -> AcquireDescription {
+        let shared = locked(&self.0);
+        let measures = shared.inputs.iter().map(|input| input.measures);
+        let channels: Vec<(String, Unit)> = measures
+            .chain(shared.force.iter().map(|_| Measures::Force))
+            .map(|measures| (measures.name().into(), measures.unit()))
+            .collect();
+        let force = shared.force.as_ref().map(JoinedForce::described);
+        let setup = &shared.bench.setup;
+        let made_on = shared
+            .bench
+            .calibration
+            .as_ref()
+            .map(|calibration| calibration.made_on.as_str());
+        AcquireDescription {
+            name: shared.name(),
+            kind: shared.bench.kind,
+            rate: shared.rate(),
+            channels,
+            condition: Condition {
+                participant: shared.bench.participant.clone(),
+                twin_seed: shared.bench.twin_seed,
+                touch: Some(Touch::Resting),
+                ..Condition::default()
+            },
+            seed: None,
+            steps: vec![format!(
+                "played and recorded by {} in buffers of {} frames, {}, {}",
+                shared.name(),
+                setup.buffer_frames,
+                match made_on {
+                    Some(made_on) => format!("calibrated on {made_on}"),
+                    None => "not calibrated".into(),
+                },
+                shared.latency()
+            )]
+            .into_iter()
+            .chain(force)
+            .collect(),
+            answers_with: None,
+        }
+    }
+
+    fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
+        locked(&self.0).run_doubts()
+    }
+
+    fn events(&mut self) -> Vec<Event> {
+        std::mem::take(&mut locked(&self.0).last.events)
+    }
+
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let frames = shared.rate().samples_in(AT_REST);
+        shared.streams.skip();
+        let (mut channels, mut there) = (vec![Vec::new(); shared.inputs.len()], 0);
+        let stop = StopHandle::new();
+        while there < frames {
+            let Some(fetched) = shared.streams.fetch(1, frames - there, &stop)? else {
+                break;
+            };
+            for (all, input) in channels.iter_mut().zip(&shared.inputs) {
+                let samples = fetched.channels[input.channel].iter();
+                all.extend(samples.map(|v| f64::from(*v) * input.scale));
+            }
+            there += fetched.channels.first().map_or(0, Vec::len);
+        }
+        if let Some(force) = &mut shared.force {
+            channels.push(force.readings_n()?);
+        }
+        let offset: Vec<f64> = channels.iter().map(|channel| mean(channel)).collect();
+        let noise_rms = channels.iter().zip(&offset).map(|(channel, offset)| {
+            let about: Vec<f64> = channel.iter().map(|v| v - offset).collect();
+            rms(&about)
+        });
+        Ok(SensorCalibration {
+            noise_rms: noise_rms.collect(),
+            offset,
+        })
+    }
+
+    fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
+        let mut shared = locked(&self.0);
+        shared.streams.run_comes(run)?;
+        shared.planned = Some((run.clone(), stop.clone()));
+        Ok(())
+    }
+
+    fn start(&mut self) -> Result<(), DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let planned = shared.planned.take();
+        let (plan, stop) = planned.ok_or(before("acquire", "made ready"))?;
+        let origin = shared.streams.skip();
+        if let Some(force) = &mut shared.force {
+            force.begin(origin)?;
+        }
+        let _before = shared.streams.take_happened();
+        let board = shared.streams.board();
+        let _pauses = (
+            board.output.take_longest_pause(),
+            board.input.take_longest_pause(),
+        );
+        board.limited.store(0, Ordering::Release);
+        shared.last = LastRun::default();
+        shared.run = Some(UnderWay {
+            plan,
+            stop,
+            origin,
+            acquired: 0,
+            piece: None,
+            cut: false,
+            ends_at: None,
+            acquiring: true,
+        });
+        Ok(())
+    }
+
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
+        self.next()
+    }
+
+    fn playback_ended(&mut self) {
+        let shared = &mut *locked(&self.0);
+        let rate = shared.rate();
+        shared.last.limited = shared.streams.board().limited.load(Ordering::Acquire);
+        let buffers = 4.0 * f64::from(shared.bench.setup.buffer_frames) / rate.hz();
+        let rest = rate.samples_in(Seconds(REST_S + LATENCY_S.max(buffers))) as u64;
+        if let Some(run) = &mut shared.run {
+            run.ends_at.get_or_insert(run.acquired + rest);
+        }
+    }
+
+    fn stop(&mut self) {
+        let mut shared = locked(&self.0);
+        shared.planned = None;
+        if let Some(run) = &mut shared.run {
+            run.acquiring = false;
+        }
+    }
+}
