@@ -274,6 +274,7 @@ mod tests {
         "before",
         "cuts",
         "set",
+        "setup",
         "contact_map",
         "control",
         "twin",

@@ -134,6 +134,12 @@ impl HardwareIo {
             .devices()
             .map_err(|error| self.unavailable(&error))?
             .collect();
+        if devices.is_empty() {
+            return Err(AudioError::HostUnavailable {
+                host: self.id.to_string(),
+                why: "it has no devices".into(),
+            });
+        }
         let id = |device: &Device| device.id().ok().map(|id| id.id().to_owned());
         let found = devices.iter().find(|device| {
             id(device).as_deref() == Some(wanted) && !direction.offers(device).is_empty()

@@ -7,7 +7,7 @@ use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
-    Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
+    Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
 };
 use piezotact::series::filled;
 use piezotact::statistics::mean;

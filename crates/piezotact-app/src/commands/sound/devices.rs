@@ -27,7 +27,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         found.devices = HardwareIo::new(host)?.devices()?;
         found.hosts.push(SoundHost {
             name: host.clone(),
-            answers: Answers::Yes,
+            answers: match found.devices.is_empty() {
+                true => Answers::No,
+                false => Answers::Yes,
+            },
         });
     } else {
         for host in hosts() {
