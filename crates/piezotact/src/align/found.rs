@@ -6,11 +6,14 @@ use super::line::{Found, Line, converged, robust, step};
 use super::search::{Blocks, Lead, Placed};
 use super::{AlignDoubt, AlignError, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared, Span};
 use crate::quantity::Seconds;
+use crate::statistics::median;
 
 /// Less certain times are doubted, s.
 const CERTAIN_S: f64 = 1e-4;
 /// So many neighbouring blocks that are not where they should be are doubted, and so is a share of one in [`MANY`].
-const RUN: usize = 3;
+const RUN: usize = 2;
+/// Where half of the blocks correlate by this or more, a single one that does not is doubted.
+const CLEAR: f64 = 0.7;
 /// One in so many is many.
 const MANY: usize = 5;
 /// Times at which intervals are given, less 1.
@@ -135,7 +138,10 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> 
         })
     };
     let found = placed.found.iter();
-    let found = found.filter(|one| !with_burst(one.drive_s)).count();
+    let found = found.filter(|one| !with_burst(one.drive_s));
+    let mut found: Vec<f64> = found.map(|one| one.correlation).collect();
+    let is_clear = median(&mut found).is_some_and(|usual| usual >= CLEAR);
+    let found = found.len();
     let missed = &placed.missed_s;
     let of = found + missed.len() + placed.repeating.len();
     let mut run = 0;
@@ -146,7 +152,7 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> 
         longest = longest.max(run);
     }
     let doubt = match (missed.first(), missed.last()) {
-        (Some(first), Some(last)) if longest >= RUN || MANY * missed.len() > of => {
+        (Some(first), Some(last)) if is_clear || longest >= RUN || MANY * missed.len() > of => {
             Some(AlignDoubt::NotThere {
                 missed: missed.len(),
                 of,
