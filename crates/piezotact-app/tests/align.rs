@@ -323,7 +323,7 @@ fn what_cannot_be_aligned_is_named() {
     folder.write("slow.csv", format!("nail (m/s2)\n{}", "0.5\n".repeat(900)));
     align(&["with.wav", "slow.csv", "--rate", "90"])
         .expect_failure(1, &["slow.csv", "90 Hz", "156 Hz"]);
-    align(&["with.wav", "slow.csv", "--rate", "-3"]).expect_failure(2, &["rate"]);
+    align(&["with.wav", "slow.csv", "--rate=-3"]).expect_failure(2, &["rate"]);
 }
 
 #[test]
@@ -346,7 +346,10 @@ fn bursts_that_cannot_be_are_named() {
     folder
         .run(&["burst", "texture.wav", "--out", "with.wav"])
         .expect_failure(1, &["texture.wav", "m/s²"]);
-    folder.write("drive.csv", "drive (V)\n0.1\n0.2\n");
+    folder.write(
+        "drive.csv",
+        "time (s),drive (V)\n0,0.1\n0.001,0.2\n0.002,0.1\n",
+    );
     folder
         .run(&["burst", "drive.csv", "--out", "with.wav"])
         .expect_failure(1, &["drive.csv", "WAV"]);

@@ -211,7 +211,7 @@ fn what_is_no_measured_hand_is_refused() {
         ("measured:", "measured:FILE"),
         ("measured:hand.json,noise=-1", "a noise from 0"),
         ("measured:hand.json,colour=red", "noise=M_S2"),
-        ("shaker:hand.json", "(twin, measured, fake)"),
+        ("shaker:hand.json", "(twin, measured, audio, fake)"),
     ] {
         characterise(bench).expect_failure(2, &[part]);
     }

@@ -19,9 +19,12 @@ pub(crate) use shared_data::shared;
 /// Every command and every command of a command.
 pub(crate) const COMMANDS: &[&str] = &[
     "demo",
+    "devices",
     "info",
+    "latency",
     "spectrum",
     "noise",
+    "calibrate",
     "characterise",
     "transfer",
     "manipulate",

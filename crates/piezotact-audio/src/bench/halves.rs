@@ -8,7 +8,7 @@ use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{Condition, Event, EventValue, Touch};
+use piezotact::recording::{BenchKind, Condition, Event, EventValue, Touch};
 use piezotact::run::RunChunk;
 use piezotact::sound::{SoundDoubt, silent_runs};
 use piezotact::statistics::{mean, rms};
@@ -162,7 +162,12 @@ impl Shared {
     }
 
     fn name(&self) -> String {
-        format!("sound device `{}`", self.bench.setup.called())
+        let behind = match self.bench.kind {
+            BenchKind::Twin => ", behind it the digital twin",
+            BenchKind::Scripted | BenchKind::Measured => ", behind it no device and no finger",
+            BenchKind::Hardware => "",
+        };
+        format!("sound device `{}`{behind}", self.bench.setup.called())
     }
 
     /// The latency of the device, in words.
