@@ -1,4 +1,4 @@
-//! The sound systems of this machine, through cpal: ALSA and JACK on Linux, PipeWire where it was built in; WASAPI on Windows and Core Audio on macOS
+//! The sound systems of this machine, through cpal: ALSA and JACK on Linux, `PipeWire` where it was built in; WASAPI on Windows and Core Audio on macOS
 //! compile from the same code and were not tried.
 
 use std::sync::Arc;

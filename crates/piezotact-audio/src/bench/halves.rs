@@ -45,6 +45,9 @@ const STALL_S: f64 = 0.08;
 const ONSET: &str = "playback_onset";
 const RAN_DRY: &str = "playback_ran_dry";
 
+/// Recorded frames, with the force at each, N, where it has a source of its own.
+type WithForce = (Fetched, Option<Vec<f64>>);
+
 /// What an open device is made of.
 pub(super) struct Parts {
     pub(super) bench: AudioBench,
@@ -208,7 +211,7 @@ impl Shared {
         enough: usize,
         most: usize,
         stop: &StopHandle,
-    ) -> Result<Option<(Fetched, Option<Vec<f64>>)>, DeviceError> {
+    ) -> Result<Option<WithForce>, DeviceError> {
         let Some(force) = &mut self.force else {
             let fetched = self.streams.fetch(enough, most, stop)?;
             return Ok(fetched.map(|fetched| (fetched, None)));

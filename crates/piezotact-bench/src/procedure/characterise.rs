@@ -57,12 +57,12 @@ pub fn usual_segment(rate: SampleRate) -> usize {
     let least = (USUAL_SEGMENT_S * rate.hz()).round().max(2.0) as usize;
     let quick = |count: &usize| {
         let mut left = *count;
-        for prime in [2, 3, 5] {
-            while left % prime == 0 {
+        for prime in [2_usize, 3, 5] {
+            while left.is_multiple_of(prime) {
                 left /= prime;
             }
         }
-        count % 2 == 0 && left == 1
+        count.is_multiple_of(2) && left == 1
     };
     (least..2 * least).find(quick).unwrap_or(least)
 }

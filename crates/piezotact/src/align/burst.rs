@@ -52,7 +52,7 @@ impl BurstConfig {
     /// [`BurstError::Band`] for a rate that holds no such band.
     pub fn usual(rate: SampleRate, peak_share: f64) -> Result<Self, BurstError> {
         let high = (PASSBAND * rate.nyquist().0).min(1000.0);
-        let band = Band::new(Hertz(100.0), Hertz(high)).map_err(|_| BurstError::Band {
+        let band = Band::new(Hertz(100.0), Hertz(high)).map_err(|_narrow| BurstError::Band {
             high_hz: 1000.0,
             highest_hz: high,
         })?;

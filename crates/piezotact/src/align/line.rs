@@ -232,7 +232,7 @@ pub(super) fn converged<T>(
     let mut best_rest = found.abs();
     let (mut next, mut gain) = (found, 1.0);
     for _ in 0..4 {
-        if best_rest < CONVERGED_PPM || !(next.abs() <= MOST_DRIFT_PPM) {
+        if best_rest < CONVERGED_PPM || !(-MOST_DRIFT_PPM..=MOST_DRIFT_PPM).contains(&next) {
             break;
         }
         let Ok((value, found)) = measure(next, Some(&best)) else {

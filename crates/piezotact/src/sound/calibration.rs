@@ -299,7 +299,7 @@ impl SoundCalibration {
     pub fn doubts_on(&self, today: i64) -> Vec<Doubt> {
         let days = today - self.made_on_day;
         let mut doubts = self.doubts.clone();
-        if days > OLD_DAYS || days < 0 {
+        if !(0..=OLD_DAYS).contains(&days) {
             doubts.push(Doubt::from(SoundDoubt::CalibrationOld {
                 made_on: self.made_on.clone(),
                 days: days as f64,
