@@ -1,6 +1,6 @@
 //! Sound hardware as a bench: a device that plays and records, calibrated and timed, and the real-time half that serves it.
 //!
-//! [`callback`] runs on the threads of the sound system; [`streams`] is the other half. Between them are rings without locks, one each way. An
+//! `callback.rs` runs on the threads of the sound system; `streams.rs` is the other half. Between them are rings without locks, one each way. An
 //! [`AudioIo`] is a sound system: the hosts of this machine, or a loop within the program.
 
 mod bench;
