@@ -93,7 +93,7 @@ pub(super) fn run(
         "   time of a block by the monotonic clock, µs: median over passes (quartiles); late = the 99.9th percentile of a pass"
     );
     println!(
-        "     {:<11}{:>22}{:>24}{:>20}{:>6}{:>9}{:>6}{:>10}",
+        "     {:<11}{:>22}{:>28}{:>24}{:>6}{:>9}{:>6}{:>10}",
         "program", "p50", "late", "late/p50", "own", "longest", "over", "error"
     );
     for (program, passes) in PROGRAMS.iter().zip(&passes) {
@@ -209,7 +209,7 @@ impl Passes {
             format!("{median:.2} ({low:.2}–{high:.2})")
         };
         println!(
-            "     {:<11}{:>22}{:>24}{:>20}{:>6.2}{:>9.0}{:>6}{error:>10}   {}",
+            "     {:<11}{:>22}{:>28}{:>24}{:>6.2}{:>9.0}{:>6}{error:>10}   {}",
             program.name,
             show(&self.median_us),
             show(&self.late_us),

@@ -37,7 +37,7 @@ fn worst(found: &[f64], expected: &[f64]) -> f64 {
 }
 
 /// It is the sum by definition. Rounding: 1e-16 for each of the log2(B) steps of two transforms and for the sums over partitions,
-/// which grow with their square root; 3e-15 is the most that was seen.
+/// which grow with their square root; 2.4e-15 is the most that was seen.
 #[test]
 fn blocks_and_impulse_responses_of_any_length_give_the_sum() {
     for block in [1, 2, 7, 8, 30, 61, 64, 480] {
