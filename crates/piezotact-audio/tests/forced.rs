@@ -51,7 +51,7 @@ fn plan(duration_s: f64) -> RunPlan {
     }
 }
 
-/// Appends 80 readings a second until it is told to stop, or for `for_s`.
+/// Appends 80 readings per second for `for_s`, or until the flag is set.
 fn cell(file: &std::path::Path, for_s: f64) -> (Arc<AtomicBool>, std::thread::JoinHandle<()>) {
     let stop = Arc::new(AtomicBool::new(false));
     let (stopped, file) = (Arc::clone(&stop), file.to_owned());

@@ -30,7 +30,7 @@ pub trait ForceSource: Send {
     /// What it is, as far as it is known by now.
     fn describe(&self) -> ForceDescription;
 
-    /// Opens it and begins to read; what it sent before is left out. Started again, it begins anew.
+    /// Opens it and begins to read; what it sent before is left out. After a stop it can be started again; the readings and clocks of before are discarded.
     ///
     /// # Errors
     /// [`ForceError`] when it cannot be opened.

@@ -182,7 +182,7 @@ impl Protocol {
         self
     }
 
-    /// The clock of the device begins anew with the next reading.
+    /// The clock of the device restarts at the next reading.
     pub(super) fn new_clock(&mut self) {
         self.clock = DeviceClock::new(self.clock.wrap_s);
     }

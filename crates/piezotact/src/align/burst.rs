@@ -18,7 +18,7 @@ pub const LAST_BURST: &str = "sync_burst_last";
 /// The kind of the event that is the drive between them.
 pub const DRIVE_BETWEEN: &str = "drive";
 
-/// A sweep of so many independent values or more is told from any other.
+/// The least time-bandwidth product (number of independent values) at which a sweep is distinguishable from another signal.
 const LEAST_CELLS: f64 = 100.0;
 /// The longest burst and the longest silence, s.
 const LONGEST_S: f64 = 10.0;

@@ -241,7 +241,7 @@ pub struct LoopbackLevel {
     pub gain: f64,
 }
 
-/// The calibration of a sound device: a document that stands beside its set-up.
+/// The calibration of a sound device, stored as a document in the same folder as its set-up file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SoundCalibration {
