@@ -19,6 +19,7 @@ use piezotact_dataset::{JournalSink, RunFolder, keep_before};
 use serde::{Deserialize, Serialize};
 
 use crate::commands::bench_failure;
+use crate::dashboard::{Counts, Dashboard};
 use crate::failure::{Failure, Outcome};
 use crate::live::Showing;
 use crate::output::say;
@@ -179,11 +180,12 @@ impl RunKeeper for Keeper<'_> {
         };
         let (bar, own) = match &self.shown {
             Shown::Nothing => (ProgressBar::hidden(), false),
-            Shown::Each(what, length) => (progress::of_run(&what(start), *length), true),
+            Shown::Each(what, length) => (progress::of_run(&what(start), Some(*length)), true),
             Shown::Together(bar) => ((*bar).clone(), false),
         };
         Ok(Box::new(Showing(Kept {
             journal,
+            dashboard: Dashboard::new(&bar, Counts::Nothing),
             bar,
             own,
             samples,
@@ -196,6 +198,7 @@ impl RunKeeper for Keeper<'_> {
 struct Kept {
     journal: Option<JournalSink>,
     bar: ProgressBar,
+    dashboard: Dashboard,
     /// Whether the bar is of this run alone.
     own: bool,
     /// How many samples were acquired.
@@ -208,6 +211,7 @@ impl Sink for Kept {
         if let Some(journal) = &mut self.journal {
             journal.take(document)?;
         }
+        self.dashboard.take(document);
         match document {
             RunDocument::Start(_) => {
                 if let Some(journal) = &mut self.journal {

@@ -5,6 +5,7 @@ mod arguments;
 mod benches;
 mod cli;
 mod commands;
+mod dashboard;
 mod failure;
 mod interrupt;
 mod invocation;

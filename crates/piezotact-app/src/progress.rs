@@ -236,19 +236,26 @@ pub(crate) fn aside<T>(write: impl FnOnce() -> T) -> T {
     }
 }
 
-/// A bar that grows with the time that a run has acquired; on anything but a terminal, a line at its start.
-pub(crate) fn of_run(what: &str, length: Seconds) -> ProgressBar {
+/// A bar that grows with the time that a run has acquired, with its figures as the message below it; on anything but a terminal, a line at
+/// its start. Of a run that ends when it is stopped there is no bar, only the figures.
+pub(crate) fn of_run(what: &str, length: Option<Seconds>) -> ProgressBar {
     if !std::io::stderr().is_terminal() {
         say(&format!("{what} …"));
         return ProgressBar::hidden();
     }
     clear();
-    let bar = ProgressBar::new((length.0 * 10.0) as u64);
+    let (bar, template) = match length {
+        Some(length) => (
+            ProgressBar::new((length.0 * 10.0) as u64),
+            "{prefix} [{bar:30}] {percent:>3} % {eta}{msg}",
+        ),
+        None => (ProgressBar::new_spinner(), "{prefix} {elapsed}{msg}"),
+    };
     // The template is a constant; were it wrong, the plain bar serves.
-    if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:30}] {percent:>3} % {eta}") {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style.progress_chars("=> "));
     }
-    bar.set_message(message(what));
+    bar.set_prefix(message(what));
     bar.enable_steady_tick(Duration::from_millis(200));
     lines().run = Some(bar.downgrade());
     bar

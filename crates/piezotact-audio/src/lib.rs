@@ -15,6 +15,8 @@ mod hardware;
 mod io;
 mod latency;
 mod looped;
+#[cfg(feature = "hardware")]
+mod plant;
 mod setup;
 mod streams;
 
@@ -28,5 +30,7 @@ pub use hardware::{HardwareIo, hosts};
 pub use io::{AudioIo, StreamPlan, Streams};
 pub use latency::latency_run;
 pub use looped::{LoopFailure, LoopFault, LoopIo, LoopPace, LoopSettings, PlantMaker, SilentPart};
+#[cfg(feature = "hardware")]
+pub use plant::{ForceReading, JackPlant, PlantError, PlantSettings};
 pub use setup::{ForceSettings, Measures, PlayChannels, RecordedChannel, SoundSetup};
 pub use streams::{Fetched, Loaded, PieceProgress, RunningStreams, StreamChannels};

@@ -12,10 +12,10 @@ use piezotact_bench::conformance::{Draws, Subject, of_bench};
 use piezotact_bench::procedure::play_and_record;
 use piezotact_bench::{Bench, Placement, RunPlan, Until};
 
-use super::loops::setup;
+use super::loops::setup_at;
 
-fn bench(looped: &str) -> Bench {
-    let setup = setup(looped);
+fn bench(looped: &str, rate: SampleRate) -> Bench {
+    let setup = setup_at(rate.hz(), looped);
     let mut io = LoopIo::new(&setup, None).unwrap();
     let bench = AudioBench {
         setup,
@@ -41,7 +41,7 @@ fn it_keeps_the_contract_of_a_bench() {
         ..Subject::with_tone(0.3, rate()).unwrap()
     };
     for looped in ["", "pace = \"real_time\""] {
-        let findings = of_bench(move || bench(looped), &subject);
+        let findings = of_bench(move || bench(looped, rate()), &subject);
         let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
         assert!(texts.is_empty(), "{looped}: {texts:?}");
     }
@@ -51,6 +51,11 @@ fn run(looped: &str) -> Recording {
     let mut random = Random::stream(1, 0, "drive");
     let samples = (0..48_000).map(|_| 0.1 * random.normal()).collect();
     let drive = Series::<Drive>::new(samples, rate()).unwrap();
+    recorded_at(looped, &drive)
+}
+
+/// What is recorded while `drive` plays at its rate.
+pub(super) fn recorded_at(looped: &str, drive: &Series<Drive>) -> Recording {
     let plan = RunPlan {
         label: "run".into(),
         load: Some(Newtons(0.2)),
@@ -58,10 +63,11 @@ fn run(looped: &str) -> Recording {
         placement: Placement::New,
         until: Until::PlaybackEnded,
     };
-    play_and_record(&mut bench(looped), &drive, None, &plan, &mut Discard, None).unwrap()
+    let mut bench = bench(looped, drive.rate());
+    play_and_record(&mut bench, drive, None, &plan, &mut Discard, None).unwrap()
 }
 
-fn codes(recording: &Recording) -> Vec<String> {
+pub(super) fn codes(recording: &Recording) -> Vec<String> {
     let doubts = recording.about.doubts.iter();
     doubts.map(|doubt| doubt.code.to_string()).collect()
 }

@@ -14,10 +14,14 @@ use piezotact_audio::{
 use piezotact_bench::{DeviceError, Playback, StopHandle};
 
 pub(super) fn setup(looped: &str) -> SoundSetup {
+    setup_at(48_000.0, looped)
+}
+
+pub(super) fn setup_at(rate_hz: f64, looped: &str) -> SoundSetup {
     let text = format!(
         r#"
         host = "loop"
-        rate_hz = 48000
+        rate_hz = {rate_hz}
         buffer_frames = 256
         play = {{ drive = [1, 2], trigger = 3 }}
         record = [

@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::document::Content;
 use piezotact::doubt::{Merged, merged};
-use piezotact::quantity::{Band, SampleRate, Seconds};
+use piezotact::quantity::{Band, SampleRate, Seconds, Unit};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::{GainFit, Headroom, RenderedDrive, gains_for};
-use piezotact::run::Attempt;
+use piezotact::run::{Attempt, RunStart};
 use piezotact::transfer::{Bias, Distortion, Limits};
 use piezotact::verify::Verification;
 use serde::Serialize;
@@ -142,6 +143,46 @@ impl<'a> PlayDocument<'a> {
             duration_s: recording.duration(),
             provenance: &recording.about.provenance,
             doubts: merged(&recording.about.doubts),
+        }
+    }
+}
+
+/// What sensors acquired while a person touched something.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RecordDocument<'a> {
+    /// The file that holds the recording.
+    pub record: &'a Path,
+    /// Its rate, Hz.
+    pub rate_hz: SampleRate,
+    /// How long it is, s.
+    pub duration_s: Seconds,
+    /// Names and units of its channels.
+    pub channels: &'a [(String, Unit)],
+    /// Who touched what, and how.
+    pub condition: &'a Condition,
+    /// Where it comes from.
+    pub provenance: &'a Provenance,
+    /// What limits it.
+    pub doubts: Vec<Merged>,
+}
+
+impl Content for RecordDocument<'_> {
+    const SCHEMA: &'static str = "record";
+}
+
+impl<'a> RecordDocument<'a> {
+    /// A run of `samples` samples with `doubts` that began with `start`, kept in the file `record`.
+    #[must_use]
+    pub fn of(start: &'a RunStart, samples: usize, record: &'a Path, doubts: &[Doubt]) -> Self {
+        Self {
+            record,
+            rate_hz: start.rate_hz,
+            duration_s: start.rate_hz.duration_of(samples),
+            channels: &start.channels,
+            condition: &start.about.condition,
+            provenance: &start.about.provenance,
+            doubts: merged(doubts),
         }
     }
 }

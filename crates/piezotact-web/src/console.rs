@@ -62,6 +62,8 @@ pub enum FieldKind {
     },
     /// One of these, the first being usual.
     Choice(Vec<String>),
+    /// A name, which may be empty.
+    Name,
 }
 
 /// What a page asks of the bench.
@@ -314,7 +316,10 @@ fn figures(language: Language) -> Markup {
     html! {
         dl.figures {
             (figure("acquired", w(Word::Acquired)))
-            (figure("force-now", w(Word::ForceWord)))
+            (figure("left", w(Word::TimeLeft)))
+            (figure("level", w(Word::LevelNow)))
+            (figure("force-mean", w(Word::ForceMean)))
+            (figure("force-now", w(Word::ForcePresent)))
             (figure("strokes", w(Word::Strokes)))
             (figure("coherence-now", w(Word::MedianCoherence)))
             (figure("judged", w(Word::Judged)))
@@ -344,6 +349,7 @@ fn form(procedure: &Procedure, place: usize, language: Language) -> Markup {
                             FieldKind::Number { usual, range: [low, high] } => {
                                 input name=(field.name) type="number" step="any" min=(low) max=(high) value=(usual) required;
                             },
+                            FieldKind::Name => { input name=(field.name) type="text" maxlength="64"; },
                             FieldKind::Choice(choices) => {
                                 select name=(field.name) { @for choice in choices { option value=(choice) { (choice) } } }
                             },

@@ -240,6 +240,12 @@ words! {
     CoherenceWord: "Coherence until now", "Cohérence jusqu'ici", "Coerenza finora";
     MedianCoherence: "median coherence", "cohérence médiane", "coerenza mediana";
     Acquired: "acquired", "acquis", "acquisito";
+    LevelNow: "vibration, rms", "vibration, eff.", "vibrazione, eff.";
+    ForceMean: "force, mean of 10 s", "force, moyenne sur 10 s", "forza, media su 10 s";
+    ForcePresent: "force now", "force actuelle", "forza attuale";
+    TimeLeft: "time left", "temps restant", "tempo rimanente";
+    RecordTouch: "Record touch", "Enregistrer le toucher", "Registrare il tatto";
+    SampleName: "sample (name)", "échantillon (nom)", "campione (nome)";
     Strokes: "strokes (rejected)", "passages (rejetés)", "passate (scartate)";
     Judged: "windows accepted", "fenêtres acceptées", "finestre accettate";
     StartRun: "Start", "Démarrer", "Avviare";

@@ -5,7 +5,7 @@
 use serde::Serialize;
 
 use crate::criterion::Outcome;
-use crate::quantity::{Acceleration, Band, Drive, Hertz, Quantity, Unit};
+use crate::quantity::{Acceleration, Band, Drive, Hertz, Quantity, Seconds, Unit};
 use crate::recording::{Channel, Clock, Recording};
 use crate::roles::Roles;
 use crate::run::{Judged, RunDocument, RunEnd, RunStart};
@@ -14,6 +14,10 @@ use crate::spectrum::{WelchConfig, welch};
 use crate::statistics::mean;
 use crate::study::{Naming, Recorded, Stated, cut};
 use crate::transfer::{Estimator, estimate};
+
+/// What is shown as present is the mean of so much, s, and what a gate judges of so much (decision 19).
+const NOW_S: f64 = 0.5;
+const MEAN_S: f64 = 10.0;
 
 /// How much a monitor keeps and shows.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,13 +36,13 @@ pub struct MonitorConfig {
     pub coherence_hz: [f64; 2],
     /// The share by which the force may depart from its target.
     pub force_share: f64,
-    /// Longer runs are shown without coherence and strokes, s: memory and time stay bounded.
-    pub longest_s: f64,
+    /// Runs with more samples of a channel are shown without coherence and strokes: memory and time stay bounded.
+    pub longest_samples: usize,
 }
 
 impl MonitorConfig {
     /// Ten seconds in 400 points, 2 s of spectrum in segments of 1024, coherence in segments of 2048 over 20–1000 Hz, ±10 % of the force,
-    /// and 15 min.
+    /// and 15 min at 5 kHz.
     ///
     /// Source: decision 0077 of this project; the tolerance of the force is that of thesis 2.5.1.
     #[must_use]
@@ -51,7 +55,7 @@ impl MonitorConfig {
             coherence_segment: 2048,
             coherence_hz: [20.0, 1000.0],
             force_share: 0.1,
-            longest_s: 900.0,
+            longest_samples: 4_500_000,
         }
     }
 }
@@ -69,15 +73,41 @@ pub struct Trace {
     pub high: Vec<f64>,
 }
 
+/// The level of the vibration, over the last half second about its mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LevelNow {
+    /// Rms, m/s².
+    pub rms_m_s2: f64,
+    /// The largest magnitude, m/s².
+    pub peak_m_s2: f64,
+}
+
 /// The normal force against its target.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct ForceNow {
     /// The mean of the last half second, N.
     pub now_n: f64,
+    /// The mean of the last ten seconds, or of the run where it is shorter, N: this is what a gate judges.
+    pub mean_n: f64,
+    /// How long that is, s.
+    pub mean_over_s: f64,
     /// The target, N; absent where the participant chooses the force.
     pub target_n: Option<f64>,
     /// The accepted range about the target, N.
     pub band_n: Option<[f64; 2]>,
+}
+
+/// The figures of a run at one moment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct FiguresNow {
+    /// How much was acquired, s.
+    pub acquired_s: f64,
+    /// How much is left, s; absent where the end is not known.
+    pub left_s: Option<f64>,
+    /// The level of the vibration.
+    pub level: Option<LevelNow>,
+    /// The normal force.
+    pub force: Option<ForceNow>,
 }
 
 /// Values over frequency.
@@ -116,6 +146,10 @@ pub struct MonitorView {
     pub label: Option<String>,
     /// How much was acquired, s.
     pub acquired_s: f64,
+    /// How much is left, s; absent where the end is not known.
+    pub left_s: Option<f64>,
+    /// The level of the vibration now.
+    pub level: Option<LevelNow>,
     /// The vibration.
     pub vibration: Option<Trace>,
     /// The normal force.
@@ -186,19 +220,29 @@ impl Monitor {
         let Some(run) = &self.run else {
             return MonitorView::default();
         };
+        let figures = run.figures(&self.config);
         let vibration = run.roles.vibration.first();
         let force = run.roles.normal_force.as_ref();
         let judged = run.judged.iter().rev().take(20).rev();
         MonitorView {
             label: Some(run.start.label.clone()),
-            acquired_s: run.acquired() as f64 / run.rate_hz(),
+            acquired_s: figures.acquired_s,
+            left_s: figures.left_s,
+            level: figures.level,
             vibration: vibration.and_then(|name| run.trace(name, &self.config)),
             force: force.and_then(|name| run.trace(name, &self.config)),
-            force_now: force.and_then(|name| run.force_now(name, &self.config)),
+            force_now: figures.force,
             spectrum: vibration.and_then(|name| run.spectrum(name, &self.config)),
             judged: judged.map(|one| (one.window_s, one.outcome())).collect(),
             ended: run.end.as_ref().map(|end| end.ended.to_string()),
         }
+    }
+
+    /// The figures of the run now; `None` before the first run, and once it has ended.
+    #[must_use]
+    pub fn figures(&self) -> Option<FiguresNow> {
+        let run = self.run.as_ref().filter(|run| run.end.is_none())?;
+        Some(run.figures(&self.config))
     }
 
     /// The coherence of drive and vibration until now; `None` without a drive, before four segments, or in a run that is too long.
@@ -305,7 +349,7 @@ impl Watched {
         let kept = self.channels.iter().map(Vec::len).max().unwrap_or(0);
         let window = (config.window_s.max(config.spectrum_s) * self.rate_hz()) as usize;
         let longest = match self.first {
-            0 => (config.longest_s * self.rate_hz()) as usize,
+            0 => config.longest_samples,
             _ => 4 * window,
         };
         if kept <= longest.max(window) {
@@ -355,17 +399,45 @@ impl Watched {
         (!trace.at_s.is_empty()).then_some(trace)
     }
 
-    fn force_now(&self, name: &str, config: &MonitorConfig) -> Option<ForceNow> {
+    /// The last `s` seconds of a channel, or all of it.
+    fn last(&self, name: &str, s: f64) -> Option<&[f64]> {
         let samples = self.samples(name)?;
-        let half_second = (0.5 * self.rate_hz()) as usize;
-        let last = &samples[samples.len().saturating_sub(half_second)..];
-        if last.is_empty() {
-            return None;
+        let count = (s * self.rate_hz()) as usize;
+        let last = &samples[samples.len().saturating_sub(count)..];
+        (!last.is_empty()).then_some(last)
+    }
+
+    fn figures(&self, config: &MonitorConfig) -> FiguresNow {
+        let acquired_s = self.acquired() as f64 / self.rate_hz();
+        let left = |expected: Seconds| (expected.0 - acquired_s).max(0.0);
+        let vibration = self.roles.vibration.first();
+        let force = self.roles.normal_force.as_ref();
+        FiguresNow {
+            acquired_s,
+            left_s: self.start.expected_s.map(left),
+            level: vibration.and_then(|name| self.level_now(name)),
+            force: force.and_then(|name| self.force_now(name, config)),
         }
+    }
+
+    fn level_now(&self, name: &str) -> Option<LevelNow> {
+        let last = self.last(name, NOW_S)?;
+        let about = mean(last);
+        let squares: f64 = last.iter().map(|v| (v - about).powi(2)).sum();
+        Some(LevelNow {
+            rms_m_s2: (squares / last.len() as f64).sqrt(),
+            peak_m_s2: last.iter().map(|v| (v - about).abs()).fold(0.0, f64::max),
+        })
+    }
+
+    fn force_now(&self, name: &str, config: &MonitorConfig) -> Option<ForceNow> {
+        let judged = self.last(name, MEAN_S)?;
         let target_n = self.start.about.condition.load_n.map(|load| load.0);
         let share = config.force_share;
         Some(ForceNow {
-            now_n: mean(last),
+            now_n: mean(self.last(name, NOW_S)?),
+            mean_n: mean(judged),
+            mean_over_s: judged.len() as f64 / self.rate_hz(),
             target_n,
             band_n: target_n.map(|target| [target * (1.0 - share), target * (1.0 + share)]),
         })
@@ -424,6 +496,7 @@ mod tests {
             clocks: Vec::new(),
             setup: None,
             drive: None,
+            expected_s: Some(Seconds(30.0)),
         }))
     }
 
@@ -476,6 +549,15 @@ mod tests {
         );
         let force = view.force_now.unwrap();
         assert!((force.now_n - 0.25).abs() < 1e-12);
+        assert!((force.mean_n - 0.25).abs() < 1e-12 && (force.mean_over_s - 10.0).abs() < 1e-9);
+        assert_eq!(view.left_s, Some(10.0));
+        // Uniform between −1 and 1.
+        let level = view.level.unwrap();
+        assert!(
+            (level.rms_m_s2 - 3f64.sqrt().recip()).abs() < 0.05,
+            "{level:?}"
+        );
+        assert!(level.peak_m_s2 > 0.9 && level.peak_m_s2 < 1.05, "{level:?}");
         let [low, high] = force.band_n.unwrap();
         assert!((low - 0.18).abs() < 1e-12 && (high - 0.22).abs() < 1e-12);
         // White noise of 2·(1/12)^½ over 500 Hz.
@@ -494,7 +576,7 @@ mod tests {
     #[test]
     fn a_long_run_takes_bounded_memory() {
         let mut monitor = Monitor::new(MonitorConfig {
-            longest_s: 60.0,
+            longest_samples: 60_000,
             ..MonitorConfig::console()
         });
         fed(&mut monitor, 300.0);

@@ -11,6 +11,18 @@ pub fn digits(value: f64) -> String {
     digits_that_count(value, 3)
 }
 
+/// `value` with three digits that count, and its sign.
+///
+/// ```
+/// use piezotact::number::digits_signed;
+/// assert_eq!([digits_signed(0.5), digits_signed(-12345.0)], ["+0.500", "−12345"]);
+/// ```
+#[must_use]
+pub fn digits_signed(value: f64) -> String {
+    let sign = if value < 0.0 { "−" } else { "+" };
+    format!("{sign}{}", digits(value.abs()))
+}
+
 /// `value` with `count` digits that count; as a power of ten below 1e-4 and from 1e6.
 ///
 /// ```

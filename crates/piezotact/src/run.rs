@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
 use crate::doubt::Doubt;
-use crate::quantity::{SampleRate, Unit};
+use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::{
     About, Annotations, Channel, Clock, Event, Provenance, Recording, RecordingError,
 };
@@ -60,6 +60,9 @@ pub struct RunStart {
     /// The checksum of the drive that is played; absent if nothing is played or the drive is generated during the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drive: Option<crate::checksum::Checksum>,
+    /// How long it is expected to take, s; absent where it ends when it is stopped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected_s: Option<Seconds>,
 }
 
 /// Consecutive samples of the channels that share one clock: one list per channel, all of the same length.

@@ -19,7 +19,7 @@ use piezotact::surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact::transfer::EstimateDocument;
 use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
-    CharacteriseDocument, PlayDocument, RenderBatchDocument, RenderDocument,
+    CharacteriseDocument, PlayDocument, RecordDocument, RenderBatchDocument, RenderDocument,
 };
 use piezotact_dataset::bids::{Checked, Exported};
 use piezotact_dataset::document::{
@@ -110,6 +110,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<PanelRunDocument<'_>>()?,
         schema::<PlayDocument<'_>>()?,
         schema::<PrepareDocument>()?,
+        schema::<RecordDocument<'_>>()?,
         also_of_files(schema::<Protocol>()?)?,
         schema::<RenderBatchDocument>()?,
         schema::<RenderDocument>()?,

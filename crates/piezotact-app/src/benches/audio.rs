@@ -101,23 +101,24 @@ impl SoundDevice {
         Ok(Box::new(LoopIo::new(setup, plant)?))
     }
 
-    fn device(&self) -> Outcome<DeviceAtGain> {
-        let device = match &self.setup.device {
-            None => DeviceDescription::drv2667().clone(),
-            Some(named) => read_device(named)?,
-        };
-        match &self.setup.gain {
-            None => Ok(device.at_usual_gain()),
-            Some(gain) => device.at(&GainName::new(gain)).map_err(usage),
-        }
-    }
-
     fn kind(&self) -> BenchKind {
         match (&self.setup.looped, &self.finger) {
             (None, _) => BenchKind::Hardware,
             (Some(_), Some(_)) => BenchKind::Twin,
             (Some(_), None) => BenchKind::Scripted,
         }
+    }
+}
+
+/// The amplifier and the actuator that `setup` names, at the gain that it states.
+pub(crate) fn device_of(setup: &SoundSetup) -> Outcome<DeviceAtGain> {
+    let device = match &setup.device {
+        None => DeviceDescription::drv2667().clone(),
+        Some(named) => read_device(named)?,
+    };
+    match &setup.gain {
+        None => Ok(device.at_usual_gain()),
+        Some(gain) => device.at(&GainName::new(gain)).map_err(usage),
     }
 }
 
@@ -161,7 +162,7 @@ impl NamedBench for AudioSpec {
             .participant
             .or(device.finger.as_ref().and_then(|finger| finger.participant));
         let bench = AudioBench {
-            device: device.device()?,
+            device: device_of(&device.setup)?,
             kind: device.kind(),
             participant: number.map(|number| format!("P{number:02}")),
             twin_seed: device.finger.as_ref().map(|finger| finger.seed),

@@ -16,13 +16,14 @@ mod noise;
 pub(crate) mod panel;
 mod play;
 mod prepare;
+mod record;
 mod render;
 mod replay;
 pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
 mod serve;
-mod sound;
+pub(crate) mod sound;
 mod spectrum;
 pub(crate) mod touch;
 mod transfer;
@@ -149,6 +150,11 @@ commands! {
         after_help = "Example:\n  piezotact play drive.wav --bench twin:participant=1,seed=7 --record measured.parquet\n  piezotact play drive.wav --bench measured:hand.json,seed=7 --record rehearsed.parquet"
     )]
     Play(cli::Play) => play::run,
+    /// Records what the sensors of a bench acquire while a person touches something; nothing is played.
+    #[command(
+        after_help = "On a terminal, the level of the vibration, the normal force (mean of ten seconds and present value) with its target, the strokes\nand the time left are shown meanwhile. `piezotact segment` cuts the recording into strokes.\n\nExample:\n  piezotact record --bench audio:setup.toml --sample S8 --speed 30mm/s --load 0.2 --strokes 15 --metronome 2 --seconds 60 --out S8.parquet"
+    )]
+    Record(record::Arguments) => record::run,
     /// Adds a synchronisation burst before and after a drive, so that what another system records can be aligned whatever the drive is.
     #[command(
         after_help = "The burst before the drive sweeps the band upwards, that after it downwards; where they are stands in the sidecar, where `piezotact align`\nfinds it. Keep the sidecar beside the file.\n\nExample:\n  piezotact burst drive.wav --out with.wav\n  piezotact burst drive.wav --band 80..500 --duration 1 --peak 0.1 --out with.wav"

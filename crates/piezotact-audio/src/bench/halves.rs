@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use piezotact::Doubt;
+use piezotact::align::ClockTracker;
 use piezotact::device::DriveSetup;
 use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds, Unit};
@@ -13,8 +14,8 @@ use piezotact::run::RunChunk;
 use piezotact::sound::{SoundDoubt, silent_runs};
 use piezotact::statistics::{mean, rms};
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, DeviceError, Play, PlayDescription, PlayProgress, Playback,
-    RunPlan, SensorCalibration, StopHandle, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, DriveSource, Play, PlayDescription,
+    PlayProgress, Playback, RunPlan, SensorCalibration, StopHandle, Until,
 };
 
 use super::{AudioBench, Input};
@@ -28,6 +29,8 @@ const LEAD: Seconds = Seconds(0.2);
 const REST_S: f64 = 0.3;
 /// A latency that was not measured is at most this, s.
 const LATENCY_S: f64 = 0.5;
+/// The loopback has the drive at the latest so long after the run began, s.
+const LATEST: Seconds = Seconds(LEAD.0 + 0.8);
 /// The length of a calibration at rest, s.
 const AT_REST: Seconds = Seconds(0.5);
 /// The length of a chunk, s, and the longest one.
@@ -92,10 +95,36 @@ struct Shared {
     last: LastRun,
 }
 
-/// A drive that is ready, and how many silent parts it has of its own.
+/// A drive that is ready, how many silent parts it has of its own, and what compares the clocks of output and input while it plays.
 struct Played {
     loaded: Loaded,
     silent_parts: Option<usize>,
+    clocks: Option<Clocks>,
+}
+
+/// What compares clocks; a drive that is made while it plays is noted where it is made.
+type Clocks = Arc<Mutex<ClockTracker>>;
+
+/// A drive that is made while it plays, and noted.
+struct Noted {
+    source: Box<dyn DriveSource>,
+    clocks: Clocks,
+}
+
+impl DriveSource for Noted {
+    fn rate(&self) -> SampleRate {
+        self.source.rate()
+    }
+
+    fn next_samples(&mut self, count: usize) -> Vec<f64> {
+        let samples = self.source.next_samples(count);
+        tracked(&self.clocks).played(samples.iter().copied());
+        samples
+    }
+}
+
+fn tracked(clocks: &Clocks) -> MutexGuard<'_, ClockTracker> {
+    clocks.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// What is known of a run beside its samples.
@@ -107,6 +136,7 @@ struct LastRun {
     /// The loopback as it was recorded, to look for silent parts.
     loopback: SilentParts,
     own_silent_parts: Option<usize>,
+    clocks: Option<Clocks>,
     dry: usize,
     stalls: (usize, f64),
 }
@@ -305,8 +335,16 @@ impl Shared {
         if times > 0 {
             doubts.push(Doubt::from(SoundDoubt::Stalled { times, longest_s }));
         }
+        doubts.extend(self.clock_doubts());
         doubts.extend(self.force.iter().flat_map(JoinedForce::doubts));
         doubts
+    }
+
+    /// What the loopback says of the clocks. A playback that ran dry is late from there on, which is said already.
+    fn clock_doubts(&self) -> Vec<Doubt> {
+        let clocks = self.last.clocks.as_ref().filter(|_| self.last.dry == 0);
+        let compared = clocks.and_then(|clocks| tracked(clocks).result());
+        compared.map_or(Vec::new(), |compared| compared.doubts(self.rate()))
     }
 }
 
@@ -342,13 +380,28 @@ impl Play for Player {
                 name: shared.name(),
             });
         }
+        let clocks = shared.bench.setup.loopback().map(|_| {
+            let latest = output.samples_in(LATEST);
+            Clocks::new(Mutex::new(ClockTracker::new(output, 0, latest)))
+        });
         let silent_parts = match &playback {
             Playback::Whole(drive) => Some(silent_runs(drive.samples(), SILENT_SAMPLES).len()),
             Playback::Made(_) => None,
         };
+        let playback = match (playback, &clocks) {
+            (Playback::Made(source), Some(clocks)) => {
+                let clocks = Arc::clone(clocks);
+                Playback::Made(Box::new(Noted { source, clocks }))
+            }
+            (playback, _) => playback,
+        };
+        if let (Playback::Whole(drive), Some(clocks)) = (&playback, &clocks) {
+            tracked(clocks).played(drive.samples().iter().copied());
+        }
         shared.loaded = Some(Played {
             loaded: Loaded::of(playback),
             silent_parts,
+            clocks,
         });
         Ok(())
     }
@@ -362,6 +415,7 @@ impl Play for Player {
         let onset = shared.streams.next_onset(LEAD);
         let piece = shared.streams.play_at(onset, played.loaded)?;
         shared.last.own_silent_parts = played.silent_parts;
+        shared.last.clocks = played.clocks;
         if let Some(run) = &mut shared.run {
             run.piece = Some(piece);
         }
@@ -435,12 +489,15 @@ impl Acquirer {
             .inputs
             .iter()
             .position(|input| input.measures == Measures::Drive);
-        if let Some(drive) = drive {
-            shared.last.loopback.take(&channels[drive]);
-        }
         let Some(run) = &mut shared.run else {
             return Ok(None);
         };
+        if let Some(drive) = drive {
+            shared.last.loopback.take(&channels[drive]);
+            if let Some(clocks) = &shared.last.clocks {
+                tracked(clocks).recorded(fetched.first - run.origin, &channels[drive]);
+            }
+        }
         // Of a loss beyond the end of the run only what lies within it counts.
         let lost = fetched.lost.min(left);
         let mut chunk = RunChunk {

@@ -66,6 +66,10 @@ pub fn start_document(acquirer: &dyn Acquire, run: &RunPlan) -> RunStart {
         clocks: Vec::new(),
         setup: None,
         drive: None,
+        expected_s: match run.until {
+            Until::Duration(duration) => Some(duration),
+            Until::PlaybackEnded | Until::Stopped => None,
+        },
     }
 }
 
@@ -100,6 +104,7 @@ pub(super) fn excite_and_record(
     let mut start = start_document(bench.acquirer.as_ref(), run);
     start.setup = rendered_for.cloned();
     start.drive = Some(Checksum::of(drive.samples().iter().copied()));
+    start.expected_s = start.expected_s.or(Some(drive.duration()));
     start.about.provenance.driven_hz = driven;
     if let Some(recording) = keeper.completed(&start).map_err(ProcedureError::Keep)? {
         return Ok(recording);

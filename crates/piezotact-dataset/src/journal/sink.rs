@@ -343,6 +343,7 @@ mod tests {
             clocks: Vec::new(),
             setup: None,
             drive: None,
+            expected_s: None,
         }
     }
 

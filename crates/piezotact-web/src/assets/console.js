@@ -82,10 +82,14 @@ function fast(view) {
   drawTrace(plots.force, view.force);
   drawLines(plots.spectrum, view.spectrum, 1e-15);
   by("acquired").textContent = view.label ? `${view.acquired_s.toFixed(1)} s` : "–";
-  const { now_n: now, target_n: target } = forceNow ?? {};
-  const off = target ? ` (${now >= target ? "+" : "−"}${Math.abs(100 * (now / target - 1)).toFixed(0)} %)` : "";
-  by("force-now").textContent = forceNow ? `${now.toFixed(3)} N${off}` : "–";
-  by("force-now").classList.toggle("bad", Boolean(forceNow?.band_n) && !view.ended && now > target / 4 && (now < forceNow.band_n[0] || now > forceNow.band_n[1]));
+  by("left").textContent = view.left_s == null || view.ended ? "–" : `${view.left_s.toFixed(0)} s`;
+  by("level").textContent = view.level ? `${shown(view.level.rms_m_s2)} m/s²` : "–";
+  const { now_n: now, mean_n: mean, target_n: target } = forceNow ?? {};
+  const against = (force) => target ? ` (${force >= target ? "+" : "−"}${Math.abs(100 * (force / target - 1)).toFixed(0)} %)` : "";
+  by("force-mean").textContent = forceNow ? `${mean.toFixed(3)} N${against(mean)}` : "–";
+  by("force-now").textContent = forceNow ? `${now.toFixed(3)} N${against(now)}` : "–";
+  // The mean is what is judged.
+  by("force-mean").classList.toggle("bad", Boolean(forceNow?.band_n) && !view.ended && now > target / 4 && (mean < forceNow.band_n[0] || mean > forceNow.band_n[1]));
   const met = view.judged.filter(([, outcome]) => outcome === "met").length;
   by("judged").textContent = view.judged.length ? `${met} / ${view.judged.length}` : "–";
   by("ended").hidden = !view.ended;

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, doubts};
-use crate::number::{counted, digits, rounded};
+use crate::number::{counted, digits, digits_signed, rounded};
 
 doubts! {
     /// Doubts about the place of a recording in a drive.
@@ -168,10 +168,4 @@ impl fmt::Display for AlignDoubt {
             ),
         }
     }
-}
-
-/// A number with three digits that count, and its sign.
-fn digits_signed(value: f64) -> String {
-    let sign = if value < 0.0 { "−" } else { "+" };
-    format!("{sign}{}", digits(value.abs()))
 }

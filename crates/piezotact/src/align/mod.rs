@@ -15,6 +15,7 @@ mod page;
 mod place;
 mod recordings;
 mod search;
+mod tracked;
 
 use serde::{Deserialize, Serialize};
 
@@ -29,6 +30,7 @@ pub use burst::{
 pub use doubt::AlignDoubt;
 pub use error::AlignError;
 pub use recordings::{AlignDocument, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};
+pub use tracked::{ClockTracker, ClocksCompared};
 
 /// The share of the lower Nyquist frequency up to which signals are compared.
 const PASSBAND: f64 = 0.9;

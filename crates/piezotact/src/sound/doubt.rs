@@ -3,7 +3,7 @@
 use std::fmt;
 
 use crate::doubt::{Advice, DoubtKind, Subject, doubts};
-use crate::number::{counted, digits, rounded};
+use crate::number::{counted, digits, digits_signed, rounded};
 
 doubts! {
     /// Doubts about sound devices: their calibration, their timing, and what they cannot record.
@@ -78,6 +78,13 @@ doubts! {
             /// Half the 95 % interval, ppm.
             uncertainty_ppm: f64,
         },
+        /// The delay of the loopback stepped, and no loss was reported.
+        DelayStepped("sound_delay_stepped") {
+            /// Where, by the clock of the recording, s.
+            at_s: f64,
+            /// By how much longer it was from there on, s.
+            by_s: f64,
+        },
     }
 }
 
@@ -98,7 +105,9 @@ impl DoubtKind for SoundDoubt {
                 vec![Advice::CloseOtherPrograms, Advice::PlayAgain]
             }
             Self::RestartsFailed { .. } => vec![Advice::CloseOtherPrograms],
-            Self::NoLoopback | Self::FewRestarts { .. } | Self::ClocksApart { .. } => Vec::new(),
+            Self::ClocksApart { .. } => vec![Advice::AlignChannels],
+            Self::DelayStepped { .. } => vec![Advice::CloseOtherPrograms, Advice::RecordAgain],
+            Self::NoLoopback | Self::FewRestarts { .. } => Vec::new(),
         }
     }
 }
@@ -170,10 +179,16 @@ impl fmt::Display for SoundDoubt {
                 uncertainty_ppm,
             } => write!(
                 f,
-                "the clock of the input runs {} ppm {} than that of the output (±{} ppm, 95 %): times of the drive are placed with it",
+                "the clock of the input runs {} ppm {} than that of the output (±{} ppm, 95 %): transfer functions and verifications are corrected for \
+                 it, other comparisons with the drive are not",
                 digits(ppm.abs()),
                 if *ppm >= 0.0 { "faster" } else { "slower" },
                 digits(*uncertainty_ppm)
+            ),
+            Self::DelayStepped { at_s, by_s } => write!(
+                f,
+                "at {at_s:.2} s the delay from output to input stepped by {} ms: samples were lost or repeated, and the sound system did not report it",
+                digits_signed(1e3 * by_s)
             ),
         }
     }

@@ -135,7 +135,7 @@ impl<'a> Session<'a> {
             "{} ({} of {} measured)",
             first.participant, self.counts.measured, self.left
         );
-        let bar = progress::of_run(&what, Seconds(self.args.seconds * open.len() as f64));
+        let bar = progress::of_run(&what, Some(Seconds(self.args.seconds * open.len() as f64)));
         let mut bench = bench_of(self.args, person.number)?;
         let mut keeper = Keeper::new(Place::Continued(raw.clone()), Shown::Together(&bar));
         let outcome = self.measure_all(&mut bench, &open, &mut keeper);

@@ -164,6 +164,7 @@ impl Corrected {
             clocks: recording.stated_clocks(),
             setup: None,
             drive: None,
+            expected_s: None,
         };
         StartDocument {
             setup: rendering.setup.clone(),

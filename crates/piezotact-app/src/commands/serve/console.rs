@@ -129,6 +129,23 @@ fn procedures(bench: &BenchSpec, folder: &Path) -> Vec<Procedure> {
             ],
         });
     }
+    if bench.person_of_twin().is_none() {
+        all.push(Procedure {
+            name: "record",
+            title: Word::RecordTouch,
+            fields: vec![
+                Field {
+                    name: "sample",
+                    label: Word::SampleName,
+                    unit: "",
+                    kind: FieldKind::Name,
+                },
+                number("speed", Word::SpeedWord, "mm/s", 30.0, [1.0, 500.0]),
+                number("seconds", Word::Duration, "s", 60.0, [1.0, 3600.0]),
+                force.clone(),
+            ],
+        });
+    }
     if bench.person_of_twin().is_some() {
         let samples = piezotact_twin::TwinParameters::built_in();
         let mut samples = samples.sample_names();
@@ -333,6 +350,17 @@ fn checked<'a>(
                     ));
                 }
             }
+            FieldKind::Name => {
+                let is_name = value.len() <= 64
+                    && !value.starts_with('-')
+                    && !value.chars().any(char::is_control);
+                if !is_name {
+                    return Err(format!(
+                        "{}: expected a short name that does not begin with a hyphen, found `{value}`",
+                        field.name
+                    ));
+                }
+            }
             FieldKind::Choice(choices) => {
                 if !choices.iter().any(|choice| choice == value) {
                     return Err(format!(
@@ -387,6 +415,18 @@ fn commands(
             command.extend(finger);
             command.extend(["--record".to_owned(), path("parquet")]);
             vec![command]
+        }
+        "record" => {
+            let record = path("parquet");
+            let mut command = words(&["record", "--live", "--bench", bench, "--out", &record]);
+            if !value("sample").is_empty() {
+                command.extend(["--sample".to_owned(), value("sample")]);
+            }
+            command.extend(["--speed".to_owned(), format!("{} mm/s", value("speed"))]);
+            command.extend(["--seconds".to_owned(), value("seconds")]);
+            command.extend(["--load".to_owned(), value("load")]);
+            let cuts = words(&["segment", &record, "--report", &path("html")]);
+            vec![command, cuts]
         }
         _ => {
             let record = path("parquet");

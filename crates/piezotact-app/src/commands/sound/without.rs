@@ -26,6 +26,9 @@ pub(crate) mod calibrate {
 pub(crate) mod devices {
     pub(crate) use super::{Arguments, run};
 }
+pub(crate) mod plant {
+    pub(crate) use super::{Arguments, run};
+}
 pub(crate) mod latency {
     pub(crate) use super::{Arguments, run};
 }

@@ -18,6 +18,7 @@ pub(crate) fn run(args: &Twin) -> Outcome {
     match &args.command {
         TwinCommand::Record(args) => record::run(args),
         TwinCommand::Surface(args) => surface::run(args),
+        TwinCommand::Plant(args) => super::sound::plant::run(args),
         TwinCommand::Parameters(args) => show(args),
     }
 }
