@@ -100,6 +100,9 @@ try {
   await page.click("form[data-procedure=characterise] button");
   await page.waitForFunction(() => Number.parseFloat(document.getElementById("acquired").textContent) > 3, null, { timeout: 60_000 });
   const early = await number(page, "acquired");
+  const left = await number(page, "left");
+  expect(Math.abs(early + left - 14) < 1.5, `${early} s acquired and ${left} s left of 14 s`);
+  expect(await number(page, "level") > 0, "the level of the vibration is shown");
   for (const id of ["vibration", "force", "spectrum"]) expect(await drawn(page, id) > 100, `${id} is drawn`);
   expect(await page.locator("form[data-procedure=characterise] button").isDisabled(), "nothing else is started meanwhile");
   const refused = await page.evaluate(async () => {
@@ -116,6 +119,10 @@ try {
   await look(page, "characterising");
   await look(viewer, "viewer-it");
   await idle(page);
+  // The mean that is judged: of the last ten seconds of what is kept.
+  const shown = Number.parseFloat(await text(page, "force-mean"));
+  const kept = run("info", "console/characterise-1.parquet").match(/normal_force\s+mean ([\d.]+)/);
+  expect(Math.abs(shown / Number(kept[1]) - 1) < 0.08, `force shown ${shown} N, kept ${kept[1]} N over the whole run`);
   const [atLast, more] = await page.evaluate(() => document.getElementById("coherence-now").textContent.match(/[\d.]+/g).map(Number));
   expect(more > times && atLast > 0.9 && atFirst > 0.5, `coherence grows: ${atFirst} of ${times}, then ${atLast} of ${more}`);
   const summary = JSON.parse(run("info", "console/characterise-1.json", "--json"));

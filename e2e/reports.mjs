@@ -18,6 +18,15 @@ const material = (twin) => [
   ["twin", "surface", "M8", "--size", "3mm", "--step", "6um", "--out", "M8.sur"],
 ];
 
+/// A sound device that is a loop within the program.
+const sound = `host = "loop"
+rate_hz = 48000
+play = { drive = [1] }
+record = [{ channel = 1, measures = "drive" }, { channel = 2, measures = "acceleration", mv_per_m_s2 = 10.2 }]
+[loop]
+finger = "twin:participant=1,seed=7"
+`;
+
 /// One recording of the twin.
 const touched = (bench, sample, name, ...more) =>
   ["twin", "record", "--bench", bench, "--sample", sample, ...more, "--out", `${name}.parquet`];
@@ -61,6 +70,8 @@ const rows = (twin) => [
   [
     ["prepare", ...files("session"), "--transfer", "tf.json", "--bench", twin(2), "--out", "prepared", "--report", "prepare.html"],
     ["noise", "rest.csv", "--report", "noise.html"],
+    ["calibrate", "sound.toml", "--input-volts", "2", "--wires", "--report", "calibrate.html"],
+    ["latency", "sound.toml", "--restarts", "60", "--report", "latency.html"],
     ["transfer", "shaker.parquet", "--drive", "force", "--response", "acceleration", "--out", "shaker-tf.json", "--report", "transfer.html"],
     ["transfer", "hits.csv", "--drive", "force", "--response", "acceleration", "--out", "hits-tf.json", "--report", "transfer-hits.html"],
     ["panel", "analyse", "panel", "--report", "panel.html"],
@@ -91,7 +102,7 @@ export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session"]) {
     mkdirSync(join(folder, name), { recursive: true });
   }
-  for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()], ["answers.csv", answers()]]) {
+  for (const [name, text] of [["rest.csv", rest()], ["hits.csv", hits()], ["profile.csv", profile()], ["answers.csv", answers()], ["sound.toml", sound]]) {
     writeFileSync(join(folder, name), text);
   }
   const piezotact = async (row) => {

@@ -16,6 +16,8 @@ use piezotact::run::RunDocument;
 const EVERY: Duration = Duration::from_millis(250);
 /// Counting strokes takes at most this share of the time.
 const COUNTING_SHARE: u32 = 10;
+/// A run in which counting them takes longer is shown without them: samples that wait meanwhile could be lost.
+const LONGEST_COUNT: Duration = Duration::from_secs(1);
 /// A beat is seen for so long.
 const SEEN: Duration = Duration::from_millis(120);
 
@@ -139,6 +141,9 @@ impl Watched {
         }
         self.strokes = self.monitor.strokes();
         let took = now.elapsed();
+        if took > LONGEST_COUNT {
+            (self.counts_strokes, self.strokes) = (Counts::Nothing, None);
+        }
         self.count_due = Instant::now() + (COUNTING_SHARE * took).max(4 * EVERY);
     }
 }

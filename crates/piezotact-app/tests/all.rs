@@ -2,6 +2,7 @@
 
 mod align;
 mod audio;
+mod audio_session;
 mod belonging;
 mod bids;
 mod bids_attacks;
@@ -33,6 +34,7 @@ mod interrupts;
 mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]
 mod known_cuts;
+mod levels;
 mod manipulate;
 mod matrix;
 mod measured_bench;
@@ -44,6 +46,7 @@ mod panel;
 mod postgres;
 mod prepare;
 mod real_input;
+mod record;
 mod refusals;
 mod replay;
 mod rerun;

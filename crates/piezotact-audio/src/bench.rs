@@ -87,7 +87,14 @@ impl AudioBench {
         }
         let drive_setup = self.drive_setup()?;
         let force = match &self.setup.force {
-            Some(settings) => Some(JoinedForce::start(source(settings)?, streams.rate())?),
+            Some(settings) => {
+                let late_s = settings.least_delay_s.unwrap_or(0.0);
+                Some(JoinedForce::start(
+                    source(settings)?,
+                    late_s,
+                    streams.rate(),
+                )?)
+            }
             None => None,
         };
         Ok(halves(Parts {
@@ -105,7 +112,7 @@ impl AudioBench {
         let output = self
             .calibration
             .as_ref()
-            .and_then(|calibration| calibration.output);
+            .and_then(|calibration| calibration.output.as_ref());
         let Some(output) = output else {
             return Ok(None);
         };

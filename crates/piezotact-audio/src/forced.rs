@@ -22,6 +22,7 @@ const LONGEST_PAUSE_S: f64 = 1.0;
 pub(crate) struct JoinedForce {
     source: Box<dyn ForceSource>,
     rate: SampleRate,
+    least_delay_s: f64,
     joiner: ForceJoiner,
     /// The number of the first frame of the run.
     origin: u64,
@@ -56,16 +57,18 @@ pub(crate) fn source(settings: &ForceSettings) -> Result<Box<dyn ForceSource>, A
 }
 
 impl JoinedForce {
-    /// The force of `source`, which is started, on the clock of streams at `rate`.
+    /// The force of `source`, which is started and at least `least_delay_s` late, on the clock of streams at `rate`.
     pub(crate) fn start(
         mut source: Box<dyn ForceSource>,
+        least_delay_s: f64,
         rate: SampleRate,
     ) -> Result<Self, AudioError> {
         source.start().map_err(failed)?;
         Ok(Self {
             source,
             rate,
-            joiner: joiner(rate),
+            least_delay_s,
+            joiner: joiner(rate, least_delay_s),
             origin: 0,
             waiting: VecDeque::new(),
             force_n: VecDeque::new(),
@@ -75,7 +78,7 @@ impl JoinedForce {
     /// A run begins with the frame `origin`.
     pub(crate) fn begin(&mut self, origin: u64) -> Result<(), DeviceError> {
         let _before = self.source.poll().map_err(failed)?;
-        self.joiner = joiner(self.rate);
+        self.joiner = joiner(self.rate, self.least_delay_s);
         self.origin = origin;
         self.waiting.clear();
         self.force_n.clear();
@@ -143,11 +146,11 @@ impl JoinedForce {
     }
 }
 
-fn joiner(rate: SampleRate) -> ForceJoiner {
+fn joiner(rate: SampleRate, least_delay_s: f64) -> ForceJoiner {
     ForceJoiner::new(JoinerConfig {
         rate,
         longest_pause_s: LONGEST_PAUSE_S,
-        least_delay_s: 0.0,
+        least_delay_s,
         least_frame_delay_s: 0.0,
     })
 }

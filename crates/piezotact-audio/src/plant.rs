@@ -190,7 +190,7 @@ impl JackPlant {
         let sensors: Vec<String> = plant.channels().into_iter().map(|(name, _)| name).collect();
         let sensor = |measures: Measures| sensors.iter().position(|name| name == measures.name());
         let drive = client
-            .register_port("drive", AudioIn::default())
+            .register_port("played", AudioIn::default())
             .map_err(unavailable)?;
         let (mut outputs, mut inputs) = (Vec::new(), Vec::new());
         for recorded in &setup.record {
@@ -266,7 +266,7 @@ impl JackPlant {
         let mut found = Vec::new();
         for port in &played {
             if number(port) == Some(self.drive) && !self.known.contains(port) {
-                let own = format!("{}:drive", self.name);
+                let own = format!("{}:played", self.name);
                 if client.connect_ports_by_name(port, &own).is_ok() {
                     found.push(port.clone());
                 }

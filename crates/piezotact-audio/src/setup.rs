@@ -134,7 +134,7 @@ impl RecordedChannel {
 }
 
 /// A force cell that is no input of the sound device.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ForceSettings {
     /// The serial port, such as `/dev/ttyUSB0`.
@@ -149,6 +149,9 @@ pub struct ForceSettings {
     /// The unit of lines with a number alone: `N`, `mN` or `g`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<String>,
+    /// How much later than the force its reading is, at the least, s: 0.025 for an HX711 at 80 readings a second.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub least_delay_s: Option<f64>,
 }
 
 impl SoundSetup {
@@ -327,6 +330,14 @@ impl SoundSetup {
                 return Err(wrong(
                     "a force from one source: serial = \"PORT\" or file = \"FILE\"",
                     "none or both",
+                ));
+            }
+            if let Some(delay_s) = force.least_delay_s
+                && !(0.0..=1.0).contains(&delay_s)
+            {
+                return Err(wrong(
+                    "a least_delay_s of the force from 0 to 1",
+                    &delay_s.to_string(),
                 ));
             }
             if self

@@ -3,11 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use piezotact::Doubt;
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
+use piezotact::number::counted;
 use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity};
 use piezotact::recording::Recording;
 use piezotact::render::Rendering;
+use piezotact::run::RunDoubt;
 use piezotact::score::{Measurement, Target, judged_measurement};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, peak};
@@ -106,6 +109,7 @@ impl BenchStimulator<'_> {
         let recorded = play_and_record(&mut self.bench, &drive, setup, &run, keeper.as_mut(), None);
         let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;
         drop(keeper);
+        whole(&recording)?;
         let judged = judged(prepared, &recording, row, self.band);
         let evidence = evidence(
             &played,
@@ -115,6 +119,26 @@ impl BenchStimulator<'_> {
             (row.strokes, journal),
         );
         Ok((evidence, recording))
+    }
+}
+
+/// Refuses a playing of which samples were not played in time: the participant felt something else. What was recorded of it is kept.
+fn whole(recording: &Recording) -> Result<(), PlayError> {
+    let doubts = recording.about.doubts.iter();
+    let broken = doubts.filter_map(Doubt::kind).find_map(|kind| match kind {
+        RunDoubt::PlaybackIncomplete {
+            played,
+            expected,
+            underruns,
+        } => Some((played, expected, underruns)),
+        _ => None,
+    });
+    match broken {
+        Some((played, expected, underruns)) => Err(PlayError::Device(format!(
+            "the playback was interrupted: {played} of {expected} samples were played, and the output was interrupted {}; close other programs",
+            counted(underruns, "time")
+        ))),
+        None => Ok(()),
     }
 }
 

@@ -14,7 +14,7 @@ use piezotact_dataset::{read_device, read_input_text};
 use piezotact_twin::{Participant, TwinParameters, TwinPlant};
 
 use super::twin::{TwinSpec, spec};
-use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
+use super::{BenchEntry, BenchSpec, NamedBench, file_and_participant, wrong};
 use crate::failure::{Outcome, usage};
 use crate::invocation::day;
 
@@ -195,28 +195,9 @@ impl NamedBench for AudioSpec {
 }
 
 fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
-    let (file, participant) = match text.rsplit_once(',') {
-        Some((file, setting)) => match setting.split_once('=') {
-            Some(("participant", number)) => (file, Some(whole(setting, number)?)),
-            _ => {
-                return Err(wrong(
-                    "audio:SETUP.toml or audio:SETUP.toml,participant=N",
-                    setting,
-                ));
-            }
-        },
-        None => (text, None),
-    };
-    if file.is_empty() {
-        return Err(wrong(
-            "audio:SETUP.toml with the set-up of a sound device",
-            "audio:",
-        ));
-    }
-    Ok(BenchSpec::of(AudioSpec {
-        file: file.into(),
-        participant,
-    }))
+    let (form, holds) = ("audio:SETUP.toml", "the set-up of a sound device");
+    let (file, participant) = file_and_participant(text, form, holds)?;
+    Ok(BenchSpec::of(AudioSpec { file, participant }))
 }
 
 #[cfg(test)]

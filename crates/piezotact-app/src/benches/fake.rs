@@ -7,7 +7,7 @@ use anyhow::Context;
 use piezotact_bench::fake::{FakeScript, fake};
 use piezotact_bench::{Bench, DeviceError};
 
-use super::{BenchEntry, BenchSpec, NamedBench, whole, wrong};
+use super::{BenchEntry, BenchSpec, NamedBench, file_and_participant};
 use crate::failure::Outcome;
 
 /// The line of the table of benches.
@@ -61,18 +61,6 @@ impl NamedBench for FakeSpec {
 }
 
 fn parse(text: &str) -> Result<BenchSpec, DeviceError> {
-    let (file, participant) = match text.rsplit_once(',') {
-        Some((file, setting)) => match setting.split_once('=') {
-            Some(("participant", number)) => (file, Some(whole(setting, number)?)),
-            _ => return Err(wrong("fake:FILE or fake:FILE,participant=N", setting)),
-        },
-        None => (text, None),
-    };
-    if file.is_empty() {
-        return Err(wrong("fake:FILE with a script in TOML", "fake:"));
-    }
-    Ok(BenchSpec::of(FakeSpec {
-        file: file.into(),
-        participant,
-    }))
+    let (file, participant) = file_and_participant(text, "fake:FILE", "a script in TOML")?;
+    Ok(BenchSpec::of(FakeSpec { file, participant }))
 }

@@ -9,7 +9,7 @@ mod measured;
 mod twin;
 
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
@@ -158,6 +158,25 @@ fn whole(setting: &str, value: &str) -> Result<u64, DeviceError> {
     value
         .parse()
         .map_err(|_not_a_number| wrong("a whole number from 0", setting))
+}
+
+/// `FILE` or `FILE,participant=N` behind the colon of a bench that is written as `form` and whose file `holds` something.
+fn file_and_participant(
+    text: &str,
+    form: &str,
+    holds: &str,
+) -> Result<(PathBuf, Option<u64>), DeviceError> {
+    let (file, participant) = match text.rsplit_once(',') {
+        Some((file, setting)) => match setting.split_once('=') {
+            Some(("participant", number)) => (file, Some(whole(setting, number)?)),
+            _ => return Err(wrong(&format!("{form} or {form},participant=N"), setting)),
+        },
+        None => (text, None),
+    };
+    match file.is_empty() {
+        true => Err(wrong(&format!("{form} with {holds}"), "no file")),
+        false => Ok((file.into(), participant)),
+    }
 }
 
 #[cfg(test)]

@@ -169,7 +169,7 @@ pub(crate) struct Transfer {
     /// What the drive is taken for; a random estimate refuses a drive of short pulses.
     #[arg(long, value_enum, default_value = "auto")]
     pub(crate) excitation: ExcitationName,
-    /// Samples in a segment. Default: 2048; for impacts, twice as long as the response takes to decay.
+    /// Samples in a segment. Default: 0.41 s, 2048 at 5 kHz; for impacts, twice as long as the response takes to decay.
     #[arg(long)]
     pub(crate) segment: Option<usize>,
     /// Impacts: whether the force is set to zero after its pulse, which leaves out its noise. Default: on.

@@ -12,6 +12,7 @@ use piezotact::transfer::{
     BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, Excitation, ForceWindow,
     ImpactConfig, ImpactError, ImpactSegment, TransferError, between_channels,
 };
+use piezotact_bench::procedure::usual_segment;
 use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
 use piezotact_report::transfer::{Page, html};
 
@@ -62,7 +63,10 @@ fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<
     Ok(BetweenConfig {
         drive: &args.drive,
         response: &args.response,
-        welch: WelchConfig::hann(args.segment.unwrap_or(SEGMENT)),
+        welch: WelchConfig::hann(
+            args.segment
+                .unwrap_or_else(|| usual_segment(contents.recording.rate())),
+        ),
         excitation: excitation(args)?,
         impact: ImpactConfig {
             segment: (args.segment).map_or(ImpactSegment::Fitted, ImpactSegment::Samples),
@@ -117,9 +121,6 @@ fn estimator(args: &Transfer) -> Outcome<Estimator> {
         ))),
     }
 }
-
-/// Samples in a segment of a random drive unless stated.
-const SEGMENT: usize = 2048;
 
 /// What the drive is taken for: stated windows of impacts state that it is one.
 fn excitation(args: &Transfer) -> Outcome<Excitation> {

@@ -61,14 +61,27 @@ pub enum VoltsMethod {
     },
 }
 
+/// The day of a part of a calibration that is kept while others are made again.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct MadeOn {
+    /// Days since 1970-01-01, as the caller counts them.
+    pub day: i64,
+    /// The same as a date, for people.
+    pub date: String,
+}
+
 /// The output of a sound device.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct OutputCalibration {
     /// The potential at the output when the drive is at full scale, V peak.
     pub v_per_full_scale: f64,
     /// How it was found.
     pub method: VoltsMethod,
+    /// When; absent where it is as old as the whole calibration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made: Option<MadeOn>,
 }
 
 impl OutputCalibration {
@@ -96,6 +109,7 @@ impl OutputCalibration {
             true => Ok(Self {
                 v_per_full_scale,
                 method,
+                made: None,
             }),
             false => Err(CalibrationError::Numbers {
                 what: "V at full scale",
@@ -143,6 +157,9 @@ pub struct InputCalibration {
     pub per_full_scale: f64,
     /// How it was found.
     pub method: SensorMethod,
+    /// When; absent where it is as old as the whole calibration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub made: Option<MadeOn>,
 }
 
 impl InputCalibration {
@@ -221,6 +238,7 @@ impl InputCalibration {
                 unit,
                 per_full_scale,
                 method,
+                made: None,
             }),
             false => Err(CalibrationError::Numbers {
                 what: "value at full scale",
@@ -297,16 +315,55 @@ impl SoundCalibration {
     /// Source: decision 0092 of this project: a calibration is old after 90 days.
     #[must_use]
     pub fn doubts_on(&self, today: i64) -> Vec<Doubt> {
-        let days = today - self.made_on_day;
         let mut doubts = self.doubts.clone();
-        if !(0..=OLD_DAYS).contains(&days) {
-            doubts.push(Doubt::from(SoundDoubt::CalibrationOld {
-                made_on: self.made_on.clone(),
-                days: days as f64,
-                most_days: OLD_DAYS as f64,
-            }));
+        for (what, made) in self.parts() {
+            let days = today - made.day;
+            if !(0..=OLD_DAYS).contains(&days) {
+                doubts.push(Doubt::from(SoundDoubt::CalibrationOld {
+                    what,
+                    made_on: made.date,
+                    days: days as f64,
+                    most_days: OLD_DAYS as f64,
+                }));
+            }
         }
         doubts
+    }
+
+    /// What was calibrated, each with its day.
+    fn parts(&self) -> Vec<(String, MadeOn)> {
+        let whole = MadeOn {
+            day: self.made_on_day,
+            date: self.made_on.clone(),
+        };
+        let day = |made: &Option<MadeOn>| made.clone().unwrap_or_else(|| whole.clone());
+        let output = self.output.iter();
+        let output = output.map(|output| ("the output".to_owned(), day(&output.made)));
+        let inputs = self.inputs.iter().map(|input| {
+            let name = format!("input {} (`{}`)", input.channel, input.name);
+            (name, day(&input.made))
+        });
+        let loopback = self.loopback.iter();
+        let loopback = loopback.map(|_| ("the loopback".to_owned(), whole.clone()));
+        output.chain(inputs).chain(loopback).collect()
+    }
+
+    /// The same as the beginning of a new calibration on another day: each part keeps its own day until it is made again.
+    #[must_use]
+    pub fn renewed(mut self, made: MadeOn) -> Self {
+        let before = MadeOn {
+            day: self.made_on_day,
+            date: std::mem::replace(&mut self.made_on, made.date),
+        };
+        self.made_on_day = made.day;
+        if let Some(output) = &mut self.output {
+            output.made.get_or_insert_with(|| before.clone());
+        }
+        for input in &mut self.inputs {
+            input.made.get_or_insert_with(|| before.clone());
+        }
+        self.doubts = Vec::new();
+        self
     }
 
     /// Checks the gain of the loopback `found_ratio` that is found now (recorded per played value) against the calibration.

@@ -10,6 +10,8 @@ doubts! {
     pub enum SoundDoubt {
         /// The calibration is old, or of a day to come.
         CalibrationOld("sound_calibration_old") {
+            /// What was calibrated then.
+            what: String,
             /// When it was made.
             made_on: String,
             /// How many days ago.
@@ -116,14 +118,15 @@ impl fmt::Display for SoundDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::CalibrationOld {
+                what,
                 made_on,
                 days,
                 most_days,
             } => match *days < 0.0 {
-                true => write!(f, "the calibration is dated {made_on}, a day to come: check the clock of this computer"),
+                true => write!(f, "the calibration of {what} is dated {made_on}, a day to come: check the clock of this computer"),
                 false => write!(
                     f,
-                    "the sound device was calibrated on {made_on}, {} days ago: a calibration is old after {} days",
+                    "{what} of the sound device was calibrated on {made_on}, {} days ago: a calibration is old after {} days",
                     rounded(*days),
                     rounded(*most_days)
                 ),

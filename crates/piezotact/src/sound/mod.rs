@@ -6,6 +6,7 @@ mod delay;
 mod devices;
 mod doubt;
 mod latency;
+mod page;
 mod tone;
 mod wiring;
 
@@ -13,8 +14,8 @@ mod wiring;
 mod tests;
 
 pub use calibration::{
-    CalibrationError, Exciter, InputCalibration, LoopbackLevel, OutputCalibration, SensorMethod,
-    SoundCalibration, VoltsMethod,
+    CalibrationError, Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration,
+    SensorMethod, SoundCalibration, VoltsMethod,
 };
 pub use delay::{Delay, DelayError, LoopResidual, delay, loop_residual, silent_runs};
 pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};

@@ -1,23 +1,26 @@
 //! `piezotact calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
-    Exciter, InputCalibration, LoopbackLevel, OutputCalibration, SoundCalibration, VoltsMethod,
-    WiringError,
+    Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SoundCalibration,
+    VoltsMethod, WiringError,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
     loopback_gain, play_tone, record_tone, wires,
 };
 
+use piezotact_report::report::html;
+
 use super::super::outputs;
+use crate::advice::OptionWords;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
-use crate::invocation::{day, today};
+use crate::invocation::{day, today, write_report};
 use crate::output::{
     digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text,
 };
@@ -50,6 +53,9 @@ pub(crate) struct Arguments {
     /// Writes the calibration here; default: beside the set-up, where the bench finds it.
     #[arg(long, value_name = "OUT.json")]
     out: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
@@ -64,7 +70,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .out
         .clone()
         .unwrap_or_else(|| calibration_path(&args.setup));
-    outputs(&[&args.setup], &[&out])?;
+    let written: Vec<&Path> = [Some(&out), args.report.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    outputs(&[&args.setup], &written)?;
     let mut found = begun(&device)?;
     if args.wires {
         find_wires(&device, &mut found)?;
@@ -82,6 +93,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         exciter(args, channel, &device, &mut streams, &mut found)?;
     }
     write_text(&out, &document_text(&found, Some(&out))?)?;
+    if let Some(report) = &args.report {
+        write_report(report, &html(&found.page(), &OptionWords)?)?;
+    }
     if args.json {
         return print_document(&found);
     }
@@ -115,12 +129,10 @@ fn begun(device: &SoundDevice) -> Outcome<SoundCalibration> {
     let before = before.filter(|before| before.holds_for(&called, rate_hz).is_ok());
     let (made_on_day, made_on) = (day(), today());
     Ok(match before {
-        Some(before) => SoundCalibration {
-            made_on_day,
-            made_on,
-            doubts: Vec::new(),
-            ..before
-        },
+        Some(before) => before.renewed(MadeOn {
+            day: made_on_day,
+            date: made_on,
+        }),
         None => SoundCalibration {
             device: called,
             made_on_day,

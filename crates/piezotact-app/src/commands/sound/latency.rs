@@ -1,17 +1,20 @@
 //! `piezotact latency`: from output to input, over restarts of the streams.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use piezotact::sound::LatencySummary;
 use piezotact_audio::latency_run;
 use piezotact_bench::ProcedureError;
 
+use piezotact_report::report::html;
+
 use super::super::outputs;
+use crate::advice::OptionWords;
 use crate::benches::audio::{SoundDevice, latency_path};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
-use crate::invocation::today;
+use crate::invocation::{today, write_report};
 use crate::output::{digits, document_text, print, print_document, say_doubts, write_text};
 use crate::progress::{Words, Work};
 
@@ -32,6 +35,9 @@ pub(crate) struct Arguments {
     /// Writes the latency here; default: beside the set-up, where every later recording finds it.
     #[arg(long, value_name = "OUT.json")]
     out: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "OUT.html")]
+    report: Option<PathBuf>,
     /// Prints the result as JSON.
     #[arg(long)]
     json: bool,
@@ -42,7 +48,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .out
         .clone()
         .unwrap_or_else(|| latency_path(&args.setup));
-    outputs(&[&args.setup], &[&out])?;
+    let written: Vec<&Path> = [Some(&out), args.report.as_ref()]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+        .collect();
+    outputs(&[&args.setup], &written)?;
     let device = SoundDevice::read(&args.setup)?;
     let (setup, rate) = (&device.setup, device.setup.rate()?);
     let work = Work::of_steps(RESTARTS, args.restarts as usize);
@@ -57,6 +68,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     }
     let found = LatencySummary::of(&setup.called(), &today(), rate, setup.buffer_frames, runs);
     write_text(&out, &document_text(&found, Some(&out))?)?;
+    if let Some(report) = &args.report {
+        write_report(report, &html(&found.page(), &OptionWords)?)?;
+    }
     if args.json {
         return print_document(&found);
     }
