@@ -62,7 +62,8 @@ fn a_recording_without_an_end_ends_with_a_signal() {
             .iter()
             .any(|name| name.starts_with("a.parquet") || name.contains("a.parquet"))
     };
-    while !begun() && child.try_wait().unwrap().is_none() {
+    while !begun() {
+        assert!(child.try_wait().unwrap().is_none(), "it ended by itself");
         std::thread::sleep(std::time::Duration::from_millis(50));
     }
     std::thread::sleep(std::time::Duration::from_millis(1_500));

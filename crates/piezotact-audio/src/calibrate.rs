@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
-use piezotact::quantity::{Drive, Hertz, Seconds};
+use piezotact::quantity::{Drive, Hertz, SampleRate, Seconds};
 use piezotact::series::Series;
 use piezotact::sound::{Tone, Wire, WiringError, delay, tone, wiring};
 use piezotact::statistics::peak;
@@ -20,6 +20,8 @@ const CHECK_S: f64 = 0.4;
 /// The fades of tones, s, and the part at both ends that is not measured.
 const FADE_S: f64 = 0.05;
 const EDGE_S: f64 = 0.08;
+/// A measurement in which samples are lost is repeated so often.
+const ATTEMPTS: usize = 3;
 /// What is recorded before and after what is played: the latency lies within it.
 const LEAD: Seconds = Seconds(0.1);
 const TAIL_S: f64 = 0.6;
@@ -111,10 +113,12 @@ fn tone_samples(rate_hz: f64, hz: f64, level: f64, length_s: f64) -> Vec<f64> {
     (0..count).map(sample).collect()
 }
 
-/// The gain of the loopback of `setup` at 1 kHz: recorded per played value, negative where the polarity is inverted. A quiet tone of 0.4 s is played.
+/// The gain of the loopback of `setup` at 1 kHz: recorded per played value, negative where the polarity is inverted. A quiet tone of 0.4 s is played, up
+/// to three times where samples are lost or the tone does not arrive: a sound server connects its clients in the first moments.
 ///
 /// # Errors
-/// [`AudioError::Delay`] when the loopback does not hold the tone; [`AudioError::Device`] when the device fails.
+/// [`AudioError::Delay`] when the loopback does not hold the tone; [`AudioError::Losses`] when samples were lost in each attempt;
+/// [`AudioError::Device`] when the device fails.
 pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result<f64, AudioError> {
     let Some(loopback) = setup.loopback() else {
         return Err(AudioError::Setup(
@@ -123,16 +127,33 @@ pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result
     };
     let rate = streams.rate();
     let played = tone_samples(rate.hz(), CHECK_HZ.0, CHECK_LEVEL, CHECK_S);
-    let excited = excite(streams, &played)?;
-    let recorded = &excited.inputs[loopback.channel as usize - 1];
-    let found = delay(&played, recorded)?;
+    let mut last = AudioError::Losses { attempts: ATTEMPTS };
+    for _ in 0..ATTEMPTS {
+        let excited = excite(streams, &played)?;
+        match loopback_of(
+            &played,
+            &excited.inputs[loopback.channel as usize - 1],
+            rate,
+        ) {
+            // A level with a gap in it is none.
+            Ok(_) if excited.drop_outs > 0 => last = AudioError::Losses { attempts: ATTEMPTS },
+            Ok(gain) => return Ok(gain),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+/// The gain of the tone `played` in `recorded`, with its sign.
+fn loopback_of(played: &[f64], recorded: &[f64], rate: SampleRate) -> Result<f64, AudioError> {
+    let found = delay(played, recorded)?;
     let edge = (EDGE_S * rate.hz()) as usize;
     let steady = |samples: &[f64], from: i64| -> Vec<f64> {
         let from = usize::try_from(from).unwrap_or(0) + edge;
         let to = (from + played.len() - 2 * edge).min(samples.len());
         samples[from.min(to)..to].to_vec()
     };
-    let sent = tone(&steady(&played, 0), rate, CHECK_HZ)?;
+    let sent = tone(&steady(played, 0), rate, CHECK_HZ)?;
     let came = tone(&steady(recorded, found.samples), rate, CHECK_HZ)?;
     Ok(came.rms / sent.rms * found.gain.signum())
 }
@@ -140,7 +161,8 @@ pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result
 /// The tone of `frequency` on the input `channel` (from 1) in `seconds` of recording, with its peak; full scale = 1. Nothing is played.
 ///
 /// # Errors
-/// [`AudioError::Tone`] when the recording is too short; [`AudioError::Device`] when the device fails.
+/// [`AudioError::Tone`] when the recording is too short; [`AudioError::Losses`] when samples were lost in each of three attempts;
+/// [`AudioError::Device`] when the device fails.
 pub fn record_tone(
     streams: &mut RunningStreams,
     channel: u32,
@@ -152,10 +174,19 @@ pub fn record_tone(
     streams.skip();
     let mut samples = Vec::with_capacity(wanted);
     let stop = StopHandle::new();
+    let mut losses = 0;
     while samples.len() < wanted {
         let Some(fetched) = streams.fetch(1, wanted - samples.len(), &stop)? else {
             break;
         };
+        if fetched.lost > 0 && !samples.is_empty() {
+            // A tone with a gap has another level.
+            samples.clear();
+            losses += 1;
+            if losses == ATTEMPTS {
+                return Err(AudioError::Losses { attempts: ATTEMPTS });
+            }
+        }
         let new = fetched.channels.get(channel as usize - 1);
         samples.extend(new.into_iter().flatten().map(|v| f64::from(*v)));
         if new.is_none() {

@@ -92,6 +92,14 @@ pub enum AudioError {
     /// No loopback in what was recorded.
     #[error(transparent)]
     Delay(#[from] DelayError),
+    /// Samples were lost in every attempt.
+    #[error(
+        "expected a measurement without lost samples, found losses in each of {attempts} attempts; close other programs, or use larger buffers"
+    )]
+    Losses {
+        /// How many attempts.
+        attempts: usize,
+    },
     /// A device fails while it runs.
     #[error(transparent)]
     Device(#[from] DeviceError),

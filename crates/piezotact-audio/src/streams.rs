@@ -32,7 +32,7 @@ const LOOKS: Duration = Duration::from_millis(10);
 /// A device that has not called back within this time of its opening is lost.
 const FIRST_CALLBACK: Duration = Duration::from_secs(5);
 /// A sound server that sets up its connections may pause so long in the first part of a stream.
-const SETTLES: Duration = Duration::from_secs(2);
+const SETTLES: Duration = Duration::from_millis(1500);
 /// How long a wait for samples lasts at most.
 const WAITS: Duration = Duration::from_millis(5);
 /// The rate is judged once so much was recorded, s, with this tolerance, as a share.
@@ -457,7 +457,7 @@ impl RunningStreams {
         );
         for side in [&board.output, &board.input] {
             let silent = match board.since_callback(side) {
-                Some(silent) if opened < 2 * SETTLES => silent >= SETTLES,
+                Some(silent) if opened < SETTLES => silent >= SETTLES,
                 Some(silent) => silent >= lost_after,
                 None => opened >= FIRST_CALLBACK,
             };

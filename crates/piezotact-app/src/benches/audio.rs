@@ -148,8 +148,12 @@ fn plants(twin: &TwinSpec, participant: Option<u64>) -> Outcome<PlantMaker> {
             placement: Placement::New,
             until: Until::Stopped,
         };
-        let run = run.unwrap_or(&resting);
-        let plant = TwinPlant::new(&parameters, &participant, &set, run, rate)?;
+        // A force that the participant chooses is the usual one.
+        let run = RunPlan {
+            load: run.and_then(|run| run.load).or(resting.load),
+            ..run.unwrap_or(&resting).clone()
+        };
+        let plant = TwinPlant::new(&parameters, &participant, &set, &run, rate)?;
         Ok(Box::new(plant) as Box<dyn Plant>)
     }))
 }

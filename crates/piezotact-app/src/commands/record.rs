@@ -13,7 +13,7 @@ use piezotact_bench::procedure::acquire;
 use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
 
-use super::{bench_failure, has_ending, outputs, recording_files};
+use super::{USUAL_ANGLE_DEG, bench_failure, has_ending, outputs, recording_files};
 use crate::benches::{self, BenchSpec};
 use crate::cli::twin::{DirectionName, speed};
 use crate::dashboard::{Counts, Dashboard};
@@ -102,6 +102,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     outputs(&read, &written.each_ref().map(PathBuf::as_path))?;
     let plan = plan(args)?;
     let mut bench = args.bench.open()?;
+    let here = bench.acquirer.describe().condition.angle_deg;
+    let plan = RunPlan {
+        angle: args.angle.map(Degrees).or(here).unwrap_or(plan.angle),
+        ..plan
+    };
     // Refused before a file is begun.
     let stop = StopHandle::new();
     bench.acquirer.ready(&plan, &stop).map_err(bench_failure)?;
@@ -148,7 +153,7 @@ fn plan(args: &Arguments) -> Outcome<RunPlan> {
     Ok(RunPlan {
         label: args.label.clone(),
         load: args.load.map(Newtons),
-        angle: Degrees(args.angle.unwrap_or_default()),
+        angle: Degrees(args.angle.unwrap_or(USUAL_ANGLE_DEG)),
         placement: Placement::New,
         until: args
             .seconds

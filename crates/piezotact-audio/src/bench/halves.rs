@@ -44,6 +44,10 @@ const SILENT_SAMPLES: usize = 16;
 const STALL_BUFFERS: f64 = 4.0;
 const STALL_S: f64 = 0.08;
 
+/// Frames of output and input differ by so many buffers at most, and by this share of them.
+const BUFFERS_APART: f64 = 8.0;
+const CLOCKS_APART: f64 = 0.001;
+
 /// The kinds of events of a run on a sound device.
 const ONSET: &str = "playback_onset";
 const RAN_DRY: &str = "playback_ran_dry";
@@ -173,6 +177,8 @@ struct UnderWay {
     stop: StopHandle,
     /// The frame of the input that is its first sample.
     origin: u64,
+    /// The frames of output and input when it began.
+    began: [u64; 2],
     acquired: u64,
     piece: Option<u64>,
     /// The playback was stopped before its end.
@@ -257,6 +263,28 @@ impl Shared {
                 Some(fetched) => force.wait_for(fetched),
                 None => return Ok(None),
             }
+        }
+    }
+
+    /// The frames that output and input have passed, lost ones counted.
+    fn passed(&self) -> [u64; 2] {
+        let board = self.streams.board();
+        [&board.output, &board.input].map(|side| side.frames.load(Ordering::Acquire))
+    }
+
+    /// Refuses a run in which the input passed fewer frames than the output since both stood at `began`, beyond what clocks and buffers make: they were
+    /// lost, and it is not known where.
+    fn as_many_on_both_sides(&self, began: [u64; 2]) -> Result<(), DeviceError> {
+        let [played, recorded] = self.passed();
+        let [played, recorded] = [played - began[0], recorded - began[1]];
+        let buffers = BUFFERS_APART * f64::from(self.bench.setup.buffer_frames);
+        let missing = played as f64 - recorded as f64;
+        match missing > buffers + CLOCKS_APART * played as f64 {
+            true => Err(DeviceError::Unusable(format!(
+                "the input delivered {missing:.0} frames fewer than the output played, and the sound system reported no loss: close other programs, \
+                 or use larger buffers, then measure again"
+            ))),
+            false => Ok(()),
         }
     }
 
@@ -472,6 +500,7 @@ impl Acquirer {
         let left = wanted.map_or(u64::MAX, |wanted| wanted.saturating_sub(run.acquired));
         let unheard = run.cut && run.plan.until == Until::PlaybackEnded && run.ends_at.is_none();
         if left == 0 || unheard {
+            shared.as_many_on_both_sides(run.began)?;
             return Ok(None);
         }
         let frames = |s: f64| (s * rate.hz()).ceil() as u64;
@@ -626,6 +655,7 @@ impl Acquire for Acquirer {
             plan,
             stop,
             origin,
+            began: shared.passed(),
             acquired: 0,
             piece: None,
             cut: false,
