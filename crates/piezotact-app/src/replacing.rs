@@ -13,12 +13,20 @@ use crate::commands::rerun::Made;
 use crate::failure::{Outcome, usage};
 
 /// Outputs that are measured: whoever writes them keeps what stood there.
-const MEASURED: [[&str; 2]; 5] = [
+const MEASURED: [[&str; 2]; 8] = [
     ["twin record", "out"],
     ["characterise", "out"],
     ["characterise", "record"],
     ["play", "record"],
+    ["record", "out"],
+    ["calibrate", "out"],
+    ["latency", "out"],
     ["render", "record"],
+];
+/// What is measured of a sound device stands beside its set-up, where no option names it.
+const BESIDE_SETUP: [[&str; 2]; 2] = [
+    ["calibrate", ".calibration.json"],
+    ["latency", ".latency.json"],
 ];
 /// Folders whose commands go on with what is in them, and check it themselves.
 const CONTINUED: [[&str; 2]; 1] = [["panel run", "out"]];
@@ -102,6 +110,13 @@ impl Writing {
 
     /// Whether what stands at `path` is kept, or gone on with, by whoever writes there.
     fn is_kept(&self, path: &Path) -> bool {
+        let name = path.to_string_lossy();
+        if BESIDE_SETUP
+            .iter()
+            .any(|[command, ending]| self.command == *command && name.ends_with(ending))
+        {
+            return true;
+        }
         let Some((output, beside)) = self.output_beside(path) else {
             return false;
         };

@@ -20,6 +20,7 @@ input = "input"
 rate_hz = 48000
 buffer_frames = 1024
 gain = "B3"
+simulated = true
 play = { drive = [1] }
 record = [
   { channel = 1, measures = "drive" },

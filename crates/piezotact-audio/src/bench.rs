@@ -54,6 +54,9 @@ impl AudioBench {
         match &self.calibration {
             Some(calibration) => {
                 calibration.holds_for(&self.setup.called(), self.setup.rate()?)?;
+                for recorded in &self.setup.record {
+                    calibration.sensor_holds(recorded.channel, recorded.v_per_unit())?;
+                }
                 doubts.extend(calibration.doubts_on(self.today));
                 if calibration.loopback.is_some() && self.setup.loopback().is_some() {
                     let gain = crate::calibrate::loopback_gain(&mut streams, &self.setup)?;

@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use piezotact::quantity::{Drive, Hertz, SampleRate, Seconds};
 use piezotact::series::Series;
-use piezotact::sound::{Tone, Wire, WiringError, delay, tone, wiring};
+use piezotact::sound::{Tone, Wire, WiringError, burst_delay, tone, tone_near, wiring};
 use piezotact::statistics::peak;
 use piezotact_bench::{Playback, StopHandle};
 
@@ -17,6 +17,12 @@ use crate::streams::{Loaded, RunningStreams};
 const CHECK_HZ: Hertz = Hertz(1_000.0);
 const CHECK_LEVEL: f64 = 0.05;
 const CHECK_S: f64 = 0.4;
+/// The sweep before it, s, and the silence between them.
+const SWEEP_S: f64 = 0.1;
+const GAP: Seconds = Seconds(0.05);
+/// Two clocks of one device differ by less than this share, and a calibrator from its stated frequency by less than the other.
+const CLOCKS_SHARE: f64 = 1e-3;
+const CALIBRATOR_SHARE: f64 = 0.03;
 /// The fades of tones, s, and the part at both ends that is not measured.
 const FADE_S: f64 = 0.05;
 const EDGE_S: f64 = 0.08;
@@ -113,8 +119,8 @@ fn tone_samples(rate_hz: f64, hz: f64, level: f64, length_s: f64) -> Vec<f64> {
     (0..count).map(sample).collect()
 }
 
-/// The gain of the loopback of `setup` at 1 kHz: recorded per played value, negative where the polarity is inverted. A quiet tone of 0.4 s is played, up
-/// to three times where samples are lost or the tone does not arrive: a sound server connects its clients in the first moments.
+/// The gain of the loopback of `setup` at 1 kHz: recorded per played value, negative where the polarity is inverted. A quiet sweep and a tone of 0.4 s are
+/// played, up to three times where samples are lost or the tone does not arrive: a sound server connects its clients in the first moments.
 ///
 /// # Errors
 /// [`AudioError::Delay`] when the loopback does not hold the tone; [`AudioError::Losses`] when samples were lost in each attempt;
@@ -126,15 +132,22 @@ pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result
         ));
     };
     let rate = streams.rate();
-    let played = tone_samples(rate.hz(), CHECK_HZ.0, CHECK_LEVEL, CHECK_S);
+    let sweep = sweep_samples(rate.hz());
+    let gap = rate.samples_in(GAP);
+    let mut played = sweep.clone();
+    played.resize(sweep.len() + gap, 0.0);
+    let steady = played.len();
+    played.extend(tone_samples(rate.hz(), CHECK_HZ.0, CHECK_LEVEL, CHECK_S));
+    let check = Check {
+        rate,
+        sweep: &sweep,
+        tone: &played[steady..],
+        steady,
+    };
     let mut last = AudioError::Losses { attempts: ATTEMPTS };
     for _ in 0..ATTEMPTS {
         let excited = excite(streams, &played)?;
-        match loopback_of(
-            &played,
-            &excited.inputs[loopback.channel as usize - 1],
-            rate,
-        ) {
+        match check.gain(&excited.inputs[loopback.channel as usize - 1]) {
             // A level with a gap in it is none.
             Ok(_) if excited.drop_outs > 0 => last = AudioError::Losses { attempts: ATTEMPTS },
             Ok(gain) => return Ok(gain),
@@ -144,21 +157,46 @@ pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result
     Err(last)
 }
 
-/// The gain of the tone `played` in `recorded`, with its sign.
-fn loopback_of(played: &[f64], recorded: &[f64], rate: SampleRate) -> Result<f64, AudioError> {
-    let found = delay(played, recorded)?;
-    let edge = (EDGE_S * rate.hz()) as usize;
-    let steady = |samples: &[f64], from: i64| -> Vec<f64> {
-        let from = usize::try_from(from).unwrap_or(0) + edge;
-        let to = (from + played.len() - 2 * edge).min(samples.len());
-        samples[from.min(to)..to].to_vec()
-    };
-    let sent = tone(&steady(played, 0), rate, CHECK_HZ)?;
-    let came = tone(&steady(recorded, found.samples), rate, CHECK_HZ)?;
-    Ok(came.rms / sent.rms * found.gain.signum())
+/// What a loopback is checked with: a sweep, which says where it is and with which polarity, and a tone behind it, which has the level.
+struct Check<'a> {
+    rate: SampleRate,
+    sweep: &'a [f64],
+    tone: &'a [f64],
+    /// The first sample of the tone.
+    steady: usize,
 }
 
-/// The tone of `frequency` on the input `channel` (from 1) in `seconds` of recording, with its peak; full scale = 1. Nothing is played.
+impl Check<'_> {
+    /// The gain in `recorded`, with its sign.
+    fn gain(&self, recorded: &[f64]) -> Result<f64, AudioError> {
+        let found = burst_delay(self.sweep, recorded)?;
+        let edge = (EDGE_S * self.rate.hz()) as usize;
+        let part = |samples: &[f64], from: i64| -> Vec<f64> {
+            let from = usize::try_from(from).unwrap_or(0) + edge;
+            let to = (from + self.tone.len() - 2 * edge).min(samples.len());
+            samples[from.min(to)..to].to_vec()
+        };
+        let sent = tone(&part(self.tone, 0), self.rate, CHECK_HZ)?;
+        let came = part(recorded, found.samples + self.steady as i64);
+        let (_, came) = tone_near(&came, self.rate, CHECK_HZ, CLOCKS_SHARE)?;
+        Ok(came.rms / sent.rms * found.gain.signum())
+    }
+}
+
+/// A linear sweep over [`SWEEP_S`] from 200 Hz to a fifth of the rate, 4 kHz at most, in a Hann window.
+fn sweep_samples(rate_hz: f64) -> Vec<f64> {
+    let count = (SWEEP_S * rate_hz) as usize;
+    let [low, high] = [200.0, (0.2 * rate_hz).min(4_000.0)];
+    let sample = |i: usize| {
+        let t = i as f64 / rate_hz;
+        let window = 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / count as f64).cos();
+        let phase = TAU * (low * t + 0.5 * (high - low) / SWEEP_S * t * t);
+        CHECK_LEVEL * window * phase.sin()
+    };
+    (0..count).map(sample).collect()
+}
+
+/// The tone nearest to `frequency`, within 3 %, on the input `channel` (from 1) in `seconds` of recording, with its peak; full scale = 1. Nothing is played.
 ///
 /// # Errors
 /// [`AudioError::Tone`] when the recording is too short; [`AudioError::Losses`] when samples were lost in each of three attempts;
@@ -195,7 +233,8 @@ pub fn record_tone(
             )));
         }
     }
-    Ok((tone(&samples, rate, frequency)?, peak(&samples)))
+    let (_, found) = tone_near(&samples, rate, frequency, CALIBRATOR_SHARE)?;
+    Ok((found, peak(&samples)))
 }
 
 /// Which input each output of the drive arrives at: a pulse on each in its turn, on streams that `open` opens for a set-up with that output alone.

@@ -198,11 +198,18 @@ impl OutputCallback {
 
     /// Frames that the device played as silence, as it was not served in time.
     pub fn skipped(&mut self, frames: u64) {
-        let _full = self.happened.push(Happened::RanDry {
-            frame: self.frame,
-            frames,
-            input: self.board.input.frames.load(Ordering::Acquire),
-        });
+        // Of a drive that did not begin nothing is missing.
+        if self
+            .piece
+            .as_ref()
+            .is_some_and(|piece| piece.start <= self.frame)
+        {
+            let _full = self.happened.push(Happened::RanDry {
+                frame: self.frame,
+                frames,
+                input: self.board.input.frames.load(Ordering::Acquire) + frames,
+            });
+        }
         self.board.output.losses.fetch_add(1, Ordering::AcqRel);
     }
 

@@ -292,8 +292,7 @@ impl Opened {
             .filter_map(|range| Some((range.channels(), place(range)?, range)))
             .min_by_key(|(channels, place, _)| (*channels, *place));
         let Some((channels_offered, _, range)) = best else {
-            let mut offered: Vec<String> = offers.iter().map(described).collect();
-            offered.dedup();
+            let offered = offered(&offers);
             return Err(AudioError::NotOffered {
                 direction: direction.word(),
                 device: name.clone(),
@@ -301,10 +300,7 @@ impl Opened {
                     "{rate} Hz, {channels} channels, buffers of {} frames",
                     plan.buffer_frames
                 ),
-                offered: match offered.is_empty() {
-                    true => "nothing".into(),
-                    false => offered.join("; "),
-                },
+                offered,
             });
         };
         Ok(Self {
@@ -436,6 +432,27 @@ impl Opened {
     }
 }
 
+/// What `offers` hold, those that differ by their channels in one.
+fn offered(offers: &[SupportedStreamConfigRange]) -> String {
+    let mut kinds: Vec<(String, [u16; 2])> = Vec::new();
+    for range in offers {
+        let (kind, channels) = (described(range), range.channels());
+        match kinds.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, [low, high])) => (*low, *high) = ((*low).min(channels), (*high).max(channels)),
+            None => kinds.push((kind, [channels; 2])),
+        }
+    }
+    let texts = kinds.iter().map(|(kind, [low, high])| match low == high {
+        true => format!("{kind}, {low} channels"),
+        false => format!("{kind}, {low} to {high} channels"),
+    });
+    match kinds.is_empty() {
+        true => "nothing".into(),
+        false => texts.collect::<Vec<_>>().join("; "),
+    }
+}
+
+/// Rates, buffers and format of an offer.
 fn described(range: &SupportedStreamConfigRange) -> String {
     let [low, high] = [range.min_sample_rate(), range.max_sample_rate()];
     let rates = if low == high {
@@ -450,11 +467,7 @@ fn described(range: &SupportedStreamConfigRange) -> String {
         SupportedBufferSize::Range { min, max } => format!(", buffers of {min} to {max} frames"),
         SupportedBufferSize::Unknown => String::new(),
     };
-    format!(
-        "{rates}, {} channels{buffers}, {}",
-        range.channels(),
-        range.sample_format()
-    )
+    format!("{rates}{buffers}, {}", range.sample_format())
 }
 
 /// Losses that the system reports, and how long each was by its time stamps.

@@ -1,7 +1,7 @@
 //! The latency of a device in one start of its streams.
 
 use piezotact::quantity::Seconds;
-use piezotact::sound::{LatencyRun, delay};
+use piezotact::sound::{LatencyRun, burst_delay};
 use piezotact::statistics::random::Random;
 
 use crate::calibrate::excite;
@@ -31,9 +31,12 @@ pub fn latency_run(
     let rate = streams.rate();
     let mut random = Random::stream(seed, 0, "latency");
     let count = (BURST_S * rate.hz()) as usize;
-    let burst: Vec<f64> = (0..count).map(|_| BURST_RMS * random.normal()).collect();
+    let white: Vec<f64> = (0..count + 2).map(|_| random.normal()).collect();
+    // Without the highest frequencies, which a converter does not pass; 0.612 is the rms that is left.
+    let smooth = |w: &[f64]| BURST_RMS / 0.612 * (0.25 * w[0] + 0.5 * w[1] + 0.25 * w[2]);
+    let burst: Vec<f64> = white.windows(3).map(smooth).collect();
     let excited = excite(streams, &burst)?;
-    let found = delay(&burst, &excited.inputs[loopback.channel as usize - 1]).ok();
+    let found = burst_delay(&burst, &excited.inputs[loopback.channel as usize - 1]).ok();
     let frames = found.map(|delay| delay.samples as f64 + delay.fraction - excited.onset as f64);
     Ok(LatencyRun {
         latency_s: frames.map(|frames| Seconds(frames / rate.hz())),

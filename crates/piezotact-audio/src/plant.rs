@@ -173,6 +173,11 @@ impl JackPlant {
             let found = format!("host = \"{}\"", setup.host);
             return Err(wrong("a set-up with host = \"jack\"", &found).into());
         }
+        if !setup.simulated {
+            let expected =
+                "simulated = true in the set-up, so that no recording is taken for one of a person";
+            return Err(wrong(expected, "none").into());
+        }
         jack::set_logger(jack::LoggerType::None);
         let unavailable = |error: jack::Error| AudioError::HostUnavailable {
             host: "jack".into(),

@@ -37,6 +37,9 @@ pub struct SoundSetup {
     /// The gain set on the amplifier; absent for its usual one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain: Option<String>,
+    /// What stands behind the device is simulated, as by `piezotact twin plant`: recordings say so.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub simulated: bool,
     /// What leaves the device.
     pub play: PlayChannels,
     /// What comes in.
@@ -368,6 +371,6 @@ impl SoundSetup {
 
 pub(crate) fn wrong(expected: &str, found: &str) -> AudioError {
     AudioError::Setup(format!(
-        "expected {expected}; found {found}; mend the set-up of the sound device"
+        "expected {expected}; found {found}; correct the set-up of the sound device"
     ))
 }

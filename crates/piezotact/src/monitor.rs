@@ -5,6 +5,7 @@
 use serde::Serialize;
 
 use crate::criterion::Outcome;
+use crate::fourier::fast_length;
 use crate::quantity::{Acceleration, Band, Drive, Hertz, Quantity, Seconds, Unit};
 use crate::recording::{Channel, Clock, Recording};
 use crate::roles::Roles;
@@ -28,10 +29,10 @@ pub struct MonitorConfig {
     pub points: usize,
     /// The stretch from which the spectrum is estimated, s.
     pub spectrum_s: f64,
-    /// Samples in a segment of the spectrum.
-    pub spectrum_segment: usize,
-    /// Samples in a segment of the coherence.
-    pub coherence_segment: usize,
+    /// The length of a segment of the spectrum, s.
+    pub spectrum_segment_s: f64,
+    /// The length of a segment of the coherence, s: shorter than the answer of the device, it would show too little.
+    pub coherence_segment_s: f64,
     /// The band over which the coherence is summed up, Hz.
     pub coherence_hz: [f64; 2],
     /// The share by which the force may depart from its target.
@@ -41,7 +42,7 @@ pub struct MonitorConfig {
 }
 
 impl MonitorConfig {
-    /// Ten seconds in 400 points, 2 s of spectrum in segments of 1024, coherence in segments of 2048 over 20–1000 Hz, ±10 % of the force,
+    /// Ten seconds in 400 points, 2 s of spectrum in segments of 0.2 s, coherence in segments of 0.41 s over 20–1000 Hz, ±10 % of the force,
     /// and 15 min at 5 kHz.
     ///
     /// Source: decision 0077 of this project; the tolerance of the force is that of thesis 2.5.1.
@@ -51,8 +52,8 @@ impl MonitorConfig {
             window_s: 10.0,
             points: 400,
             spectrum_s: 2.0,
-            spectrum_segment: 1024,
-            coherence_segment: 2048,
+            spectrum_segment_s: 0.2048,
+            coherence_segment_s: 0.4096,
             coherence_hz: [20.0, 1000.0],
             force_share: 0.1,
             longest_samples: 4_500_000,
@@ -259,7 +260,7 @@ impl Monitor {
             .find(|(_, unit)| *unit == Drive::UNIT)?;
         let vibration = run.roles.vibration.first()?;
         let (drive, response) = (run.samples(&drive.0)?, run.samples(vibration)?);
-        let segment = self.config.coherence_segment;
+        let segment = run.segment(self.config.coherence_segment_s);
         let common = drive.len().min(response.len());
         if common < 3 * segment {
             return None;
@@ -399,6 +400,11 @@ impl Watched {
         (!trace.at_s.is_empty()).then_some(trace)
     }
 
+    /// The samples of a segment of `s` seconds that transforms quickly.
+    fn segment(&self, s: f64) -> usize {
+        fast_length((s * self.rate_hz()).round() as usize)
+    }
+
     /// The last `s` seconds of a channel, or all of it.
     fn last(&self, name: &str, s: f64) -> Option<&[f64]> {
         let samples = self.samples(name)?;
@@ -448,7 +454,11 @@ impl Watched {
         let wanted = (config.spectrum_s * self.rate_hz()) as usize;
         let last = &samples[samples.len().saturating_sub(wanted)..];
         let series = Series::<Acceleration>::new(last.to_vec(), self.start.rate_hz).ok()?;
-        let spectrum = welch(&series, &WelchConfig::hann(config.spectrum_segment)).ok()?;
+        let spectrum = welch(
+            &series,
+            &WelchConfig::hann(self.segment(config.spectrum_segment_s)),
+        )
+        .ok()?;
         Some(Lines {
             frequency_hz: spectrum.frequencies_hz(),
             averages: spectrum.averages,
@@ -526,8 +536,8 @@ mod tests {
     #[test]
     fn a_monitor_shows_the_last_seconds_and_what_they_say() {
         let mut monitor = Monitor::new(MonitorConfig {
-            spectrum_segment: 256,
-            coherence_segment: 256,
+            spectrum_segment_s: 0.256,
+            coherence_segment_s: 0.256,
             ..MonitorConfig::console()
         });
         assert_eq!(monitor.view(), MonitorView::default());

@@ -103,6 +103,7 @@ impl SoundDevice {
 
     fn kind(&self) -> BenchKind {
         match (&self.setup.looped, &self.finger) {
+            (None, _) if self.setup.simulated => BenchKind::Twin,
             (None, _) => BenchKind::Hardware,
             (Some(_), Some(_)) => BenchKind::Twin,
             (Some(_), None) => BenchKind::Scripted,

@@ -131,8 +131,8 @@ pub enum ForceError {
 pub enum JoinError {
     /// There is no force for frames that were recorded.
     #[error(
-        "no reading of the force for {} s, while sound was recorded; at most {} s are interpolated: check the source of the force, \
-            then measure again",
+        "no reading of the force for {} s, while sound was recorded; at most {} s are interpolated: check that the file or port of the force \
+            is there, that it has new readings, and that they have a unit (in the lines, or `unit` in the set-up), then measure again",
         rounded(*pause_s),
         rounded(*longest_s)
     )]

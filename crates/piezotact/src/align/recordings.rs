@@ -11,6 +11,7 @@ use crate::number::plus;
 use crate::quantity::{Drive, Hertz, Quantity as _, SampleRate, Seconds, Unit};
 use crate::recording::{Annotations, Channel, Clock, Event, Recording};
 use crate::resample::Resampler;
+use crate::sound::SoundDoubt;
 
 /// The label of the time of the first sample on the clock of the drive, s.
 pub const FIRST_SAMPLE: &str = "first_sample_on_drive_s";
@@ -155,8 +156,10 @@ pub fn align_recordings(
     }
     let about = [compared.drive.0, of.0].map(|named| &named.recording.about.doubts);
     let mut doubts: Vec<Doubt> = Vec::new();
+    // That the clocks differ is what is corrected here.
+    let of_clocks = |doubt: &Doubt| matches!(doubt.kind(), Some(SoundDoubt::ClocksApart { .. }));
     for doubt in about.into_iter().flatten().chain(&alignment.doubts) {
-        if !doubts.contains(doubt) {
+        if !doubts.contains(doubt) && !of_clocks(doubt) {
             doubts.push(doubt.clone());
         }
     }

@@ -6,7 +6,7 @@ use super::line::{FEWEST_BLOCKS, Found, robust, step};
 use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{SampleRate, Seconds};
-use crate::sound::SoundDoubt;
+use crate::sound::{SoundDoubt, phase_slope};
 
 /// The samples of a block, and of the stretch in which a block is looked for near where it is expected.
 const BLOCK: usize = 4096;
@@ -21,6 +21,10 @@ const LEAST_RMS: f64 = 1e-4;
 const LEAST_CORRELATION: f64 = 0.5;
 /// Of peaks of this share of the largest one the nearest to the expected place is taken: a drive that repeats has several.
 const ALIKE: f64 = 0.97;
+/// A peak where it is expected is taken when it has this share of the largest one.
+const AS_EXPECTED: f64 = 0.85;
+/// A place may be off by so much whatever the noise, samples: found against recordings of known clocks.
+const PLACE_SAMPLES: f64 = 0.03;
 /// A step between two neighbours has at least this share of what all blocks say of it.
 const SUDDEN: f64 = 0.5;
 /// The estimate takes blocks over so much time, s.
@@ -253,16 +257,26 @@ impl ClockTracker {
             None => correlation[lag].abs(),
         };
         let lags = length - BLOCK;
+        let climbed = |mut lag: usize| {
+            while lag < lags && height(lag + 1) > height(lag) {
+                lag += 1;
+            }
+            while lag > 0 && height(lag - 1) > height(lag) {
+                lag -= 1;
+            }
+            lag
+        };
         let most = (0..=lags).map(height).fold(0.0, f64::max);
         let nearest = (expected.saturating_sub(first)) as usize;
-        let high = (0..=lags).filter(|lag| most > 0.0 && height(*lag) >= ALIKE * most);
-        let mut best = high.min_by_key(|lag| lag.abs_diff(nearest))?;
-        while best < lags && height(best + 1) > height(best) {
-            best += 1;
-        }
-        while best > 0 && height(best - 1) > height(best) {
-            best -= 1;
-        }
+        // Where it is expected there is a peak that is nearly as high: a tone has one in every period.
+        let expected_one = climbed(nearest.min(lags));
+        let best = match self.delay {
+            Some(_) if most > 0.0 && height(expected_one) >= AS_EXPECTED * most => expected_one,
+            _ => {
+                let high = (0..=lags).filter(|lag| most > 0.0 && height(*lag) >= ALIKE * most);
+                climbed(high.min_by_key(|lag| lag.abs_diff(nearest))?)
+            }
+        };
         self.refined(block, first + best as u64)
     }
 
@@ -284,15 +298,8 @@ impl ClockTracker {
             return None;
         }
         let (played, heard) = (self.short.forward(&played), self.short.forward(&heard));
-        let (mut over, mut under) = (0.0, 0.0);
-        for (line, (played, heard)) in played.iter().zip(&heard).enumerate().skip(1) {
-            // A loopback of inverted polarity is the same signal.
-            let cross = correlation.signum() * heard * played.conj();
-            let omega = std::f64::consts::TAU * line as f64 / BLOCK as f64;
-            over -= cross.norm() * omega * cross.arg();
-            under += cross.norm() * omega * omega;
-        }
-        let fraction = over / under;
+        // A loopback of inverted polarity is the same signal.
+        let fraction = phase_slope(&played, &heard, BLOCK, correlation.signum());
         (fraction.abs() < 1.5).then_some((at as f64 + fraction, correlation))
     }
 
@@ -319,7 +326,7 @@ impl ClockTracker {
     pub fn result(&self) -> Option<ClocksCompared> {
         let (first, last) = (self.found.first()?, self.found.last()?);
         let over_s = last.recorded_s - first.recorded_s;
-        if over_s < LEAST_S || self.found.len() < 2 * FEWEST_BLOCKS {
+        if over_s < LEAST_S || self.found.len() < FEWEST_BLOCKS {
             return None;
         }
         let (line, used) = robust(&self.found).ok()?;
@@ -327,7 +334,8 @@ impl ClockTracker {
         let [low, high] = line.drift_interval_ppm();
         Some(ClocksCompared {
             drift_ppm: line.drift_ppm(),
-            uncertainty_ppm: 0.5 * (high - low),
+            uncertainty_ppm: (0.5 * (high - low))
+                .hypot(1e6 * PLACE_SAMPLES / (over_s * self.rate.hz())),
             blocks: used.iter().filter(|used| **used).count(),
             over_s: Seconds(over_s),
             step_s,
@@ -424,6 +432,56 @@ mod tests {
         let found = tracker.result().unwrap();
         assert!(
             found.step_s.is_none() && found.drift_ppm.abs() < 0.1,
+            "{found:?}"
+        );
+    }
+
+    /// A sweep has many peaks that are alike where it is fast.
+    #[test]
+    fn sweeps_are_followed_without_a_step() {
+        let rate_hz = 8_000.0;
+        let rate = SampleRate::new(rate_hz).unwrap();
+        let (seconds, growth) = (60.0, 50f64.ln());
+        let sweep = |place: f64| {
+            let t = place / rate_hz;
+            let phase = std::f64::consts::TAU * 20.0 * seconds / growth
+                * ((growth * t / seconds).exp() - 1.0);
+            0.5 * phase.sin()
+        };
+        for ppm in [10.0, 20.0] {
+            let mut tracker = ClockTracker::new(rate, 0, 8_000);
+            tracker.played((0..480_000).map(|n| sweep(f64::from(n))));
+            let recorded: Vec<f64> = (0..490_000)
+                .map(|n| (f64::from(n) - 2_000.0) / (1.0 + 1e-6 * ppm))
+                .map(|place| {
+                    if (0.0..480_000.0).contains(&place) {
+                        0.5 * sweep(place)
+                    } else {
+                        0.0
+                    }
+                })
+                .collect();
+            tracker.recorded(0, &recorded);
+            let found = tracker.result().unwrap();
+            assert_eq!(found.step_s, None, "{found:?}");
+            assert!(
+                (found.drift_ppm - ppm).abs() < found.uncertainty_ppm,
+                "{found:?}"
+            );
+        }
+    }
+
+    /// Two short parts of noise with silence between them: 27 s apart, 50 ppm are 65 samples.
+    #[test]
+    fn a_drive_with_a_long_silence_is_compared() {
+        let played = |place: f64| match place / RATE_HZ {
+            s if s < 1.2 || (28.0..29.2).contains(&s) => texture(place),
+            _ => 0.0,
+        };
+        let recorded = heard(&played, 30.0, 9_600.0, 50.0);
+        let found = tracked(&played, 30.0, &recorded).result().unwrap();
+        assert!(
+            (found.drift_ppm - 50.0).abs() < found.uncertainty_ppm,
             "{found:?}"
         );
     }

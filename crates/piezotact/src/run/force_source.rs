@@ -80,7 +80,7 @@ impl fmt::Display for ForceSourceDoubt {
                 most_s,
             } => write!(
                 f,
-                "the times of the force are certain to ±{} ms, which is more than {} ms: force and acceleration may be out of step",
+                "the time of each force reading is known to ±{} ms only, which is more than {} ms: force and acceleration may be out of step",
                 digits(1e3 * uncertainty_s),
                 rounded(1e3 * most_s)
             ),

@@ -6,14 +6,18 @@ use super::tone::Tone;
 use super::{SoundDoubt, Wire};
 use crate::document::Content;
 use crate::doubt::Doubt;
+use crate::number::digits;
 use crate::quantity::{Hertz, SampleRate, Unit};
 
-/// A tone must stand so far above what is left of the signal, dB: then the residual changes its level by less than 0.05 dB.
-const LEAST_ABOVE_DB: f64 = 25.0;
+/// A tone must stand so far above what is left of the signal, dB: over 5 s noise then changes its level by less than 0.01 dB, and mains hum beside it by
+/// less than 0.02 dB.
+const LEAST_ABOVE_DB: f64 = 12.0;
 /// A recorded value of this share of full scale or more is clipped.
 const CLIPPED: f64 = 0.999;
 /// A calibration is old after so many days.
 const OLD_DAYS: i64 = 90;
+/// Two ways of finding a level that differ by more contradict each other, dB.
+const DISAGREES_DB: f64 = 1.0;
 /// The largest change of the loopback's level from the calibration to a session, dB.
 const MOST_OFF_DB: f64 = 0.1;
 
@@ -366,6 +370,53 @@ impl SoundCalibration {
         self
     }
 
+    /// Checks that input `channel` was calibrated with the sensitivity that is stated now, V per unit; absent where none is stated. A sensor on a
+    /// calibrator needs none.
+    ///
+    /// Source: decision 0093 of this project.
+    ///
+    /// # Errors
+    /// [`CalibrationError::OtherSensor`] with both.
+    pub fn sensor_holds(
+        &self,
+        channel: u32,
+        per_unit_v: Option<f64>,
+    ) -> Result<(), CalibrationError> {
+        let input = self.inputs.iter().find(|input| input.channel == channel);
+        let Some(SensorMethod::Stated { v_per_unit, .. }) = input.map(|input| &input.method) else {
+            return Ok(());
+        };
+        match per_unit_v {
+            Some(now) if (now / v_per_unit - 1.0).abs() < 1e-9 => Ok(()),
+            now => Err(CalibrationError::OtherSensor {
+                channel,
+                expected_mv: 1e3 * v_per_unit,
+                found: now.map_or("none".into(), |now| {
+                    format!("{} mV per unit", digits(1e3 * now))
+                }),
+            }),
+        }
+    }
+
+    /// The doubt about two ways of finding `what` that lead to values in the ratio `found` to `other`, each named by its way; none where they
+    /// agree within 1 dB: sensors and meters are no better.
+    ///
+    /// Formula: 20·log10(|found / other|).
+    ///
+    /// Source: decision 0093 of this project.
+    #[must_use]
+    pub fn disagreement(what: &str, found: (&str, f64), other: (&str, f64)) -> Option<Doubt> {
+        let by_db = 20.0 * (found.1 / other.1).abs().log10();
+        (by_db.is_nan() || by_db.abs() > DISAGREES_DB).then(|| {
+            Doubt::from(SoundDoubt::WaysDisagree {
+                what: what.into(),
+                found_by: found.0.into(),
+                other_by: other.0.into(),
+                by_db,
+            })
+        })
+    }
+
     /// Checks the gain of the loopback `found_ratio` that is found now (recorded per played value) against the calibration.
     ///
     /// Formula: 20·log10(|found| / |calibrated|), at most 0.1 dB, and the same sign.
@@ -395,6 +446,19 @@ impl SoundCalibration {
 /// Why a calibration is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CalibrationError {
+    /// The set-up states another sensitivity than it did then.
+    #[error(
+        "expected the sensitivity of input {channel} with which it was calibrated, {} mV per unit, found {found} in the set-up; calibrate again with \
+         `piezotact calibrate`", digits(*expected_mv)
+    )]
+    OtherSensor {
+        /// The channel.
+        channel: u32,
+        /// The sensitivity then, mV per unit.
+        expected_mv: f64,
+        /// What is stated now.
+        found: String,
+    },
     /// A number that cannot be.
     #[error("expected {} to {} {what}, found {found}; check the reading and its unit", range[0], range[1])]
     Numbers {

@@ -80,6 +80,17 @@ doubts! {
             /// Half the 95 % interval, ppm.
             uncertainty_ppm: f64,
         },
+        /// Two ways of finding a level lead to different values.
+        WaysDisagree("sound_ways_disagree") {
+            /// Of what.
+            what: String,
+            /// How the value was found that is used.
+            found_by: String,
+            /// The other way.
+            other_by: String,
+            /// The first re the second, dB.
+            by_db: f64,
+        },
         /// The delay of the loopback stepped, and no loss was reported.
         DelayStepped("sound_delay_stepped") {
             /// Where, by the clock of the recording, s.
@@ -97,7 +108,9 @@ impl DoubtKind for SoundDoubt {
 
     fn advice(&self) -> Vec<Advice> {
         match self {
-            Self::CalibrationOld { .. } | Self::NotCalibrated { .. } => {
+            Self::CalibrationOld { .. }
+            | Self::NotCalibrated { .. }
+            | Self::WaysDisagree { .. } => {
                 vec![Advice::Check(Subject::UnitAndScale)]
             }
             Self::AcCoupled { .. } => vec![Advice::MeasureForce],
@@ -165,7 +178,7 @@ impl fmt::Display for SoundDoubt {
             ),
             Self::FewRestarts { restarts, few } => write!(
                 f,
-                "{}: percentiles of latency take {few} or more",
+                "{}: percentiles of the latency need at least {few} restarts",
                 counted(*restarts, "restart")
             ),
             Self::RestartsFailed {
@@ -182,11 +195,21 @@ impl fmt::Display for SoundDoubt {
                 uncertainty_ppm,
             } => write!(
                 f,
-                "the clock of the input runs {} ppm {} than that of the output (±{} ppm, 95 %): transfer functions and verifications are corrected for \
-                 it, other comparisons with the drive are not",
+                "the clock of the input runs {} ppm {} than that of the output (±{} ppm, 95 %): what was recorded shares one clock, and verifications are \
+                 corrected for it; every other comparison with the drive that was played is off by more and more",
                 digits(ppm.abs()),
                 if *ppm >= 0.0 { "faster" } else { "slower" },
                 digits(*uncertainty_ppm)
+            ),
+            Self::WaysDisagree {
+                what,
+                found_by,
+                other_by,
+                by_db,
+            } => write!(
+                f,
+                "{what}: {found_by} gives {} dB re {other_by}; one of them is wrong: check readings, units and set-up",
+                digits_signed(*by_db)
             ),
             Self::DelayStepped { at_s, by_s } => write!(
                 f,

@@ -119,13 +119,27 @@ impl LatencySummary {
         }
     }
 
-    /// The largest difference between a latency and their median, s: how far a time that is corrected by the median may be off.
+    /// The restarts with a latency.
+    #[must_use]
+    pub fn found(&self) -> usize {
+        let found = self.runs.iter().filter(|run| run.latency_s.is_some());
+        found.count()
+    }
+
+    /// Whether there are enough of them for percentiles.
+    #[must_use]
+    pub fn has_percentiles(&self) -> bool {
+        self.found() >= FEW
+    }
+
+    /// The largest difference between a latency and their median, s, of two or more: how far a time that is corrected by the median was off. No
+    /// difference below half a sample is known.
     ///
     /// Source: decision 0092 of this project.
     #[must_use]
     pub fn scatter_s(&self) -> Option<Seconds> {
-        let latency = self.latency?;
+        let latency = self.latency.filter(|_| self.found() > 1)?;
         let [low, high] = latency.range_s.map(|s| (s.0 - latency.median_s.0).abs());
-        Some(Seconds(low.max(high)))
+        Some(Seconds(low.max(high).max(0.5 / self.rate_hz.hz())))
     }
 }

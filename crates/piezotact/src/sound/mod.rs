@@ -17,9 +17,10 @@ pub use calibration::{
     CalibrationError, Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration,
     SensorMethod, SoundCalibration, VoltsMethod,
 };
-pub use delay::{Delay, DelayError, LoopResidual, delay, loop_residual, silent_runs};
+pub(crate) use delay::phase_slope;
+pub use delay::{Delay, DelayError, LoopResidual, burst_delay, delay, loop_residual, silent_runs};
 pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};
 pub use doubt::SoundDoubt;
 pub use latency::{LatencyRun, LatencySummary, Spread};
-pub use tone::{Tone, ToneError, tone};
+pub use tone::{Tone, ToneError, tone, tone_near};
 pub use wiring::{Wire, WiringError, wiring};

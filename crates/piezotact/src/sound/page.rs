@@ -109,8 +109,9 @@ impl SoundCalibration {
                     above_residual_db,
                     ..
                 } => format!(
-                    "calibrator, {} rms at {}, {} dB above the rest",
+                    "calibrator, {} {} rms at {}; the tone stood {} dB above the noise",
                     digits(exciter.rms),
+                    input.unit,
                     exciter.frequency_hz,
                     rounded(above_residual_db.round())
                 ),
@@ -118,8 +119,9 @@ impl SoundCalibration {
                     v_per_unit,
                     input_v_per_full_scale,
                 } => format!(
-                    "data sheet: {} mV per unit, {} V at full scale",
+                    "data sheet: {} mV per {}, {} V at full scale",
                     digits(1e3 * v_per_unit),
+                    input.unit,
                     digits(*input_v_per_full_scale)
                 ),
             };
@@ -166,21 +168,24 @@ impl LatencySummary {
                 ms(latency.median_s),
                 "median from output to input",
             ));
-            numbers.push(Number::new(
-                ms(latency.p95_s),
-                "95 % of restarts are at most this",
-            ));
-            numbers.push(Number::new(
-                ms(latency.p99_s),
-                "99 % of restarts are at most this",
-            ));
+            if self.has_percentiles() {
+                let of = |share| format!("{share} % of the restarts were not slower");
+                numbers.push(Number::new(ms(latency.p95_s), of(95)));
+                numbers.push(Number::new(ms(latency.p99_s), of(99)));
+            }
             let [low, high] = latency.range_s;
+            let sample_s = 1.0 / self.rate_hz.hz();
+            let apart = match high.0 - low.0 {
+                apart if apart < sample_s => "less than a sample".to_owned(),
+                apart => ms(Seconds(apart)),
+            };
             numbers.push(Number::new(
-                ms(Seconds(high.0 - low.0)),
+                apart,
                 format!(
-                    "between the shortest ({}) and the longest ({})",
+                    "between the shortest ({}) and the longest ({}); a sample is {} µs",
                     ms(low),
-                    ms(high)
+                    ms(high),
+                    digits(1e6 * sample_s)
                 ),
             ));
         }
@@ -189,14 +194,18 @@ impl LatencySummary {
             "drop-outs in all restarts",
         ));
         let restarts = counted(self.runs.len(), "restart");
-        let text = match self.scatter_s() {
-            Some(scatter) => format!(
-                "Over {restarts} a time that is corrected by the median is off by {} at most.",
+        let text = match (self.scatter_s(), self.latency) {
+            (Some(scatter), _) => format!(
+                "In {} of {restarts} the latency was measured. Corrected by the median, no time was off by more than {}.",
+                self.found(),
                 ms(scatter)
             ),
-            None => {
-                format!("The loopback held the signal in none of {restarts}: there is no latency.")
+            (None, Some(_)) => {
+                format!("Measured once in {restarts}: nothing is known of its spread.")
             }
+            (None, None) => format!(
+                "The latency could not be measured: the loopback held the signal in none of {restarts}."
+            ),
         };
         let conclusion = Block::Conclusion {
             text,
@@ -215,8 +224,8 @@ impl LatencySummary {
                 "Method",
                 [Block::Note {
                     text: "The streams are started anew each time, and a burst of noise is looked for in the loopback: from the sample handed to the \
-                           output to the sample taken in, converters and buffers included. Percentiles are the smallest latency that at least their \
-                           share does not exceed."
+                           output to the sample taken in, converters and buffers included. A percentile is the smallest measured latency that at \
+                           least so many restarts did not exceed; below 50 restarts none is stated."
                         .into(),
                 }],
             )

@@ -9,6 +9,9 @@ use crate::quantity::{Hertz, SampleRate};
 /// Fewer periods do not separate a tone from its mean.
 const FEWEST_PERIODS: f64 = 5.0;
 
+/// Steps of a golden section: each leaves 0.618 of the interval.
+const REFINED: usize = 24;
+
 /// A tone of known frequency in a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -110,6 +113,55 @@ pub fn tone(samples: &[f64], rate: SampleRate, frequency: Hertz) -> Result<Tone,
         residual_rms,
         mean,
     })
+}
+
+/// The tone nearest to `frequency` in `samples` at `rate`, whose own frequency differs from it by up to `most_share`: a calibrator and its recorder have
+/// two clocks. Its frequency, Hz, and the tone as by [`tone`].
+///
+/// Formula: the frequency with the least residual of the three-parameter fit: the best of a grid finer than half the resolution, then by golden section.
+///
+/// Source: IEEE Std 1057-2017, annex B: four-parameter sine fit.
+///
+/// # Errors
+/// As [`tone`].
+pub fn tone_near(
+    samples: &[f64],
+    rate: SampleRate,
+    frequency: Hertz,
+    most_share: f64,
+) -> Result<(Hertz, Tone), ToneError> {
+    let reach = frequency.0 * most_share.abs();
+    let length_s = rate.duration_of(samples.len()).0;
+    let steps = (4.0 * reach * length_s).ceil().max(1.0);
+    let step = reach / steps;
+    let residual = |hz: f64| tone(samples, rate, Hertz(hz)).map(|found| found.residual_rms);
+    let mut best = (frequency.0, residual(frequency.0)?);
+    for k in 1..=steps as i64 {
+        for sign in [-1.0, 1.0] {
+            let hz = frequency.0 + sign * step * k as f64;
+            // What lies beyond half the rate is no tone here.
+            match residual(hz) {
+                Ok(found) if found < best.1 => best = (hz, found),
+                _ => {}
+            }
+        }
+    }
+    let share = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (best.0 - step, best.0 + step);
+    for _ in 0..REFINED {
+        let inner = [high - share * (high - low), low + share * (high - low)];
+        let [left, right] = [residual(inner[0])?, residual(inner[1])?];
+        match left < right {
+            true => high = inner[1],
+            false => low = inner[0],
+        }
+    }
+    let middle = 0.5 * (low + high);
+    let hz = match residual(middle)? <= best.1 {
+        true => middle,
+        false => best.0,
+    };
+    Ok((Hertz(hz), tone(samples, rate, Hertz(hz))?))
 }
 
 /// The solution of three normal equations, by elimination; they are far from singular where a tone has five periods.

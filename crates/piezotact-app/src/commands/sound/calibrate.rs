@@ -6,8 +6,8 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
-    Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SoundCalibration,
-    VoltsMethod, WiringError,
+    Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
+    SoundCalibration, VoltsMethod, WiringError,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
@@ -21,6 +21,7 @@ use crate::advice::OptionWords;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today, write_report};
+use crate::keeping::Earlier;
 use crate::output::{
     digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text,
 };
@@ -92,7 +93,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(channel) = args.exciter {
         exciter(args, channel, &device, &mut streams, &mut found)?;
     }
+    let earlier = Earlier::at(&out, "the earlier calibration")?;
     write_text(&out, &document_text(&found, Some(&out))?)?;
+    earlier.settle()?;
     if let Some(report) = &args.report {
         write_report(report, &html(&found.page(), &OptionWords)?)?;
     }
@@ -190,7 +193,20 @@ fn output(args: &Arguments, found: &mut SoundCalibration) -> Outcome {
         },
         _ => return Ok(()),
     };
-    found.output = Some(OutputCalibration::by(method).map_err(usage)?);
+    let output = OutputCalibration::by(method).map_err(usage)?;
+    if let (Some(_), Some(volts), Some(loopback)) =
+        (args.voltmeter, args.input_volts, found.loopback)
+    {
+        let other = volts * loopback.gain.abs();
+        let ways = (
+            ("the voltmeter", output.v_per_full_scale),
+            ("the loopback with the stated volts of the input", other),
+        );
+        let doubt =
+            SoundCalibration::disagreement("volts at full scale of the output", ways.0, ways.1);
+        found.doubts.extend(doubt);
+    }
+    found.output = Some(output);
     Ok(())
 }
 
@@ -231,10 +247,20 @@ fn exciter(
         rms: args.exciter_rms,
     };
     let (tone, peak) = record_tone(streams, channel, Seconds(5.0), exciter.frequency_hz)?;
-    put(
-        found,
-        InputCalibration::by_exciter(of(recorded), exciter, &tone, peak)?,
-    );
+    let input = InputCalibration::by_exciter(of(recorded), exciter, &tone, peak)?;
+    // What the data sheet would have given, where it is known.
+    let stated = found.inputs.iter().find(|input| input.channel == channel);
+    let stated = stated.filter(|input| matches!(input.method, SensorMethod::Stated { .. }));
+    if let Some(stated) = stated {
+        let what = format!("value at full scale of input {channel}");
+        let doubt = SoundCalibration::disagreement(
+            &what,
+            ("the calibrator", input.per_full_scale),
+            ("the stated sensitivity", stated.per_full_scale),
+        );
+        found.doubts.extend(doubt);
+    }
+    put(found, input);
     Ok(())
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use anyhow::anyhow;
 use clap::Args;
 use piezotact::sound::LatencySummary;
 use piezotact_audio::latency_run;
@@ -15,7 +16,10 @@ use crate::benches::audio::{SoundDevice, latency_path};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
 use crate::invocation::{today, write_report};
-use crate::output::{digits, document_text, print, print_document, say_doubts, write_text};
+use crate::keeping::Earlier;
+use crate::output::{
+    counted, digits, document_text, print, print_document, say_doubts, write_text,
+};
 use crate::progress::{Words, Work};
 
 const RESTARTS: Words = Words {
@@ -67,7 +71,16 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         work.one_more();
     }
     let found = LatencySummary::of(&setup.called(), &today(), rate, setup.buffer_frames, runs);
+    if found.latency.is_none() {
+        return Err(anyhow!(
+            "expected the burst in the loopback, found it in none of {}; check cable, level and channel of the loopback; nothing was written",
+            counted(found.runs.len(), "restart")
+        )
+        .into());
+    }
+    let earlier = Earlier::at(&out, "the earlier latency")?;
     write_text(&out, &document_text(&found, Some(&out))?)?;
+    earlier.settle()?;
     if let Some(report) = &args.report {
         write_report(report, &html(&found.page(), &OptionWords)?)?;
     }
@@ -90,16 +103,24 @@ fn text(found: &LatencySummary) -> String {
     let ms = |s: piezotact::quantity::Seconds| digits(1e3 * s.0);
     let dropped: u64 = found.runs.iter().map(|run| run.drop_outs).sum();
     match &found.latency {
-        Some(spread) => format!(
-            "{}: output to input in {} ms (median; 95 % within {} ms, 99 % within {} ms, {} to {} ms), {} restarts, {dropped} drop-outs",
-            found.device,
-            ms(spread.median_s),
-            ms(spread.p95_s),
-            ms(spread.p99_s),
-            ms(spread.range_s[0]),
-            ms(spread.range_s[1]),
-            found.runs.len()
-        ),
+        Some(spread) => {
+            let percentiles = match found.has_percentiles() {
+                true => format!(
+                    "; 95 % within {} ms, 99 % within {} ms",
+                    ms(spread.p95_s),
+                    ms(spread.p99_s)
+                ),
+                false => String::new(),
+            };
+            format!(
+                "{}: output to input in {} ms (median of {}{percentiles}; from {} to {} ms), {dropped} drop-outs",
+                found.device,
+                ms(spread.median_s),
+                counted(found.found(), "restart"),
+                ms(spread.range_s[0]),
+                ms(spread.range_s[1]),
+            )
+        }
         None => format!(
             "{}: no latency: the loopback held the signal in none of {} restarts",
             found.device,
