@@ -18,6 +18,8 @@ const EVERY: Duration = Duration::from_millis(250);
 const COUNTING_SHARE: u32 = 10;
 /// A run in which counting them takes longer is shown without them: samples that wait meanwhile could be lost.
 const LONGEST_COUNT: Duration = Duration::from_secs(1);
+/// A mean of less is not judged, s.
+const JUDGED_S: f64 = 2.0;
 /// A beat is seen for so long.
 const SEEN: Duration = Duration::from_millis(120);
 
@@ -119,11 +121,7 @@ impl Watched {
         let text = match self.monitor.figures() {
             Some(figures) => {
                 self.count(now);
-                let wanted = match self.counts_strokes {
-                    Counts::Strokes(wanted) => wanted,
-                    Counts::Nothing => None,
-                };
-                text(&figures, self.strokes, wanted)
+                text(&figures, self.strokes, self.counts_strokes)
             }
             None => String::new(),
         };
@@ -148,8 +146,8 @@ impl Watched {
     }
 }
 
-/// The figures in one line.
-fn text(figures: &FiguresNow, strokes: Option<StrokesNow>, wanted: Option<usize>) -> String {
+/// The figures: level, strokes and time in one line, the force below it.
+fn text(figures: &FiguresNow, strokes: Option<StrokesNow>, counts: Counts) -> String {
     let mut parts = Vec::new();
     if let Some(level) = figures.level {
         parts.push(format!(
@@ -158,8 +156,8 @@ fn text(figures: &FiguresNow, strokes: Option<StrokesNow>, wanted: Option<usize>
             digits(level.peak_m_s2)
         ));
     }
-    parts.extend(figures.force.as_ref().map(force_text));
-    if let Some(strokes) = strokes {
+    if let Counts::Strokes(wanted) = counts {
+        let strokes = strokes.unwrap_or_default();
         let of = wanted.map_or(String::new(), |wanted| format!(" of {wanted}"));
         let rejected = match strokes.rejected {
             0 => String::new(),
@@ -171,26 +169,33 @@ fn text(figures: &FiguresNow, strokes: Option<StrokesNow>, wanted: Option<usize>
         Some(left_s) => format!("{left_s:.0} s left"),
         None => format!("{:.0} s acquired", figures.acquired_s),
     });
-    parts.join(" | ")
+    let line = parts.join(" | ");
+    match &figures.force {
+        Some(force) => format!("{line}\n  {}", force_text(force)),
+        None => line,
+    }
 }
 
-/// The mean that is judged, the present value, and whether the mean is within the band.
+/// The mean that is judged, with its target, whether it is within the band, and the present value.
 fn force_text(force: &ForceNow) -> String {
-    let mean = format!(
-        "force {:.3} N over {:.0} s, now {:.3} N",
-        force.mean_n, force.mean_over_s, force.now_n
-    );
-    match (force.target_n, force.band_n) {
-        (Some(target), Some([low, high])) => {
-            let word = match force.mean_n {
-                mean if mean < low => "TOO LOW",
-                mean if mean > high => "TOO HIGH",
-                _ => "held",
-            };
-            format!("{mean}, target {target} N ({low:.3} to {high:.3}): {word}")
-        }
-        _ => mean,
+    let mut text = format!("force {:.3} N", force.mean_n);
+    if let (Some(target), Some([low, high])) = (force.target_n, force.band_n) {
+        let word = match force.mean_n {
+            // Of a moment nothing is said.
+            _ if force.mean_over_s < JUDGED_S => "",
+            mean if mean < low => ": TOO LOW",
+            mean if mean > high => ": TOO HIGH",
+            _ => ": held",
+        };
+        text += &format!(
+            " of {target} N ± {:.0} %{word}",
+            100.0 * (high / target - 1.0)
+        );
     }
+    text + &format!(
+        " (mean of {:.0} s), now {:.3} N",
+        force.mean_over_s, force.now_n
+    )
 }
 
 /// A metronome that runs.
@@ -270,17 +275,26 @@ mod tests {
             rejected: 1,
         };
         assert_eq!(
-            text(&figures, Some(strokes), Some(20)),
-            "vibration 1.23 m/s² rms, peak 5.00 | force 0.205 N over 10 s, now 0.310 N, target 0.2 N (0.180 to 0.220): held | \
-             strokes 7 of 20 (1 rejected) | 42 s left"
+            text(&figures, Some(strokes), Counts::Strokes(Some(20))),
+            "vibration 1.23 m/s² rms, peak 5.00 | strokes 7 of 20 (1 rejected) | 42 s left\n  \
+             force 0.205 N of 0.2 N ± 10 %: held (mean of 10 s), now 0.310 N"
         );
-        // The mean is judged, not the present value.
-        for (mean_n, word) in [(0.17, "TOO LOW"), (0.23, "TOO HIGH"), (0.18, "held")] {
+        // The mean is judged, not the present value; that of a moment is not.
+        for (mean_n, mean_over_s, word) in [
+            (0.17, 10.0, "TOO LOW"),
+            (0.23, 10.0, "TOO HIGH"),
+            (0.18, 10.0, "held"),
+            (0.23, 0.5, "%"),
+        ] {
             let force = ForceNow {
                 mean_n,
+                mean_over_s,
                 ..force.clone()
             };
-            assert!(force_text(&force).ends_with(word), "{mean_n}");
+            assert!(
+                force_text(&force).contains(&format!("{word} (mean")),
+                "{mean_n}"
+            );
         }
         let free = FiguresNow {
             force: Some(ForceNow {
@@ -293,8 +307,9 @@ mod tests {
             ..figures
         };
         assert_eq!(
-            text(&free, None, None),
-            "force 0.205 N over 10 s, now 0.310 N | 18 s acquired"
+            text(&free, None, Counts::Nothing),
+            "18 s acquired\n  force 0.205 N (mean of 10 s), now 0.310 N"
         );
+        assert!(text(&free, None, Counts::Strokes(None)).starts_with("strokes 0 | "));
     }
 }

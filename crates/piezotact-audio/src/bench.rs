@@ -4,7 +4,7 @@ mod halves;
 
 use piezotact::Doubt;
 use piezotact::device::{DeviceAtGain, DriveSetup};
-use piezotact::quantity::Volts;
+use piezotact::quantity::{Seconds, Volts};
 use piezotact::recording::BenchKind;
 use piezotact::sound::{LatencySummary, SoundCalibration, SoundDoubt};
 use piezotact_bench::Bench;
@@ -59,8 +59,16 @@ impl AudioBench {
                 }
                 doubts.extend(calibration.doubts_on(self.today));
                 if calibration.loopback.is_some() && self.setup.loopback().is_some() {
-                    let gain = crate::calibrate::loopback_gain(&mut streams, &self.setup)?;
-                    calibration.level_holds(gain)?;
+                    let found = crate::calibrate::measured_loopback(&mut streams, &self.setup)?;
+                    calibration.level_holds(found.gain)?;
+                    let buffers = 2.0 * f64::from(buffer_frames) / self.setup.rate_hz;
+                    let stored = self.latency.as_ref();
+                    let changed =
+                        stored.and_then(|stored| stored.changed(found.latency, Seconds(buffers)));
+                    if let Some(changed) = changed {
+                        doubts.push(changed);
+                        self.latency = None;
+                    }
                 }
             }
             None => doubts.push(Doubt::from(SoundDoubt::NotCalibrated {

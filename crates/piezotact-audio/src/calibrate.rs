@@ -119,13 +119,25 @@ fn tone_samples(rate_hz: f64, hz: f64, level: f64, length_s: f64) -> Vec<f64> {
     (0..count).map(sample).collect()
 }
 
-/// The gain of the loopback of `setup` at 1 kHz: recorded per played value, negative where the polarity is inverted. A quiet sweep and a tone of 0.4 s are
+/// What a loopback does to a signal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loopback {
+    /// Recorded per played value at 1 kHz; negative where the polarity is inverted.
+    pub gain: f64,
+    /// From the sample handed to the output to the sample taken in.
+    pub latency: Seconds,
+}
+
+/// The gain of the loopback of `setup` at 1 kHz, and its latency. A quiet sweep and a tone of 0.4 s are
 /// played, up to three times where samples are lost or the tone does not arrive: a sound server connects its clients in the first moments.
 ///
 /// # Errors
 /// [`AudioError::Delay`] when the loopback does not hold the tone; [`AudioError::Losses`] when samples were lost in each attempt;
 /// [`AudioError::Device`] when the device fails.
-pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result<f64, AudioError> {
+pub fn measured_loopback(
+    streams: &mut RunningStreams,
+    setup: &SoundSetup,
+) -> Result<Loopback, AudioError> {
     let Some(loopback) = setup.loopback() else {
         return Err(AudioError::Setup(
             "expected an input that records what is played, found none; add one with measures = \"drive\"".into(),
@@ -147,10 +159,11 @@ pub fn loopback_gain(streams: &mut RunningStreams, setup: &SoundSetup) -> Result
     let mut last = AudioError::Losses { attempts: ATTEMPTS };
     for _ in 0..ATTEMPTS {
         let excited = excite(streams, &played)?;
-        match check.gain(&excited.inputs[loopback.channel as usize - 1]) {
+        let recorded = &excited.inputs[loopback.channel as usize - 1];
+        match check.loopback(recorded, excited.onset) {
             // A level with a gap in it is none.
             Ok(_) if excited.drop_outs > 0 => last = AudioError::Losses { attempts: ATTEMPTS },
-            Ok(gain) => return Ok(gain),
+            Ok(found) => return Ok(found),
             Err(error) => last = error,
         }
     }
@@ -167,8 +180,8 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    /// The gain in `recorded`, with its sign.
-    fn gain(&self, recorded: &[f64]) -> Result<f64, AudioError> {
+    /// What `recorded` says, of which frame `onset` was recorded when the sweep was handed over.
+    fn loopback(&self, recorded: &[f64], onset: usize) -> Result<Loopback, AudioError> {
         let found = burst_delay(self.sweep, recorded)?;
         let edge = (EDGE_S * self.rate.hz()) as usize;
         let part = |samples: &[f64], from: i64| -> Vec<f64> {
@@ -179,7 +192,11 @@ impl Check<'_> {
         let sent = tone(&part(self.tone, 0), self.rate, CHECK_HZ)?;
         let came = part(recorded, found.samples + self.steady as i64);
         let (_, came) = tone_near(&came, self.rate, CHECK_HZ, CLOCKS_SHARE)?;
-        Ok(came.rms / sent.rms * found.gain.signum())
+        let frames = found.samples as f64 + found.fraction - onset as f64;
+        Ok(Loopback {
+            gain: came.rms / sent.rms * found.gain.signum(),
+            latency: Seconds(frames / self.rate.hz()),
+        })
     }
 }
 

@@ -22,7 +22,9 @@ mod streams;
 
 pub use bench::AudioBench;
 pub use board::{Board, Side};
-pub use calibrate::{VOLTMETER_TONE, check_level_hz, loopback_gain, play_tone, record_tone, wires};
+pub use calibrate::{
+    Loopback, VOLTMETER_TONE, check_level_hz, measured_loopback, play_tone, record_tone, wires,
+};
 pub use callback::{Happened, InputCallback, OutputCallback};
 pub use error::AudioError;
 #[cfg(feature = "hardware")]

@@ -356,7 +356,10 @@ impl Engine {
         while let Some(fault) = self.due() {
             let frames = (fault.for_s * self.rate_hz).round() as u64;
             match fault.what {
-                LoopFailure::Underrun => self.starve(frames),
+                LoopFailure::Underrun => {
+                    pause += Duration::from_secs_f64(fault.for_s);
+                    self.starve(frames);
+                }
                 LoopFailure::Overrun => self.to_lose += frames,
                 LoopFailure::Stall => {
                     pause += Duration::from_secs_f64(fault.for_s);

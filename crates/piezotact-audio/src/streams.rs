@@ -38,6 +38,8 @@ const WAITS: Duration = Duration::from_millis(5);
 /// The rate is judged once so much was recorded, s, with this tolerance, as a share.
 const RATE_AFTER_S: f64 = 4.0;
 const RATE_TOLERANCE: f64 = 0.02;
+/// A pause may shift the count of frames by so much, s.
+const RATE_SLACK_S: f64 = 0.6;
 
 /// Recorded frames, by channel, with what was lost before them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -467,7 +469,9 @@ impl RunningStreams {
         }
         let (found_hz, ran_s) = board.input.effective_hz();
         let off = (found_hz / self.rate.hz() - 1.0).abs();
-        match ran_s >= RATE_AFTER_S && off > RATE_TOLERANCE {
+        // What a pause makes is made up for, and does not grow.
+        let grows = off * ran_s > RATE_SLACK_S + RATE_TOLERANCE * ran_s;
+        match ran_s >= RATE_AFTER_S && grows {
             true => Err(AudioError::EffectiveRate {
                 wanted_hz: self.rate.hz(),
                 found_hz,

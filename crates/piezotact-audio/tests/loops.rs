@@ -8,8 +8,8 @@ use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{Exciter, InputCalibration, delay, loop_residual};
 use piezotact::statistics::random::Random;
 use piezotact_audio::{
-    AudioError, Happened, Loaded, LoopIo, RunningStreams, SoundSetup, latency_run, loopback_gain,
-    record_tone, wires,
+    AudioError, Happened, Loaded, LoopIo, RunningStreams, SoundSetup, latency_run,
+    measured_loopback, record_tone, wires,
 };
 use piezotact_bench::{DeviceError, Playback, StopHandle};
 
@@ -216,7 +216,7 @@ fn a_device_that_is_gone_is_named_and_its_output_silent_within_a_tenth_of_a_seco
 fn a_loopback_has_its_gain_and_a_latency() {
     let setup = setup("gain = -0.25\ndelay_frames = 1200\nnoise = 1e-5");
     let mut streams = opened(&setup);
-    let gain = loopback_gain(&mut streams, &setup).unwrap();
+    let gain = measured_loopback(&mut streams, &setup).unwrap().gain;
     // 1e-5 rms of noise on a tone of 0.0088 rms over 0.24 s: 1e-5 of it.
     assert!((gain + 0.25).abs() < 1e-4, "{gain}");
     let run = latency_run(&mut streams, &setup, 1).unwrap();
@@ -224,6 +224,31 @@ fn a_loopback_has_its_gain_and_a_latency() {
     // The line of the loop is three samples longer; the input of this buffer is counted behind it.
     assert!((frames - 1_203.0).abs() <= 256.0, "{frames}");
     assert_eq!(run.drop_outs, 0);
+}
+
+/// Half a period of the tone is a whole number of samples at 8 kHz, and nearly one at 44.1 kHz; with clocks apart, noise, and losses.
+#[test]
+fn the_polarity_of_a_loopback_is_never_that_of_half_a_period() {
+    for rate_hz in [8_000.0, 44_100.0, 48_000.0] {
+        for looped in [
+            "noise = 0.003",
+            "noise = 0.005\nclock_ppm = 20",
+            "clock_ppm = -300",
+            "gain = -0.4\nclock_ppm = 100",
+            "faults = [{ what = \"stall\", at_s = 0.2, for_s = 0.04 }]",
+            "faults = [{ what = \"underrun\", at_s = 0.4, for_s = 0.0005 }]",
+            "faults = [{ what = \"overrun\", at_s = 0.4, for_s = 0.04 }]",
+        ] {
+            let setup = setup_at(rate_hz, looped);
+            let found = measured_loopback(&mut opened(&setup), &setup).unwrap();
+            let truth = if looped.contains("gain") { -0.4 } else { 0.5 };
+            let off_db = 20.0 * (found.gain / truth).abs().log10();
+            assert!(
+                found.gain * truth > 0.0 && off_db.abs() < 0.02,
+                "{rate_hz} {looped}: {found:?}"
+            );
+        }
+    }
 }
 
 #[test]
@@ -237,7 +262,7 @@ fn a_wrong_cable_is_found() {
     assert_eq!((first.output, first.input), (1, 1));
     // A loopback that is not there.
     let silent = setup("gain = 0");
-    let error = loopback_gain(&mut opened(&silent), &silent).unwrap_err();
+    let error = measured_loopback(&mut opened(&silent), &silent).unwrap_err();
     assert!(matches!(error, AudioError::Delay(_)), "{error}");
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use piezotact::device::{DeviceAtGain, DeviceDescription, GainName};
 use piezotact::document;
 use piezotact::quantity::{Degrees, Newtons};
@@ -15,7 +15,8 @@ use piezotact_twin::{Participant, TwinParameters, TwinPlant};
 
 use super::twin::{TwinSpec, spec};
 use super::{BenchEntry, BenchSpec, NamedBench, file_and_participant, wrong};
-use crate::failure::{Outcome, usage};
+use crate::commands::rerun::Made;
+use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::day;
 
 /// The line of the table of benches.
@@ -131,8 +132,15 @@ fn beside_it<T: document::Content + serde::de::DeserializeOwned>(
         return Ok(None);
     }
     let text = read_input_text(path)?;
-    let read = document::read(&text).with_context(|| path.display().to_string());
-    Ok(Some(read?))
+    let called = || path.display().to_string();
+    // A number that is changed by hand would be taken for a measured one.
+    if Made::of(&text).is_none_or(|made| !made.untouched) {
+        return Err(Failure::Data(anyhow!(
+            "{}: expected the file as `piezotact calibrate` or `piezotact latency` wrote it, found that it was changed since; remove it, and measure again",
+            called()
+        )));
+    }
+    Ok(Some(document::read(&text).with_context(called)?))
 }
 
 /// Makes the finger of `twin`, or of `participant` in its place, for each run.

@@ -4,26 +4,32 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
+use indicatif::ProgressBar;
 use piezotact::Doubt;
-use piezotact::quantity::{Degrees, Newtons, Seconds};
+use piezotact::quantity::{Degrees, Drive, Newtons, Quantity as _, Seconds};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
-use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
+use piezotact::run::{
+    Ended, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
+};
 use piezotact_bench::document::RecordDocument;
-use piezotact_bench::procedure::acquire;
-use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
+use piezotact_bench::procedure::{FORCE_CHANNEL, acquire};
+use piezotact_bench::{Acquire, Placement, ProcedureError, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
 
 use super::{USUAL_ANGLE_DEG, bench_failure, has_ending, outputs, recording_files};
 use crate::benches::{self, BenchSpec};
 use crate::cli::twin::{DirectionName, speed};
 use crate::dashboard::{Counts, Dashboard};
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt;
 use crate::keeping::say_moved;
 use crate::live::{Live, Showing};
 use crate::output::{print, print_document, say_doubts};
 use crate::progress;
 
+/// The finger touches where the force exceeds this share of its target; its mean there may be off by the other share.
+const CONTACT_SHARE: f64 = 0.1;
+const FORCE_TOLERANCE: f64 = 0.1;
 /// The longest run, s, and the periods of a metronome, s.
 const SECONDS: [f64; 2] = [0.5, 86_400.0];
 const PERIOD_S: [f64; 2] = [0.2, 20.0];
@@ -180,40 +186,83 @@ fn recorded(
         .metronome
         .and_then(|period| dashboard.metronome(Seconds(period)));
     let mut sink = Showing(Stated {
-        condition: args,
+        args,
         journal: JournalSink::new(&args.out, None),
         dashboard,
+        bar: bar.clone(),
         start: None,
+        silent: None,
+        force: Contact::default(),
+        samples: 0,
         doubts: Vec::new(),
     });
     let done = acquire(acquirer, plan, stop, &mut sink);
     drop(metronome);
     bar.finish_and_clear();
-    say_moved(&mut sink.0.journal);
-    let (_, samples) = done.map_err(|error| match (error.continues(), &sink.0.start) {
-        (true, Some(_)) => crate::failure::Failure::Data(anyhow!(
-            "{error}; the acquired samples are kept in {}",
-            args.out.display()
-        )),
-        _ => bench_failure(error),
-    })?;
-    let Stated { start, doubts, .. } = sink.0;
+    let mut stated = sink.0;
+    say_moved(&mut stated.journal);
+    if let Err(error) = done {
+        let is_kept = error.continues() && stated.samples > 0;
+        return Err(match is_kept && !matches!(error, ProcedureError::Keep(_)) {
+            true => Failure::Data(anyhow!(
+                "{error}; the acquired samples are kept in {}",
+                args.out.display()
+            )),
+            false => bench_failure(error),
+        });
+    }
+    let start = stated.start.take();
     let start = start.ok_or_else(|| anyhow!("expected a run that begins, found none"))?;
-    Ok((start, samples, doubts))
+    Ok((start, stated.samples, stated.doubts))
 }
 
-/// Keeps the run with the condition that the options state.
+/// The force while the finger touches: the mean of what exceeds a tenth of the target.
+#[derive(Default)]
+struct Contact {
+    channel: Option<usize>,
+    sum: f64,
+    count: usize,
+}
+
+impl Contact {
+    fn take(&mut self, chunk: &RunChunk, target_n: f64) {
+        let samples = self.channel.and_then(|at| chunk.channels.get(at));
+        for sample in samples.into_iter().flatten() {
+            if *sample > CONTACT_SHARE * target_n {
+                self.sum += sample;
+                self.count += 1;
+            }
+        }
+    }
+
+    /// What to know of a force that is stated as `target_n`.
+    fn doubt(&self, target_n: f64) -> Option<Doubt> {
+        if self.channel.is_none() {
+            return Some(RunDoubt::ForceNotMeasured { load_n: target_n }.into());
+        }
+        let mean_n = self.sum / self.count.max(1) as f64;
+        let is_off = (mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE;
+        is_off.then(|| RunDoubt::LoadOffTarget { mean_n, target_n }.into())
+    }
+}
+
+/// Keeps the run with the condition that the options state, without the loopback, in which nothing is played.
 struct Stated<'a> {
-    condition: &'a Arguments,
+    args: &'a Arguments,
     journal: JournalSink,
     dashboard: Dashboard,
+    bar: ProgressBar,
     start: Option<RunStart>,
+    /// The channel of the loopback.
+    silent: Option<usize>,
+    force: Contact,
+    samples: usize,
     doubts: Vec<Doubt>,
 }
 
 impl Stated<'_> {
     fn condition(&self, of_bench: &Condition) -> Condition {
-        let args = self.condition;
+        let args = self.args;
         Condition {
             sample: args.sample.clone(),
             speed_m_s: args.speed,
@@ -224,25 +273,74 @@ impl Stated<'_> {
             ..of_bench.clone()
         }
     }
+
+    fn start(&mut self, start: &RunStart) -> RunDocument {
+        let mut start = start.clone();
+        start.about.condition = self.condition(&start.about.condition);
+        self.silent = start
+            .channels
+            .iter()
+            .position(|(_, unit)| *unit == Drive::UNIT);
+        // A bench whose only channel is the loopback records it.
+        if start.channels.len() < 2 {
+            self.silent = None;
+        }
+        if let Some(at) = self.silent {
+            start.channels.remove(at);
+        }
+        let force = start
+            .channels
+            .iter()
+            .position(|(name, _)| name == FORCE_CHANNEL);
+        self.force.channel = force;
+        self.start = Some(start.clone());
+        RunDocument::Start(Box::new(start))
+    }
+
+    fn chunk(&mut self, chunk: &RunChunk) -> RunDocument {
+        let mut chunk = chunk.clone();
+        if let Some(at) = self.silent
+            && at < chunk.channels.len()
+        {
+            chunk.channels.remove(at);
+        }
+        if let Some(target_n) = self.args.load {
+            self.force.take(&chunk, target_n);
+        }
+        self.samples += chunk.len();
+        let acquired = self.start.as_ref();
+        let acquired = acquired.map_or(0.0, |start| start.rate_hz.duration_of(self.samples).0);
+        self.bar.set_position((10.0 * acquired) as u64);
+        RunDocument::Chunk(chunk)
+    }
+
+    fn end(&mut self, end: &RunEnd) -> RunDocument {
+        let mut end = end.clone();
+        if self.args.seconds.is_none() && end.ended == Ended::Stopped {
+            // To be stopped is how it was to end.
+            end.ended = Ended::Completed;
+            let early = |doubt: &Doubt| matches!(doubt.kind(), Some(RunDoubt::EndedEarly { .. }));
+            end.doubts.retain(|doubt| !early(doubt));
+        }
+        let force = self
+            .args
+            .load
+            .and_then(|target_n| self.force.doubt(target_n));
+        end.doubts.extend(force);
+        self.doubts.clone_from(&end.doubts);
+        RunDocument::End(end)
+    }
 }
 
 impl Sink for Stated<'_> {
     fn take(&mut self, document: &RunDocument) -> Result<Option<Judged>, SinkError> {
-        let stated = match document {
-            RunDocument::Start(start) => {
-                let mut start = start.clone();
-                start.about.condition = self.condition(&start.about.condition);
-                self.start = Some((*start).clone());
-                Some(RunDocument::Start(start))
-            }
-            RunDocument::End(end) => {
-                self.doubts.clone_from(&end.doubts);
-                None
-            }
-            _ => None,
+        let document = match document {
+            RunDocument::Start(start) => self.start(start),
+            RunDocument::Chunk(chunk) => self.chunk(chunk),
+            RunDocument::End(end) => self.end(end),
+            other => other.clone(),
         };
-        let document = stated.as_ref().unwrap_or(document);
-        self.dashboard.take(document);
-        self.journal.take(document)
+        self.dashboard.take(&document);
+        self.journal.take(&document)
     }
 }

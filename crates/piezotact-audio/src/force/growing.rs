@@ -198,6 +198,13 @@ impl Following {
 
     /// The file at its beginning; none if it does not exist.
     fn open(&self, path: &Path) -> Result<Option<Opened>, ForceError> {
+        // A pipe would wait for whoever writes into it.
+        if std::fs::metadata(path).is_ok_and(|about| !about.is_file()) {
+            return Err(ForceError::Open {
+                name: self.name.clone(),
+                reason: "it is not a file".into(),
+            });
+        }
         let file = match File::open(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
             opened => opened.map_err(|error| self.failed(&error))?,

@@ -80,6 +80,15 @@ doubts! {
             /// Half the 95 % interval, ppm.
             uncertainty_ppm: f64,
         },
+        /// The latency is not what it was when it was measured.
+        LatencyChanged("sound_latency_changed") {
+            /// When it was measured.
+            measured_on: String,
+            /// Its median then, s.
+            stored_s: f64,
+            /// What it is now, s.
+            found_s: f64,
+        },
         /// Two ways of finding a level lead to different values.
         WaysDisagree("sound_ways_disagree") {
             /// Of what.
@@ -121,6 +130,7 @@ impl DoubtKind for SoundDoubt {
             }
             Self::RestartsFailed { .. } => vec![Advice::CloseOtherPrograms],
             Self::ClocksApart { .. } => vec![Advice::AlignChannels],
+            Self::LatencyChanged { .. } => vec![Advice::MeasureAgain],
             Self::DelayStepped { .. } => vec![Advice::CloseOtherPrograms, Advice::RecordAgain],
             Self::NoLoopback | Self::FewRestarts { .. } => Vec::new(),
         }
@@ -200,6 +210,16 @@ impl fmt::Display for SoundDoubt {
                 digits(ppm.abs()),
                 if *ppm >= 0.0 { "faster" } else { "slower" },
                 digits(*uncertainty_ppm)
+            ),
+            Self::LatencyChanged {
+                measured_on,
+                stored_s,
+                found_s,
+            } => write!(
+                f,
+                "the latency is {} ms now and was {} ms when it was measured on {measured_on}: cables, buffers or driver changed; it is left out",
+                digits(1e3 * found_s),
+                digits(1e3 * stored_s)
             ),
             Self::WaysDisagree {
                 what,

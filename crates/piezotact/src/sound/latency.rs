@@ -119,6 +119,22 @@ impl LatencySummary {
         }
     }
 
+    /// The doubt about a latency that was measured before, when one that is `found` now lies outside its range by more than `slack`.
+    ///
+    /// Source: decision 0093 of this project.
+    #[must_use]
+    pub fn changed(&self, found: Seconds, slack: Seconds) -> Option<Doubt> {
+        let [low, high] = self.latency?.range_s;
+        let is_within = (low.0 - slack.0..=high.0 + slack.0).contains(&found.0);
+        (!is_within).then(|| {
+            Doubt::from(SoundDoubt::LatencyChanged {
+                measured_on: self.measured_on.clone(),
+                stored_s: self.latency.map_or(0.0, |spread| spread.median_s.0),
+                found_s: found.0,
+            })
+        })
+    }
+
     /// The restarts with a latency.
     #[must_use]
     pub fn found(&self) -> usize {

@@ -118,7 +118,7 @@ pub(crate) struct Made {
     results: Results,
     pub(crate) invocation: Invocation,
     /// Whether its results are those that were written.
-    untouched: bool,
+    pub(crate) untouched: bool,
     /// Whether a person reads in it what is stored for a program; of a program of another version nothing is known.
     shows_its_invocation: bool,
 }

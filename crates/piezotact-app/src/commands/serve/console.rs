@@ -513,7 +513,7 @@ fn made(folder: &Path) -> Vec<String> {
         .filter_map(|entry| {
             let name = entry.file_name().to_str()?.to_owned();
             let about = entry.metadata().ok()?;
-            let is_made = ["characterise-", "play-", "touch-"]
+            let is_made = ["characterise-", "play-", "touch-", "record-"]
                 .iter()
                 .any(|stem| name.starts_with(stem));
             (about.is_file() && is_made).then(|| (about.modified().ok(), name))

@@ -11,7 +11,7 @@ use piezotact::sound::{
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
-    loopback_gain, play_tone, record_tone, wires,
+    measured_loopback, play_tone, record_tone, wires,
 };
 
 use piezotact_report::report::html;
@@ -85,7 +85,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if device.setup.loopback().is_some() {
         found.loopback = Some(LoopbackLevel {
             frequency_hz: check_level_hz(),
-            gain: loopback_gain(&mut streams, &device.setup)?,
+            gain: measured_loopback(&mut streams, &device.setup)?.gain,
         });
     }
     output(args, &mut found)?;

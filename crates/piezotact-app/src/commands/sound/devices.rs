@@ -22,7 +22,11 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let mut found = SoundDevices::default();
-    if let Some(host) = &args.host {
+    // The loop within the program has none, and is always there.
+    let host = args.host.as_ref().filter(|host| *host != "loop");
+    if args.host.is_some() && host.is_none() {
+        found.hosts = Vec::new();
+    } else if let Some(host) = host {
         // A host that is named is there, or the reason is said.
         found.devices = HardwareIo::new(host)?.devices()?;
         found.hosts.push(SoundHost {
