@@ -28,6 +28,10 @@ pub struct Page {
     origins: Vec<Markup>,
     /// Those that could not be rendered, and why.
     refused: Vec<(String, String)>,
+    /// Which drive is kept and why, of each.
+    kept: Vec<String>,
+    /// How many have no confirmation measurement.
+    unconfirmed: usize,
 }
 
 impl Page {
@@ -45,6 +49,8 @@ impl Page {
             sections: Vec::new(),
             origins: Vec::new(),
             refused: Vec::new(),
+            kept: Vec::new(),
+            unconfirmed: 0,
         }
     }
 
@@ -58,6 +64,8 @@ impl Page {
         self.benches
             .insert(bench_text(row.bench).unwrap_or(UNKNOWN_BENCH));
         self.sums.add(row);
+        self.kept.push(row.kept.clone());
+        self.unconfirmed += usize::from(!row.is_confirmed);
         self.lines.push(line(row));
         self.sections.push(one(row, words)?);
         let steps = &row.drive.about.provenance.steps;
@@ -102,7 +110,11 @@ fn summary(page: &Page) -> Markup {
         "within {} dB rms and {} dB on every line",
         CLOSE_DB.0, CLOSE_DB.1
     );
+    let unconfirmed = page.unconfirmed;
     let told = match (page.asked, close) {
+        (1, 0) if unconfirmed > 0 => format!(
+            "It is not decided whether the result is {within} of its target: the confirmation measurement failed"
+        ),
         (1, 1) => format!(
             "The result is {within} of its target, over the part of the band that is reached"
         ),
@@ -117,15 +129,18 @@ fn summary(page: &Page) -> Markup {
     html! {
         section class=(if close == page.asked { "verdict" } else { "verdict failed" }) {
             strong { (told) "." }
+            @if unconfirmed > 0 && page.asked > 1 {
+                p { (format!("Of {unconfirmed} the confirmation measurement failed: it is not decided whether they are close.")) }
+            }
             @if kept > 0 {
-                p { @if page.asked == 1 { "The open-loop drive is kept: the corrections gave no improvement beyond the scatter of the measurements." } @else { (format!("In {kept} of {} the open-loop drive is kept: the corrections gave no improvement beyond the scatter of the measurements.", page.asked)) } }
+                p { @if let ([kept], 1) = (page.kept.as_slice(), page.asked) { (sentence(kept)) } @else { (format!("In {kept} of {} the open-loop drive is kept.", page.asked)) } }
             }
             div.numbers {
                 @match sums.count {
                     0 => {}
                     1 => {
                         (number(format!("{:.2} dB", sums.open_db_mean), "rms error, open loop"))
-                        (number(format!("{:.2} dB", sums.closed_db_mean), if kept > 0 { "rms error, open loop, confirmation measurement" } else { "rms error, closed loop" }))
+                        (number(format!("{:.2} dB", sums.closed_db_mean), match (kept > 0, unconfirmed > 0) { (true, false) => "rms error, open loop, confirmation measurement", (true, true) => "rms error, open loop, measurement in the loop", (false, false) => "rms error, closed loop, confirmation measurement", (false, true) => "rms error, closed loop, measurement in the loop" }))
                         (number(format!("{:.1} dB", sums.line_db_largest), "largest error of a spectral line"))
                     }
                     _ => {
@@ -141,6 +156,15 @@ fn summary(page: &Page) -> Markup {
             }
         }
     }
+}
+
+/// A clause as a sentence.
+fn sentence(clause: &str) -> String {
+    let mut letters = clause.chars();
+    let first = letters
+        .next()
+        .map(|letter| letter.to_uppercase().to_string());
+    format!("{}{}.", first.unwrap_or_default(), letters.as_str())
 }
 
 fn table(page: &Page) -> Markup {
@@ -167,7 +191,7 @@ fn table(page: &Page) -> Markup {
                 }
             }
             p.soft { "Before the arrow: the open-loop drive. After the arrow: the drive that is kept, from a confirmation \
-                measurement that was used neither to correct nor to select it. Improvement: how much smaller the error of the \
+                measurement that was used neither to correct nor to select it, where the last column does not say that there is none. Improvement: how much smaller the error of the \
                 best corrected drive is than that of the open loop, in the quantity that the loop minimises (spectrum, or NMSE \
                 of the waveform), with its 95 % interval from the scatter of the measurements; if this interval is not entirely \
                 above zero, the open-loop drive is kept. Error and largest error of a line: over the part of the band that the \
@@ -278,7 +302,7 @@ fn method(page: &Page) -> Markup {
             @if let Some(aim) = page.aim {
                 p { (format!(
                     "Aim: {}. Evaluated over {}. Every drive was played twice without moving the finger: the second measurement \
-                        was used to evaluate it, and both together to correct it. The loop stopped when there was no \
+                        was used to evaluate it, and both together to correct it. The loop stops after the requested number of corrections, or when there was no \
                         improvement in two iterations. The best drive was then measured once more (confirmation measurement). \
                         It is kept if its error is smaller than that of the open loop beyond the scatter of the measurements; \
                         otherwise the open-loop drive is kept.",

@@ -93,18 +93,24 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(channel) = args.exciter {
         exciter(args, channel, &device, &mut streams, &mut found)?;
     }
-    let earlier = Earlier::at(&out, "the earlier calibration")?;
-    write_text(&out, &document_text(&found, Some(&out))?)?;
-    earlier.settle()?;
-    if let Some(report) = &args.report {
-        write_report(report, &html(&found.page(), &OptionWords)?)?;
-    }
+    write(args, &out, &found)?;
     if args.json {
         return print_document(&found);
     }
     print(&text(&found))?;
     say_doubts(&found.doubts);
     print(&format!("wrote {}", out.display()))
+}
+
+/// Writes what was measured, and keeps what stood there; and the report.
+fn write(args: &Arguments, out: &Path, found: &SoundCalibration) -> Outcome {
+    let earlier = Earlier::at(out, "the earlier calibration")?;
+    write_text(out, &document_text(found, Some(out))?)?;
+    earlier.settle()?;
+    if let Some(report) = &args.report {
+        write_report(report, &html(&found.page(), &OptionWords)?)?;
+    }
+    Ok(())
 }
 
 /// Plays a tone as long as a voltmeter is read.

@@ -78,18 +78,24 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         )
         .into());
     }
-    let earlier = Earlier::at(&out, "the earlier latency")?;
-    write_text(&out, &document_text(&found, Some(&out))?)?;
-    earlier.settle()?;
-    if let Some(report) = &args.report {
-        write_report(report, &html(&found.page(), &OptionWords)?)?;
-    }
+    write(args, &out, &found)?;
     if args.json {
         return print_document(&found);
     }
     print(&text(&found))?;
     say_doubts(&found.doubts);
     print(&format!("wrote {}", out.display()))
+}
+
+/// Writes what was measured, and keeps what stood there; and the report.
+fn write(args: &Arguments, out: &Path, found: &LatencySummary) -> Outcome {
+    let earlier = Earlier::at(out, "the earlier latency")?;
+    write_text(out, &document_text(found, Some(out))?)?;
+    earlier.settle()?;
+    if let Some(report) = &args.report {
+        write_report(report, &html(&found.page(), &OptionWords)?)?;
+    }
+    Ok(())
 }
 
 fn stopped() -> ProcedureError {
