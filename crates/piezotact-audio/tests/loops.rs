@@ -243,8 +243,15 @@ fn the_polarity_of_a_loopback_is_never_that_of_half_a_period() {
             let found = measured_loopback(&mut opened(&setup), &setup).unwrap();
             let truth = if looped.contains("gain") { -0.4 } else { 0.5 };
             let off_db = 20.0 * (found.gain / truth).abs().log10();
+            // 0.005 of noise beside a tone of 0.025 over 1920 samples: 0.65 % (0.06 dB), four times that.
+            // The loop interpolates between samples by a cubic, which loses up to 0.15 dB at an eighth of the rate.
+            let most_db = match looped {
+                looped if looped.contains("noise") => 0.24,
+                looped if looped.contains("ppm") && rate_hz < 10_000.0 => 0.15,
+                _ => 0.02,
+            };
             assert!(
-                found.gain * truth > 0.0 && off_db.abs() < 0.02,
+                found.gain * truth > 0.0 && off_db.abs() < most_db,
                 "{rate_hz} {looped}: {found:?}"
             );
         }

@@ -1,4 +1,4 @@
-//! The sound device over a PipeWire server whose null sink is its own source, through ALSA, in real time. Run by `./x test` as a step of its own,
+//! The sound device over a `PipeWire` server whose null sink is its own source, through ALSA, in real time. Run by `./x test` as a step of its own,
 //! which starts the server; ignored elsewhere.
 #![allow(
     clippy::unwrap_used,

@@ -249,29 +249,32 @@ fn strokes_fill_the_duration_to_the_sample() {
     }
 }
 
-/// A bench whose output runs dry in one of three strokes.
+/// A bench whose output runs dry in one of three strokes: the participant felt something else, and what was recorded of it is kept.
 #[test]
-fn a_drop_out_in_any_stroke_misses_the_target() {
+fn a_playing_that_was_interrupted_in_any_stroke_makes_its_trial_void() {
     let playing = Playing::Repeated {
         pause_s: 0.2,
         duration_s: 2.8,
     };
-    let with = |script: &str| {
+    let with = |script: &str, kept: &Labels| {
         let script = FakeScript::from_toml(&format!(
             "device = {{ gain_m_s2 = {GAIN}, resonance_hz = 1, delay_s = 0.001, noise_m_s2 = 0.002 }}\n{script}"
         ));
-        on(fake(script.unwrap(), "P01").unwrap(), Outcome::Met, playing).0
+        let bench = fake(script.unwrap(), "P01").unwrap();
+        stimulator(bench, Outcome::Met, playing, kept).play(PLAYED)
     };
-    let whole = with("");
+    let whole = with("", &Labels::default()).unwrap();
     assert_eq!(whole.strokes, 3);
-    let late = with("underruns = [{ at_s = 2.3, samples = 9600 }]");
     assert!(!whole.missed(), "{whole:?}");
-    assert!(late.missed(), "{late:?}");
-    assert_eq!(late.criteria["drop_out"], Outcome::NotMet);
-    assert_eq!(late.onset_s, whole.onset_s);
-    let early = with("underruns = [{ at_s = 0.3, samples = 9600 }]");
-    assert_ne!(early.level_re_target_db, whole.level_re_target_db);
-    assert!(early.missed(), "{early:?}");
+    for at_s in [0.3, 2.3] {
+        let kept = Labels::default();
+        let underrun = format!("underruns = [{{ at_s = {at_s}, samples = 9600 }}]");
+        let Err(PlayError::Device(said)) = with(&underrun, &kept) else {
+            panic!("a playing that was interrupted at {at_s} s counts");
+        };
+        assert!(said.contains("interrupted 1 time"), "{said}");
+        assert_eq!(kept.borrow().len(), 1);
+    }
     // What the fake says of force, and of its delay after a lead of 50 ms.
     let force_n = whole.normal_force_n.unwrap();
     assert!((force_n - 0.4).abs() < 0.001, "{force_n} N");

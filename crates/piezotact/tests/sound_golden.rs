@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use piezotact::quantity::{Hertz, SampleRate, Seconds};
-use piezotact::sound::{LatencyRun, LatencySummary, delay, tone};
+use piezotact::sound::{LatencyRun, LatencySummary, burst_delay, delay, tone, tone_near};
 use serde_json::Value;
 
 fn golden() -> Value {
@@ -42,6 +42,44 @@ fn a_tone_is_that_of_least_squares() {
             (value - expected).abs() < 1e-9,
             "{name}: {value} {expected}"
         );
+    }
+}
+
+#[test]
+fn a_tone_of_another_frequency_is_that_of_least_squares() {
+    let golden = golden();
+    let (of, rate) = (
+        &golden["near"],
+        SampleRate::new(number(&golden["rate_hz"])).unwrap(),
+    );
+    let stated = Hertz(number(&golden["tone"]["hz"]));
+    let (hz, found) = tone_near(&list(&of["samples"]), rate, stated, 0.03).unwrap();
+    // The section ends at 1e-5 of the resolution of 3.3 Hz, where the residual is flat to rounding: 1e-8 of it.
+    assert!((hz.0 - number(&of["hz"])).abs() < 2e-5, "{hz:?}");
+    for (name, value) in [("rms", found.rms), ("residual_rms", found.residual_rms)] {
+        let expected = number(&of[name]);
+        assert!(
+            (value - expected).abs() < 1e-9,
+            "{name}: {value} {expected}"
+        );
+    }
+}
+
+#[test]
+fn a_burst_is_placed_by_the_phases_of_its_spectrum() {
+    let golden = golden();
+    let of = &golden["burst"];
+    let found = burst_delay(&list(&of["drive"]), &list(&of["recorded"])).unwrap();
+    assert_eq!(found.samples, of["lag"].as_i64().unwrap());
+    for (name, value) in [("fraction", found.fraction), ("gain", found.gain)] {
+        let expected = number(&of[name]);
+        // Another transform of another length of zeros.
+        assert!(
+            (value - expected).abs() < 1e-9,
+            "{name}: {value} {expected}"
+        );
+        let truth = number(&of[&format!("true_{name}")]);
+        assert!((value - truth).abs() < 0.01, "{name}: {value} {truth}");
     }
 }
 
