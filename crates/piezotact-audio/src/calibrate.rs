@@ -26,7 +26,7 @@ const CALIBRATOR_SHARE: f64 = 0.03;
 /// The fades of tones, s, and the part at both ends that is not measured.
 const FADE_S: f64 = 0.05;
 const EDGE_S: f64 = 0.08;
-/// A measurement in which samples are lost is repeated so often.
+/// The largest number of attempts at a measurement in which samples are lost.
 const ATTEMPTS: usize = 3;
 /// What is recorded before and after what is played: the latency lies within it.
 const LEAD: Seconds = Seconds(0.1);

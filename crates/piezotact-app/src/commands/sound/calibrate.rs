@@ -14,17 +14,12 @@ use piezotact_audio::{
     measured_loopback, play_tone, record_tone, wires,
 };
 
-use piezotact_report::report::html;
-
 use super::super::outputs;
-use crate::advice::OptionWords;
+use super::keep;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
-use crate::invocation::{day, today, write_report};
-use crate::keeping::Earlier;
-use crate::output::{
-    digits, digits_that_count, document_text, print, print_document, say, say_doubts, write_text,
-};
+use crate::invocation::{day, today};
+use crate::output::{digits, digits_that_count, print, print_document, say, say_doubts};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -71,10 +66,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .out
         .clone()
         .unwrap_or_else(|| calibration_path(&args.setup));
-    let written: Vec<&Path> = [Some(&out), args.report.as_ref()]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
+    let written: Vec<&Path> = std::iter::once(out.as_path())
+        .chain(args.report.as_deref())
         .collect();
     outputs(&[&args.setup], &written)?;
     let mut found = begun(&device)?;
@@ -93,24 +86,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(channel) = args.exciter {
         exciter(args, channel, &device, &mut streams, &mut found)?;
     }
-    write(args, &out, &found)?;
+    let report = args.report.as_deref().map(|path| (path, found.page()));
+    keep((&out, "the earlier calibration"), &found, report)?;
     if args.json {
         return print_document(&found);
     }
     print(&text(&found))?;
     say_doubts(&found.doubts);
     print(&format!("wrote {}", out.display()))
-}
-
-/// Writes what was measured, and keeps what stood there; and the report.
-fn write(args: &Arguments, out: &Path, found: &SoundCalibration) -> Outcome {
-    let earlier = Earlier::at(out, "the earlier calibration")?;
-    write_text(out, &document_text(found, Some(out))?)?;
-    earlier.settle()?;
-    if let Some(report) = &args.report {
-        write_report(report, &html(&found.page(), &OptionWords)?)?;
-    }
-    Ok(())
 }
 
 /// Plays a tone as long as a voltmeter is read.

@@ -8,18 +8,13 @@ use piezotact::sound::LatencySummary;
 use piezotact_audio::latency_run;
 use piezotact_bench::ProcedureError;
 
-use piezotact_report::report::html;
-
 use super::super::outputs;
-use crate::advice::OptionWords;
+use super::keep;
 use crate::benches::audio::{SoundDevice, latency_path};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
-use crate::invocation::{today, write_report};
-use crate::keeping::Earlier;
-use crate::output::{
-    counted, digits, document_text, print, print_document, say_doubts, write_text,
-};
+use crate::invocation::today;
+use crate::output::{counted, digits, print, print_document, say_doubts};
 use crate::progress::{Words, Work};
 
 const RESTARTS: Words = Words {
@@ -52,10 +47,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .out
         .clone()
         .unwrap_or_else(|| latency_path(&args.setup));
-    let written: Vec<&Path> = [Some(&out), args.report.as_ref()]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
+    let written: Vec<&Path> = std::iter::once(out.as_path())
+        .chain(args.report.as_deref())
         .collect();
     outputs(&[&args.setup], &written)?;
     let device = SoundDevice::read(&args.setup)?;
@@ -78,24 +71,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         )
         .into());
     }
-    write(args, &out, &found)?;
+    let report = args.report.as_deref().map(|path| (path, found.page()));
+    keep((&out, "the earlier latency"), &found, report)?;
     if args.json {
         return print_document(&found);
     }
     print(&text(&found))?;
     say_doubts(&found.doubts);
     print(&format!("wrote {}", out.display()))
-}
-
-/// Writes what was measured, and keeps what stood there; and the report.
-fn write(args: &Arguments, out: &Path, found: &LatencySummary) -> Outcome {
-    let earlier = Earlier::at(out, "the earlier latency")?;
-    write_text(out, &document_text(found, Some(out))?)?;
-    earlier.settle()?;
-    if let Some(report) = &args.report {
-        write_report(report, &html(&found.page(), &OptionWords)?)?;
-    }
-    Ok(())
 }
 
 fn stopped() -> ProcedureError {

@@ -15,3 +15,21 @@ mod without;
 pub(crate) use without::plant;
 #[cfg(not(feature = "audio"))]
 pub(super) use without::{calibrate, devices, latency};
+
+/// Writes what was measured at a place, keeps what stood there under a free name, and writes the report.
+#[cfg(feature = "audio")]
+fn keep<T: piezotact::document::Content>(
+    (out, earlier): (&std::path::Path, &'static str),
+    found: &T,
+    report: Option<(&std::path::Path, piezotact::page::Page)>,
+) -> crate::failure::Outcome {
+    let earlier = crate::keeping::Earlier::at(out, earlier)?;
+    let text = crate::output::document_text(found, Some(out))?;
+    crate::output::write_text(out, &text)?;
+    earlier.settle()?;
+    if let Some((path, page)) = report {
+        let text = piezotact_report::report::html(&page, &crate::advice::OptionWords)?;
+        crate::invocation::write_report(path, &text)?;
+    }
+    Ok(())
+}
