@@ -249,6 +249,7 @@ mod tests {
         "against",
         "drive",
         "electrodes",
+        "events",
         "felt",
         "file",
         "files",

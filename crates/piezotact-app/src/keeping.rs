@@ -55,8 +55,10 @@ impl Earlier {
     }
 
     /// Says where it is kept, now that the new one is written; the same measurement is not kept twice.
-    pub(crate) fn settle(self) -> Outcome {
-        let Some(kept) = self.kept else { return Ok(()) };
+    pub(crate) fn settle(mut self) -> Outcome {
+        let Some(kept) = self.kept.take() else {
+            return Ok(());
+        };
         let same = |a: &Path, b: &Path| found(a) == found(b);
         if same(&self.place, &kept) && same(&sidecar_path(&self.place), &sidecar_path(&kept)) {
             std::fs::remove_file(&kept)?;
@@ -68,6 +70,21 @@ impl Earlier {
         let (place, kept) = (self.place.display(), kept.display());
         say(&format!("{place}: {} is kept as {kept}", self.said));
         Ok(())
+    }
+}
+
+impl Drop for Earlier {
+    /// Where no new one was written, the earlier one is put back.
+    fn drop(&mut self) {
+        let Some(kept) = self.kept.take().filter(|_| !self.place.exists()) else {
+            return;
+        };
+        // Nothing is lost where this fails: it stays under its other name.
+        let _stays = std::fs::rename(&kept, &self.place);
+        let sidecars = [&kept, &self.place].map(|path| sidecar_path(path));
+        if sidecars[0].is_file() {
+            let _stays = std::fs::rename(&sidecars[0], &sidecars[1]);
+        }
     }
 }
 

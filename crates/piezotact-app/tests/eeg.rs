@@ -475,3 +475,79 @@ fn bad_channels_and_sidecars_are_named() {
     let kept = |i: usize| one["counts"]["conditions"][i]["markers"].as_u64().unwrap();
     assert_eq!((kept(0), kept(1)), (1, 2));
 }
+
+/// A table of channels calls C3 bad, and a table of events names the surfaces.
+#[test]
+fn bad_electrodes_are_interpolated_and_markers_come_from_a_table() {
+    let folder = Folder::new();
+    let mut made = recording(&NAMES, 8, 0.5, 4);
+    let name = "sub-01_task-control";
+    let mut table = "onset\tduration\ttrial_type\n".to_owned();
+    for (i, event) in made.annotations.events.iter().enumerate() {
+        let surface = ["M8", "BIO"][i % 2];
+        table.push_str(&format!("{}\t0\t{surface}\n", event.onset_s.0));
+    }
+    made.annotations.events.clear();
+    write(&folder.path(&format!("{name}_eeg.vhdr")), &made);
+    let rows = NAMES.map(|name| {
+        let status = if name == "C3" { "bad" } else { "good" };
+        format!("{name}\tEEG\tuV\t{status}\n")
+    });
+    let channels = format!("name\ttype\tunits\tstatus\n{}", rows.concat());
+    folder.write(&format!("{name}_channels.tsv"), channels.as_bytes());
+    let command = format!("eeg epochs {name}_eeg.vhdr --epoch -1.0,0.8");
+    let surfaces = " --event M8 --event BIO";
+    run(&folder, &format!("{command}{surfaces}"))
+        .expect_failure(1, &["expected markers `M8`", "found no marker at all"]);
+    folder.write("events.tsv", table.as_bytes());
+    let of_table = format!("{command}{surfaces} --events events.tsv");
+    let left_out = run(&folder, &format!("{of_table} --json")).json();
+    assert_eq!(left_out["channels"].as_array().unwrap().len(), 10);
+    let codes = |document: &serde_json::Value| -> Vec<String> {
+        let doubts = document["doubts"].as_array().unwrap().iter();
+        doubts.map(|doubt| doubt["code"].to_string()).collect()
+    };
+    assert!(codes(&left_out).contains(&"\"eeg_bad_channels_left_out\"".to_owned()));
+    let done = run(
+        &folder,
+        &format!("{of_table} --interpolate bad --report r.html"),
+    );
+    done.expect_success();
+    assert!(
+        done.out().contains("Interpolated by spherical splines: C3"),
+        "{}",
+        done.out()
+    );
+    assert!(read(&folder, "r.html").contains("interpolated from 10 electrodes"));
+    // Beside the file the table is found without being named.
+    folder.write(&format!("{name}_events.tsv"), table.as_bytes());
+    let found = run(
+        &folder,
+        &format!("{command}{surfaces} --interpolate bad --json"),
+    )
+    .json();
+    assert_eq!(found["channels"][0], "C3");
+    assert_eq!(found["counts"]["conditions"][0]["kept"], 4);
+    assert_eq!(codes(&found), ["\"eeg_electrodes_interpolated\""]);
+    let info = run(&folder, &format!("eeg info {name}_eeg.vhdr"));
+    assert!(
+        info.out()
+            .contains("markers of sub-01_task-control_events.tsv"),
+        "{}",
+        info.out()
+    );
+    // Components in the place of the regression, shown in the report.
+    let ica = format!(
+        "{command}{surfaces} --without C3 --high-pass 1 --eog F3,F4 --ica 4 --report i.html"
+    );
+    let done = run(&folder, &ica);
+    done.expect_success();
+    assert!(
+        done.out().contains("of 4 independent components taken out"),
+        "{}",
+        done.out()
+    );
+    assert!(read(&folder, "i.html").contains("Independent components"));
+    run(&folder, &format!("{command}{surfaces} --ica 4")).expect_failure(2, &["--eog"]);
+    run(&folder, &format!("{ica} --ica-correlation 1.5")).expect_failure(2, &["at most 1"]);
+}

@@ -9,7 +9,7 @@ use piezotact_bench::DeviceError;
 
 use crate::error::AudioError;
 use crate::force::{
-    ForceJoiner, ForceSource, ForceUnit, GrowingFile, GrowingSettings, JoinerConfig,
+    ForceJoiner, ForceSource, ForceUnit, GrowingFile, GrowingSettings, JoinError, JoinerConfig,
     SerialForceCell, SerialSettings,
 };
 use crate::setup::{ForceSettings, wrong};
@@ -24,6 +24,8 @@ pub(crate) struct JoinedForce {
     rate: SampleRate,
     least_delay_s: f64,
     joiner: ForceJoiner,
+    /// How many readings of this run have come.
+    readings: u64,
     /// The number of the first frame of the run.
     origin: u64,
     waiting: VecDeque<Fetched>,
@@ -69,6 +71,7 @@ impl JoinedForce {
             rate,
             least_delay_s,
             joiner: joiner(rate, least_delay_s),
+            readings: 0,
             origin: 0,
             waiting: VecDeque::new(),
             force_n: VecDeque::new(),
@@ -79,6 +82,7 @@ impl JoinedForce {
     pub(crate) fn begin(&mut self, origin: u64) -> Result<(), DeviceError> {
         let _before = self.source.poll().map_err(failed)?;
         self.joiner = joiner(self.rate, self.least_delay_s);
+        self.readings = 0;
         self.origin = origin;
         self.waiting.clear();
         self.force_n.clear();
@@ -90,6 +94,7 @@ impl JoinedForce {
         let frames = arrived.saturating_sub(self.origin);
         self.joiner.frames(Instant::now(), frames);
         for reading in self.source.poll().map_err(failed)? {
+            self.readings += 1;
             self.joiner.reading(&reading);
         }
         Ok(())
@@ -112,9 +117,15 @@ impl JoinedForce {
         let wanted = first.lost as usize + frames;
         if self.force_n.len() < wanted {
             let more = wanted - self.force_n.len();
-            let joined = self.joiner.next(more);
-            self.force_n
-                .extend(joined.map_err(|error| DeviceError::Unusable(error.to_string()))?);
+            match self.joiner.next(more) {
+                Ok(force_n) => self.force_n.extend(force_n),
+                // Until its first reading the source itself says what is wrong with it.
+                Err(JoinError::Stale { .. }) if self.readings == 0 => {}
+                Err(error) => {
+                    let name = self.source.describe().name;
+                    return Err(DeviceError::Unusable(format!("{name}: {error}")));
+                }
+            }
         }
         if self.force_n.len() < wanted {
             return Ok(None);

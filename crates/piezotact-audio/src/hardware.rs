@@ -17,6 +17,8 @@ use crate::board::{Board, Side};
 use crate::callback::{InputCallback, OutputCallback};
 use crate::error::AudioError;
 use crate::io::{AudioIo, StreamPlan, Streams};
+use crate::plant;
+use crate::setup::{SoundSetup, wrong};
 
 /// The frames that are converted at a time.
 const SCRATCH_FRAMES: usize = 4_096;
@@ -114,6 +116,21 @@ impl HardwareIo {
                 found: name.into(),
             }),
         }
+    }
+
+    /// The sound system that `setup` names.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`AudioError::Setup`] where a simulated finger answers behind the JACK server and the set-up does not state it.
+    pub fn of(setup: &SoundSetup) -> Result<Self, AudioError> {
+        let io = Self::new(&setup.host)?;
+        if setup.host == "jack" && !setup.simulated && plant::is_behind_the_server() {
+            return Err(wrong(
+                "simulated = true in the set-up, as a simulated device answers behind this JACK server (`twin plant`), or another server",
+                "a set-up of a real device",
+            ));
+        }
+        Ok(io)
     }
 
     fn host(&self) -> Result<cpal::Host, AudioError> {

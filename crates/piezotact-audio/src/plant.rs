@@ -18,6 +18,21 @@ const READINGS_HZ: f64 = 80.0;
 /// Readings that can wait.
 const READINGS: usize = 4_096;
 
+/// The port of a plant to which programs play; programs know by it that a plant stands behind a server.
+const PLAYED_TO_SIMULATION: &str = "played_to_simulation";
+
+/// Whether a plant stands behind the JACK server; no where there is no server.
+pub(crate) fn is_behind_the_server() -> bool {
+    jack::set_logger(jack::LoggerType::None);
+    let options = ClientOptions::NO_START_SERVER;
+    let Ok((client, _status)) = Client::new("piezotact_asks", options) else {
+        return false;
+    };
+    let pattern = format!(":{PLAYED_TO_SIMULATION}$");
+    let ports = client.ports(Some(&pattern), None, PortFlags::IS_INPUT);
+    !ports.is_empty()
+}
+
 /// How a plant stands between output and inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlantSettings {
@@ -195,7 +210,7 @@ impl JackPlant {
         let sensors: Vec<String> = plant.channels().into_iter().map(|(name, _)| name).collect();
         let sensor = |measures: Measures| sensors.iter().position(|name| name == measures.name());
         let drive = client
-            .register_port("played", AudioIn::default())
+            .register_port(PLAYED_TO_SIMULATION, AudioIn::default())
             .map_err(unavailable)?;
         let (mut outputs, mut inputs) = (Vec::new(), Vec::new());
         for recorded in &setup.record {
@@ -271,7 +286,7 @@ impl JackPlant {
         let mut found = Vec::new();
         for port in &played {
             if number(port) == Some(self.drive) && !self.known.contains(port) {
-                let own = format!("{}:played", self.name);
+                let own = format!("{}:{PLAYED_TO_SIMULATION}", self.name);
                 if client.connect_ports_by_name(port, &own).is_ok() {
                     found.push(port.clone());
                 }

@@ -96,6 +96,18 @@ fn note(path: &Path) {
     }
 }
 
+/// Notes that the file at `from`, which may have been read, is now at `to`: it is an input under its new name.
+pub(crate) fn moved(from: &Path, to: &Path) {
+    let mut noted = NOTED.lock().unwrap_or_else(PoisonError::into_inner);
+    for one in &mut noted.list {
+        // Without a file there was nothing to move.
+        if one.path == from && one.state.is_some() {
+            one.path = to.to_owned();
+        }
+    }
+    noted.known.remove(from);
+}
+
 fn state_of(found: &Metadata) -> (u64, Option<SystemTime>) {
     (found.len(), found.modified().ok())
 }
@@ -179,6 +191,10 @@ mod tests {
             let _read = read(&path(name));
         }
         std::fs::write(path("grows"), "longer").unwrap();
+        // What is kept under another name stays an input, and the new file of its name is none until it is read.
+        std::fs::rename(path("abc"), path("abc.before-1")).unwrap();
+        moved(&path("abc"), &path("abc.before-1"));
+        std::fs::write(path("abc"), "new").unwrap();
         let found = inputs(|path| path.ends_with("own"));
         let here = folder.path().display().to_string();
         let found: Vec<(&str, &Found)> = found
@@ -190,12 +206,12 @@ mod tests {
             sha256: ABC.into(),
         };
         let expected = [
-            ("/abc", &abc),
+            ("/abc.before-1", &abc),
             ("/none", &Found::Nothing),
             ("/grows", &Found::Changed),
         ];
         assert_eq!(found, expected);
         assert_eq!(sha256(b"abc"), ABC);
-        assert_eq!(super::found(&path("abc")), abc);
+        assert_eq!(super::found(&path("abc.before-1")), abc);
     }
 }

@@ -401,6 +401,111 @@ fn lost_samples_are_refused_or_doubted() {
     }
 }
 
+/// Whether the first and the last sample lie where they are stated to, within the interval; of a recording whose samples `lost` are missing.
+fn holds(found: &Alignment, other: &Other, lost: &[(usize, usize)], samples: usize) -> bool {
+    let last = samples - 1;
+    let missing: usize = lost.iter().map(|(_, count)| count).sum();
+    let truths = [
+        other.truth(0.0),
+        other.truth((last + missing) as f64 / other.rate_hz),
+    ];
+    let at_s = [0.0, last as f64 / other.rate_hz];
+    at_s.iter().zip(truths).all(|(at_s, truth)| {
+        (found.on_drive(Seconds(*at_s)).0 - truth).abs() <= found.uncertainty_s.0
+    })
+}
+
+/// Samples that are missing early, late, or one by one: what is stated of the first and the last sample holds.
+#[test]
+fn intervals_hold_where_samples_are_missing() {
+    let other = Other {
+        rate_hz: 8000.0,
+        ppm: 40.0,
+        from_s: -0.5,
+        to_s: 19.5,
+        noise: 1e-3,
+        seed: 4,
+    };
+    for seed in [31, 32, 33] {
+        let drive = noise(seed, 20.0);
+        let whole = other.records(&drive);
+        let spread = |count: usize, each: usize| -> Vec<(usize, usize)> {
+            (0..count)
+                .map(|i| ((i + 1) * whole.len() / (count + 1), each))
+                .collect()
+        };
+        let cases = [
+            vec![(12_000, 40)],
+            vec![(12_000, 80)],
+            vec![(12_000, 200)],
+            vec![(25_600, 80)],
+            vec![(137_600, 400)],
+            vec![(60_000, 8000)],
+            spread(3, 1),
+            spread(3, 2),
+            spread(6, 1),
+            spread(12, 1),
+        ];
+        for lost in cases {
+            let mut own = whole.clone();
+            for (at, count) in lost.iter().rev() {
+                own.drain(*at..at + count);
+            }
+            let found = aligned(&drive, None, &other, &own);
+            let Ok(found) = found else { continue };
+            assert!(
+                holds(&found, &other, &lost, own.len()),
+                "{seed}, {lost:?}: {:?} ± {:?}, {:?}",
+                found.offset_s,
+                found.uncertainty_s,
+                codes(&found)
+            );
+            let [low, high] = found.drift_interval_ppm;
+            assert!(
+                (low..=high).contains(&other.ppm),
+                "{seed}, {lost:?}: {low} to {high} ppm, {:?}",
+                codes(&found)
+            );
+            let said = codes(&found);
+            let of_loss = ["align_step", "align_blocks_scatter"];
+            assert!(
+                said.iter().any(|code| of_loss.contains(&code.as_str())),
+                "{seed}, {lost:?}: {said:?}"
+            );
+        }
+        let plain = aligned(&drive, None, &other, &whole).unwrap();
+        assert_eq!(codes(&plain), ["align_part_covered"], "{seed}");
+        assert!(plain.uncertainty_s.0 < 1e-5);
+    }
+}
+
+/// A drive of narrow noise is like itself a few milliseconds later; that is no second place.
+#[test]
+fn a_narrow_drive_has_one_place() {
+    for seed in 0..12 {
+        let mut draw = draws(100 + seed);
+        let lines: Vec<[f64; 3]> = (0..80)
+            .map(|_| [30.0 + 300.0 * draw(), TAU * draw(), 0.2 + draw()])
+            .collect();
+        let drive = drive_of(20.0, |t| {
+            let of = |[hz, phase, size]: &[f64; 3]| size * (TAU * hz * t + phase).sin();
+            0.02 * lines.iter().map(of).sum::<f64>()
+        });
+        let other = Other {
+            rate_hz: 8000.0,
+            ppm: 40.0,
+            from_s: -0.5,
+            to_s: 19.5,
+            noise: 1e-3,
+            seed,
+        };
+        let own = other.records(&drive);
+        let found = aligned(&drive, None, &other, &own);
+        let found = found.unwrap_or_else(|error| panic!("{seed}: {error}"));
+        check("narrow noise", &other, &found, own.len());
+    }
+}
+
 #[test]
 fn another_drive_silence_and_two_playbacks_are_refused_or_doubted() {
     let with = with_bursts(&noise(1, 10.0), &burst()).unwrap();

@@ -575,3 +575,46 @@ fn a_recording_says_what_is_broken() {
         "{doubts:?}"
     );
 }
+
+/// Lines at multiples of 50 Hz that the drive plays are no hum in what is measured of it; without the drive they are, and so is hum beside it.
+#[test]
+fn lines_of_the_drive_are_no_hum() {
+    let n = 30_000;
+    let mut noise = Noise::new(21);
+    let tones = |hertz: f64, i: usize| {
+        let line = |k: f64| (TAU * k * hertz * i as f64 / RATE_HZ).sin();
+        line(1.0) + 0.5 * line(2.0) + 0.7 * line(3.0) + 0.4 * line(4.0)
+    };
+    let drive: Vec<f64> = (0..n).map(|i| 0.1 * tones(50.0, i)).collect();
+    let other: Vec<f64> = noise.white(n).iter().map(|v| 0.1 * v).collect();
+    let mut measured = |hertz: f64| -> Vec<f64> {
+        (0..n)
+            .map(|i| tones(hertz, i) + 0.02 * noise.next())
+            .collect()
+    };
+    let response = measured(50.0);
+    let at_60_hz = measured(60.0);
+    let has_hum = |drive: Option<&[f64]>, response: &[f64]| {
+        let channel = |name: &str, unit: Unit, samples: &[f64]| Channel {
+            name: name.into(),
+            unit,
+            samples: samples.to_vec(),
+        };
+        let mut channels = vec![channel("nail", Unit::MetrePerSecondSquared, response)];
+        channels.extend(drive.map(|drive| channel("drive", Unit::FullScale, drive)));
+        let recording = Recording::new(
+            channels,
+            rate(),
+            Condition::default(),
+            Provenance::default(),
+        )
+        .unwrap();
+        let doubts = doubts_of(&recording, 1.0);
+        let mut kinds = doubts.iter().filter_map(|doubt| doubt.kind());
+        kinds.any(|kind| matches!(kind, SignalDoubt::MainsHum { .. }))
+    };
+    assert!(!has_hum(Some(&drive), &response));
+    assert!(has_hum(None, &response));
+    assert!(has_hum(Some(&drive), &at_60_hz));
+    assert!(has_hum(Some(&other), &response));
+}

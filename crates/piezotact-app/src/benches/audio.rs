@@ -93,7 +93,7 @@ impl SoundDevice {
         participant: Option<u64>,
     ) -> Outcome<Box<dyn AudioIo>> {
         if setup.looped.is_none() {
-            return Ok(Box::new(HardwareIo::new(&setup.host)?));
+            return Ok(Box::new(HardwareIo::of(setup)?));
         }
         let plant = match &self.finger {
             Some(finger) => Some(plants(finger, participant)?),

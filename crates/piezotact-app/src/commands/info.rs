@@ -4,7 +4,7 @@ mod kept;
 
 use std::fmt::Write as _;
 
-use piezotact::doubt::merged;
+use piezotact::doubt::merged_of;
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
@@ -62,9 +62,14 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
             setup.load_f * 1e9
         );
     }
-    let of_the_drive = contents.rendering.iter().flat_map(|r| &r.about.doubts);
-    let of_the_drive = of_the_drive.filter(|doubt| !recording.about.doubts.contains(doubt));
-    for doubt in merged(recording.about.doubts.iter().chain(of_the_drive)) {
+    // What was doubted when the drive was made is none of the recording.
+    let of_drive = || contents.rendering.iter().flat_map(|r| &r.about.doubts);
+    let own = recording.about.doubts.iter();
+    let own = own.filter(|doubt| of_drive().all(|other| other != *doubt));
+    let named = own
+        .map(|doubt| (None, doubt))
+        .chain(of_drive().map(|doubt| (Some("from the drive"), doubt)));
+    for doubt in merged_of(named) {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     text

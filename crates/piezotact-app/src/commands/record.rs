@@ -30,6 +30,8 @@ use crate::progress;
 /// The finger touches where the force exceeds this share of its target; its mean there may be off by the other share.
 const CONTACT_SHARE: f64 = 0.1;
 const FORCE_TOLERANCE: f64 = 0.1;
+/// A larger share of samples below minus a tenth of the target is no noise.
+const MOST_NEGATIVE: f64 = 0.05;
 /// The longest run, s, and the periods of a metronome, s.
 const SECONDS: [f64; 2] = [0.5, 86_400.0];
 const PERIOD_S: [f64; 2] = [0.2, 20.0];
@@ -222,27 +224,44 @@ struct Contact {
     channel: Option<usize>,
     sum: f64,
     count: usize,
+    /// Over all samples.
+    all: (f64, usize),
+    negative: usize,
 }
 
 impl Contact {
     fn take(&mut self, chunk: &RunChunk, target_n: f64) {
         let samples = self.channel.and_then(|at| chunk.channels.get(at));
         for sample in samples.into_iter().flatten() {
+            self.all.0 += sample;
+            self.all.1 += 1;
             if *sample > CONTACT_SHARE * target_n {
                 self.sum += sample;
                 self.count += 1;
             }
+            self.negative += usize::from(*sample < -CONTACT_SHARE * target_n);
         }
     }
 
     /// What to know of a force that is stated as `target_n`.
-    fn doubt(&self, target_n: f64) -> Option<Doubt> {
+    fn doubts(&self, target_n: f64) -> Vec<Doubt> {
         if self.channel.is_none() {
-            return Some(RunDoubt::ForceNotMeasured { load_n: target_n }.into());
+            return vec![RunDoubt::ForceNotMeasured { load_n: target_n }.into()];
         }
-        let mean_n = self.sum / self.count.max(1) as f64;
+        let over_all_n = self.all.0 / self.all.1.max(1) as f64;
+        let share = self.negative as f64 / self.all.1.max(1) as f64;
+        let negative = (share > MOST_NEGATIVE).then(|| RunDoubt::ForceNegative {
+            share,
+            mean_n: over_all_n,
+            target_n,
+        });
+        let mean_n = match self.count {
+            0 => over_all_n,
+            count => self.sum / count as f64,
+        };
         let is_off = (mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE;
-        is_off.then(|| RunDoubt::LoadOffTarget { mean_n, target_n }.into())
+        let off = is_off.then_some(RunDoubt::LoadOffTarget { mean_n, target_n });
+        negative.into_iter().chain(off).map(Doubt::from).collect()
     }
 }
 
@@ -322,11 +341,9 @@ impl Stated<'_> {
             let early = |doubt: &Doubt| matches!(doubt.kind(), Some(RunDoubt::EndedEarly { .. }));
             end.doubts.retain(|doubt| !early(doubt));
         }
-        let force = self
-            .args
-            .load
-            .and_then(|target_n| self.force.doubt(target_n));
-        end.doubts.extend(force);
+        let target_n = self.args.load;
+        let force = target_n.map(|target_n| self.force.doubts(target_n));
+        end.doubts.extend(force.into_iter().flatten());
         self.doubts.clone_from(&end.doubts);
         RunDocument::End(end)
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use piezotact::Doubt;
 use piezotact::align::ClockTracker;
 use piezotact::device::DriveSetup;
-use piezotact::number::digits;
+use piezotact::number::{counted, digits};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{BenchKind, Condition, Event, EventValue, Touch};
 use piezotact::run::RunChunk;
@@ -212,13 +212,23 @@ impl Shared {
     /// The latency of the device, in words.
     fn latency(&self) -> String {
         let latency = self.bench.latency.as_ref();
-        let spread =
-            latency.and_then(|latency| Some((latency.latency?, latency.measured_on.as_str())));
+        let spread = latency.and_then(|latency| Some((latency, latency.latency?)));
         match spread {
-            Some((spread, on)) => format!(
-                "output to input in {} ms (median, 99 % within {} ms, measured on {on})",
+            Some((latency, spread)) => format!(
+                "output to input in {} ms (median of {}, {} within {} ms, measured on {})",
                 digits(1e3 * spread.median_s.0),
-                digits(1e3 * spread.p99_s.0)
+                counted(latency.found(), "restart"),
+                match latency.has_percentiles() {
+                    true => "99 %",
+                    false => "all",
+                },
+                digits(
+                    1e3 * match latency.has_percentiles() {
+                        true => spread.p99_s.0,
+                        false => spread.range_s[1].0,
+                    }
+                ),
+                latency.measured_on
             ),
             None => "latency not measured".into(),
         }

@@ -142,6 +142,16 @@ pub enum JoinError {
         /// The longest pause, s.
         longest_s: f64,
     },
+    /// Readings come, and their time does not go on.
+    #[error(
+        "expected times of the force that go on, found readings for {} s that all state the same time or an earlier one: the clock of the force \
+            cell, or of the program that writes its file, stands still; correct it, then measure again",
+        rounded(*pause_s)
+    )]
+    ClockStands {
+        /// For how long, s.
+        pause_s: f64,
+    },
     /// Nothing to join.
     #[error(
         "expected {expected} before the end of the recording, found none; start the source of the force before the recording"

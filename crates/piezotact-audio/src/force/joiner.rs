@@ -17,6 +17,9 @@ const MOST_UNCERTAIN_S: f64 = 0.02;
 const LONGEST_WITHOUT_DOUBT_S: f64 = 0.1;
 /// Readings that wait for their frames; the oldest go first.
 const MOST_WAITING: usize = 65_536;
+/// How often it is noted where frames were placed, s, and after how many notes it is looked at again, with what is known then.
+const NOTED_EVERY_S: f64 = 0.5;
+const LOOKED_AGAIN_AFTER: usize = 40;
 /// Intervals between arrivals that are kept to say how far apart they are.
 const ARRIVALS: usize = 64;
 
@@ -57,13 +60,28 @@ pub struct ForceJoiner {
     /// Readings without device time of the last arrival, which are not placed yet.
     together: Vec<f64>,
     last_reading_s: Option<f64>,
+    /// The last time of the device, and when the one that was later than all before came, s.
+    last_device_s: Option<f64>,
+    went_on_s: Option<f64>,
     before_together_s: Option<f64>,
     intervals_s: VecDeque<f64>,
     has_device_times: bool,
     /// Readings without device time came several at once.
     has_batches: bool,
+    /// The uncertainty of the clocks: the largest since they were settled, else the last one.
     uncertainty_s: Option<f64>,
+    settled: bool,
+    noted: VecDeque<Noted>,
+    /// How far frames were placed from where they lie by what was known later, s.
+    moved_s: f64,
     gaps: Gaps,
+}
+
+/// Where a frame was placed: its time by the clock of the frames, and by that of the device, s.
+#[derive(Clone, Copy, Debug)]
+struct Noted {
+    frame_s: f64,
+    device_s: f64,
 }
 
 /// A reading that waits for its frames.
@@ -82,6 +100,13 @@ enum Place {
     Device(f64),
     /// By that of the computer, s since the origin.
     Computer(f64),
+}
+
+impl Noted {
+    /// How far it lies from where it was placed, by these clocks, s.
+    fn moved_s(&self, frames: &Mapping, device: &Mapping) -> f64 {
+        (frames.at(self.frame_s) - device.at(self.device_s)).abs()
+    }
 }
 
 #[derive(Clone, Copy, Debug, Default)]
@@ -117,11 +142,16 @@ impl ForceJoiner {
             waiting: VecDeque::new(),
             together: Vec::new(),
             last_reading_s: None,
+            last_device_s: None,
+            went_on_s: None,
             before_together_s: None,
             intervals_s: VecDeque::new(),
             has_device_times: false,
             has_batches: false,
             uncertainty_s: None,
+            settled: false,
+            noted: VecDeque::new(),
+            moved_s: 0.0,
             gaps: Gaps::default(),
         }
     }
@@ -145,11 +175,16 @@ impl ForceJoiner {
             self.place_by_computer();
             self.clock = LateClock::default();
             self.clock_number = reading.clock;
+            self.last_device_s = None;
         }
         match reading.device_s {
             Some(device_s) => {
                 self.has_device_times = true;
                 self.place_together();
+                if self.last_device_s.is_none_or(|last_s| device_s > last_s) {
+                    self.last_device_s = Some(device_s);
+                    self.went_on_s = Some(at_s);
+                }
                 self.clock.event(device_s, at_s);
                 self.wait(Place::Device(device_s), reading.force_n);
             }
@@ -184,6 +219,9 @@ impl ForceJoiner {
             return Ok(Vec::new());
         };
         self.state_uncertainty(&frames, device.as_ref());
+        if let Some(device) = &device {
+            self.note(&frames, device);
+        }
         let force_n = self.interpolate(most, &frames, device.as_ref())?;
         if force_n.is_empty() && self.given < self.arrived {
             self.check_pause()?;
@@ -231,16 +269,29 @@ impl ForceJoiner {
     }
 
     /// How far the times of the force may be off, s, besides the least delays of the configuration; none before both clocks were
-    /// seen. The largest since the force was given first.
+    /// seen. What the clocks leave open, and how far frames were placed from where they lie by what was known later.
     #[must_use]
     pub fn uncertainty_s(&self) -> Option<f64> {
-        self.uncertainty_s
+        let clocks = (
+            self.frames.mapping_by_any(),
+            self.device(LateClock::mapping_by_any).flatten(),
+        );
+        let moved_s = match clocks {
+            (Some(frames), Some(device)) => {
+                let noted = self.noted.iter();
+                noted
+                    .map(|one| one.moved_s(&frames, &device))
+                    .fold(self.moved_s, f64::max)
+            }
+            _ => self.moved_s,
+        };
+        self.uncertainty_s.map(|clocks_s| clocks_s + moved_s)
     }
 
     /// What the force leaves open.
     #[must_use]
     pub fn doubts(&self) -> Vec<Doubt> {
-        let uncertain = self.uncertainty_s.filter(|u| *u > MOST_UNCERTAIN_S);
+        let uncertain = self.uncertainty_s().filter(|u| *u > MOST_UNCERTAIN_S);
         let uncertain = uncertain.map(|uncertainty_s| {
             Doubt::from(ForceSourceDoubt::ClockUncertain {
                 uncertainty_s,
@@ -351,7 +402,32 @@ impl ForceJoiner {
             |device| device.uncertainty_s,
         );
         let now_s = frames.uncertainty_s.hypot(of_readings);
-        self.uncertainty_s = Some(self.uncertainty_s.map_or(now_s, |u| u.max(now_s)));
+        let settled = frames.settled && device.is_none_or(|device| device.settled);
+        // Before the clocks are settled it is the latest one that holds, as frames are looked at again.
+        let before = match (device, self.settled) {
+            (Some(_), false) => None,
+            _ => self.uncertainty_s,
+        };
+        self.uncertainty_s = Some(before.map_or(now_s, |u| u.max(now_s)));
+        self.settled |= settled;
+    }
+
+    /// Notes where the next frame is placed, and looks again at what was noted long before.
+    fn note(&mut self, frames: &Mapping, device: &Mapping) {
+        let frame_s = self.given as f64 / self.config.rate.hz();
+        let last = self.noted.back();
+        if last.is_some_and(|last| frame_s - last.frame_s < NOTED_EVERY_S) {
+            return;
+        }
+        self.noted.push_back(Noted {
+            frame_s,
+            device_s: device.of(frames.at(frame_s)),
+        });
+        if self.noted.len() > LOOKED_AGAIN_AFTER
+            && let Some(first) = self.noted.pop_front()
+        {
+            self.moved_s = self.moved_s.max(first.moved_s(frames, device));
+        }
     }
 
     fn frame_s(&self, frames: &Mapping, frame: u64) -> f64 {
@@ -381,7 +457,12 @@ impl ForceJoiner {
     fn check_pause(&self) -> Result<(), JoinError> {
         let first_s = self.arrived_s - self.arrived as f64 / self.config.rate.hz();
         let last_s = self.last_reading_s.unwrap_or(first_s);
-        self.allow(self.arrived_s - last_s)
+        self.allow(self.arrived_s - last_s)?;
+        let stood_s = self.went_on_s.map_or(0.0, |on_s| self.arrived_s - on_s);
+        match self.has_device_times && stood_s > self.config.longest_pause_s {
+            true => Err(JoinError::ClockStands { pause_s: stood_s }),
+            false => Ok(()),
+        }
     }
 
     fn interpolate(

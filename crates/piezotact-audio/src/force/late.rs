@@ -41,12 +41,19 @@ pub(super) struct Mapping {
     drift: f64,
     /// How far a time may be off, s, besides what all events are late.
     pub(super) uncertainty_s: f64,
+    /// Whether there were enough events to know how late the least late ones are.
+    pub(super) settled: bool,
 }
 
 impl Mapping {
     /// When the computer would have seen `device_s`, had it been seen as early as possible, s.
     pub(super) fn at(&self, device_s: f64) -> f64 {
         device_s + self.late_s + self.drift * (device_s - self.from_s)
+    }
+
+    /// The device's time that the computer would have seen at `seen_s`.
+    pub(super) fn of(&self, seen_s: f64) -> f64 {
+        (seen_s - self.late_s + self.drift * self.from_s) / (1.0 + self.drift)
     }
 }
 
@@ -115,6 +122,7 @@ impl LateClock {
             late_s,
             drift,
             uncertainty_s,
+            settled: self.spans.len() >= ENOUGH_SPANS,
         })
     }
 

@@ -156,6 +156,9 @@ impl Protocol {
             return Said::WithoutUnit;
         };
         let force_n = force * unit.newtons();
+        if force_n.abs() > LARGEST_N {
+            return Said::Unreadable;
+        }
         let Some(time_s) = time_s else {
             return Said::Reading {
                 device_s: None,
@@ -187,6 +190,9 @@ impl Protocol {
         self.clock = DeviceClock::new(self.clock.wrap_s);
     }
 }
+
+/// No finger presses harder, N: a larger number is damage.
+const LARGEST_N: f64 = 1e4;
 
 /// A number that is one; neither `nan` nor `inf`.
 pub(super) fn number(text: &str) -> Option<f64> {

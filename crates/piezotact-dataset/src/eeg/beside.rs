@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use piezotact::quantity::Seconds;
 use serde::Deserialize;
 
-use super::{EegSegment, read_eeg};
+use super::{EegSegment, events, read_eeg};
 use crate::error::ReadError;
 use crate::input::{open_input, read_input_text};
 use crate::matlab::looks_like_mat;
@@ -25,6 +25,21 @@ pub struct EegSource {
     pub task: Option<String>,
     /// The rows of the table of channels beside the file; empty where there is none.
     pub channels: Vec<ChannelRow>,
+    /// The table of events beside a file with markers of its own, which are used; absent where there is none.
+    pub events: Option<EventTable>,
+}
+
+/// A table of events beside a file with markers of its own.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EventTable {
+    /// Its name.
+    pub name: String,
+    /// How many events it has.
+    pub events: usize,
+    /// How many of them have no marker of the file within one sample.
+    pub without_marker: usize,
+    /// How many markers the file has.
+    pub markers: usize,
 }
 
 /// What a table of channels states of one (BIDS `_channels.tsv`).
@@ -65,13 +80,14 @@ pub struct StatedPosition {
 }
 
 /// Reads EEG with what stands beside it: any EEG file as [`read_eeg`], XDF and other recordings as one part. The name of a BIDS file
-/// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it. Channels of EDF
+/// (`sub-01_task-control_eeg.vhdr`) gives participant and task; `_eeg.json` and `_channels.tsv` beside it are held against it, and `_events.tsv`
+/// gives the markers of a file that has none. Channels of EDF
 /// and BDF are called by their electrodes: `EEG C3-Ref` is `C3` where all electrodes have the same reference.
 ///
 /// # Errors
 /// [`ReadError`] when the file cannot be read, or what stands beside it states another rate, other channels or another task.
 pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
-    let (kind, mut segments) = read_segments(path)?;
+    let (mut kind, mut segments) = read_segments(path)?;
     let named = |entity: &str| entity_of(path, entity);
     let stated = stated_beside(path)?;
     let task = named("task");
@@ -92,6 +108,21 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
     if kind.starts_with("EDF") || kind.starts_with("BDF") {
         by_electrodes(&mut segments, &mut channels);
     }
+    let mut beside = None;
+    if let Some(table) = sibling(path, "events.tsv") {
+        let found = events::read_events(&table)?;
+        if !events::has_no_marker(&segments) {
+            beside = Some(EventTable {
+                name: shown(&table),
+                events: found.len(),
+                without_marker: events::without_marker(&found, &segments),
+                markers: segments.iter().map(|part| part.event_samples.len()).sum(),
+            });
+        } else if !found.is_empty() {
+            kind = format!("{kind}, markers of {}", shown(&table));
+            events::put(found, &mut segments);
+        }
+    }
     let condition = &segments[0].recording.about.condition;
     Ok(EegSource {
         participant: named("sub").or_else(|| condition.participant.clone()),
@@ -99,7 +130,31 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
         kind,
         segments,
         channels,
+        events: beside,
     })
+}
+
+impl EegSource {
+    /// Takes the markers of the table at `path` in the place of those of the file: columns `onset` (s from the first sample of the file), `duration`,
+    /// and `trial_type` or `value` (BIDS `_events.tsv`).
+    ///
+    /// # Errors
+    /// [`ReadError`] for another table, or one without an event.
+    pub fn take_events(&mut self, path: &Path) -> Result<(), ReadError> {
+        let found = events::read_events(path)?;
+        if found.is_empty() {
+            return Err(ReadError::content(
+                path,
+                "events with an onset and a trial_type or value",
+                "no such row",
+                "give another table, or leave it out",
+            ));
+        }
+        self.kind = format!("{}, markers of {}", self.kind, shown(path));
+        events::put(found, &mut self.segments);
+        self.events = None;
+        Ok(())
+    }
 }
 
 /// The files that are read with the one at `path`, itself among them: samples, markers, and what stands beside it by BIDS.
@@ -118,7 +173,7 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
         found.push(path.with_extension("fdt"));
     }
     found.extend(
-        ["eeg.json", "channels.tsv"]
+        ["eeg.json", "channels.tsv", "events.tsv"]
             .into_iter()
             .filter_map(|own| sibling(path, own)),
     );
@@ -420,7 +475,7 @@ pub fn read_electrodes(path: &Path) -> Result<Vec<StatedPosition>, ReadError> {
 }
 
 /// The header and the rows of a table between tabs or commas.
-fn table_of(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ReadError> {
+pub(super) fn table_of(path: &Path) -> Result<(Vec<String>, Vec<Vec<String>>), ReadError> {
     let text = read_input_text(path)?;
     let text = text.trim_start_matches('\u{feff}');
     let first = text.lines().next().unwrap_or_default();
@@ -451,7 +506,7 @@ mod tests {
     use super::*;
     use crate::eeg::{markers_of, write_brainvision};
     use piezotact::quantity::{SampleRate, Unit};
-    use piezotact::recording::{Channel, Condition, Provenance, Recording};
+    use piezotact::recording::{Channel, Condition, EventValue, Provenance, Recording};
 
     /// A BIDS recording of C3 and C4 at 250 Hz.
     fn written(folder: &Path) -> PathBuf {
@@ -542,6 +597,64 @@ mod tests {
             .collect();
         endings.sort();
         assert_eq!(endings, ["channels.tsv", "eeg.eeg", "eeg.vhdr", "eeg.vmrk"]);
+    }
+
+    #[test]
+    fn a_table_of_events_gives_the_markers_of_a_file_without_any() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = written(folder.path());
+        let table = folder.path().join("sub-01_ses-eeg_task-control_events.tsv");
+        let text = "onset\tduration\ttrial_type\tvalue\n0.402\t0\tcontrol/M8\t2\nn/a\t0\tlost\t1\n1.2\tn/a\tn/a\t8\n-0.1\t0.5\tBAD_start\tn/a\n";
+        std::fs::write(&table, text).unwrap();
+        let found = read_eeg_source(&path).unwrap();
+        assert!(
+            found
+                .kind
+                .ends_with("markers of sub-01_ses-eeg_task-control_events.tsv")
+        );
+        let [segment] = &found.segments[..] else {
+            panic!("one part")
+        };
+        // 0.402 s at 250 Hz lie between two samples, nearer to the later one.
+        assert_eq!(segment.event_samples, [101, 300, -25]);
+        let events = &segment.recording.annotations.events;
+        let names: Vec<String> = events.iter().map(|event| event.kind.clone()).collect();
+        assert_eq!(names, ["control/M8", "value", "BAD_start"]);
+        assert_eq!(events[1].value, Some(EventValue::Number(8.0)));
+        assert!(files_of(&path).contains(&table));
+        // Markers of the file itself stay, unless the table is asked for.
+        let mut marked = segment.recording.clone();
+        marked.annotations.events.truncate(1);
+        write_brainvision(&path, &marked, &markers_of(&marked)).unwrap();
+        let mut own = read_eeg_source(&path).unwrap();
+        assert_eq!(
+            (own.kind.as_str(), own.segments[0].event_samples.len()),
+            ("BrainVision", 1)
+        );
+        let beside = own.events.clone().unwrap();
+        assert_eq!(
+            (beside.events, beside.without_marker, beside.markers),
+            (3, 2, 1)
+        );
+        own.take_events(&table).unwrap();
+        assert_eq!(own.events, None);
+        assert_eq!(own.segments[0].event_samples, [101, 300, -25]);
+        for (text, part) in [
+            ("onset\ttrial_type\n1\ta\n", "add the column duration"),
+            ("onset\tduration\n1\t0\n", "add the column trial_type"),
+            (
+                "onset\tduration\ttrial_type\nlate\t0\ta\n",
+                "a time in s in row 2",
+            ),
+            ("onset\tduration\ttrial_type\nn/a\t0\ta\n", "no such row"),
+        ] {
+            std::fs::write(&table, text).unwrap();
+            let said = own.take_events(&table).unwrap_err().to_string();
+            assert!(said.contains(part), "{said}");
+        }
+        // A table without a row is none.
+        std::fs::write(&table, "onset\tduration\ttrial_type\n").unwrap();
+        assert_eq!(read_eeg_source(&path).unwrap().kind, "BrainVision");
     }
 
     #[test]

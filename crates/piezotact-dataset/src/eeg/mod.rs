@@ -11,6 +11,7 @@ mod brainvision_write;
 mod content;
 mod edf;
 mod eeglab;
+mod events;
 mod ini;
 mod trigger;
 mod xdf;
@@ -23,7 +24,7 @@ use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Recording, RecordingDoubt};
 
 pub use beside::{
-    ChannelRow, EegSource, StatedPosition, files_of, read_eeg_source, read_electrodes,
+    ChannelRow, EegSource, EventTable, StatedPosition, files_of, read_eeg_source, read_electrodes,
 };
 pub use brainvision_write::{EegMarker, markers_of, write_brainvision};
 pub use edf::write_edf;

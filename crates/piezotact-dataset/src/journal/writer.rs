@@ -347,11 +347,15 @@ pub fn keep_before(path: &Path) -> Result<Option<PathBuf>, WriteError> {
         true => std::fs::canonicalize(path).map_err(WriteError::io(path))?,
         false => path.to_owned(),
     };
-    keep_at_free(&file, |number| {
+    let kept = keep_at_free(&file, |number| {
         let mut name = file.as_os_str().to_owned();
         name.push(format!(".before-{number}"));
         name.into()
-    })
+    })?;
+    if let Some(kept) = &kept {
+        crate::reads::moved(path, kept);
+    }
+    Ok(kept)
 }
 
 fn same_bytes(a: &Path, b: &Path) -> std::io::Result<bool> {

@@ -4,6 +4,7 @@ use std::fmt;
 
 use piezotact::Doubt;
 use piezotact::doubt::{Advice, DoubtKind, FieldValue};
+use piezotact::number::digits;
 
 /// Declares kinds of doubts with their codes and typed fields.
 macro_rules! kinds {
@@ -135,6 +136,29 @@ kinds! {
             /// The change at which it would have stopped.
             wanted: f64,
         },
+        /// Independent components of signals that hold slow drifts.
+        SlowForIca("eeg_ica_without_high_pass") {
+            /// From which frequency on they are wanted, Hz.
+            wanted_hz: f64,
+        },
+        /// No independent component follows the eyes.
+        NoEyeComponent("eeg_no_eye_component") {
+            /// The EOG channel that one follows most.
+            eog: String,
+            /// Its correlation with it, 0–1.
+            correlation: f64,
+            /// The correlation from which on it is taken out.
+            wanted: f64,
+        },
+        /// Signals that were computed from those of other electrodes.
+        Interpolated("eeg_electrodes_interpolated") {
+            /// Which.
+            names: String,
+            /// From how many.
+            from: usize,
+            /// Their share of all electrodes, 0–1.
+            share: f64,
+        },
         /// ICA has few samples for its number of components.
         FewSamplesForIca("eeg_ica_few_samples") {
             /// How many.
@@ -212,9 +236,51 @@ kinds! {
             /// The mean difference in standard deviations.
             d_z: f64,
         },
+        /// Electrodes that are far noisier than the others.
+        Noisy("eeg_electrodes_noisy") {
+            /// Which, with their robust deviation.
+            names: String,
+            /// That of the median electrode, V.
+            middle_v: f64,
+        },
+        /// Electrodes that record far less than the others.
+        Quiet("eeg_electrodes_quiet") {
+            /// Which, with their robust deviation.
+            names: String,
+            /// That of the median electrode, V.
+            middle_v: f64,
+        },
+        /// Pairs of electrodes that record the same.
+        Bridged("eeg_electrodes_bridged") {
+            /// Which.
+            pairs: String,
+        },
+        /// Signals whose size is not that of EEG.
+        Amplitude("eeg_amplitude_implausible") {
+            /// The robust deviation of the median electrode, V.
+            median_v: f64,
+        },
+        /// Markers of the file that are others than those of the table beside it.
+        EventsDiffer("eeg_events_differ") {
+            /// The table.
+            table: String,
+            /// How many events of it have no marker of the file within one sample.
+            without: usize,
+            /// Of how many.
+            of: usize,
+            /// How many markers the file has.
+            markers: usize,
+        },
+        /// What some of the documents of a study doubt.
+        OfPeople("eeg_of_people") {
+            /// Whose: participants and tasks.
+            names: String,
+            /// Their doubt.
+            example: Doubt,
+        },
         /// Documents with surfaces that others do not have.
         SurfacesNotCommon("eeg_surfaces_not_common") {
-            /// Which participants, tasks and surfaces.
+            /// Which participants and tasks, and what they lack.
             names: String,
         },
         /// Channels that a table calls bad are analysed.
@@ -301,10 +367,14 @@ impl DoubtKind for EegDoubt {
             Self::FilterLongerThanSignal { .. }
             | Self::FewSamplesForIca { .. }
             | Self::NotConverged { .. } => vec![Advice::RecordLonger],
+            Self::OfPeople { example, .. } => example.advice.clone(),
             _ => Vec::new(),
         }
     }
 }
+
+/// A larger share of interpolated electrodes is unusual.
+const MOST_INTERPOLATED: f64 = 0.1;
 
 impl fmt::Display for EegDoubt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -398,6 +468,69 @@ impl fmt::Display for EegDoubt {
                 "ICA stopped after {iterations} iterations with a change of {change:.1e}, and {wanted:.1e} was asked for: components \
                  may be mixed; give more samples or fewer components"
             ),
+            Self::Noisy { names, middle_v } => write!(
+                f,
+                "{names}: far noisier than the other electrodes, whose median is {} µV (robust SD): the contact may be bad; leave them out or interpolate \
+                 them",
+                digits(1e6 * middle_v)
+            ),
+            Self::Quiet { names, middle_v } => write!(
+                f,
+                "{names}: far below the other electrodes, whose median is {} µV (robust SD): not connected, or beside the reference; leave them out \
+                 or interpolate them",
+                digits(1e6 * middle_v)
+            ),
+            Self::Bridged { pairs } => write!(
+                f,
+                "{pairs}: record the same but for 5 %, so gel may bridge them, or a channel was copied; values at these electrodes are one \
+                 measurement"
+            ),
+            Self::Amplitude { median_v } => write!(
+                f,
+                "The median electrode has a robust SD of {} µV, and scalp EEG has 1 to 50 µV: check the unit of the signals. Changes in % and dB do not \
+                 depend on it, limits of rejection do",
+                digits(1e6 * median_v)
+            ),
+            Self::EventsDiffer {
+                table,
+                without,
+                of,
+                markers,
+            } => write!(
+                f,
+                "{table}: {without} of {of} events have no marker of the file within one sample, and the file has {markers} markers, which are used: \
+                 the table may be of another recording; name it as the table of events to use it"
+            ),
+            Self::OfPeople { names, example } => write!(f, "{names}: {example}"),
+            Self::SlowForIca { wanted_hz } => write!(
+                f,
+                "Independent components of signals with changes below {wanted_hz} Hz: components may describe drifts in the place of blinks; \
+                 filter with a high-pass of {wanted_hz} Hz or more"
+            ),
+            Self::NoEyeComponent {
+                eog,
+                correlation,
+                wanted,
+            } => write!(
+                f,
+                "No independent component was taken out: the largest correlation with an EOG channel is {correlation:.2} ({eog}), and {wanted:.2} \
+                 was asked for. Blinks may still be in the signals; look at the components, state a lower correlation, or take the regression"
+            ),
+            Self::Interpolated { names, from, share } => {
+                write!(
+                    f,
+                    "{names}: interpolated from {from} electrodes. These signals hold nothing that the others do not hold: an effect there is no \
+                     measurement at this place"
+                )?;
+                if *share > MOST_INTERPOLATED {
+                    write!(
+                        f,
+                        ". They are {:.0} % of the electrodes; usual are at most 10 %",
+                        100.0 * share
+                    )?;
+                }
+                Ok(())
+            }
             Self::FewSamplesForIca {
                 samples,
                 wanted,
@@ -420,8 +553,8 @@ impl fmt::Display for EegDoubt {
             ),
             Self::ElectrodesNotCommon { names, kept } => write!(
                 f,
-                "{names}: not in all documents, so maps and clusters are of the other {kept} electrodes; check that no channel has another name in \
-                 one recording"
+                "Not in all documents: {names}. Maps and clusters are of the other {kept} electrodes; interpolate those that are bad, and check that no \
+                 channel has another name in one recording"
             ),
             Self::NoNeighbours { electrodes } => write!(
                 f,
@@ -460,7 +593,7 @@ impl fmt::Display for EegDoubt {
             ),
             Self::SurfacesNotCommon { names } => write!(
                 f,
-                "not all documents have all surfaces ({names} lack some): the mean of surfaces and its contrasts are of the others alone; name surfaces \
+                "not all documents have all surfaces ({names}): the mean of surfaces and its contrasts are of the others alone; name surfaces \
                  alike in all tasks"
             ),
             Self::BadUsed { names } => write!(
@@ -578,6 +711,37 @@ mod tests {
                 samples: 100,
                 wanted: 1000,
                 components: 6,
+            },
+            EegDoubt::SlowForIca { wanted_hz: 1.0 },
+            EegDoubt::Noisy {
+                names: text(),
+                middle_v: 8e-6,
+            },
+            EegDoubt::Quiet {
+                names: text(),
+                middle_v: 8e-6,
+            },
+            EegDoubt::Bridged { pairs: text() },
+            EegDoubt::Amplitude { median_v: 8e-12 },
+            EegDoubt::EventsDiffer {
+                table: text(),
+                without: 3,
+                of: 60,
+                markers: 57,
+            },
+            EegDoubt::OfPeople {
+                names: text(),
+                example: EegDoubt::Simulated {}.into(),
+            },
+            EegDoubt::NoEyeComponent {
+                eog: text(),
+                correlation: 0.3,
+                wanted: 0.7,
+            },
+            EegDoubt::Interpolated {
+                names: text(),
+                from: 60,
+                share: 0.2,
             },
             EegDoubt::FarFromElectrodes {
                 positions: 1,

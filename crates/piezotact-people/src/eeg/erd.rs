@@ -604,7 +604,7 @@ pub enum ErdError {
     },
     /// A baseline that overlaps the window.
     #[error(
-        "expected a baseline before or after the window, found an overlap of {by_s} s; move one of them"
+        "expected a baseline before or after the window, found an overlap of {by_s:.3} s; move one of them"
     )]
     Overlap {
         /// By how much, s.

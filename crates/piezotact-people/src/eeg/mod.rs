@@ -22,6 +22,7 @@ pub mod person;
 pub mod phase;
 pub mod prepare;
 pub mod pulses;
+mod quality;
 pub mod reference;
 pub mod source;
 pub mod tfr;

@@ -31,6 +31,17 @@ doubts! {
             /// By how much later in the drive, s.
             by_s: f64,
         },
+        /// The places of blocks scatter more about the line than noise explains.
+        Scatter("align_blocks_scatter") {
+            /// Their standard deviation about the line, s.
+            spread_s: f64,
+            /// What their correlation leads to expect, s.
+            expected_s: f64,
+            /// The largest distance of one of them, s.
+            largest_s: f64,
+            /// The sum of the steps from one to the next, s.
+            variation_s: f64,
+        },
         /// Blocks and bursts lead to other times.
         Apart("align_blocks_and_bursts_apart") {
             /// By how much at one end of the recording, s.
@@ -86,6 +97,7 @@ impl DoubtKind for AlignDoubt {
             Self::Uncertain { .. } => vec![Advice::RecordLonger],
             Self::ManyLeftOut { .. }
             | Self::Step { .. }
+            | Self::Scatter { .. }
             | Self::Apart { .. }
             | Self::Uneven { .. } => vec![Advice::RecordAgain],
             Self::BetweenNotSeen {} => vec![Advice::RecordLonger],
@@ -123,8 +135,21 @@ impl fmt::Display for AlignDoubt {
             Self::Step { at_s, by_s } => write!(
                 f,
                 "at {at_s:.2} s of the recording its times step by {} ms: samples are missing or doubled there, or the clock jumped; times are off by up to \
-                 this much",
+                 this much, and the intervals were widened by it",
                 digits_signed(1e3 * by_s)
+            ),
+            Self::Scatter {
+                spread_s,
+                expected_s,
+                largest_s,
+                ..
+            } => write!(
+                f,
+                "blocks lie {} ms (SD) from their line, up to {} ms, and noise explains {} ms: single samples may be missing, which look like a drift, or \
+                 the clock runs unevenly; the intervals were widened",
+                digits(1e3 * spread_s),
+                digits(1e3 * largest_s),
+                digits(1e3 * expected_s)
             ),
             Self::Apart { by_s } => write!(
                 f,
@@ -163,7 +188,8 @@ impl fmt::Display for AlignDoubt {
                 most_ppm,
             } => write!(
                 f,
-                "the drift of {drift_ppm:+.1} ppm is near {} ppm, the largest that was looked for: state a larger one",
+                "the drift of {drift_ppm:+.1} ppm is {} {} ppm, the largest that was looked for: state a larger one",
+                if drift_ppm.abs() > *most_ppm { "beyond" } else { "near" },
                 rounded(*most_ppm)
             ),
         }

@@ -2,8 +2,8 @@
 
 use super::anchored::{Burst, seen};
 use super::burst::Bursts;
-use super::line::{Found, Line, converged, robust, step};
-use super::search::{Blocks, Lead, Placed};
+use super::line::{Found, LEAST_STEP_S, Line, converged, robust, step};
+use super::search::{Blocks, Lead, NEAR_S, Placed};
 use super::{AlignDoubt, AlignError, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared, Span};
 use crate::quantity::Seconds;
 use crate::statistics::median;
@@ -16,6 +16,14 @@ const RUN: usize = 2;
 const CLEAR: f64 = 0.7;
 /// One in so many is many.
 const MANY: usize = 5;
+/// Blocks that correlate by less than this share of the usual are looked at in halves, so many of them.
+const SUSPECT: f64 = 0.8;
+const SUSPECTS: usize = 10;
+/// A half that is at another place than the line leads to correlates by this share of the usual.
+const STRAY: f64 = 0.75;
+/// Blocks that lie so many times further from the line than noise explains scatter, and by at least this, s.
+const SCATTER: f64 = 4.0;
+const LEAST_SCATTER_S: f64 = 1e-5;
 /// Times at which intervals are given, less 1.
 const STEPS: usize = 60;
 /// Phases that wander by more standard errors than this do so.
@@ -53,6 +61,94 @@ impl ByBlocks {
         })
     }
 
+    /// Where halves of blocks that are not where the line leads are somewhere else in the drive, all of them by the same way: samples are missing
+    /// between them and the others.
+    fn stray_step(&self, both: &Prepared) -> Result<Option<AlignDoubt>, AlignError> {
+        let blocks = Blocks::of(both, self.line.drift_ppm())?;
+        let own = self.placed.found.iter().zip(&self.used);
+        let used: Vec<&Found> = own.filter_map(|(one, used)| used.then_some(one)).collect();
+        let Some(usual) = median(&mut used.iter().map(|one| one.correlation).collect::<Vec<_>>())
+        else {
+            return Ok(None);
+        };
+        let found = self.placed.found.iter();
+        let weak = found.filter(|one| one.correlation < SUSPECT * usual);
+        let weak = weak.map(|one| blocks.start_of(one.recorded_s));
+        let mut suspects: Vec<usize> = self.placed.lost.iter().copied().chain(weak).collect();
+        suspects.sort_unstable();
+        // The first and the last, and others between.
+        let last = suspects.len().saturating_sub(1);
+        let steps = last.min(SUSPECTS - 1);
+        let chosen = (0..=steps).map(|i| i * last / steps.max(1));
+        let chosen: Vec<usize> = chosen.filter_map(|i| suspects.get(i).copied()).collect();
+        let far_s = LEAST_STEP_S.max(6.0 * self.line.spread);
+        let halves = blocks.halves_anywhere(&chosen, STRAY * usual);
+        let strays: Vec<(f64, f64)> = halves
+            .iter()
+            .map(|one| (one.recorded_s, self.line.residual(one)))
+            .filter(|(_, by_s)| by_s.abs() > far_s)
+            .collect();
+        let middle_s = median(&mut used.iter().map(|one| one.recorded_s).collect::<Vec<_>>());
+        let quarter_s = 0.25 * both.config.block_s.0;
+        let furthest = strays
+            .iter()
+            .copied()
+            .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+        Ok(furthest.zip(middle_s).map(|((at_s, by_s), middle_s)| {
+            match at_s < middle_s {
+                // The line is that of what comes behind.
+                true => AlignDoubt::Step {
+                    at_s: strays
+                        .iter()
+                        .map(|(at_s, _)| *at_s)
+                        .filter(|at_s| *at_s < middle_s)
+                        .fold(at_s, f64::max)
+                        + quarter_s,
+                    by_s: -by_s,
+                },
+                false => AlignDoubt::Step {
+                    at_s: strays
+                        .iter()
+                        .map(|(at_s, _)| *at_s)
+                        .filter(|at_s| *at_s >= middle_s)
+                        .fold(at_s, f64::min)
+                        - quarter_s,
+                    by_s,
+                },
+            }
+        }))
+    }
+
+    /// Where blocks lie further from the line than noise explains.
+    ///
+    /// Formula: the error of the envelope's maximum is √((1 − ρ²)/(B·T·ρ²))/(2π·B/√12) for the band B, the block T and the correlation ρ.
+    fn scatter(&self, both: &Prepared) -> Option<AlignDoubt> {
+        let width_hz = both.config.band.high().0 - both.config.band.low().0;
+        let cells = width_hz * both.config.block_s.0;
+        let own = self.placed.found.iter().zip(&self.used);
+        let (mut squares, mut expected, mut largest_s, mut count) = (0.0, 0.0, 0.0_f64, 0.0);
+        let (mut variation_s, mut before) = (0.0, None);
+        for (one, _) in own.filter(|(_, used)| **used) {
+            let off_s = self.line.residual(one);
+            let share = one.correlation.clamp(0.05, 0.9999).powi(2);
+            let turn = std::f64::consts::TAU * width_hz / 12.0_f64.sqrt();
+            squares += off_s * off_s;
+            expected += (1.0 - share) / (cells * share) / (turn * turn);
+            largest_s = largest_s.max(off_s.abs());
+            variation_s += before.map_or(0.0, |before: f64| (off_s - before).abs());
+            before = Some(off_s);
+            count += 1.0;
+        }
+        let [spread_s, expected_s] = [squares, expected].map(|sum| (sum / count).sqrt());
+        let limit_s = LEAST_SCATTER_S.max(SCATTER * expected_s);
+        (spread_s > limit_s).then_some(AlignDoubt::Scatter {
+            spread_s,
+            expected_s,
+            largest_s,
+            variation_s,
+        })
+    }
+
     fn left_out(&self) -> usize {
         self.used.iter().filter(|used| !**used).count()
     }
@@ -60,9 +156,10 @@ impl ByBlocks {
 
 pub(super) fn by_blocks(both: &Prepared) -> Result<Alignment, AlignError> {
     let found = ByBlocks::of(both, None)?;
-    let missed = missed(&found.placed, both, &[]);
+    let mut doubts = missed(&found.placed, both, &[]);
+    doubts.extend(found.stray_step(both)?);
     let line = (AlignedBy::Blocks, found.line);
-    Ok(alignment(both, line, Some(&found), &[], missed))
+    Ok(alignment(both, line, Some(&found), &[], doubts))
 }
 
 pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, AlignError> {
@@ -81,9 +178,10 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
             AlignError::FewBlocks { .. } => AlignError::OneBurst { which: burst.which },
             other => other,
         })?;
-        let missed = missed(&found.placed, both, &spans);
+        let mut doubts = missed(&found.placed, both, &spans);
+        doubts.extend(found.stray_step(both)?);
         let line = (AlignedBy::Blocks, found.line);
-        return Ok(alignment(both, line, Some(&found), &seen.bursts, missed));
+        return Ok(alignment(both, line, Some(&found), &seen.bursts, doubts));
     };
     let worst = |line: &Line| line.half_at(0.0).max(line.half_at(both.recorded_length_s));
     let blocks = blocks.ok();
@@ -186,6 +284,31 @@ fn wandering(run: &[[f64; 2]]) -> Option<AlignDoubt> {
     (by_s > CERTAIN_S.max(PHASE_ERRORS * error_s)).then_some(AlignDoubt::Uneven { by_s })
 }
 
+/// By how much times may be off for what is doubted, s.
+fn wider_s(doubt: &AlignDoubt) -> f64 {
+    match doubt {
+        AlignDoubt::Step { by_s, .. }
+        | AlignDoubt::Apart { by_s }
+        | AlignDoubt::Uneven { by_s } => by_s.abs(),
+        // Of a staircase the ends lie twice as far from its line as its steps.
+        AlignDoubt::Scatter { largest_s, .. } => 2.0 * largest_s,
+        _ => 0.0,
+    }
+}
+
+/// By how much the line may bend over the recording for what is doubted, s.
+fn bent_s(doubt: &AlignDoubt) -> f64 {
+    match doubt {
+        // Blocks behind a larger step are not followed, and the line is not drawn with them.
+        AlignDoubt::Step { by_s, .. } if by_s.abs() > NEAR_S => 0.0,
+        AlignDoubt::Step { by_s, .. }
+        | AlignDoubt::Apart { by_s }
+        | AlignDoubt::Uneven { by_s } => 1.5 * by_s.abs(),
+        AlignDoubt::Scatter { variation_s, .. } => *variation_s,
+        _ => 0.0,
+    }
+}
+
 /// The alignment along `line`, which was drawn by blocks or by bursts.
 fn alignment(
     both: &Prepared,
@@ -195,14 +318,29 @@ fn alignment(
     more: Vec<AlignDoubt>,
 ) -> Alignment {
     let length_s = both.recorded_length_s;
-    let half = |at_s: f64| line.half_at(at_s);
+    let mut doubts = more;
+    if let Some(found) = blocks {
+        let is_said = doubts
+            .iter()
+            .any(|doubt| matches!(doubt, AlignDoubt::Step { .. }));
+        let step = step(&found.placed.found).filter(|_| !is_said);
+        doubts.extend(step.map(|[at_s, by_s]| AlignDoubt::Step { at_s, by_s }));
+        if by == AlignedBy::Blocks {
+            doubts.extend(found.scatter(both));
+        }
+    }
+    // What is said to be off is within the interval.
+    let wider_s = doubts.iter().map(wider_s).fold(0.0, f64::max);
+    let half = |at_s: f64| line.half_at(at_s) + wider_s;
     let uncertainty_s = half(0.0).max(half(length_s));
     let (offset_s, drift_ppm) = (line.at(0.0), line.drift_ppm());
+    let bent_s = doubts.iter().map(bent_s).fold(0.0, f64::max);
+    let wider_ppm = 1e6 * bent_s / length_s;
+    let [low_ppm, high_ppm] = line.drift_interval_ppm();
     let covered_s = [
         offset_s.max(0.0),
         line.at(length_s).min(both.drive_length_s),
     ];
-    let mut doubts = more;
     if covered_s[0] > CERTAIN_S || covered_s[1] < both.drive_length_s - CERTAIN_S {
         doubts.push(AlignDoubt::PartCovered {
             from_s: covered_s[0],
@@ -220,8 +358,6 @@ fn alignment(
         });
     }
     if let Some(found) = blocks {
-        let step = step(&found.placed.found);
-        doubts.extend(step.map(|[at_s, by_s]| AlignDoubt::Step { at_s, by_s }));
         let (left_out, of) = (found.left_out(), found.used.len());
         if by == AlignedBy::Blocks && MANY * left_out > of {
             doubts.push(AlignDoubt::ManyLeftOut { left_out, of });
@@ -240,7 +376,7 @@ fn alignment(
         offset_s: Seconds(offset_s),
         offset_interval_s: [-1.0, 1.0].map(|side| Seconds(offset_s + side * half(0.0))),
         drift_ppm,
-        drift_interval_ppm: line.drift_interval_ppm(),
+        drift_interval_ppm: [low_ppm - wider_ppm, high_ppm + wider_ppm],
         uncertainty_s: Seconds(uncertainty_s),
         intervals_s: times
             .map(|at_s| (Seconds(at_s), Seconds(half(at_s))))

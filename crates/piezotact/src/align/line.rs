@@ -14,7 +14,7 @@ const NORMAL_QUANTILE: f64 = 1.96;
 /// A step is one with so many standard errors, more with few blocks.
 const STEP_ERRORS: f64 = 5.0;
 /// A smaller step is none, s.
-const LEAST_STEP_S: f64 = 2e-5;
+pub(super) const LEAST_STEP_S: f64 = 2e-5;
 /// A drift that changes by less is found, ppm.
 const CONVERGED_PPM: f64 = 0.02;
 /// Corrections that differ by more say how the drift that is found depends on them, ppm.
@@ -118,7 +118,7 @@ impl Line {
         recorded_s + self.middle[1] + self.slope * (recorded_s - self.middle[0])
     }
 
-    fn residual(&self, one: &Found) -> f64 {
+    pub(super) fn residual(&self, one: &Found) -> f64 {
         one.drive_s - self.at(one.recorded_s)
     }
 

@@ -64,6 +64,8 @@ pub(super) struct Placed {
     pub(super) missed_s: Vec<f64>,
     /// The first samples of blocks in which the drive repeats, by the corrected clock.
     pub(super) repeating: Vec<usize>,
+    /// The first samples of blocks that are not silent and have no place near where their neighbours lead, by the corrected clock.
+    pub(super) lost: Vec<usize>,
 }
 
 impl<'a> Blocks<'a> {
@@ -117,8 +119,11 @@ impl<'a> Blocks<'a> {
         self.follow((0..first).rev(), (first, lag), &mut looked);
         let half = 0.5 * self.length as f64;
         let mut placed = Placed::default();
-        for (start, looked) in self.starts.iter().zip(looked) {
+        for ((start, looked), loud) in self.starts.iter().zip(looked).zip(&self.loud) {
             let recorded_s = self.stretch * (*start as f64 + half) / self.rate_hz();
+            if *loud && matches!(looked, Looked::Missed | Looked::Outside) {
+                placed.lost.push(*start);
+            }
             match looked {
                 Looked::At(place) => placed.found.push(Found {
                     recorded_s,
@@ -223,7 +228,11 @@ impl<'a> Blocks<'a> {
                 correlation: anchor.2.correlation,
             });
         }
-        let other = hypotheses.iter().filter(|one| !same(one));
+        // As far apart as the largest drift makes them over the whole recording: nearer ones support each other.
+        let widest = tolerance(0, chosen.len() - 1);
+        let is_other =
+            |one: &&(f64, usize, Place)| (lag(one.1, &one.2) - lag(best.1, &best.2)).abs() > widest;
+        let other = hypotheses.iter().filter(is_other);
         if let Some(other) = other.max_by(|a, b| largest(a).total_cmp(&largest(b)))
             && other.0 >= ALIKE * best.0
         {
@@ -233,6 +242,45 @@ impl<'a> Blocks<'a> {
             });
         }
         Ok((chosen[anchor.1], anchor.2))
+    }
+
+    /// The first sample of the block whose middle is at a time of the recording.
+    pub(super) fn start_of(&self, recorded_s: f64) -> usize {
+        let at = recorded_s / self.stretch * self.rate_hz() - 0.5 * self.length as f64;
+        at.round().max(0.0) as usize
+    }
+
+    /// The halves of blocks that begin at `starts` which have one place of their own in the whole drive, with at least the correlation `least`:
+    /// where samples are missing, the parts before and behind are at other places than a line leads to.
+    pub(super) fn halves_anywhere(&self, starts: &[usize], least: f64) -> Vec<Found> {
+        let drive = &self.both.drive;
+        let half = self.length / 2;
+        let searched = Searched::of(drive, half, half, self.both.usual);
+        let near = (NEAR_S * self.rate_hz()) as usize;
+        let lags = drive.len() + half;
+        let seconds = half as f64 / self.rate_hz();
+        let cells = (self.both.config.band.high().0 - self.both.config.band.low().0) * seconds;
+        // What the largest of so many correlations with noise reaches, and half as much again.
+        let least = least.max(1.5 * ((lags as f64).ln() / cells).sqrt());
+        let power = |samples: &[f64]| samples.iter().map(|v| v * v).sum::<f64>();
+        let all = power(&self.recorded) / self.recorded.len() as f64;
+        let of = |start: usize| {
+            let own = self.recorded.get(start..start + half)?;
+            if power(own) < SILENT * all * half as f64 {
+                return None;
+            }
+            let common = searched.common(own);
+            let places = peaks(&common.correlations(lags), near);
+            let (first, second) = (places.first()?, places.get(1));
+            let alone = second.is_none_or(|other| other.correlation < ALIKE * first.correlation);
+            (first.correlation >= least && alone).then(|| Found {
+                recorded_s: self.stretch * (start as f64 + 0.5 * half as f64) / self.rate_hz(),
+                drive_s: (first.at - half as f64 + 0.5 * half as f64) / self.rate_hz(),
+                correlation: first.correlation,
+            })
+        };
+        let halves = starts.iter().flat_map(|start| [*start, start + half]);
+        halves.filter_map(of).collect()
     }
 
     /// The best places of each of these blocks in the whole drive.

@@ -121,17 +121,36 @@ fn at_the_extreme(samples: &[f64], sign: f64, extreme: f64, rounding: f64) -> Op
             return None;
         }
     }
-    let (mut visits, mut inside) = (0, false);
-    for v in samples {
+    let (mut begins, mut inside) = (Vec::new(), false);
+    for (at, v) in samples.iter().enumerate() {
         let now = (v - extreme).abs() <= rounding;
-        visits += usize::from(now && !inside);
+        if now && !inside {
+            begins.push(at);
+        }
         inside = now;
     }
-    Some(if visits < FEWEST_VISITS {
+    let single = at_limit <= CREST * begins.len() && evenly(&begins);
+    Some(if begins.len() < FEWEST_VISITS || single {
         0.0
     } else {
         at_limit as f64 / samples.len() as f64
     })
+}
+
+/// A crest of a wave whose period is a whole number of samples is one sample, or two of the same value on either side of it.
+const CREST: usize = 2;
+/// The least share of distances between visits that are the same in such a wave; the first ones are on its way to it.
+const EVENLY: f64 = 0.9;
+
+/// Whether nearly all of `begins`, in samples, are as far from the one before.
+fn evenly(begins: &[usize]) -> bool {
+    let mut apart: Vec<usize> = begins.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    apart.sort_unstable();
+    let Some(usual) = apart.get(apart.len() / 2) else {
+        return false;
+    };
+    let same = apart.iter().filter(|one| *one == usual).count();
+    same as f64 >= EVENLY * apart.len() as f64
 }
 
 /// Whether a signal stays on one side of `middle` always for the same time, within two samples or 5 %.
@@ -430,14 +449,21 @@ const LOOKED_AT: usize = 1024;
 const ALIKE: f64 = 0.02;
 const ALIKE_FAR: f64 = 0.5;
 
-/// Whether a signal is a wave that repeats itself after a whole number of samples, from one time to the next and far away.
+/// What is below this part of the largest distance from the middle at both ends of a signal is rest.
+const REST_LEVEL: f64 = 0.3;
+
+/// Whether a signal is a wave that repeats itself after a whole number of samples, from one time to the next and far away; rest before and
+/// behind it, and its first and last tenth, say nothing.
 fn repeats(samples: &[f64]) -> bool {
-    // Silence at the ends says nothing.
-    let quiet = |v: &f64, end: f64| (v - end).abs() <= 0.0;
-    let (first, last) = (samples[0], samples[samples.len() - 1]);
-    let from = samples.iter().position(|v| !quiet(v, first)).unwrap_or(0);
-    let to = samples.iter().rposition(|v| !quiet(v, last)).unwrap_or(0);
-    let samples = &samples[from.min(to)..=to];
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    let largest = samples.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
+    let moves = |v: &f64| (v - mean).abs() > REST_LEVEL * largest;
+    let from = samples.iter().position(moves).unwrap_or(0);
+    let to = samples.iter().rposition(moves).unwrap_or(0);
+    let tenth = (to.saturating_sub(from)) / 10;
+    let samples = samples
+        .get(from + tenth..(to + 1).saturating_sub(tenth))
+        .unwrap_or_default();
     let far = samples.len() / 2;
     if far < 16 {
         return false;
@@ -485,6 +511,37 @@ mod tests {
                 }
             })
             .collect()
+    }
+
+    /// A tone of `period` samples with its crest at the phase `shift`, through a resonance that settles, so that the crests before it lie below.
+    fn settled(period: usize, shift: f64, limit: f64) -> Vec<f64> {
+        (0..40_000)
+            .map(|i| {
+                let phase = std::f64::consts::TAU * (i % period) as f64 / period as f64;
+                let settling = 1.0 - (-(i as f64) / 700.0).exp();
+                (settling * (phase + shift).cos()).clamp(-limit, limit)
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_tone_of_a_whole_number_of_samples_is_not_clipped_until_it_is() {
+        for period in [8, 10, 20, 48, 100, 441, 600] {
+            for shift in [0.0, 0.1, std::f64::consts::PI / period as f64] {
+                let clean = limited(&settled(period, shift, 2.0));
+                assert_eq!(clean, Limited::default(), "{period} {shift}");
+                if period >= 20 {
+                    let clipped = limited(&settled(period, shift, 0.8));
+                    // cos⁻¹(0.8)/π of the time, but for the settling.
+                    let share = 0.8_f64.acos() / std::f64::consts::PI;
+                    assert!(
+                        (clipped.share() - 2.0 * share).abs() < 0.1,
+                        "{period} {clipped:?}"
+                    );
+                    assert!(clipped.low > 0.0 && clipped.high > 0.0);
+                }
+            }
+        }
     }
 
     #[test]

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clipping::limited;
 use crate::doubt::{Doubt, Doubts};
-use crate::quantity::{Quantity, SampleRate, Unit};
+use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
 use crate::recording::Recording;
 use crate::series::Series;
 use crate::statistics::{mean, standard_deviation};
@@ -156,6 +156,9 @@ pub fn never_changes(samples: &[f64]) -> bool {
         || standard_deviation(samples) <= ROUNDING * mean(samples).abs()
 }
 
+/// A force that holds one value for less is none that froze: force cells give 10 to 80 readings a second, and two may be the same.
+const HELD_FORCE: Seconds = Seconds(0.1);
+
 /// The defects of `samples` at `rate`, in the SI unit `unit`; intervals in samples, shares 0–1. Positions, speeds and times rest
 /// and repeat by command: for these only constant channels are detected.
 ///
@@ -175,8 +178,16 @@ pub fn inspect_samples(samples: &[f64], rate: SampleRate, unit: &Unit) -> Defect
         return defects;
     }
     let lost = level::lost(samples, rate);
-    defects.frozen = lost.frozen;
-    defects.gaps = lost.gaps;
+    let shortest = match unit {
+        Unit::Newton => rate.samples_in(HELD_FORCE),
+        _ => 0,
+    };
+    let long = |spans: Vec<Span>| {
+        let all = spans.into_iter();
+        all.filter(|span| span.len() >= shortest).collect()
+    };
+    defects.frozen = long(lost.frozen);
+    defects.gaps = long(lost.gaps);
     defects.clipped_fraction = limited(samples).share();
     if measured(unit) {
         defects.hum = mains_hum(samples, rate);
@@ -211,7 +222,15 @@ pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Doubts {
     let mut doubts = Doubts::new();
     for (channel, clock) in recording.channels_with_clocks() {
         let (name, samples) = (&channel.name, &channel.samples);
-        doubts.extend(inspect_samples(samples, clock.rate_hz, &channel.unit).doubts(name));
+        let mut defects = inspect_samples(samples, clock.rate_hz, &channel.unit);
+        let driven = |drive: &[f64]| hum::hum_beside(drive, samples, clock.rate_hz).is_none();
+        let mut drives = recording.channels_with_clocks();
+        let is_driven = drives.any(|(drive, of_drive)| {
+            drive.unit == Unit::FullScale && of_drive == clock && driven(&drive.samples)
+        });
+        // Lines that the drive has are no hum.
+        defects.hum = defects.hum.filter(|_| !is_driven);
+        doubts.extend(defects.doubts(name));
         if channel.unit == Unit::FullScale {
             let beyond = pair::beyond(samples, name, limit_fraction);
             doubts.extend(beyond.map(Doubt::from));

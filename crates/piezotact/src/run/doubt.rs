@@ -65,6 +65,15 @@ doubts! {
             /// The target in N.
             target_n: f64,
         },
+        /// A part of the normal force is clearly negative.
+        ForceNegative("force_negative") {
+            /// The share of its samples below minus a tenth of the target, 0–1.
+            share: f64,
+            /// Its mean over all samples, N.
+            mean_n: f64,
+            /// The target in N.
+            target_n: f64,
+        },
         /// The drive was played through an already measured transfer function instead of a device.
         Rehearsed("rehearsed") {
             /// The transfer function and where it comes from.
@@ -93,6 +102,7 @@ impl DoubtKind for RunDoubt {
             Self::PlaybackIncomplete { .. } => vec![CloseOtherPrograms, Advice::PlayAgain],
             Self::ForceNotMeasured { .. } => vec![Advice::MeasureForce],
             Self::LoadOffTarget { .. } => vec![Advice::HoldForce],
+            Self::ForceNegative { .. } => vec![Check(Subject::UnitAndScale)],
             Self::Rehearsed { own_doubts: 0, .. } => vec![Advice::PlayOnDevice],
             Self::Rehearsed { .. } => vec![Advice::ShowDoubts, Advice::PlayOnDevice],
         }
@@ -155,6 +165,17 @@ impl fmt::Display for RunDoubt {
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,
                 "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N", target_n = rounded(*target_n)),
+            Self::ForceNegative {
+                share,
+                mean_n,
+                target_n,
+            } => write!(
+                f,
+                "{} % of the samples of the normal force are negative by more than a tenth of {target} N (mean over all: {mean_n:.3} N): the sign of the \
+                 force cell is turned, or its zero has moved",
+                rounded(100.0 * share),
+                target = rounded(*target_n)
+            ),
             Self::Rehearsed {
                 through,
                 answers_hz,

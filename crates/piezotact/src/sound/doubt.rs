@@ -100,6 +100,11 @@ doubts! {
             /// The first re the second, dB.
             by_db: f64,
         },
+        /// The pulse of an output arrived on no input alone.
+        WireNotFound("sound_wire_not_found") {
+            /// What was expected and found.
+            what: String,
+        },
         /// The delay of the loopback stepped, and no loss was reported.
         DelayStepped("sound_delay_stepped") {
             /// Where, by the clock of the recording, s.
@@ -132,7 +137,7 @@ impl DoubtKind for SoundDoubt {
             Self::ClocksApart { .. } => vec![Advice::AlignChannels],
             Self::LatencyChanged { .. } => vec![Advice::MeasureAgain],
             Self::DelayStepped { .. } => vec![Advice::CloseOtherPrograms, Advice::RecordAgain],
-            Self::NoLoopback | Self::FewRestarts { .. } => Vec::new(),
+            Self::NoLoopback | Self::FewRestarts { .. } | Self::WireNotFound { .. } => Vec::new(),
         }
     }
 }
@@ -158,6 +163,7 @@ impl fmt::Display for SoundDoubt {
                 f,
                 "{what} was not calibrated: its levels are relative to full scale"
             ),
+            Self::WireNotFound { what } => f.write_str(what),
             Self::NoLoopback => f.write_str(
                 "no input records what is played: delay, level, lost samples and silent parts of the playback are not checked",
             ),

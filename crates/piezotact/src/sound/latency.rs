@@ -59,12 +59,22 @@ pub struct LatencySummary {
     pub doubts: Vec<Doubt>,
 }
 
+/// The latencies that count: a start that lost samples says something else, if there are others.
+fn used(runs: &[LatencyRun]) -> impl Iterator<Item = Seconds> {
+    let whole = |run: &LatencyRun| run.drop_outs == 0 && run.latency_s.is_some();
+    let any_whole = runs.iter().any(whole);
+    let own = runs.iter().filter(move |run| !any_whole || whole(run));
+    own.filter_map(|run| run.latency_s)
+}
+
 impl Content for LatencySummary {
     const SCHEMA: &'static str = "sound_latency";
 }
 
 impl LatencySummary {
     /// The summary of `runs` of one device, in their order.
+    ///
+    /// Starts that lost samples are not counted, unless all did.
     ///
     /// Formula: percentiles are the smallest latency that at least their share does not exceed.
     ///
@@ -77,11 +87,7 @@ impl LatencySummary {
         buffer_frames: u32,
         runs: Vec<LatencyRun>,
     ) -> Self {
-        let mut found: Vec<f64> = runs
-            .iter()
-            .filter_map(|run| run.latency_s)
-            .map(|s| s.0)
-            .collect();
+        let mut found: Vec<f64> = used(&runs).map(|s| s.0).collect();
         found.sort_by(f64::total_cmp);
         let at = |share: f64| {
             let rank = (share * found.len() as f64).ceil() as usize;
@@ -96,7 +102,8 @@ impl LatencySummary {
             })
         })();
         let mut doubts = Vec::new();
-        let (restarts, silent) = (runs.len(), runs.len() - found.len());
+        let silent = runs.iter().filter(|run| run.latency_s.is_none()).count();
+        let restarts = runs.len();
         let dropped = runs.iter().filter(|run| run.drop_outs > 0).count();
         if restarts < FEW {
             doubts.push(Doubt::from(SoundDoubt::FewRestarts { restarts, few: FEW }));
@@ -135,11 +142,10 @@ impl LatencySummary {
         })
     }
 
-    /// The restarts with a latency.
+    /// The restarts whose latency counts.
     #[must_use]
     pub fn found(&self) -> usize {
-        let found = self.runs.iter().filter(|run| run.latency_s.is_some());
-        found.count()
+        used(&self.runs).count()
     }
 
     /// Whether there are enough of them for percentiles.

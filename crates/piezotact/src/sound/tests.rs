@@ -303,6 +303,15 @@ fn percentiles_of_latency_are_those_of_the_restarts() {
         gain: 0.0,
         drop_outs: 2,
     };
+    // A start that lost samples does not count beside others, and alone it does.
+    let late = LatencyRun {
+        drop_outs: 6,
+        ..run(64.0)
+    };
+    let of = |runs: Vec<LatencyRun>| LatencySummary::of("loop", "2026-01-01", rate(), 256, runs);
+    let mixed = of(vec![run(2.0), late, run(3.0)]);
+    assert_eq!(mixed.latency.map(|all| all.range_s[1].0), Some(3e-3));
+    assert_eq!((mixed.found(), of(vec![late]).found()), (2, 1));
     let few = LatencySummary::of("loop", "2026-01-01", rate(), 256, vec![lost; 3]);
     assert!(few.latency.is_none() && few.scatter_s().is_none());
     assert_eq!(few.doubts.len(), 2);

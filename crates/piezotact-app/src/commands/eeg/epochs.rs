@@ -51,7 +51,9 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    outputs_beside(&[&args.file], &written)?;
+    let mut read = vec![args.file.as_path()];
+    read.extend(args.preparing.events.as_deref());
+    outputs_beside(&read, &written)?;
     let found = found(args)?;
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&found.evoked_table())?)?;
@@ -71,10 +73,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 }
 
 fn found(args: &Arguments) -> Outcome<EegEpochs> {
-    let source = Source::read(&args.file)?;
+    let source = Source::read(&args.file, args.preparing.events.as_deref())?;
     let options = &args.preparing;
     let [participant, task] = source.subject(&args.file, options)?;
-    let config = options.config(args.epoch.into(), task, args.min_epochs);
+    let config = options.config(args.epoch.into(), task, &source.stated, args.min_epochs);
     let prepared = prepared(&args.file, &source.segments(), &config, None)?;
     let stated = |text: String| match text.is_empty() {
         true => "not stated".to_owned(),
@@ -115,6 +117,7 @@ fn text(found: &EegEpochs) -> Outcome<String> {
     if let Some(refused) = found.counts.refused_table() {
         parts.push(report::text(&refused)?);
     }
+    parts.extend(found.eye_components.as_ref().map(|one| one.sentence()));
     parts.push(found.peak_sentences().join("\n"));
     parts.push(found.config.steps().join("\n"));
     Ok(parts.join("\n\n"))

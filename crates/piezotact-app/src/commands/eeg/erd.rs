@@ -108,6 +108,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .collect();
     let mut read = vec![args.file.as_path()];
     read.extend(args.electrodes.as_deref());
+    read.extend(args.preparing.events.as_deref());
     outputs_beside(&read, &written)?;
     if let Some(path) = &args.out {
         has_ending(path, &["json", "csv"])?;
@@ -135,7 +136,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 }
 
 fn found(args: &Arguments) -> Outcome<EegErd> {
-    let source = Source::read(&args.file)?;
+    let source = Source::read(&args.file, args.preparing.events.as_deref())?;
     let options = &args.preparing;
     let [participant, task] = source.subject(&args.file, options)?;
     let config = config(args, &source.source)?;
@@ -144,7 +145,7 @@ fn found(args: &Arguments) -> Outcome<EegErd> {
         None => config.extent(),
     };
     // Fewer epochs are named by surface.
-    let preparing = options.config(extent, task, args.min_epochs);
+    let preparing = options.config(extent, task, &source.stated, args.min_epochs);
     let positions = positions(args)?;
     let measured = match &positions {
         Positions::OfNames => None,
@@ -236,6 +237,7 @@ fn text(found: &EegErd) -> Outcome<String> {
         found.counts.sentence(),
     ];
     parts.extend(found.preparation.steps());
+    parts.extend(found.eye_components.as_ref().map(|one| one.sentence()));
     parts.extend(found.no_map_sentence());
     if let Some(refused) = found.counts.refused_table() {
         parts.push(report::text(&refused)?);

@@ -27,6 +27,9 @@ pub(crate) struct Arguments {
     /// The marker of the pulses in the other file; default: the same.
     #[arg(long, value_name = "MARKER", requires = "against")]
     against_pulses: Option<String>,
+    /// A table of markers that is read in the place of those of the file (BIDS `_events.tsv`).
+    #[arg(long, value_name = "EVENTS.tsv")]
+    events: Option<PathBuf>,
     /// Writes a report.
     #[arg(long, value_name = "REPORT.html")]
     report: Option<PathBuf>,
@@ -44,13 +47,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    let read: Vec<&Path> = [Some(&args.file), args.against.as_ref()]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
+    let read: Vec<&Path> = [
+        Some(&args.file),
+        args.against.as_ref(),
+        args.events.as_ref(),
+    ]
+    .into_iter()
+    .flatten()
+    .map(PathBuf::as_path)
+    .collect();
     outputs_beside(&read, &written)?;
-    let source = Source::read(&args.file)?;
+    let source = Source::read(&args.file, args.events.as_deref())?;
     let parts = source.segments();
     let mut found = info(
         &crate::report::name(&args.file),
@@ -82,7 +89,7 @@ fn clock(args: &Arguments, parts: &[Segment<'_>]) -> Outcome<Option<SharedClock>
     let (Some(pulses), Some(against)) = (&args.pulses, &args.against) else {
         return Ok(None);
     };
-    let other = Source::read(against)?;
+    let other = Source::read(against, None)?;
     let others = times_of(
         &other.segments(),
         args.against_pulses.as_ref().unwrap_or(pulses),

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use piezotact_dataset::eeg::{EegSource, files_of, read_eeg_source};
+use piezotact_people::eeg::EegDoubt;
 use piezotact_people::eeg::source::{Segment, StatedChannel, Subject};
 
 use super::outputs;
@@ -28,12 +29,12 @@ pub(crate) struct Eeg {
 enum EegCommand {
     /// Shows what an EEG file holds: channels, rate, parts, markers, known positions, flat and saturated channels, mains.
     #[command(
-        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it; channels\nthat it calls bad are not analysed. `EEG C3-Ref` of an EDF file is called C3. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
+        after_help = "Files: BrainVision (.vhdr), EDF, EDF+, BDF, EEGLAB (.set), XDF, and recordings of this program. A `_eeg.json` or\n`_channels.tsv` of BIDS beside the file is held against it; channels\nthat it calls bad are not analysed. `_events.tsv` gives the markers of a file that has none. `EEG C3-Ref` of an EDF file is called C3. With --pulses and --against, drift and jitter between the clocks of\ntwo files are estimated from pulses that both recorded.\n\nExample:\n  piezotact eeg info P01_control.vhdr --report info.html\n  piezotact eeg info P01_control.vhdr --pulses \"S 15\" --against P01_touch.parquet"
     )]
     Info(info::Arguments),
     /// Cuts epochs around markers, rejects the bad ones by stated limits, and averages them by condition.
     #[command(
-        after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html"
+        after_help = "No epoch crosses a gap of the recording. Every epoch that is left out or rejected is listed with its reason.\nEye movements are taken away by regression (--eog) or by independent components (--eog and --ica); bad electrodes are left out\n(--without) or interpolated (--interpolate).\n\nExample:\n  piezotact eeg epochs P01_control.vhdr --event \"S 2=M8\" --event \"S 8=BIO\" --epoch -1.5,0.8 --reject-above 100 --report epochs.html\n  piezotact eeg epochs P01.edf --event touch --high-pass 1 --eog VEOG,HEOG --ica 20 --interpolate F3 --reference average --report epochs.html"
     )]
     Epochs(Box<epochs::Arguments>),
     /// Computes event-related desynchronisation (ERD) and synchronisation of one person in one task, by surface, band and region.
@@ -64,12 +65,32 @@ struct Source {
 }
 
 impl Source {
-    fn read(path: &Path) -> Outcome<Self> {
+    /// The file at `path`, with the markers of the table `events` where one is given.
+    fn read(path: &Path, events: Option<&Path>) -> Outcome<Self> {
         // The header of a recording is small; its samples are not.
-        for file in files_of(path) {
-            reading_fits(&file)?;
+        for file in files_of(path).iter().map(PathBuf::as_path).chain(events) {
+            reading_fits(file)?;
         }
-        let source = read_eeg_source(path)?;
+        let mut source = read_eeg_source(path)?;
+        if let Some(table) = events {
+            source.take_events(table)?;
+        }
+        let differing = source
+            .events
+            .iter()
+            .filter(|table| table.without_marker > 0);
+        let doubts = differing.map(|table| EegDoubt::EventsDiffer {
+            table: table.name.clone(),
+            without: table.without_marker,
+            of: table.events,
+            markers: table.markers,
+        });
+        let doubts: Vec<EegDoubt> = doubts.collect();
+        source.segments[0]
+            .recording
+            .about
+            .doubts
+            .extend(doubts.into_iter().map(piezotact::Doubt::from));
         let rows = source.channels.iter();
         let stated = rows.map(|row| {
             StatedChannel::of_bids(&row.name, row.kind.as_deref(), row.status.as_deref())

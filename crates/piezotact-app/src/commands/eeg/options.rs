@@ -1,5 +1,6 @@
 //! Options that epochs and ERD share, and values of options.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
@@ -8,8 +9,11 @@ use piezotact_people::eeg::epochs::{Criterion, CutConfig};
 use piezotact_people::eeg::erd::Order;
 use piezotact_people::eeg::filter::Pass;
 use piezotact_people::eeg::person::{NamedBand, Region};
-use piezotact_people::eeg::prepare::{ChannelChoice, MarkerChoice, PrepareConfig, Reference};
+use piezotact_people::eeg::prepare::{
+    ChannelChoice, EyeMethod, IndependentComponents, MarkerChoice, PrepareConfig, Reference,
+};
 use piezotact_people::eeg::reference::CsdConfig;
+use piezotact_people::eeg::source::StatedChannel;
 use piezotact_people::eeg::tfr::Cycles;
 
 /// The radius of a head, m.
@@ -28,6 +32,10 @@ pub(super) struct Preparing {
     /// allowed. A kind alone (`control` for `control/BIO`) makes its values the conditions. `piezotact eeg info` lists the markers.
     #[arg(long, value_name = "MARKER[=CONDITION]")]
     event: Vec<Choice>,
+    /// A table of markers that is read in the place of those of the file: columns onset (s from its first sample), duration, and trial_type or value
+    /// (BIDS `_events.tsv`).
+    #[arg(long, value_name = "EVENTS.tsv")]
+    pub(super) events: Option<PathBuf>,
     /// The electrodes, separated by commas; default: all.
     #[arg(
         long,
@@ -48,9 +56,23 @@ pub(super) struct Preparing {
     /// Takes away the mains and its multiples, Hz, separated by commas: 50,100.
     #[arg(long, value_name = "HZ", value_delimiter = ',')]
     notch: Vec<f64>,
-    /// EOG channels, separated by commas: their part in the others is taken away by regression.
+    /// EOG channels, separated by commas: their part in the others is taken away by regression, or with --ica by independent components.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     eog: Vec<String>,
+    /// Looks for so many independent components (FastICA), and takes those out that follow an EOG channel, in the place of the regression. The report
+    /// shows them.
+    #[arg(long, value_name = "COMPONENTS", requires = "eog")]
+    ica: Option<usize>,
+    /// The least correlation of a component with an EOG channel to be taken out, 0–1.
+    #[arg(long, value_name = "R", default_value_t = 0.7, requires = "ica", value_parser = correlation)]
+    ica_correlation: f64,
+    /// The seed of the first directions of components: another seed may mix them otherwise.
+    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "ica")]
+    ica_seed: u64,
+    /// Electrodes whose signals are computed from those of the others by spherical splines, separated by commas; `bad` stands for those that the
+    /// table of channels beside the file calls bad.
+    #[arg(long, value_name = "NAMES|bad", value_delimiter = ',')]
+    interpolate: Vec<String>,
     /// The reference: `as-recorded`, `average` of all electrodes, `csd` (current source density), or names of channels, separated by
     /// commas.
     #[arg(long, value_name = "REFERENCE", default_value = "as-recorded")]
@@ -67,11 +89,12 @@ pub(super) struct Preparing {
 }
 
 impl Preparing {
-    /// How epochs of `extent` are made, with the task of the file where it names one.
+    /// How epochs of `extent` are made, with the task of the file where it names one, and what stands beside it about its channels.
     pub(super) fn config(
         &self,
         extent: CutConfig,
         task: Option<String>,
+        stated: &[StatedChannel],
         min_epochs: usize,
     ) -> PrepareConfig {
         let passes = [
@@ -99,10 +122,48 @@ impl Preparing {
             },
             filters: passes.into_iter().flatten().collect(),
             eog: self.eog.clone(),
+            eyes: self.ica.map_or(EyeMethod::Regression, |components| {
+                EyeMethod::Components(IndependentComponents {
+                    components,
+                    seed: self.ica_seed,
+                    least_correlation: self.ica_correlation,
+                })
+            }),
+            interpolated: self.interpolated(stated),
             reference: self.reference.0.clone(),
             criteria: criteria.into_iter().flatten().collect(),
             min_epochs,
         }
+    }
+}
+
+impl Preparing {
+    /// The electrodes to interpolate: as named, and those that the table calls bad where asked for.
+    fn interpolated(&self, stated: &[StatedChannel]) -> Vec<String> {
+        let mut names: Vec<String> = Vec::new();
+        for name in &self.interpolate {
+            let own = match name.trim() {
+                "bad" => {
+                    let bad = stated.iter().filter(|channel| channel.is_bad);
+                    bad.map(|channel| channel.name.clone()).collect()
+                }
+                name => vec![name.to_owned()],
+            };
+            for name in own {
+                if !names.contains(&name) {
+                    names.push(name);
+                }
+            }
+        }
+        names
+    }
+}
+
+/// A correlation in size.
+fn correlation(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(r) if r > 0.0 && r <= 1.0 => Ok(r),
+        _ => Err("expected a correlation above 0 and at most 1, such as 0.7".to_owned()),
     }
 }
 

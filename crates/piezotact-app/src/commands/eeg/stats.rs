@@ -14,6 +14,7 @@ use piezotact_report::report::{self, html};
 use super::super::outputs;
 use super::of_file;
 use crate::advice::OptionWords;
+use crate::commands::rerun::Made;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::reading_fits;
@@ -102,7 +103,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 fn document(path: &Path) -> Outcome<EegErd> {
     reading_fits(path)?;
-    document::read(&read_input_text(path)?).map_err(of_file(path))
+    let text = read_input_text(path)?;
+    if Made::of(&text).is_some_and(|made| !made.untouched) {
+        return Err(of_file(path)(anyhow!(
+            "expected the results as `eeg erd` wrote them, found others under its checksum: the file was changed by hand or damaged; compute it again"
+        )));
+    }
+    document::read(&text).map_err(of_file(path))
 }
 
 fn config(args: &Arguments) -> GroupConfig {

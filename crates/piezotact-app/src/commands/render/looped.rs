@@ -96,19 +96,32 @@ fn loop_config(asked: &Asked<'_>, mode: ModeName, run: RunPlan) -> LoopConfig {
 
 /// What the loop came to, in words.
 fn result(looped: &Looped) -> String {
-    format!(
-        "closed loop: {}; spectrum error {:.2} dB rms in open loop, {:.2} dB rms for the kept drive (iteration {}, {}); {}",
-        looped.kept,
-        looped.iterations[0].verification.judged_error_db(),
-        looped.best_verification().judged_error_db(),
-        looped.best,
-        if looped.confirmed.is_some() {
-            "confirmed by a further measurement"
-        } else {
-            "not confirmed by a further measurement"
-        },
-        looped.end
-    )
+    let [open_db, kept_db] = [
+        &looped.iterations[0].verification,
+        looped.best_verification(),
+    ]
+    .map(piezotact::verify::Verification::judged_error_db);
+    let errors = match (
+        looped.best == looped.iterations[0].number,
+        looped.confirmed.is_some(),
+    ) {
+        (true, true) => format!(
+            "spectrum error {open_db:.2} dB rms in open loop, whose drive is kept, and {kept_db:.2} dB rms when it was measured once more"
+        ),
+        (true, false) => format!(
+            "spectrum error {open_db:.2} dB rms in open loop, whose drive is kept; not confirmed by a further measurement"
+        ),
+        (false, confirmed) => format!(
+            "spectrum error {open_db:.2} dB rms in open loop, {kept_db:.2} dB rms for the kept drive (iteration {}, {} by a further measurement)",
+            looped.best,
+            if confirmed {
+                "confirmed"
+            } else {
+                "not confirmed"
+            }
+        ),
+    };
+    format!("closed loop: {}; {errors}; {}", looped.kept, looped.end)
 }
 
 /// An iteration in words.

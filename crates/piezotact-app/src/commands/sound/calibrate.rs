@@ -7,7 +7,7 @@ use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
     Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
-    SoundCalibration, VoltsMethod, WiringError,
+    SoundCalibration, SoundDoubt, VoltsMethod, WiringError,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
@@ -149,7 +149,8 @@ fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
             Ok(wire) => found.wires.push(wire),
             // An output to the amplifier arrives at the sensors, if it arrives at all.
             Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => {
-                say(&error.to_string())
+                let what = error.to_string();
+                found.doubts.push(SoundDoubt::WireNotFound { what }.into());
             }
         }
     }
@@ -193,6 +194,25 @@ fn output(args: &Arguments, found: &mut SoundCalibration) -> Outcome {
         );
         let doubt =
             SoundCalibration::disagreement("volts at full scale of the output", ways.0, ways.1);
+        found.doubts.extend(doubt);
+    }
+    if let (Some(_), None, Some(loopback)) = (args.voltmeter, args.input_volts, found.loopback) {
+        // What was stated for the inputs earlier, beside what the voltmeter says of them through the loopback.
+        let by_loopback = output.v_per_full_scale / loopback.gain.abs();
+        let stated = found.inputs.iter().find_map(|input| match input.method {
+            SensorMethod::Stated {
+                input_v_per_full_scale,
+                ..
+            } => Some(input_v_per_full_scale),
+            SensorMethod::Exciter { .. } => None,
+        });
+        let doubt = stated.and_then(|stated| {
+            SoundCalibration::disagreement(
+                "volts at full scale of the inputs",
+                ("the volts stated earlier", stated),
+                ("the voltmeter through the loopback", by_loopback),
+            )
+        });
         found.doubts.extend(doubt);
     }
     found.output = Some(output);

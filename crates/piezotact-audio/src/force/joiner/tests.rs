@@ -29,6 +29,8 @@ struct Source {
     silent_s: [f64; 2],
     /// Readings arrive at these intervals only, s; 0 for at once.
     fetched_every_s: f64,
+    /// How much later readings of the first 2.5 s arrive, those of odd and even number, s.
+    late_s: [f64; 2],
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -45,6 +47,7 @@ impl Source {
             times: Times::Stated,
             silent_s: [0.0; 2],
             fetched_every_s: 0.0,
+            late_s: [0.0; 2],
         }
     }
 }
@@ -82,7 +85,8 @@ fn joined(source: &Source, seconds: f64) -> Result<(Vec<f64>, ForceJoiner), Join
             Times::Stated => 0.015 * random.uniform(),
             Times::None => 0.0,
         };
-        seen_s = seen_s.max(t_s + LEAST_S + jitter_s);
+        let late_s = if t_s < 2.5 { source.late_s[i % 2] } else { 0.0 };
+        seen_s = seen_s.max(t_s + LEAST_S + jitter_s + late_s);
         let arrives_s = match source.fetched_every_s {
             0.0 => seen_s,
             every_s => (seen_s / every_s).ceil() * every_s,
@@ -143,6 +147,54 @@ fn a_drifting_clock_with_jitter_is_joined() {
     );
     assert!(uncertainty_s < 0.02, "{uncertainty_s}");
     assert!(joiner.doubts().is_empty(), "{:?}", joiner.doubts());
+}
+
+/// Some readings of the beginning are late: the others place them, and nothing is doubted. All of them are late: frames of the beginning were
+/// placed wrongly, as is seen later, and the uncertainty says by how much.
+#[test]
+fn what_is_known_later_says_how_certain_the_beginning_was() {
+    let late = |late_s| Source {
+        late_s,
+        ..Source::cell()
+    };
+    for (source, doubted) in [(late([0.08, 0.0]), false), (late([0.08, 0.08]), true)] {
+        let (force_n, joiner) = joined(&source, 20.0).unwrap();
+        let uncertainty_s = joiner.uncertainty_s().unwrap();
+        let all_n = worst_n(&force_n, 0.0);
+        assert!(
+            all_n < 0.5 * uncertainty_s,
+            "{all_n:e} N, {uncertainty_s:e} s"
+        );
+        assert_eq!(uncertainty_s > MOST_UNCERTAIN_S, doubted, "{uncertainty_s}");
+    }
+}
+
+/// Readings whose time stands still are no silence of the sound device.
+#[test]
+fn a_clock_that_stands_is_named() {
+    let origin = Instant::now();
+    let mut joiner = ForceJoiner::new(config());
+    let mut result = Ok(Vec::new());
+    for ms in 1..6_000_u32 {
+        let at = origin + Duration::from_millis(ms.into());
+        joiner.frames(at, 48 * u64::from(ms));
+        if ms.is_multiple_of(12) {
+            joiner.reading(&ForceReading {
+                at,
+                device_s: Some(1e-3 * f64::from(ms.min(2_400))),
+                clock: 0,
+                force_n: 0.2,
+            });
+        }
+        result = joiner.next(100_000);
+        if result.is_err() {
+            break;
+        }
+    }
+    assert!(
+        matches!(result, Err(JoinError::ClockStands { pause_s }) if pause_s < 1.1),
+        "{result:?}"
+    );
 }
 
 /// Half a second for the clocks, then the last reading is at most 12.5 ms and its delay behind.

@@ -3,5 +3,5 @@
 mod ica;
 mod regression;
 
-pub use ica::{Ica, IcaConfig, IcaError};
+pub use ica::{EyeComponent, EyeComponents, Ica, IcaConfig, IcaError};
 pub use regression::{EogRegression, RegressionError};

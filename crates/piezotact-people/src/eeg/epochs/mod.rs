@@ -218,6 +218,22 @@ impl Epochs {
         }
     }
 
+    /// The same less the least-squares line through each signal: offsets of electrodes and drifts, whose step at the ends of an epoch wavelets would see.
+    pub(super) fn without_lines(&self) -> Self {
+        let n = self.samples as f64;
+        let middle = (n - 1.0) / 2.0;
+        let squares = n * (n * n - 1.0) / 12.0;
+        self.mapped(|signal, out| {
+            let mean = signal.iter().sum::<f64>() / n;
+            let about = signal.iter().enumerate();
+            let moment: f64 = about.map(|(i, v)| (i as f64 - middle) * (v - mean)).sum();
+            let slope = if squares > 0.0 { moment / squares } else { 0.0 };
+            for (i, (out, value)) in out.iter_mut().zip(signal).enumerate() {
+                *out = value - mean - slope * (i as f64 - middle);
+            }
+        })
+    }
+
     /// As [`Self::mapped`], for the channels of the indices `channels` alone.
     pub(super) fn mapped_channels(
         &self,

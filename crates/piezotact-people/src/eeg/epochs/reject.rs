@@ -66,6 +66,14 @@ impl Criterion {
         }
     }
 
+    /// How many times what was found is beyond the limit.
+    fn beyond(self, found_v: f64) -> f64 {
+        match self {
+            Self::PeakToPeak { above_v } | Self::Drift { above_v } => found_v / above_v,
+            Self::Flat { below_v } => below_v / found_v.max(f64::MIN_POSITIVE),
+        }
+    }
+
     /// Its limit, V.
     fn limit_v(self) -> f64 {
         match self {
@@ -94,9 +102,11 @@ pub struct Rejected {
     pub epoch: usize,
     /// Its condition.
     pub condition: String,
-    /// The first channel that a criterion rejected.
+    /// The channel that is furthest beyond its limit.
     pub channel: String,
-    /// The first criterion that rejected it.
+    /// How many channels a criterion rejected.
+    pub channels: usize,
+    /// The criterion that the channel is furthest beyond.
     pub criterion: Criterion,
     /// What the criterion measured, V.
     pub found_v: f64,
@@ -134,8 +144,8 @@ pub struct Rejection {
     pub doubts: Vec<Doubt>,
 }
 
-/// The epochs whose signals, of all channels named, no criterion rejects. Each rejected epoch is listed with the first channel
-/// and criterion that rejected it, and counted by condition.
+/// The epochs whose signals, of all channels named, no criterion rejects. Each rejected epoch is listed with the channel
+/// that is furthest beyond a limit and the number of channels that are beyond one, and counted by condition.
 ///
 /// Formula: peak-to-peak is max − min; drift is |slope of the least-squares line|·(last time − first time).
 ///
@@ -164,22 +174,29 @@ pub fn reject(
     let mut counts = BTreeMap::<String, Kept>::new();
     for (epoch, condition) in epochs.conditions().iter().enumerate() {
         let count = counts.entry(condition.clone()).or_default();
-        let found = indices.iter().find_map(|&channel| {
+        let beyond = indices.iter().filter_map(|&channel| {
             let signal = epochs.signal(channel, epoch);
-            criteria.iter().find_map(|criterion| {
+            let all = criteria.iter().filter_map(|criterion| {
                 let found_v = criterion.measure(signal);
                 criterion
                     .rejects(found_v)
                     .then_some((channel, *criterion, found_v))
-            })
+            });
+            all.max_by(|a, b| a.1.beyond(a.2).total_cmp(&b.1.beyond(b.2)))
         });
-        match found {
+        let beyond: Vec<(usize, Criterion, f64)> = beyond.collect();
+        let worst = beyond
+            .iter()
+            .copied()
+            .max_by(|a, b| a.1.beyond(a.2).total_cmp(&b.1.beyond(b.2)));
+        match worst {
             Some((channel, criterion, found_v)) => {
                 count.rejected += 1;
                 rejected.push(Rejected {
                     epoch,
                     condition: condition.clone(),
                     channel: epochs.channels()[channel].clone(),
+                    channels: beyond.len(),
                     criterion,
                     found_v,
                 });

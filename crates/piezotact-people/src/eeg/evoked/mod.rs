@@ -7,6 +7,7 @@ use piezotact::document::Content;
 use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
 
+use super::clean::EyeComponents;
 use super::epochs::Epochs;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::source::Subject;
@@ -43,6 +44,9 @@ pub struct EegEpochs {
     pub channels: Vec<String>,
     /// Which markers have an epoch.
     pub counts: EpochCounts,
+    /// The independent components, where eye movements were taken out by them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eye_components: Option<EyeComponents>,
     /// The times from the marker, s.
     pub times_s: Vec<f64>,
     /// The part of epochs whose mean was taken away from each signal before averaging, s; absent where epochs begin at the marker.
@@ -81,6 +85,7 @@ pub fn evoked(file: &str, subject: &Subject, prepared: &Prepared) -> EegEpochs {
         rate_hz: prepared.rate(),
         channels: epochs.channels().to_vec(),
         counts: prepared.counts.clone(),
+        eye_components: prepared.eye_components.clone(),
         baseline_s: has_baseline.then(|| [times_s[0], times_s[before - 1]]),
         evoked: conditions
             .map(|count| averaged(epochs, &count.condition, before))

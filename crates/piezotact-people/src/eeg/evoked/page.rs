@@ -5,7 +5,8 @@ use piezotact::number::{counted, digits, rounded};
 use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::EegEpochs;
-use crate::eeg::prepare::{EpochCounts, PrepareConfig};
+use crate::eeg::person::Positions;
+use crate::eeg::prepare::{EpochCounts, EyeMethod, PrepareConfig};
 
 /// Channels that are drawn where they were recorded.
 pub(in crate::eeg) const DRAWN: [&str; 3] = ["C3", "Cz", "C4"];
@@ -37,9 +38,21 @@ impl PrepareConfig {
             signed(self.extent.end_s)
         ));
         if !self.eog.is_empty() {
+            let eog = self.eog.join(", ");
+            steps.push(match &self.eyes {
+                EyeMethod::Regression => format!("Eye movements: regression on {eog}"),
+                EyeMethod::Components(ica) => format!(
+                    "Eye movements: {} independent components (FastICA, seed {}); taken out are those whose correlation with {eog} is at least {}",
+                    ica.components,
+                    ica.seed,
+                    rounded(ica.least_correlation)
+                ),
+            });
+        }
+        if !self.interpolated.is_empty() {
             steps.push(format!(
-                "Eye movements: regression on {}",
-                self.eog.join(", ")
+                "Interpolated by spherical splines: {}",
+                self.interpolated.join(", ")
             ));
         }
         steps.push(format!("Reference: {}", self.reference));
@@ -128,7 +141,10 @@ impl EpochCounts {
             let row = vec![
                 Cell::Text(rounded(one.onset_s)),
                 Cell::from(one.condition.as_str()),
-                Cell::from(one.channel.as_str()),
+                Cell::Text(match one.channels {
+                    0 | 1 => one.channel.clone(),
+                    several => format!("{} and {} more", one.channel, several - 1),
+                }),
                 Cell::from(one.criterion.to_string()),
                 Cell::from(1e6 * one.found_v),
             ];
@@ -246,6 +262,12 @@ impl EegEpochs {
         let steps = Block::Steps {
             steps: self.config.steps(),
         };
+        let components = self.eye_components.iter().flat_map(|found| {
+            // A name without a position is no error.
+            let positions = Positions::OfNames.of(&found.channels);
+            found.blocks(&positions.unwrap_or_default())
+        });
+        let components: Vec<Block> = components.collect();
         let mut counts = vec![Block::Table(self.counts.table())];
         counts.extend(self.counts.refused_blocks());
         let figures = drawn_channels(&self.channels).into_iter();
@@ -266,6 +288,7 @@ impl EegEpochs {
             ],
         )
         .section("How epochs were made", [steps])
+        .section("Independent components", components)
         .section("Epochs by condition", counts)
         .section("Evoked responses", figures)
         .doubts(&self.doubts)

@@ -206,12 +206,10 @@ impl<'a> People<'a> {
             .filter(|one| one.surfaces.len() < self.surfaces.len());
         let lacking: Vec<String> = lacking
             .map(|one| {
-                format!(
-                    "{} {}: {}",
-                    one.subject.participant,
-                    one.subject.task,
-                    one.surfaces.join(" ")
-                )
+                let missing = self.surfaces.iter();
+                let missing = missing.filter(|surface| !one.surfaces.contains(*surface));
+                let missing: Vec<&str> = missing.map(String::as_str).collect();
+                format!("{} lacks {}", one.subject, missing.join(", "))
             })
             .collect();
         if !lacking.is_empty() {
@@ -226,7 +224,12 @@ impl<'a> People<'a> {
         left_out.sort();
         left_out.dedup();
         if !left_out.is_empty() {
-            let names: Vec<String> = left_out.into_iter().cloned().collect();
+            let named = left_out.into_iter().map(|name| {
+                let without = documents.iter().filter(|one| !one.channels.contains(name));
+                let whose: Vec<String> = without.map(|one| one.subject.to_string()).collect();
+                format!("{name} (not of {})", some_of(&whose))
+            });
+            let names: Vec<String> = named.collect();
             doubts.push(
                 EegDoubt::ElectrodesNotCommon {
                     names: names.join(", "),
@@ -246,19 +249,52 @@ impl<'a> People<'a> {
                 })
             }));
         }
-        // Those of the documents, each once; of biased baselines the worst.
-        let mut worst: Option<(f64, &Doubt)> = None;
-        for doubt in documents.iter().flat_map(|one| &one.doubts) {
-            if let Some(EegDoubt::RatioBias { bias_points, .. }) = EegDoubt::of(doubt) {
-                if worst.is_none_or(|(most, _)| bias_points > most) {
-                    worst = Some((bias_points, doubt));
+        doubts.extend(self.of_documents());
+        doubts
+    }
+
+    /// The doubts of the documents, each once with those whom it is about; of biased baselines the worst.
+    fn of_documents(&self) -> Vec<Doubt> {
+        let mut found: Vec<(Doubt, Vec<String>)> = Vec::new();
+        let mut worst: Option<(f64, &Doubt, String)> = None;
+        for document in &self.documents {
+            let who = document.subject.to_string();
+            for doubt in &document.doubts {
+                if let Some(EegDoubt::RatioBias { bias_points, .. }) = EegDoubt::of(doubt) {
+                    if worst.as_ref().is_none_or(|(most, ..)| bias_points > *most) {
+                        worst = Some((bias_points, doubt, who.clone()));
+                    }
+                    continue;
                 }
-            } else if !doubts.contains(doubt) {
-                doubts.push(doubt.clone());
+                match found.iter_mut().find(|(known, _)| known == doubt) {
+                    Some((_, whom)) if whom.last() == Some(&who) => {}
+                    Some((_, whom)) => whom.push(who.clone()),
+                    None => found.push((doubt.clone(), vec![who.clone()])),
+                }
             }
         }
-        doubts.extend(worst.map(|(_, doubt)| doubt.clone()));
-        doubts
+        let all = self.documents.len();
+        let named = |(doubt, whom): (Doubt, Vec<String>)| match whom.len() == all {
+            true => doubt,
+            false => EegDoubt::OfPeople {
+                names: some_of(&whom),
+                example: doubt,
+            }
+            .into(),
+        };
+        let worst = worst.map(|(_, doubt, who)| (doubt.clone(), vec![who]));
+        found.into_iter().chain(worst).map(named).collect()
+    }
+}
+
+/// So many names are written out.
+const NAMED: usize = 6;
+
+/// The first of `names`, and how many others there are.
+fn some_of(names: &[String]) -> String {
+    match names.len().saturating_sub(NAMED) {
+        0 => names.join("; "),
+        others => format!("{}; and {others} more", names[..NAMED].join("; ")),
     }
 }
 
@@ -393,7 +429,10 @@ fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
         (a.baseline_s != b.baseline_s, "baseline"),
         (a.window_s != b.window_s, "window"),
         (a.bands != b.bands, "bands"),
-        (a.regions != b.regions, "regions"),
+        (
+            a.regions != b.regions,
+            "regions (interpolate electrodes that a person lacks)",
+        ),
         (a.order != b.order, "order of averages"),
         (
             a.power.frequencies_hz != b.power.frequencies_hz
@@ -405,7 +444,10 @@ fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
         (p.reference != q.reference, "reference"),
         (p.extent != q.extent, "extent of epochs"),
         (p.criteria != q.criteria, "criteria of rejection"),
-        (p.eog.is_empty() != q.eog.is_empty(), "regression of EOG"),
+        (
+            p.eog.is_empty() != q.eog.is_empty() || p.eyes != q.eyes,
+            "removal of eye movements",
+        ),
         (
             !same_times(&first.times_s, &other.times_s),
             "times of the maps",
@@ -415,8 +457,8 @@ fn same(first: &EegErd, other: &EegErd) -> Result<(), GroupError> {
         None => Ok(()),
         Some((_, what)) => Err(GroupError::Settings {
             what: (*what).to_owned(),
-            first: first.file.clone(),
-            second: other.file.clone(),
+            first: format!("{} ({})", first.file, first.subject),
+            second: format!("{} ({})", other.file, other.subject),
         }),
     }
 }

@@ -71,6 +71,8 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             channels: ChannelChoice::AllBut(Vec::new()),
             filters: Vec::new(),
             eog: Vec::new(),
+            eyes: crate::eeg::prepare::EyeMethod::Regression,
+            interpolated: Vec::new(),
             reference: Reference::Average,
             criteria: vec![Rejecting::PeakToPeak { above_v: 1e-4 }],
             min_epochs: 10,
@@ -97,6 +99,7 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
             min_epochs: 10,
         },
         rate_hz: SampleRate::new(500.0).unwrap(),
+        eye_components: None,
         counts: EpochCounts {
             conditions: Vec::new(),
             not_whole: Vec::new(),

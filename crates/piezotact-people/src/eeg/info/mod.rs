@@ -7,13 +7,14 @@ use std::collections::BTreeMap;
 
 use piezotact::Doubt;
 use piezotact::document::Content;
-use piezotact::integrity::{Defects, inspect_samples};
+use piezotact::integrity::{Defects, inspect_samples, never_changes};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{Channel, StartTime};
 use serde::{Deserialize, Serialize};
 
 use super::held::held;
 use super::pulses::SharedClock;
+use super::quality;
 use super::reference::Montage;
 use super::source::{Segment, SignalKind, doubts_of, events, marker_name, tasks};
 
@@ -129,8 +130,37 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
         markers: marker_counts(segments),
         tasks: tasks(segments),
         clock: None,
-        doubts: doubts_of(segments),
+        doubts: [doubts_of(segments), apart(segments)].concat(),
     }
+}
+
+/// The doubts about electrodes that stand apart from the others, in the longest part; none where they have different rates.
+fn apart(segments: &[Segment<'_>]) -> Vec<Doubt> {
+    let longest = segments.iter().max_by(|a, b| {
+        a.recording
+            .duration()
+            .0
+            .total_cmp(&b.recording.duration().0)
+    });
+    let Some(longest) = longest else {
+        return Vec::new();
+    };
+    let is_electrode = |channel: &Channel| {
+        longest.kind_of(&channel.name, &channel.unit) == SignalKind::Eeg
+            && !longest.is_bad(&channel.name)
+            && !never_changes(&channel.samples)
+    };
+    let all = longest.recording.channels_with_clocks();
+    let own: Vec<_> = all.filter(|(channel, _)| is_electrode(channel)).collect();
+    let Some((_, clock)) = own.first() else {
+        return Vec::new();
+    };
+    if own.iter().any(|(_, other)| other.rate_hz != clock.rate_hz) {
+        return Vec::new();
+    }
+    let names: Vec<String> = own.iter().map(|(one, _)| one.name.clone()).collect();
+    let signals: Vec<&[f64]> = own.iter().map(|(one, _)| one.samples.as_slice()).collect();
+    quality::doubts(&names, &signals, clock.rate_hz)
 }
 
 fn channels(first: &Segment<'_>, segments: &[Segment<'_>]) -> Vec<ChannelInfo> {

@@ -54,7 +54,7 @@ pub enum PersonError {
     },
     /// A region with an electrode that was not recorded.
     #[error(
-        "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, or state another region"
+        "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, interpolate it, or state another region"
     )]
     Region {
         /// The region.

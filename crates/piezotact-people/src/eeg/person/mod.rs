@@ -1,15 +1,18 @@
 //! The desynchronisation of one person in one task, as a document: by surface, band and region, on the scalp, over time and frequency.
 
+mod components;
 mod error;
 mod maps;
 mod page;
 
 use piezotact::Doubt;
 use piezotact::document::Content;
+use piezotact::doubt::DoubtKind as _;
 use piezotact::quantity::{Band, SampleRate};
 use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
+use super::clean::EyeComponents;
 use super::epochs::{CutConfig, Epochs};
 use super::erd::{Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
 use super::filter::Pass;
@@ -217,6 +220,9 @@ pub struct EegErd {
     pub rate_hz: SampleRate,
     /// Which markers have an epoch.
     pub counts: EpochCounts,
+    /// The independent components, where eye movements were taken out by them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eye_components: Option<EyeComponents>,
     /// The surfaces, in the order in which they were asked for.
     pub surfaces: Vec<String>,
     /// How far wavelets smear.
@@ -256,7 +262,7 @@ impl Positions {
     ///
     /// # Errors
     /// [`PersonError::NoPosition`] for measured positions of which none is that of a channel.
-    fn of(&self, channels: &[String]) -> Result<Vec<Electrode>, PersonError> {
+    pub(in crate::eeg) fn of(&self, channels: &[String]) -> Result<Vec<Electrode>, PersonError> {
         let known = match self {
             Self::OfNames => Montage::known(channels),
             Self::Measured(montage) => montage.of(channels),
@@ -282,6 +288,9 @@ impl Positions {
 
 /// The desynchronisation of one person in one task, from prepared epochs whose conditions are surfaces: % and dB of power relative to the
 /// baseline, by band in regions (the mean of the changes of their electrodes) and at electrodes, and dB over time and frequency.
+///
+/// Formula: the least-squares line through each epoch is taken away first; electrodes have offsets of millivolts, which wavelets that reach
+/// beyond an epoch would see as a step.
 ///
 /// Source: [`super::erd::desynchronisation`] and [`super::erd::map`].
 ///
@@ -314,6 +323,7 @@ pub fn person(
         config: config.clone(),
         rate_hz: epochs.rate(),
         counts: prepared.counts.clone(),
+        eye_components: prepared.eye_components.clone(),
         surfaces: surfaces.clone(),
         smears: smears(config, &plan),
         regions: Vec::new(),
@@ -324,8 +334,9 @@ pub fn person(
         maps: Vec::new(),
         doubts: [prepared.doubts.clone(), filters, overlap(prepared, config)].concat(),
     };
+    let straight = epochs.without_lines();
     for surface in &surfaces {
-        let own = epochs.of_condition(surface)?;
+        let own = straight.of_condition(surface)?;
         let of_surface = |error| PersonError::Erd {
             surface: surface.to_owned(),
             error,
@@ -339,20 +350,49 @@ pub fn person(
                 .regions
                 .extend(regions.map(|region| in_region(region, &changes)));
             found.electrodes.extend(changes);
-            found.doubts.extend(erd.doubts.iter().cloned());
+            found.doubts.extend(erd.doubts.iter().map(|doubt| {
+                let place = format!("{surface}, {}", band.name);
+                located(doubt, &place)
+            }));
         }
         found.doubts.extend(bursts(&measured, own.count()));
         found.add_map(&plan, measured.map, surface);
     }
-    // The same of every surface and band is said once.
+    found.doubts = once(&found.doubts);
+    Ok(found)
+}
+
+/// A doubt about a channel with the surface and band in which it is.
+fn located(doubt: &Doubt, place: &str) -> Doubt {
+    match EegDoubt::of(doubt) {
+        Some(EegDoubt::RatioBias {
+            channel,
+            bias_points,
+            epochs,
+        }) => EegDoubt::RatioBias {
+            channel: format!("{channel} ({place})"),
+            bias_points,
+            epochs,
+        }
+        .into(),
+        _ => doubt.clone(),
+    }
+}
+
+/// The same of every surface and band once; of biased baselines the worst.
+fn once(doubts: &[Doubt]) -> Vec<Doubt> {
+    let bias = |doubt: &Doubt| match EegDoubt::of(doubt) {
+        Some(EegDoubt::RatioBias { bias_points, .. }) => Some(bias_points),
+        _ => None,
+    };
+    let most = doubts.iter().filter_map(bias).fold(0.0, f64::max);
     let mut once: Vec<Doubt> = Vec::new();
-    for doubt in found.doubts.drain(..) {
-        if !once.contains(&doubt) {
-            once.push(doubt);
+    for doubt in doubts {
+        if bias(doubt).is_none_or(|own| own >= most) && !once.contains(doubt) {
+            once.push(doubt.clone());
         }
     }
-    found.doubts = once;
-    Ok(found)
+    once
 }
 
 fn check(config: &PersonConfig, epochs: &Epochs) -> Result<(), PersonError> {

@@ -222,7 +222,21 @@ impl EegErd {
     /// The changes in regions and at electrodes: one row each.
     #[must_use]
     pub fn all_table(&self) -> Table {
-        self.table_of(&[self.regions.clone(), self.electrodes.clone()].concat())
+        let mut table = self.table_of(&[self.regions.clone(), self.electrodes.clone()].concat());
+        let at = table
+            .columns
+            .iter()
+            .position(|column| column.name == "place");
+        let at = at.unwrap_or_default();
+        table
+            .columns
+            .insert(at, Column::new("place is", "place_kind"));
+        for (number, row) in table.rows.iter_mut().enumerate() {
+            let is_region = number < self.regions.len();
+            let kind = if is_region { "region" } else { "electrode" };
+            row.insert(at, Cell::from(kind));
+        }
+        table
     }
 
     /// The scalp maps of one band, one for each surface; `None` where no map can be drawn.
@@ -333,6 +347,10 @@ impl EegErd {
             .filter_map(|channel| self.time_figure(channel))
             .map(Block::Figure)
             .collect();
+        let components = self.eye_components.iter();
+        let components: Vec<Block> = components
+            .flat_map(|found| found.blocks(&self.positions))
+            .collect();
         let mut counts = vec![
             Block::Text {
                 text: self.counts.sentence(),
@@ -349,6 +367,7 @@ impl EegErd {
         .section("Scalp", scalp)
         .section("Time and frequency", figures)
         .section("Method", [Block::Steps { steps }])
+        .section("Independent components", components)
         .section("Epochs", counts)
         .doubts(&self.doubts)
     }

@@ -41,6 +41,8 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
             channels: ChannelChoice::AllBut(Vec::new()),
             filters: Vec::new(),
             eog: Vec::new(),
+            eyes: crate::eeg::prepare::EyeMethod::Regression,
+            interpolated: Vec::new(),
             reference: Reference::AsRecorded,
             criteria: vec![Criterion::PeakToPeak { above_v: 1e-4 }],
             min_epochs: 2,
@@ -48,6 +50,7 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
         task: "control".into(),
         onsets_s: (0..epochs).map(|i| 5.0 * i as f64).collect(),
         epochs: Epochs::new(names, conditions, rate, first_s, volts).unwrap(),
+        eye_components: None,
         counts: EpochCounts {
             conditions: vec![ConditionCount {
                 condition: "S2".into(),

@@ -1,6 +1,6 @@
 //! Why a recording gives no epochs.
 
-use crate::eeg::clean::RegressionError;
+use crate::eeg::clean::{IcaError, RegressionError};
 use crate::eeg::epochs::{CutError, EpochsError, RejectError};
 use crate::eeg::filter::FirError;
 use crate::eeg::reference::ReferenceError;
@@ -167,6 +167,30 @@ pub enum PrepareError {
     /// The regression on EOG cannot be.
     #[error(transparent)]
     Regression(#[from] RegressionError),
+    /// Independent components cannot be.
+    #[error(transparent)]
+    Components(#[from] IcaError),
+    /// An electrode that is interpolated and left out.
+    #[error(
+        "expected `{name}` to be left out or interpolated, found it in both; take it out of one of them"
+    )]
+    OutAndInterpolated {
+        /// Its name.
+        name: String,
+    },
+    /// Too few electrodes for a spline.
+    #[error(
+        "expected at least {needed} other electrodes with a known position from which to interpolate {names}, found {found}; leave {names} out instead, or \
+         give measured positions"
+    )]
+    FewForInterpolation {
+        /// What was to be interpolated.
+        names: String,
+        /// How many electrodes there are.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
     /// The reference cannot be.
     #[error(transparent)]
     Reference(#[from] ReferenceError),

@@ -1,6 +1,8 @@
 //! From the parts of a recording to clean epochs: channels, filters, cut, regression, reference, rejection.
 
 mod error;
+mod eyes;
+mod interpolated;
 mod signals;
 mod usable;
 
@@ -12,15 +14,18 @@ use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
-use super::clean::EogRegression;
+use super::clean::EyeComponents;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
 use super::reference::{Csd, CsdConfig, Montage, average, to_channels};
 use super::source::{Segment, doubts_of, is_marker, kind_and_value, markers, task_of, tasks};
+use eyes::without_eyes;
+use interpolated::interpolated;
 use signals::Signals;
 use usable::{beside_unusable, once, unknown_in_average, unusable, with_position};
 
 pub use error::PrepareError;
+pub use eyes::{EyeMethod, IndependentComponents};
 pub use signals::ChannelChoice;
 
 /// A current source density of fewer electrodes is doubted.
@@ -93,8 +98,14 @@ pub struct PrepareConfig {
     pub channels: ChannelChoice,
     /// Filters of the continuous signals, in order; each part between two gaps by itself.
     pub filters: Vec<Pass>,
-    /// EOG channels whose part in the others is taken away by regression; none where empty.
+    /// EOG channels whose part in the others is taken away; none where empty.
     pub eog: Vec<String>,
+    /// How that part is found.
+    #[serde(default, skip_serializing_if = "EyeMethod::is_regression")]
+    pub eyes: EyeMethod,
+    /// Electrodes whose signals are interpolated from those of the others; none where empty.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub interpolated: Vec<String>,
     /// The reference.
     pub reference: Reference,
     /// By what epochs are rejected; nothing where empty.
@@ -139,8 +150,11 @@ pub struct RejectedEpoch {
     pub condition: String,
     /// When its marker stands, from the first sample of the file, s.
     pub onset_s: f64,
-    /// The channel that was rejected first.
+    /// The channel that is furthest beyond its limit.
     pub channel: String,
+    /// How many channels are beyond one; 0 where that was not counted.
+    #[serde(default)]
+    pub channels: usize,
     /// By which criterion.
     pub criterion: Criterion,
     /// What the criterion measured, V.
@@ -172,6 +186,8 @@ pub struct Prepared {
     pub onsets_s: Vec<f64>,
     /// Which markers have one.
     pub counts: EpochCounts,
+    /// The independent components, where eye movements were taken out by them.
+    pub eye_components: Option<EyeComponents>,
     /// What to know before relying on them.
     pub doubts: Vec<Doubt>,
 }
@@ -182,8 +198,8 @@ struct Marked {
     onset_s: f64,
 }
 
-/// Epochs of `segments`, V (V/m² for a current source density): signals are filtered part by part, cut, freed of eye movements, referred,
-/// and rejected, in this order; a density is computed of what is left. No epoch crosses a gap.
+/// Epochs of `segments`, V (V/m² for a current source density): signals are filtered part by part, cut, freed of eye movements, interpolated
+/// where asked, referred, and rejected, in this order; a density is computed of what is left. No epoch crosses a gap.
 ///
 /// Source: the order of steps of MNE-Python's tutorials; each step has its own.
 ///
@@ -194,7 +210,7 @@ pub fn prepare(segments: &[Segment<'_>], config: &PrepareConfig) -> Result<Prepa
     prepare_at(segments, config, None)
 }
 
-/// As [`prepare`], with a current source density at measured positions.
+/// As [`prepare`], with interpolation and current source density at measured positions.
 ///
 /// Source: as [`prepare`].
 ///
@@ -221,6 +237,7 @@ pub fn prepare_at(
     }
     outside.extend(within);
     doubts.extend(signals.doubts.iter().cloned());
+    doubts.extend(signals.apart());
     doubts.extend(filtered(&mut signals, &config.filters)?);
     let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
     let recording = Continuous {
@@ -241,7 +258,16 @@ pub fn prepare_at(
         .filter(|i| found.left_out.iter().all(|left| left.event != *i))
         .map(|i| marked[i].onset_s)
         .collect();
-    let epochs = referred(&found.epochs, config, &signals.electrodes)?;
+    let cleaned = without_eyes(&found.epochs, config, &signals.electrodes)?;
+    doubts.extend(cleaned.doubts);
+    let whole_cap = interpolated(
+        cleaned.epochs,
+        config,
+        &signals.order,
+        measured,
+        &mut doubts,
+    )?;
+    let epochs = referred(whole_cap, &config.reference)?;
     let (epochs, rejected) = rejected(epochs, config, &whole, &mut doubts)?;
     let is_kept = |onset_s: &&f64| rejected.iter().all(|one| one.onset_s != **onset_s);
     let onsets_s = whole.iter().filter(is_kept).copied().collect();
@@ -272,6 +298,7 @@ pub fn prepare_at(
         epochs,
         onsets_s,
         counts,
+        eye_components: cleaned.components,
         doubts,
     })
 }
@@ -456,32 +483,20 @@ fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Doubt>, Prepa
     Ok(doubts)
 }
 
-/// Epochs of the electrodes alone, freed of eye movements and referred.
-fn referred(
-    epochs: &Epochs,
-    config: &PrepareConfig,
-    electrodes: &[String],
-) -> Result<Epochs, PrepareError> {
-    let names: Vec<&str> = electrodes.iter().map(String::as_str).collect();
-    let own = match config.eog.is_empty() {
-        true => epochs.picked(&names)?,
-        false => {
-            let eog: Vec<&str> = config.eog.iter().map(String::as_str).collect();
-            let regression = EogRegression::fit(epochs, &eog, &names)?;
-            regression.apply(epochs)?.picked(&names)?
-        }
-    };
-    Ok(match &config.reference {
-        Reference::AsRecorded | Reference::CurrentSourceDensity(_) => own,
-        Reference::Average => average(&own),
+/// Epochs against a reference; a density is computed later, of what is kept.
+fn referred(epochs: Epochs, reference: &Reference) -> Result<Epochs, PrepareError> {
+    Ok(match reference {
+        Reference::AsRecorded | Reference::CurrentSourceDensity(_) => epochs,
+        Reference::Average => average(&epochs),
         Reference::Channels(references) => {
             let references: Vec<&str> = references.iter().map(String::as_str).collect();
-            let found = to_channels(&own, &references)?;
+            let found = to_channels(&epochs, &references)?;
             match references[..] {
                 // It would be 0 at every sample.
                 [reference] => {
-                    let others = names.iter().filter(|name| **name != reference);
-                    found.picked(&others.copied().collect::<Vec<_>>())?
+                    let names = epochs.channels().iter().map(String::as_str);
+                    let others: Vec<&str> = names.filter(|name| *name != reference).collect();
+                    found.picked(&others)?
                 }
                 _ => found,
             }
@@ -506,6 +521,7 @@ fn rejected(
         condition: one.condition,
         onset_s: onsets[one.epoch],
         channel: one.channel,
+        channels: one.channels,
         criterion: one.criterion,
         found_v: one.found_v,
     });
@@ -587,5 +603,7 @@ impl Prepared {
     }
 }
 
+#[cfg(test)]
+mod cap_tests;
 #[cfg(test)]
 mod tests;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::{PrepareConfig, PrepareError, Reference};
 use crate::eeg::EegDoubt;
 use crate::eeg::held::held;
+use crate::eeg::quality;
 use crate::eeg::source::{Segment, SignalKind};
 
 /// A larger share of samples at a limit of the amplifier is refused, a smaller one doubted.
@@ -36,6 +37,8 @@ pub(super) struct Signals {
     /// The electrodes, then the EOG channels.
     pub(super) names: Vec<String>,
     pub(super) electrodes: Vec<String>,
+    /// All channels of the file, in its order.
+    pub(super) order: Vec<String>,
     pub(super) rate: SampleRate,
     pub(super) length: usize,
     /// The sample that each part begins with.
@@ -70,6 +73,20 @@ impl Signals {
             .iter()
             .map(known)
             .collect::<Result<Vec<_>, _>>()?;
+        let replaced = config
+            .interpolated
+            .iter()
+            .map(known)
+            .collect::<Result<Vec<_>, _>>()?;
+        for name in &replaced {
+            let kind = kinds[name.as_str()];
+            if kind != SignalKind::Eeg {
+                return Err(PrepareError::NotAnElectrode {
+                    name: name.clone(),
+                    kind: kind.word(),
+                });
+            }
+        }
         let mut bad: Vec<&str> = Vec::new();
         let electrodes: Vec<String> = match &config.channels {
             ChannelChoice::Named(names) => {
@@ -78,10 +95,16 @@ impl Signals {
                     let kind = kinds[name.as_str()];
                     only_electrodes(name, kind, &config.reference)?;
                 }
-                named
+                let is_kept = |name: &String| !replaced.contains(name);
+                named.into_iter().filter(is_kept).collect()
             }
             ChannelChoice::AllBut(out) => {
                 let out = out.iter().map(known).collect::<Result<Vec<_>, _>>()?;
+                if let Some(name) = out.iter().find(|name| replaced.contains(name)) {
+                    let name = name.clone();
+                    return Err(PrepareError::OutAndInterpolated { name });
+                }
+                let out = [out, replaced].concat();
                 let own = channels.iter().filter(|c| {
                     kinds[c.name.as_str()] == SignalKind::Eeg
                         && !out.contains(&c.name)
@@ -148,6 +171,9 @@ impl Signals {
         }
         Ok(Self {
             length: volts.len() / names.len(),
+            order: (segments[0].recording.channels().iter())
+                .map(|channel| channel.name.clone())
+                .collect(),
             names,
             electrodes,
             rate,
@@ -222,6 +248,14 @@ impl Signals {
         }
         self.doubts = doubts;
         Ok(self)
+    }
+
+    /// The doubts about electrodes that stand apart from the others.
+    pub(super) fn apart(&self) -> Vec<Doubt> {
+        let count = self.electrodes.len();
+        let signals = self.volts.chunks_exact(self.length).take(count);
+        let signals: Vec<&[f64]> = signals.collect();
+        quality::doubts(&self.electrodes, &signals, self.rate)
     }
 
     /// The samples of each part.

@@ -43,7 +43,7 @@ fn recording(seconds: usize, events: &[(f64, &str, &str)]) -> (Recording, Vec<i6
     (found, at)
 }
 
-fn config(markers: &[(&str, &str)]) -> PrepareConfig {
+pub(super) fn config(markers: &[(&str, &str)]) -> PrepareConfig {
     PrepareConfig {
         markers: markers
             .iter()
@@ -60,6 +60,8 @@ fn config(markers: &[(&str, &str)]) -> PrepareConfig {
         channels: ChannelChoice::AllBut(Vec::new()),
         filters: Vec::new(),
         eog: Vec::new(),
+        eyes: EyeMethod::Regression,
+        interpolated: Vec::new(),
         reference: Reference::AsRecorded,
         criteria: Vec::new(),
         min_epochs: 1,
