@@ -306,3 +306,25 @@ fn damage_is_an_error_and_no_panic() {
         assert!(name == "streams.xdf" || read_eeg(&path).is_ok(), "{name}");
     }
 }
+
+/// Codes beyond the range that a header states have a scale that may be wrong.
+#[test]
+fn codes_outside_their_range_are_doubted() {
+    let (_folder, place) = copied("plus.");
+    let path = place.join("plus.edf");
+    let outside = |path: &Path| -> Vec<String> {
+        let found = read_eeg(path).unwrap();
+        let doubts = found.segments[0].recording.about.doubts.clone();
+        let codes = doubts.iter().map(|doubt| doubt.code.to_string());
+        codes
+            .filter(|code| code == "outside_stated_range")
+            .collect()
+    };
+    assert!(outside(&path).is_empty());
+    let mut bytes = std::fs::read(&path).unwrap();
+    // The digital maximum of the first of three signals.
+    let at = 256 + 3 * (16 + 80 + 8 + 8 + 8 + 8);
+    bytes[at..at + 8].copy_from_slice(b"1       ");
+    std::fs::write(&path, bytes).unwrap();
+    assert_eq!(outside(&path).len(), 1);
+}

@@ -4,7 +4,7 @@ mod kept;
 
 use std::fmt::Write as _;
 
-use piezotact::doubt::merged_of;
+use piezotact::doubt::{merged, merged_of};
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
@@ -66,10 +66,8 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
     let of_drive = || contents.rendering.iter().flat_map(|r| &r.about.doubts);
     let own = recording.about.doubts.iter();
     let own = own.filter(|doubt| of_drive().all(|other| other != *doubt));
-    let named = own
-        .map(|doubt| (None, doubt))
-        .chain(of_drive().map(|doubt| (Some("from the drive"), doubt)));
-    for doubt in merged_of(named) {
+    let of_drive = of_drive().map(|doubt| (Some("from the drive"), doubt));
+    for doubt in merged(own).into_iter().chain(merged_of(of_drive)) {
         let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
     }
     text

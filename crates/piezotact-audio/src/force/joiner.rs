@@ -18,8 +18,8 @@ const LONGEST_WITHOUT_DOUBT_S: f64 = 0.1;
 /// Readings that wait for their frames; the oldest go first.
 const MOST_WAITING: usize = 65_536;
 /// How often it is noted where frames were placed, s, and after how many notes it is looked at again, with what is known then.
-const NOTED_EVERY_S: f64 = 0.5;
-const LOOKED_AGAIN_AFTER: usize = 40;
+const NOTED_EVERY_S: f64 = 0.05;
+const LOOKED_AGAIN_AFTER: usize = 400;
 /// Intervals between arrivals that are kept to say how far apart they are.
 const ARRIVALS: usize = 64;
 

@@ -604,7 +604,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = written(folder.path());
         let table = folder.path().join("sub-01_ses-eeg_task-control_events.tsv");
-        let text = "onset\tduration\ttrial_type\tvalue\n0.402\t0\tcontrol/M8\t2\nn/a\t0\tlost\t1\n1.2\tn/a\tn/a\t8\n-0.1\t0.5\tBAD_start\tn/a\n";
+        let text = "onset\tduration\ttrial_type\tvalue\n0.403\t0\tcontrol/M8\t2\nn/a\t0\tlost\t1\n1.2\tn/a\tn/a\t8\n-0.1\t0.5\tBAD_start\tn/a\n";
         std::fs::write(&table, text).unwrap();
         let found = read_eeg_source(&path).unwrap();
         assert!(
@@ -615,7 +615,7 @@ mod tests {
         let [segment] = &found.segments[..] else {
             panic!("one part")
         };
-        // 0.402 s at 250 Hz lie between two samples, nearer to the later one.
+        // 0.403 s at 250 Hz lie between two samples, nearer to the later one.
         assert_eq!(segment.event_samples, [101, 300, -25]);
         let events = &segment.recording.annotations.events;
         let names: Vec<String> = events.iter().map(|event| event.kind.clone()).collect();

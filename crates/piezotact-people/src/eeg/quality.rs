@@ -15,6 +15,8 @@ const FEWEST: usize = 8;
 /// How far an electrode stands apart from the median, in robust standard deviations of the logarithm, and by which factor at least.
 const DEVIATIONS: f64 = 5.0;
 const FACTOR: f64 = 4.0;
+/// One that is so many times above or below the median stands apart however the others scatter.
+const FAR: f64 = 10.0;
 /// Two electrodes are bridged where what tells them apart is less than this part of either.
 const BRIDGED: f64 = 0.05;
 /// The median electrode of scalp EEG changes by no less and no more than these, V.
@@ -22,7 +24,7 @@ const FAINTEST_V: f64 = 0.1e-6;
 const STRONGEST_V: f64 = 500e-6;
 
 /// The doubts about electrodes called `names`, from their `signals` at `rate`, V: those whose robust deviation lies more than five robust standard
-/// deviations (and a factor of four) from the median of all, pairs that record the same, and amplitudes that are none of EEG.
+/// deviations (a factor of four at least, of ten at most) from the median of all, pairs that record the same, and amplitudes that are none of EEG.
 ///
 /// Formula: 0.7413 times the interquartile range of x(t + 50 ms) − x(t), over √2; pairs after the mean of all electrodes was taken away.
 ///
@@ -46,7 +48,7 @@ pub(super) fn doubts(names: &[String], signals: &[&[f64]], rate: SampleRate) -> 
     let levels: Vec<f64> = deviations.iter().map(|own| (own / middle_v).ln()).collect();
     let sizes: Vec<f64> = levels.iter().map(|level| level.abs()).collect();
     // 1.4826: the standard deviation of a normal distribution, re the median distance from its middle.
-    let limit = (DEVIATIONS * 1.4826 * middle(&sizes)).max(FACTOR.ln());
+    let limit = (DEVIATIONS * 1.4826 * middle(&sizes)).clamp(FACTOR.ln(), FAR.ln());
     let beyond = |sign: f64| {
         let own = names.iter().zip(&levels).zip(&deviations);
         let own = own.filter(|((_, level), _)| sign * **level > limit);
@@ -163,7 +165,7 @@ mod tests {
             let mut random = Random::stream(seed, 1, "quality");
             noisy[3]
                 .iter_mut()
-                .for_each(|v| *v += 2e-4 * random.normal());
+                .for_each(|v| *v += 4e-4 * random.normal());
             assert!(
                 matches!(&said(&noisy)[..], [EegDoubt::Noisy { names, .. }] if names.starts_with("E3 (")),
                 "{:?}",

@@ -21,8 +21,8 @@ const SUSPECT: f64 = 0.8;
 const SUSPECTS: usize = 10;
 /// A half that is at another place than the line leads to correlates by this share of the usual.
 const STRAY: f64 = 0.75;
-/// Blocks that lie so many times further from the line than noise explains scatter, and by at least this, s.
-const SCATTER: f64 = 4.0;
+/// Blocks that lie so many times further from the line than white noise explains scatter (coloured noise: up to six times), and by at least this, s.
+const SCATTER: f64 = 10.0;
 const LEAST_SCATTER_S: f64 = 1e-5;
 /// Times at which intervals are given, less 1.
 const STEPS: usize = 60;
@@ -304,7 +304,8 @@ fn bent_s(doubt: &AlignDoubt) -> f64 {
         AlignDoubt::Step { by_s, .. }
         | AlignDoubt::Apart { by_s }
         | AlignDoubt::Uneven { by_s } => 1.5 * by_s.abs(),
-        AlignDoubt::Scatter { variation_s, .. } => *variation_s,
+        // Blocks that hold a lost sample show a part of its step.
+        AlignDoubt::Scatter { variation_s, .. } => 1.5 * variation_s,
         _ => 0.0,
     }
 }

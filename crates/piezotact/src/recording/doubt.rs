@@ -81,6 +81,15 @@ doubts! {
             /// The channel.
             channel: String,
         },
+        /// Codes that lie outside the range that the file states for them.
+        OutsideRange("outside_stated_range") of Channel(channel) {
+            /// The channel.
+            channel: String,
+            /// How many samples.
+            samples: usize,
+            /// Of how many.
+            of: usize,
+        },
         /// Integers without a scale.
         Counts("counts") of Channel(channel) {
             /// The channel.
@@ -197,7 +206,9 @@ impl DoubtKind for RecordingDoubt {
             }
             Self::RateNotUsed { .. } => vec![Advice::OmitRate, Advice::CorrectFile],
             Self::Uncalibrated { .. } | Self::Counts { .. } => vec![Advice::StateScale],
-            Self::UnknownEntries { .. } | Self::EventsOutside { .. } => {
+            Self::UnknownEntries { .. }
+            | Self::EventsOutside { .. }
+            | Self::OutsideRange { .. } => {
                 vec![Advice::CorrectFile]
             }
             Self::SidecarNotRead { .. } => vec![Advice::StateInFile],
@@ -291,6 +302,14 @@ impl fmt::Display for RecordingDoubt {
                 f,
                 "{file} does not say for which recording its cuts were made: they are applied; where they are of this one, the line \
                     `# recording {checksum}` says so"
+            ),
+            Self::OutsideRange {
+                channel,
+                samples,
+                of,
+            } => write!(
+                f,
+                "`{channel}`: {samples} of {of} samples lie outside the range that the file states for its codes: its scale may be wrong"
             ),
             Self::EventsOutside {
                 count,

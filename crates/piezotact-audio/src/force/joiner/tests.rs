@@ -29,8 +29,8 @@ struct Source {
     silent_s: [f64; 2],
     /// Readings arrive at these intervals only, s; 0 for at once.
     fetched_every_s: f64,
-    /// How much later readings of the first 2.5 s arrive, those of odd and even number, s.
-    late_s: [f64; 2],
+    /// Readings from the first of these times to the second arrive later by the third, s.
+    late_s: [f64; 3],
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -47,7 +47,7 @@ impl Source {
             times: Times::Stated,
             silent_s: [0.0; 2],
             fetched_every_s: 0.0,
-            late_s: [0.0; 2],
+            late_s: [0.0; 3],
         }
     }
 }
@@ -85,7 +85,11 @@ fn joined(source: &Source, seconds: f64) -> Result<(Vec<f64>, ForceJoiner), Join
             Times::Stated => 0.015 * random.uniform(),
             Times::None => 0.0,
         };
-        let late_s = if t_s < 2.5 { source.late_s[i % 2] } else { 0.0 };
+        let [from_s, to_s, by_s] = source.late_s;
+        let late_s = match (from_s..to_s).contains(&t_s) {
+            true => by_s,
+            false => 0.0,
+        };
         seen_s = seen_s.max(t_s + LEAST_S + jitter_s + late_s);
         let arrives_s = match source.fetched_every_s {
             0.0 => seen_s,
@@ -157,7 +161,10 @@ fn what_is_known_later_says_how_certain_the_beginning_was() {
         late_s,
         ..Source::cell()
     };
-    for (source, doubted) in [(late([0.08, 0.0]), false), (late([0.08, 0.08]), true)] {
+    for (source, doubted) in [
+        (late([1.3, 1.6, 0.08]), false),
+        (late([0.0, 2.5, 0.08]), true),
+    ] {
         let (force_n, joiner) = joined(&source, 20.0).unwrap();
         let uncertainty_s = joiner.uncertainty_s().unwrap();
         let all_n = worst_n(&force_n, 0.0);

@@ -48,6 +48,11 @@ impl Signal {
         let gain = (self.physical.1 - self.physical.0) / (self.digital.1 - self.digital.0);
         (gain, self.physical.0 - self.digital.0 * gain)
     }
+
+    /// Whether a code is within the range that the header states.
+    pub(super) fn holds(&self, code: i32) -> bool {
+        (self.digital.0..=self.digital.1).contains(&f64::from(code))
+    }
 }
 
 /// The header.

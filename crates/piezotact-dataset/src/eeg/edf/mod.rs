@@ -99,6 +99,15 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         }
         let (unit, factor) = eeg_unit(&signal.dimension);
         let (gain, offset) = signal.scale();
+        let outside = codes().filter(|code| !signal.holds(*code)).count();
+        // Codes of triggers are no amplitudes.
+        if outside > 0 && !trigger::is_trigger(&signal.label) {
+            doubts.push(Doubt::from(RecordingDoubt::OutsideRange {
+                channel: signal.label.clone(),
+                samples: outside,
+                of: codes().count(),
+            }));
+        }
         let samples = codes()
             .map(|code| (f64::from(code) * gain + offset) * factor)
             .collect();

@@ -432,7 +432,10 @@ fn documents_that_do_not_belong_together_are_refused() {
     all[4].config.baseline_s = [-0.9, -0.4];
     refused(
         &all,
-        &["the same baseline", "P00_control.vhdr and P01_imagery.vhdr"],
+        &[
+            "the same baseline",
+            "P00_control.vhdr (participant P00, task control) and P01_imagery.vhdr (participant P01, task imagery)",
+        ],
     );
     let mut broken = documents(3);
     broken[1].maps[0].decibels.pop();

@@ -76,6 +76,11 @@ fn of_cap(
     prepare(&[segment], config)
 }
 
+/// The standard deviation: components are taken out about their mean, which stays.
+fn spread(values: &[f64]) -> f64 {
+    piezotact::statistics::standard_deviation(values)
+}
+
 fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
@@ -186,7 +191,7 @@ fn eye_movements_go_with_the_component_that_follows_them() {
             .all(|name| !name.contains("EOG"))
     );
     // Fp1 loses its blinks; C3 keeps its alpha.
-    let of = |prepared: &Prepared, channel: usize| rms(prepared.epochs.channel(channel));
+    let of = |prepared: &Prepared, channel: usize| spread(prepared.epochs.channel(channel));
     assert!(
         of(&found, 0) < 0.2 * of(&before, 0),
         "{} {}",
