@@ -18,8 +18,8 @@ const LONGEST_WITHOUT_DOUBT_S: f64 = 0.1;
 /// Readings that wait for their frames; the oldest go first.
 const MOST_WAITING: usize = 65_536;
 /// How often it is noted where frames were placed, s, and after how many notes it is looked at again, with what is known then.
-const NOTED_EVERY_S: f64 = 0.05;
-const LOOKED_AGAIN_AFTER: usize = 400;
+const NOTED_EVERY_S: f64 = 0.005;
+const LOOKED_AGAIN_AFTER: usize = 4096;
 /// Intervals between arrivals that are kept to say how far apart they are.
 const ARRIVALS: usize = 64;
 
@@ -223,6 +223,10 @@ impl ForceJoiner {
             self.note(&frames, device);
         }
         let force_n = self.interpolate(most, &frames, device.as_ref())?;
+        // Within a batch one line holds, so that its ends are furthest off.
+        if let Some(device) = device.as_ref().filter(|_| !force_n.is_empty()) {
+            self.note(&frames, device);
+        }
         if force_n.is_empty() && self.given < self.arrived {
             self.check_pause()?;
         }

@@ -47,15 +47,10 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .flatten()
         .map(PathBuf::as_path)
         .collect();
-    let read: Vec<&Path> = [
-        Some(&args.file),
-        args.against.as_ref(),
-        args.events.as_ref(),
-    ]
-    .into_iter()
-    .flatten()
-    .map(PathBuf::as_path)
-    .collect();
+    let others = args.against.iter().chain(&args.events);
+    let read: Vec<&Path> = (std::iter::once(&args.file).chain(others))
+        .map(PathBuf::as_path)
+        .collect();
     outputs_beside(&read, &written)?;
     let source = Source::read(&args.file, args.events.as_deref())?;
     let parts = source.segments();
