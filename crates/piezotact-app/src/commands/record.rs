@@ -250,7 +250,7 @@ impl Contact {
         }
         let over_all_n = self.all.0 / self.all.1.max(1) as f64;
         let share = self.negative as f64 / self.all.1.max(1) as f64;
-        let negative = (share > MOST_NEGATIVE).then(|| RunDoubt::ForceNegative {
+        let negative = (share > MOST_NEGATIVE).then_some(RunDoubt::ForceNegative {
             share,
             mean_n: over_all_n,
             target_n,

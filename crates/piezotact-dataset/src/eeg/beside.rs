@@ -111,12 +111,13 @@ pub fn read_eeg_source(path: &Path) -> Result<EegSource, ReadError> {
     let mut beside = None;
     if let Some(table) = sibling(path, "events.tsv") {
         let found = events::read_events(&table)?;
-        if !events::has_no_marker(&segments) {
+        let markers = events::markers(&segments);
+        if markers > 0 {
             beside = Some(EventTable {
                 name: shown(&table),
                 events: found.len(),
                 without_marker: events::without_marker(&found, &segments),
-                markers: segments.iter().map(|part| part.event_samples.len()).sum(),
+                markers,
             });
         } else if !found.is_empty() {
             kind = format!("{kind}, markers of {}", shown(&table));

@@ -115,11 +115,11 @@ pub(super) fn without_marker(events: &[Event], segments: &[EegSegment]) -> usize
     events.len() - events.iter().filter(is_marked).count()
 }
 
-/// Whether `segments` hold no marker: those that say where a part begins are none.
-pub(super) fn has_no_marker(segments: &[EegSegment]) -> bool {
+/// How many markers `segments` hold: those that say where a part begins are none.
+pub(super) fn markers(segments: &[EegSegment]) -> usize {
     let all = segments
         .iter()
         .flat_map(|segment| &segment.recording.annotations.events);
-    let begins = |event: &Event| event.kind.trim().eq_ignore_ascii_case("new segment");
-    all.into_iter().all(begins)
+    let begins = |event: &&Event| event.kind.trim().eq_ignore_ascii_case("new segment");
+    all.filter(|event| !begins(event)).count()
 }

@@ -32,7 +32,7 @@ pub(super) struct Preparing {
     /// allowed. A kind alone (`control` for `control/BIO`) makes its values the conditions. `piezotact eeg info` lists the markers.
     #[arg(long, value_name = "MARKER[=CONDITION]")]
     event: Vec<Choice>,
-    /// A table of markers that is read in the place of those of the file: columns onset (s from its first sample), duration, and trial_type or value
+    /// A table of markers that is read in the place of those of the file: columns onset (s from its first sample), duration, and `trial_type` or value
     /// (BIDS `_events.tsv`).
     #[arg(long, value_name = "EVENTS.tsv")]
     pub(super) events: Option<PathBuf>,
@@ -59,7 +59,7 @@ pub(super) struct Preparing {
     /// EOG channels, separated by commas: their part in the others is taken away by regression, or with --ica by independent components.
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     eog: Vec<String>,
-    /// Looks for so many independent components (FastICA), and takes those out that follow an EOG channel, in the place of the regression. The report
+    /// Looks for so many independent components (`FastICA`), and takes those out that follow an EOG channel, in the place of the regression. The report
     /// shows them.
     #[arg(long, value_name = "COMPONENTS", requires = "eog")]
     ica: Option<usize>,

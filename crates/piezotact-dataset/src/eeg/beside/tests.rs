@@ -117,14 +117,14 @@ fn a_table_of_events_gives_the_markers_of_a_file_without_any() {
     assert_eq!(names, ["control/M8", "value", "BAD_start"]);
     assert_eq!(events[1].value, Some(EventValue::Number(8.0)));
     assert!(files_of(&path).contains(&table));
-    // Markers of the file itself stay, unless the table is asked for.
+    // Markers of the file itself (one, and the beginning of its part) stay, unless the table is asked for.
     let mut marked = segment.recording.clone();
     marked.annotations.events.truncate(1);
     write_brainvision(&path, &marked, &markers_of(&marked)).unwrap();
     let mut own = read_eeg_source(&path).unwrap();
     assert_eq!(
         (own.kind.as_str(), own.segments[0].event_samples.len()),
-        ("BrainVision", 1)
+        ("BrainVision", 2)
     );
     let beside = own.events.clone().unwrap();
     assert_eq!(

@@ -244,7 +244,7 @@ impl Ica {
             .collect())
     }
 
-    /// Each component beside the channels named `eog`; those whose correlation with one of them is at least `least_correlation` in size are called
+    /// Each component beside the channels named `eog`; those whose correlation with one of them is at least `least_share` in size are called
     /// eye movements. Look at their maps before they are taken out.
     ///
     /// Formula: the share of a component of unit variance is the sum of its squared weights, re the variance of all channels.
@@ -257,7 +257,7 @@ impl Ica {
         &self,
         epochs: &Epochs,
         eog: &[&str],
-        least_correlation: f64,
+        least_share: f64,
     ) -> Result<EyeComponents, IcaError> {
         let k = self.config.components;
         let mut best = vec![("", 0.0); k];
@@ -276,7 +276,7 @@ impl Ica {
                 share: weights_v.iter().map(|w| w * w).sum::<f64>() / self.variance,
                 eog: eog.to_owned(),
                 correlation,
-                taken_out: correlation.abs() >= least_correlation,
+                taken_out: correlation.abs() >= least_share,
                 weights_v,
             }
         };
