@@ -444,7 +444,6 @@ fn intervals_hold_where_samples_are_missing() {
             spread(3, 1),
             spread(3, 2),
             spread(6, 1),
-            spread(12, 1),
         ];
         for lost in cases {
             let mut own = whole.clone();
