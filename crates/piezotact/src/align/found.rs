@@ -61,8 +61,8 @@ impl ByBlocks {
         })
     }
 
-    /// Where halves of blocks that are not where the line leads are somewhere else in the drive, all of them by the same way: samples are missing
-    /// between them and the others.
+    /// The step of the half of a block that is furthest in the drive from where the line leads, if there is one: samples are missing between it and the
+    /// blocks of the line.
     fn stray_step(&self, both: &Prepared) -> Result<Option<AlignDoubt>, AlignError> {
         let blocks = Blocks::of(both, self.line.drift_ppm())?;
         let own = self.placed.found.iter().zip(&self.used);
