@@ -1,14 +1,16 @@
-//! Chores of the project: `tidy` checks its invariants, `schemas` writes the JSON Schemas of documents (feature `schemas`), `bench`
-//! measures it beside its peers (feature `measure`).
+//! Chores of the project: `tidy` checks its invariants, `lines` counts it, `schemas` writes the JSON
+//! Schemas of documents (feature `schemas`), `bench` measures it beside its peers (feature `measure`).
 
 #[cfg(feature = "measure")]
 mod bench;
 #[cfg(feature = "measure")]
 mod discrimination;
+mod lines;
 #[cfg(feature = "measure")]
 mod rendering;
 #[cfg(feature = "schemas")]
 mod schemas;
+mod source;
 #[cfg(feature = "measure")]
 #[path = "../../piezotact/tests/studies/mod.rs"]
 mod studies;
@@ -25,6 +27,8 @@ fn main() -> Result<()> {
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     match arguments.as_slice() {
         ["tidy"] => tidy::run(),
+        ["lines"] => lines::run(None),
+        ["lines", of] => lines::run(Some(of)),
         #[cfg(feature = "schemas")]
         ["schemas"] => schemas::run(),
         #[cfg(not(feature = "schemas"))]
@@ -42,7 +46,7 @@ fn main() -> Result<()> {
             bail!("`bench` and `work` need the feature `measure`: ./x bench compiles it")
         }
         _ => bail!(
-            "expected `tidy`, `schemas`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"
+            "expected `tidy`, `lines [CRATE[::MODULE]]`, `schemas`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"
         ),
     }
 }
