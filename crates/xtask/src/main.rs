@@ -1,4 +1,4 @@
-//! Chores of the project: `tidy` checks its invariants, `lines` counts it, `schemas` writes the JSON
+//! Chores of the project: `tidy` checks its invariants, `lines` counts it, `unused` lists what nobody uses, `schemas` writes the JSON
 //! Schemas of documents (feature `schemas`), `bench` measures it beside its peers (feature `measure`).
 
 #[cfg(feature = "measure")]
@@ -15,6 +15,7 @@ mod source;
 #[path = "../../piezotact/tests/studies/mod.rs"]
 mod studies;
 mod tidy;
+mod unused;
 #[cfg(feature = "measure")]
 mod verdicts;
 #[cfg(feature = "measure")]
@@ -29,6 +30,7 @@ fn main() -> Result<()> {
         ["tidy"] => tidy::run(),
         ["lines"] => lines::run(None),
         ["lines", of] => lines::run(Some(of)),
+        ["unused"] => unused::run(),
         #[cfg(feature = "schemas")]
         ["schemas"] => schemas::run(),
         #[cfg(not(feature = "schemas"))]
@@ -46,7 +48,7 @@ fn main() -> Result<()> {
             bail!("`bench` and `work` need the feature `measure`: ./x bench compiles it")
         }
         _ => bail!(
-            "expected `tidy`, `lines [CRATE[::MODULE]]`, `schemas`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"
+            "expected `tidy`, `lines [CRATE[::MODULE]]`, `unused`, `schemas`, `bench PYTHON [W1a …]` or `work NAME FOLDER REPETITIONS`"
         ),
     }
 }
