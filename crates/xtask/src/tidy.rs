@@ -1,6 +1,7 @@
 //! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
 
 mod commands;
+mod docs;
 mod layers;
 mod options;
 mod programs;
@@ -147,6 +148,7 @@ fn findings() -> Result<BTreeSet<String>> {
     arrows(&metadata, &mut findings);
     science_is_pure(&root, &mut findings)?;
     science_is_documented(&root, &mut findings)?;
+    docs::check(&source::read(&root)?, &mut findings)?;
     layers::check(&root, &mut findings)?;
     options::check(&root, &mut findings)?;
     commands::check(&root, &mut findings)?;
