@@ -29,7 +29,8 @@ pub(crate) fn run(of: Option<&str>) -> Result<()> {
     }
     ensure!(
         !rows.is_empty(),
-        "expected a crate or CRATE::MODULE, found {of:?}"
+        "expected a crate or CRATE::MODULE, found {}",
+        of.unwrap_or("no source")
     );
     println!("{}", table(&rows));
     if of.is_some() {
