@@ -4,9 +4,8 @@
 use std::sync::OnceLock;
 
 use crate::audio::setup;
-use crate::campaign_drives::two_sets;
 use crate::campaign_session::{holds, run, whole};
-use crate::support::session::table;
+use crate::support::session::{table, two_sets};
 use crate::support::{Folder, copy};
 
 /// Drives that were prepared on the sound device for P01, and its calibration.

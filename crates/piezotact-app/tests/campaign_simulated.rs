@@ -3,10 +3,9 @@
 
 use piezotact_dataset::study::StudyStore;
 
-use crate::campaign_drives::two_sets;
 use crate::campaign_session::{holds, run, study, whole};
 use crate::support::Folder;
-use crate::support::session::table;
+use crate::support::session::{table, two_sets};
 
 const SIMULATE: &str =
     "campaign simulate protocol.toml --study st --participants 2 --seed 7 --iterations 0";
@@ -152,7 +151,7 @@ fn nothing_is_simulated_into_a_study_with_people() {
 /// Five samples named from memory, under names of the protocol's own: several panels, each a study that the same command finds done.
 #[test]
 fn panels_are_other_people_and_stay_the_same() {
-    const LINE: &str = "campaign simulate protocol.toml --study st --participants 3 --seed 7 --panels 2 --surface K1=S1 --surface K2=S5 --surface K3=S8 --surface K4=S11 --surface K5=NO";
+    const LINE: &str = "campaign simulate protocol.toml --study st --participants 2 --seed 7 --panels 2 --surface K1=S1 --surface K2=S5 --surface K3=S8 --surface K4=S11 --surface K5=NO";
     let folder = study();
     let done = run(&folder, LINE);
     done.expect_success();

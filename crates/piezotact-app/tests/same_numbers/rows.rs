@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
+use std::io::Read as _;
 use std::path::Path;
 
+use flate2::read::GzDecoder;
 use piezotact_dataset::{ReadOptions, read_recording};
 use serde_json::{Value, json};
 
@@ -21,7 +23,15 @@ const ROUNDING_IN_LIST: f64 = 1e-12;
 /// What stands for a sentence: only that there is one counts.
 const SENTENCE: &str = "<sentence>";
 /// Fields that tell the program's version or the day, not a result.
-const LEFT_OUT: [&str; 4] = ["editor", "version", "created", "date"];
+const LEFT_OUT: [&str; 7] = [
+    "editor",
+    "version",
+    "created",
+    "date",
+    "made_on",
+    "made_on_day",
+    "measured_on",
+];
 
 /// The rows of a JSON value under `path`.
 pub(crate) fn json_rows(rows: &mut Rows, path: &str, value: &Value) {
@@ -108,7 +118,17 @@ pub(crate) fn file_rows(rows: &mut Rows, file: &Path, name: &str, bytes: &[u8]) 
             json_rows(rows, &path, &serde_json::from_slice(bytes).unwrap());
         }
         Some("parquet" | "wav") => recording_rows(rows, &path, file),
-        Some("csv") => table_rows(rows, &path, &String::from_utf8_lossy(bytes)),
+        Some("csv") => table_rows(rows, &path, bytes, b',', true),
+        Some("tsv") => table_rows(rows, &path, bytes, b'\t', true),
+        // Signals of BIDS, whose columns are named elsewhere.
+        Some("gz") => {
+            let mut text = Vec::new();
+            GzDecoder::new(bytes).read_to_end(&mut text).unwrap();
+            table_rows(rows, &path, &text, b'\t', false);
+        }
+        Some("eeg" | "edf") => {
+            rows.insert(format!("{path} bits"), fnv1a(bytes.iter().copied()).into());
+        }
         // Pages, pictures and what the next command of the chain reads.
         _ => {}
     }
@@ -124,31 +144,41 @@ fn recording_rows(rows: &mut Rows, path: &str, file: &Path) {
         let path = format!("{path} {}", channel.name);
         rows.insert(format!("{path} unit"), channel.unit.to_string().into());
         rows.insert(format!("{path} samples"), summed_up(&channel.samples));
-        rows.insert(format!("{path} bits"), fnv1a(&channel.samples).into());
+        let bytes = channel
+            .samples
+            .iter()
+            .flat_map(|v| v.to_bits().to_le_bytes());
+        rows.insert(format!("{path} bits"), fnv1a(bytes).into());
     }
 }
 
-/// FNV-1a, 64 bits, of the little-endian bytes of the samples.
-fn fnv1a(samples: &[f64]) -> String {
-    let hash = samples
-        .iter()
-        .flat_map(|v| v.to_bits().to_le_bytes())
-        .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-        });
+/// FNV-1a, 64 bits.
+fn fnv1a(bytes: impl Iterator<Item = u8>) -> String {
+    let hash = bytes.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    });
     format!("{hash:016x}")
 }
 
-/// A table with a row of names: each column as a list.
-fn table_rows(rows: &mut Rows, path: &str, text: &str) {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let names: Vec<String> = reader.headers().unwrap().iter().map(Into::into).collect();
+/// A table, with a row of names or without: each column as a list.
+fn table_rows(rows: &mut Rows, path: &str, bytes: &[u8], separator: u8, named: bool) {
+    let mut reader = csv::ReaderBuilder::new()
+        .delimiter(separator)
+        .has_headers(named)
+        .from_reader(bytes);
+    let names: Vec<String> = match named {
+        true => reader.headers().unwrap().iter().map(Into::into).collect(),
+        false => Vec::new(),
+    };
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let cell = |text: &str| match text.parse::<f64>() {
         Ok(number) if number.is_finite() => number.into(),
         _ => Value::from(text),
     };
-    for (index, name) in names.iter().enumerate() {
+    for index in 0..records.first().map_or(names.len(), csv::StringRecord::len) {
+        let name = names
+            .get(index)
+            .map_or_else(|| (index + 1).to_string(), Clone::clone);
         let cells: Vec<Value> = records.iter().map(|record| cell(&record[index])).collect();
         json_rows(rows, &format!("{path} {name}"), &cells.into());
     }

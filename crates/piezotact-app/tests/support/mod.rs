@@ -12,6 +12,7 @@ mod shared_data;
 
 use std::path::PathBuf;
 use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
 
 #[allow(unused_imports, reason = "each test file uses its part")]
 pub(crate) use shared_data::shared;
@@ -99,6 +100,13 @@ pub(crate) struct Folder(tempfile::TempDir);
 impl Folder {
     pub(crate) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
+    }
+
+    /// A copy of the folder that `make` makes once for all tests of a program.
+    pub(crate) fn once(made: &OnceLock<Self>, make: impl FnOnce() -> Self) -> Self {
+        let folder = Self::new();
+        copy(made.get_or_init(make).0.path(), folder.0.path());
+        folder
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
@@ -252,20 +260,23 @@ pub(crate) fn noise(count: usize) -> impl Iterator<Item = f64> {
 
 /// A folder with a texture, the transfer function of a twin, and what is wrong in one way or another.
 pub(crate) fn prepared() -> Folder {
-    let folder = Folder::new();
-    folder.write("texture.wav", wav(noise(20_000), 5_000));
-    folder
-        .run(&[
-            "characterise",
-            "--bench",
-            BENCH,
-            "--seconds",
-            "10",
-            "--out",
-            "tf.json",
-        ])
-        .expect_success();
-    folder
+    static PREPARED: OnceLock<Folder> = OnceLock::new();
+    Folder::once(&PREPARED, || {
+        let folder = Folder::new();
+        folder.write("texture.wav", wav(noise(20_000), 5_000));
+        folder
+            .run(&[
+                "characterise",
+                "--bench",
+                BENCH,
+                "--seconds",
+                "10",
+                "--out",
+                "tf.json",
+            ])
+            .expect_success();
+        folder
+    })
 }
 
 pub(crate) const RENDER: [&str; 7] = [

@@ -5,6 +5,8 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::Duration;
 
+use piezotact_people::campaign::protocol::LIBRARY;
+
 /// How long a script waits for the next prompt.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -191,4 +193,23 @@ set_order = "as_listed"
 repeats = 1
 "#
     )
+}
+
+/// The isotropic protocol of the library with two sets, four samples, strokes played once, and both sessions on one day.
+pub(crate) fn two_sets() -> String {
+    let (_, library) = LIBRARY
+        .iter()
+        .find(|(name, _)| *name == "isotropic_triplets")
+        .unwrap();
+    let (head, _) = library.split_once("[[sets]]").unwrap();
+    let (_, tasks) = library.split_once("[[tasks]]").unwrap();
+    let (head_start, samples) = head.split_once("samples = [").unwrap();
+    let (_, head_end) = samples.split_once(']').unwrap();
+    let sets = "[[sets]]\nname = \"A\"\nsamples = [\"S2\", \"S4\", \"S8\"]\n\n[[sets]]\nname = \"M\"\nsamples = [\"S4\", \"S8\", \"S9\"]\n\n[[tasks]]";
+    let playing = "playing = { how = \"repeated\", pause_s = 0.5, duration_s = 30 }";
+    let text =
+        format!("{head_start}samples = [\"S2\", \"S4\", \"S8\", \"S9\"]{head_end}{sets}{tasks}");
+    assert!(text.contains(playing) && text.contains("another_day"));
+    text.replace(playing, "playing = { how = \"once\" }")
+        .replace("another_day", "any_time")
 }
