@@ -116,7 +116,7 @@ fn a_panel_runs_on_a_sound_device() {
         "--loads",
         "0.2",
         "--seconds",
-        "20",
+        "8",
         "--out",
         "panel",
     ]);
@@ -129,7 +129,7 @@ fn a_panel_runs_on_a_sound_device() {
 #[test]
 fn latency_stands_beside_the_set_up_and_in_later_recordings() {
     let folder = calibrated("");
-    let done = folder.run(&["latency", "setup.toml", "--restarts", "50", "--json"]);
+    let done = folder.run(&["latency", "setup.toml", "--restarts", "10", "--json"]);
     done.expect_success();
     let found = json(&done.out());
     let median_s = found["latency"]["median_s"].as_f64().unwrap();
@@ -139,7 +139,7 @@ fn latency_stands_beside_the_set_up_and_in_later_recordings() {
         (median_s - expected_s).abs() <= 1_024.0 / 48_000.0,
         "{median_s}"
     );
-    assert_eq!(found["runs"].as_array().unwrap().len(), 50);
+    assert_eq!(found["runs"].as_array().unwrap().len(), 10);
     folder.write("drive.wav", wav(noise(48_000).map(|v| 0.2 * v), 48_000));
     let play = [
         "play",

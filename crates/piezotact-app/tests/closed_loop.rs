@@ -1,24 +1,29 @@
 //! `render` in a closed loop and with its other inverses, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use std::sync::OnceLock;
+
 use crate::support::{self, Folder, wav};
 
 const BENCH: &str = "twin:participant=2,seed=7";
 
 fn ready() -> Folder {
-    let folder = Folder::new();
-    folder.run(&["demo", "--out", "d"]).expect_success();
-    let characterise = [
-        "characterise",
-        "--bench",
-        BENCH,
-        "--seconds",
-        "20",
-        "--out",
-        "tf.json",
-    ];
-    folder.run(&characterise).expect_success();
-    folder
+    static READY: OnceLock<Folder> = OnceLock::new();
+    Folder::once(&READY, || {
+        let folder = Folder::new();
+        folder.run(&["demo", "--out", "d"]).expect_success();
+        let characterise = [
+            "characterise",
+            "--bench",
+            BENCH,
+            "--seconds",
+            "20",
+            "--out",
+            "tf.json",
+        ];
+        folder.run(&characterise).expect_success();
+        folder
+    })
 }
 
 fn render(folder: &Folder, rest: &str) -> support::Done {

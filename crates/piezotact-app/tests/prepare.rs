@@ -1,6 +1,8 @@
 //! `prepare`: strokes of one session to verified drives, as a black box.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use std::sync::OnceLock;
+
 use serde_json::Value;
 
 use crate::support::{Done, Folder};
@@ -30,20 +32,23 @@ fn record(folder: &Folder, sample: &str, participant: &str) {
 
 /// A folder with the strokes of participant 2 on S1 and S11 and their transfer function.
 fn session() -> Folder {
-    let folder = Folder::new();
-    record(&folder, "S1", "2");
-    record(&folder, "S11", "2");
-    let arguments = [
-        "characterise",
-        "--bench",
-        BENCH,
-        "--seconds",
-        "20",
-        "--out",
-        "tf.json",
-    ];
-    folder.run(&arguments).expect_success();
-    folder
+    static SESSION: OnceLock<Folder> = OnceLock::new();
+    Folder::once(&SESSION, || {
+        let folder = Folder::new();
+        record(&folder, "S1", "2");
+        record(&folder, "S11", "2");
+        let arguments = [
+            "characterise",
+            "--bench",
+            BENCH,
+            "--seconds",
+            "20",
+            "--out",
+            "tf.json",
+        ];
+        folder.run(&arguments).expect_success();
+        folder
+    })
 }
 
 fn prepare(folder: &Folder, rest: &str) -> Done {

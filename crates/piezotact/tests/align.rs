@@ -160,6 +160,19 @@ fn check(what: &str, other: &Other, found: &Alignment, samples: usize) {
 
 #[test]
 fn every_rate_and_clock_is_found_without_and_with_bursts() {
+    every_rate_and_clock_is_found_without_and_with_bursts_in(&[8000.0], &[-100.0]);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_every_rate_and_clock_is_found_without_and_with_bursts() {
+    every_rate_and_clock_is_found_without_and_with_bursts_in(
+        &[5000.0, 8000.0, 10_000.0],
+        &[-100.0, 100.0],
+    );
+}
+
+fn every_rate_and_clock_is_found_without_and_with_bursts_in(rates_hz: &[f64], clocks_ppm: &[f64]) {
     let drives = [
         ("noise", noise(1, 12.0)),
         ("tone", tone(250.0, 12.0)),
@@ -167,8 +180,8 @@ fn every_rate_and_clock_is_found_without_and_with_bursts() {
     ];
     for (what, plain) in drives {
         let with = with_bursts(&plain, &burst()).unwrap();
-        for rate_hz in [5000.0, 8000.0, 10_000.0] {
-            for ppm in [-100.0, 100.0] {
+        for &rate_hz in rates_hz {
+            for &ppm in clocks_ppm {
                 let mut other = Other {
                     rate_hz,
                     ppm,
@@ -272,7 +285,8 @@ fn a_device_that_rings_does_not_widen_the_intervals() {
 
 /// 95 % of 60, less three binomial standard deviations; and intervals are not much wider than errors.
 #[test]
-fn the_intervals_of_bursts_hold_the_truth() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_the_intervals_of_bursts_hold_the_truth() {
     let with = with_bursts(&tone(180.0, 4.0), &burst()).unwrap();
     let (mut held, mut drifts, mut ratios) = (0, 0, Vec::new());
     for seed in 0..60 {
@@ -355,6 +369,16 @@ const AGAINST: [&str; 7] = [
 
 #[test]
 fn lost_samples_are_refused_or_doubted() {
+    lost_samples_are_refused_or_doubted_in(&[29_000]);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_lost_samples_are_refused_or_doubted() {
+    lost_samples_are_refused_or_doubted_in(&[12_000, 29_000, 46_000]);
+}
+
+fn lost_samples_are_refused_or_doubted_in(places: &[usize]) {
     let other = Other {
         rate_hz: 5000.0,
         ppm: 30.0,
@@ -373,7 +397,7 @@ fn lost_samples_are_refused_or_doubted() {
         // 0.2 ms; 2 ms; one period of the tone; more than a search reaches; one of the grating; a second.
         for lost in [1, 10, 20, 35, 500, 5000] {
             // Near the ends of the drive, and in its middle.
-            for at in [12_000, 29_000, 46_000] {
+            for &at in places {
                 let mut own = whole.clone();
                 own.drain(at..at + lost);
                 let said = |found: &Result<Alignment, AlignError>| match found {
@@ -418,6 +442,16 @@ fn holds(found: &Alignment, other: &Other, lost: &[(usize, usize)], samples: usi
 /// Samples that are missing early, late, or one by one: what is stated of the first and the last sample holds.
 #[test]
 fn intervals_hold_where_samples_are_missing() {
+    intervals_hold_where_samples_are_missing_in(&[31]);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_intervals_hold_where_samples_are_missing() {
+    intervals_hold_where_samples_are_missing_in(&[31, 32]);
+}
+
+fn intervals_hold_where_samples_are_missing_in(seeds: &[u64]) {
     let other = Other {
         rate_hz: 8000.0,
         ppm: 40.0,
@@ -426,7 +460,7 @@ fn intervals_hold_where_samples_are_missing() {
         noise: 1e-3,
         seed: 4,
     };
-    for seed in [31, 32] {
+    for &seed in seeds {
         let drive = noise(seed, 20.0);
         let whole = other.records(&drive);
         let spread = |count: usize, each: usize| -> Vec<(usize, usize)> {
@@ -481,7 +515,17 @@ fn intervals_hold_where_samples_are_missing() {
 /// A drive of narrow noise is like itself a few milliseconds later; that is no second place.
 #[test]
 fn a_narrow_drive_has_one_place() {
-    for seed in 0..6 {
+    a_narrow_drive_has_one_place_in(0..1);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_a_narrow_drive_has_one_place() {
+    a_narrow_drive_has_one_place_in(0..6);
+}
+
+fn a_narrow_drive_has_one_place_in(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
         let mut draw = draws(100 + seed);
         let lines: Vec<[f64; 3]> = (0..80)
             .map(|_| [30.0 + 300.0 * draw(), TAU * draw(), 0.2 + draw()])

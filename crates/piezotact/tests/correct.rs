@@ -268,10 +268,23 @@ const TABLE: [(f64, Errors, Errors); 3] = [
 
 #[test]
 fn closed_loops_beat_the_table_on_its_own_plant() {
+    closed_loops_beat_the_table_on_its_own_plant_in(1..=1);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_closed_loops_beat_the_table_on_its_own_plant() {
+    closed_loops_beat_the_table_on_its_own_plant_in(1..=5);
+}
+
+fn closed_loops_beat_the_table_on_its_own_plant_in(seeds: std::ops::RangeInclusive<u64>) {
     for (level, table_plain, table) in TABLE {
         let all = |of: &(dyn Fn(u64) -> Missed + Sync)| {
             std::thread::scope(|scope| {
-                let seeds: Vec<_> = (1..=5).map(|seed| scope.spawn(move || of(seed))).collect();
+                let seeds: Vec<_> = seeds
+                    .clone()
+                    .map(|seed| scope.spawn(move || of(seed)))
+                    .collect();
                 let each: Vec<Missed> = seeds.into_iter().map(|s| s.join().unwrap()).collect();
                 Missed::mean(&each)
             })

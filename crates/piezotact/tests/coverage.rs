@@ -158,7 +158,8 @@ fn coverage(
 /// Over 500 seeded simulations of each case, "95 %" is said only where 93–97 % of the limits hold the best linear approximation;
 /// what is called scatter holds the middle of the estimates everywhere.
 #[test]
-fn limits_hold_what_the_program_says_of_them() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_limits_hold_what_the_program_says_of_them() {
     const ON_RESPONSE: NoiseOn = NoiseOn {
         drive: 0.0,
         response: 0.5,

@@ -61,7 +61,8 @@ fn halves_of_measured_recordings_are_not_distinguishable() {
 /// Noise whose level wanders, as a random walk does or in one direction, is not told apart from itself; noise that does not
 /// wander is still below the JND.
 #[test]
-fn halves_of_noise_that_wanders_are_not_distinguishable() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_halves_of_noise_that_wanders_are_not_distinguishable() {
     let wandering = |seed: u64, seconds: usize, walk_db: f64, drift_db: f64| -> Vec<f64> {
         let x = texture(seed, seconds * 5000, 3.0, humps);
         let mut random = Random::new(seed + 900);

@@ -74,7 +74,8 @@ fn hann(segment: usize, overlap: f64) -> WelchConfig {
 /// Of 400 unrelated pairs for each way of averaging, at most 5 % (and what 400 pairs scatter by) are taken for related, and
 /// of none a delay is said.
 #[test]
-fn unrelated_pairs_are_called_related_as_often_as_stated() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_unrelated_pairs_are_called_related_as_often_as_stated() {
     const PAIRS: u64 = 400;
     type Make = fn(u64, usize) -> Vec<f64>;
     let makes: [(&str, Make); 2] = [("white", noise), ("coloured", coloured)];

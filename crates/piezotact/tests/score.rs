@@ -86,6 +86,16 @@ fn a_texture_and_itself_5_ms_later_score_below_a_tenth() {
 /// What the lowest bands hold is known least: 30 s of a rumble hold few of its swings.
 #[test]
 fn twins_of_other_spectra_score_below_a_tenth() {
+    twins_of_other_spectra_score_below_a_tenth_in(1..=1);
+}
+
+#[test]
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_twins_of_other_spectra_score_below_a_tenth() {
+    twins_of_other_spectra_score_below_a_tenth_in(1..=3);
+}
+
+fn twins_of_other_spectra_score_below_a_tenth_in(seeds: std::ops::RangeInclusive<u64>) {
     type Shape = fn(f64) -> f64;
     let shapes: [(&str, Shape); 4] = [
         ("white", |_| 1.0),
@@ -94,7 +104,7 @@ fn twins_of_other_spectra_score_below_a_tenth() {
         ("narrow", |f| (-((f / 150.0).ln() / 0.06).powi(2)).exp()),
     ];
     for (name, shape) in shapes {
-        for seed in 1..=3 {
+        for seed in seeds.clone() {
             let x = texture(seed, THIRTY_S, 2.0, shape);
             let s = scored(&x, &twin(&x, seed + 30));
             let other = texture(seed + 60, THIRTY_S, 2.0, shape).amplified(Decibels(1.58));
@@ -222,7 +232,8 @@ fn a_short_recording_says_that_it_cannot_tell() {
 }
 
 #[test]
-fn the_limits_hold_the_truth_nineteen_times_of_twenty() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_the_limits_hold_the_truth_nineteen_times_of_twenty() {
     for (samples, pairs) in [(10_000, 150), (30_000, 60)] {
         let held = (0..pairs)
             .filter(|seed| {
