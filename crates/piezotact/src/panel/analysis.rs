@@ -73,10 +73,8 @@ pub struct PanelAnalysis {
     pub participants: Vec<String>,
     /// The number of loads and angles at which each participant was measured; participants without a cell are left out of
     /// comparisons that need it.
-    #[serde(default)]
     pub attendances: Vec<Attendance>,
     /// Every measurement with the criteria that decide whether it is a member of the panel and its averages.
-    #[serde(default)]
     pub members: Vec<Member>,
     /// How many participants were measured in every cell.
     pub complete: usize,

@@ -569,7 +569,7 @@ pub(super) fn of_members<'a>(
         }
     }
     let (measurement, example) = example?;
-    let measurement = Some(Example(measurement));
+    let measurement = Example(measurement);
     Some(Doubt::from(PanelDoubt::OfMembers {
         count,
         of,
