@@ -17,6 +17,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy as np
 
@@ -75,6 +76,8 @@ def session(folder, line):
             break
         shown += more
         if shown.rstrip(b" ").endswith(b">"):
+            # Two trials within one millisecond have one onset, and HED takes them for one event; a person is slower.
+            time.sleep(0.005)
             process.stdin.write((answer(shown.decode()) + "\n").encode())
             process.stdin.flush()
             shown = b""

@@ -175,7 +175,7 @@ mod tests {
         for (name, text) in &all {
             assert!(
                 stored[name] == *text,
-                "docs/schemas/{name} is not that of the type: run `cargo run -p xtask -- schemas`"
+                "docs/schemas/{name} is not that of the type: run `cargo run -p xtask --features schemas -- schemas`"
             );
         }
     }

@@ -1,6 +1,7 @@
 //! `xtask tidy`: the project's invariants that a program can check. Each finding says what to do.
 
 mod commands;
+mod docs;
 mod layers;
 mod options;
 mod programs;
@@ -13,6 +14,8 @@ use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
 use syn::spanned::Spanned;
 use syn::visit::Visit;
+
+use crate::source::{self, rust_files};
 
 /// The folders of the sciences: of signals and touch, and of people.
 const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
@@ -139,14 +142,13 @@ pub(crate) fn run() -> Result<()> {
 
 /// What is not as the invariants say, and what to do about each.
 fn findings() -> Result<BTreeSet<String>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("../..")
-        .canonicalize()?;
+    let root = source::root()?;
     let metadata = MetadataCommand::new().current_dir(&root).exec()?;
     let mut findings = Findings::default();
     arrows(&metadata, &mut findings);
     science_is_pure(&root, &mut findings)?;
     science_is_documented(&root, &mut findings)?;
+    docs::check(&source::read(&root)?, &mut findings)?;
     layers::check(&root, &mut findings)?;
     options::check(&root, &mut findings)?;
     commands::check(&root, &mut findings)?;
@@ -533,19 +535,6 @@ fn decisions(root: &Path, findings: &mut Findings) -> Result<()> {
         }
     }
     Ok(())
-}
-
-fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).with_context(|| folder.display().to_string())? {
-        let path = entry?.path();
-        if path.is_dir() {
-            files.extend(rust_files(&path)?);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            files.push(path);
-        }
-    }
-    Ok(files)
 }
 
 fn shown(root: &Path, file: &Path) -> String {

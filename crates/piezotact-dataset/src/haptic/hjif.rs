@@ -92,7 +92,6 @@ pub struct HjifPerception {
 /// A device that a perception was made for. Frequencies in Hz, potential in V, the rest in SI.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-#[allow(missing_docs, reason = "the standard's names say it")]
 pub struct HjifReferenceDevice {
     pub id: i64,
     pub name: String,

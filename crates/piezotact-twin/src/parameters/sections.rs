@@ -1,4 +1,4 @@
-//! The sections of the parameter file, number by number.
+//! The sections of the parameter file, number by number. What a number means stands beside it in the file.
 
 use serde::Deserialize;
 
@@ -7,7 +7,6 @@ macro_rules! parameters {
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, Deserialize)]
         #[serde(deny_unknown_fields)]
-        #[allow(missing_docs, reason = "what a number means stands beside it in the parameter file")]
         pub struct $name { $(pub $field: $type),* }
     };
 }

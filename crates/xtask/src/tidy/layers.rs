@@ -10,6 +10,7 @@ use anyhow::{Context, Result, bail};
 use proc_macro2::{Delimiter, Group, Ident, Span, TokenStream, TokenTree};
 
 use super::{Findings, rust_files};
+use crate::source::{self, item_end};
 
 /// The sciences: the heading over the table of each, and its source folder.
 const TABLES: [(&str, &str); 2] = [
@@ -349,20 +350,7 @@ pub(super) fn is_test(tokens: &[TokenTree]) -> bool {
     let [TokenTree::Punct(hash), TokenTree::Group(group), ..] = tokens else {
         return false;
     };
-    let text: String = group.stream().to_string().split_whitespace().collect();
-    hash.as_char() == '#' && text == "cfg(test)"
-}
-
-/// Behind the item that begins at `i`: its body, or its semicolon.
-pub(super) fn item_end(tokens: &[TokenTree], i: usize) -> usize {
-    let ends = |token: &TokenTree| match token {
-        TokenTree::Punct(p) => p.as_char() == ';',
-        TokenTree::Group(group) => group.delimiter() == Delimiter::Brace,
-        _ => false,
-    };
-    (i..tokens.len())
-        .find(|at| ends(&tokens[*at]))
-        .map_or(tokens.len(), |at| at + 1)
+    hash.as_char() == '#' && source::is_test(group)
 }
 
 /// Behind the semicolon that follows `i`.

@@ -7,6 +7,7 @@ use proc_macro2::{TokenStream, TokenTree};
 
 use super::layers::is_test;
 use super::{Findings, SCIENCES, rust_files};
+use crate::source::item_end;
 
 /// Invariant 12: no string of the science names an option.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
@@ -40,7 +41,7 @@ fn walk(tokens: TokenStream, found: &mut Vec<(usize, String)>) {
     let mut i = 0;
     while let Some(token) = tokens.get(i) {
         if is_test(&tokens[i..]) {
-            i = super::layers::item_end(&tokens, i + 2);
+            i = item_end(&tokens, i + 2);
             continue;
         }
         // What documentation says is an attribute: `#[doc = "…"]`, or `#![doc = "…"]` of what it stands in.
