@@ -274,7 +274,8 @@ mod tests {
         ] {
             let gain = device.gain(&GainName::new(name)).unwrap();
             assert!((gain.voltage_ratio() - ratio).abs() < 0.06, "{name}");
-            assert!((gain.full_scale_input().0 - input_v).abs() < 1e-3, "{name}");
+            let clips_at_v = gain.full_scale_output().0 / gain.voltage_ratio();
+            assert!((clips_at_v - input_v).abs() < 1e-3, "{name}");
             assert_eq!(gain.full_scale_output().0, output_v);
         }
         let said = device.gain(&GainName::new("B5")).unwrap_err().to_string();

@@ -141,8 +141,8 @@ pub(super) fn with_opposite_names(error: PanelError, opposites: &[Doubt]) -> Pan
 /// The complete analysis of `panel` over the band of `config`: differences between people and the worst cell, the effects of load
 /// and angle, repeatability, and the penalty of an average over people for a new person. Levels in dB re 1 unit of `O` per `I`.
 ///
-/// Source: L. Felicetti's thesis (2024), chapter 5, and the sources of [`super::spread_by_cell`], [`super::worst_case`],
-/// [`super::load_steps`], [`super::angle_effects`], [`repeatability`], [`super::cell_averages`] and
+/// Source: L. Felicetti's thesis (2024), chapter 5; B. Iglewicz and D. C. Hoaglin, *How to Detect and Handle Outliers*, 1993; D. N. Politis
+/// and J. P. Romano (1994), Ann. Statist. 22(4); and the sources of [`repeatability`], [`super::cell_averages`] and
 /// [`super::learning_curve`].
 ///
 /// # Errors

@@ -38,13 +38,8 @@ pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_cur
 pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
-pub use spread::{
-    BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase, bundle_of_all,
-    falls_with_load, spread_by_cell, worst_case,
-};
-pub use trend::{
-    AngleEffect, LoadStep, ParticipantShape, ParticipantStep, angle_effects, load_steps,
-};
+pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
+pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 
 use std::fmt;
 

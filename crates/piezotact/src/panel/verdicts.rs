@@ -2,6 +2,8 @@
 
 use num_complex::Complex;
 
+use super::levels::Levels;
+use super::spread::falls;
 use super::*;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
@@ -192,7 +194,11 @@ fn a_trend_with_load_is_said_where_there_is_one() {
                 })
                 .collect();
             let log = BundleAverage::LogMagnitude;
-            let falls = falls_with_load(&panel_of(&people), log, band(), 200, 1).unwrap();
+            let falls = falls(
+                &Levels::of(&panel_of(&people), band(), log).unwrap(),
+                200,
+                1,
+            );
             falls[0].direction != Direction::NotShown
         });
         found.count() as f64 / panels as f64
