@@ -142,8 +142,8 @@ pub(super) fn with_opposite_names(error: PanelError, opposites: &[Doubt]) -> Pan
 /// and angle, repeatability, and the penalty of an average over people for a new person. Levels in dB re 1 unit of `O` per `I`.
 ///
 /// Source: L. Felicetti's thesis (2024), chapter 5; B. Iglewicz and D. C. Hoaglin, *How to Detect and Handle Outliers*, 1993; D. N. Politis
-/// and J. P. Romano (1994), Ann. Statist. 22(4); and the sources of [`repeatability`], [`super::cell_averages`] and
-/// [`super::learning_curve`].
+/// and J. P. Romano (1994), Ann. Statist. 22(4); K. V. Mardia and P. E. Jupp, *Directional Statistics*, 2000; T. Hastie, R. Tibshirani and
+/// J. Friedman, *The Elements of Statistical Learning*, 2nd ed., section 7.10; and the sources of [`repeatability`].
 ///
 /// # Errors
 /// [`PanelError::Few`] for fewer than two participants, [`PanelError::Empty`] when no line lies in the band,

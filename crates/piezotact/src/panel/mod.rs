@@ -25,7 +25,7 @@ mod trend;
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
     AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, ParticipantPenalty,
-    Verdict, average_of_panel, cell_averages, share_interval,
+    Verdict, average_of_panel, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
@@ -34,7 +34,7 @@ pub use curves::{
 };
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
-pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_curve};
+pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
