@@ -73,7 +73,7 @@ print(
         {
             "made_by": f"SciPy {scipy.__version__}, statsmodels {statsmodels.__version__}, golden/association.py",
             "shares": [
-                {"declared": x, "presented": n, "exact": interval(x, n, "exact"), "wilson": interval(x, n, "wilson")}
+                {"declared": x, "presented": n, "exact": interval(x, n, "exact")}
                 for x, n in SHARES
             ],
             "clustered": [clustered(people) for people in CLUSTERS],

@@ -87,10 +87,9 @@ def power():
     single = tfr_array_morlet(epochs, 500.0, freqs, n_cycles=cycles, zero_mean=True, output="power")
     # Band 8 to 12.5 Hz, samples 100 to 300 (0.2 s to 0.6 s from the first), epochs x channels.
     window = single[:, :, :3, 100:301].mean(axis=(2, 3))
-    itc = tfr_array_morlet(epochs, 500.0, freqs, n_cycles=cycles, zero_mean=True, output="itc", decim=40)
     return {
         "freqs": freqs.tolist(), "cycles": cycles.tolist(), "multitaper": multitaper,
-        "morlet": keep(morlet), "window": keep(window.T), "itc": keep(itc),
+        "morlet": keep(morlet), "window": keep(window.T),
     }
 
 

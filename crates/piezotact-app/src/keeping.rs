@@ -340,7 +340,7 @@ pub(crate) fn go_on(folder: &RunFolder, purpose: &Purpose) -> Outcome<RunFolder>
         Ok(())
     };
     let begun = folder.purpose();
-    // What says nothing, as runs of an earlier version, is compared run by run.
+    // What says nothing is compared run by run.
     let begun = begun.and_then(|text| serde_json::from_str::<Purpose>(&text).ok());
     let differs = begun.map_or(Vec::new(), |begun| purpose.differs_from(&begun));
     if !folder.is_interrupted() {

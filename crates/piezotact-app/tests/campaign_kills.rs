@@ -290,7 +290,7 @@ fn flipped(folder: &Folder, random: &mut ChaCha8Rng, times: usize) {
 /// Kills sessions `times` in all, 20 in each.
 fn kill(times: usize, seed: u64) {
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(8, "trial_anew"));
+    folder.write("protocol.toml", naming(8));
     run(
         &folder,
         "campaign new study --protocol protocol.toml --seed 7",

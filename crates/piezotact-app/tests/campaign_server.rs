@@ -123,7 +123,7 @@ fn a_session_goes_on_when_the_server_runs_again() {
     let own = Server::start("");
     let database = own.database();
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(1, "trial_anew"));
+    folder.write("protocol.toml", naming(1));
     let line = format!("campaign new study --protocol protocol.toml --seed 7 --store {database}");
     done(&folder, &line);
     let mut first = session(&folder, "campaign run study P01 naming");

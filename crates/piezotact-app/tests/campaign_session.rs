@@ -18,7 +18,7 @@ pub(crate) fn session(folder: &Folder, line: &str) -> Session {
 /// A study in a folder: five samples, each named once, behind the learning.
 pub(crate) fn study() -> Folder {
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(1, "trial_anew"));
+    folder.write("protocol.toml", naming(1));
     run(
         &folder,
         "campaign new study --protocol protocol.toml --seed 7",
@@ -466,7 +466,7 @@ fn a_rehearsal_is_marked_and_changes_no_plan() {
 #[test]
 fn an_answer_that_does_not_fit_on_the_disk_is_refused_aloud() {
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(8, "trial_anew"));
+    folder.write("protocol.toml", naming(8));
     run(
         &folder,
         "campaign new study --protocol protocol.toml --seed 7",
@@ -552,7 +552,7 @@ fn soak_session_full_disk() {
         eprintln!("left out: only root mounts a file system");
         return;
     }
-    folder.write("protocol.toml", naming(8, "trial_anew"));
+    folder.write("protocol.toml", naming(8));
     let place = folder.path("study");
     std::fs::create_dir(&place).unwrap();
     let mount = |words: &[&str]| {
@@ -646,7 +646,7 @@ fn a_session_in_a_folder_that_became_read_only_is_refused_aloud() {
 #[test]
 fn an_identity_forges_no_line_and_keeps_a_signed_consent() {
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(1, "trial_anew"));
+    folder.write("protocol.toml", naming(1));
     folder.write("consent.txt", "I take part.");
     folder.write("secret.txt", "four words of wood");
     run(

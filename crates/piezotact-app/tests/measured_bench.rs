@@ -304,12 +304,12 @@ fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
     .expect_failure(2, &["panel=FOLDER with placement=N"]);
 }
 
-/// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people, also to a drive of before, which says the seed in
-/// its provenance alone.
+/// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people.
 #[test]
 fn a_twin_s_participant_of_another_seed_is_somebody_else() {
     let mut stated = described();
-    stated["condition"] = json!({ "participant": "P02", "load_n": 0.2, "angle_deg": 20.0 });
+    stated["condition"] =
+        json!({ "participant": "P02", "twin_seed": 7, "load_n": 0.2, "angle_deg": 20.0 });
     stated["provenance"] = json!({ "source": "twin", "bench": "twin", "seed": 7, "steps": [] });
     stated["drive"]["volts_per_full_scale"] = json!(1.41);
     let folder = folder(stated);

@@ -22,7 +22,7 @@ fn run(folder: &Folder, line: &str) -> crate::support::Done {
 
 fn study() -> Folder {
     let folder = Folder::new();
-    folder.write("protocol.toml", naming(8, "trial_anew"));
+    folder.write("protocol.toml", naming(8));
     run(
         &folder,
         "campaign new study --protocol protocol.toml --seed 7",
@@ -359,7 +359,7 @@ fn pages_lead_a_session_of_a_shared_study() {
     let database = Database::start("");
     let url = database.database();
     let (folder, there) = (Folder::new(), Folder::new());
-    folder.write("protocol.toml", naming(8, "trial_anew"));
+    folder.write("protocol.toml", naming(8));
     let new = "campaign new study --protocol protocol.toml --seed 7";
     run(&folder, &format!("{new} --store {url}")).expect_success();
     run(&there, &format!("campaign join {url} study")).expect_success();

@@ -4,14 +4,14 @@
 
 /// A table.
 #[derive(Clone, Copy)]
-pub(crate) struct Table<'a> {
+struct Table<'a> {
     bytes: &'a [u8],
     at: usize,
 }
 
 impl<'a> Table<'a> {
     /// The table that the bytes begin with.
-    pub(crate) fn root(bytes: &'a [u8]) -> Option<Self> {
+    fn root(bytes: &'a [u8]) -> Option<Self> {
         Self { bytes, at: 0 }.behind(0)
     }
 
@@ -45,83 +45,33 @@ impl<'a> Table<'a> {
     }
 
     /// Field `id` as a byte.
-    pub(crate) fn byte(self, id: usize) -> Option<u8> {
+    fn byte(self, id: usize) -> Option<u8> {
         let [byte] = self.number(self.field(id)?)?;
         Some(byte)
     }
 
-    /// Field `id` as a whole number of 64 bits.
-    pub(crate) fn long(self, id: usize) -> Option<i64> {
-        Some(i64::from_le_bytes(self.number(self.field(id)?)?))
-    }
-
-    /// Whether field `id` is there.
-    pub(crate) fn has(self, id: usize) -> bool {
-        self.field(id).is_some()
-    }
-
     /// Field `id` as a table.
-    pub(crate) fn table(self, id: usize) -> Option<Self> {
+    fn table(self, id: usize) -> Option<Self> {
         self.behind(self.field(id)?)
     }
 
     /// Field `id` as a text.
-    pub(crate) fn text(self, id: usize) -> Option<&'a str> {
+    fn text(self, id: usize) -> Option<&'a str> {
         let Self { at, .. } = self.behind(self.field(id)?)?;
         let from = at.checked_add(4)?;
         let bytes = self.bytes.get(from..from.checked_add(self.length(at)?)?)?;
         std::str::from_utf8(bytes).ok()
     }
 
-    /// Field `id` as a list: where its first element stands, and how many there are of `size` bytes each.
-    fn list(self, id: usize, size: usize) -> Option<(usize, usize)> {
+    /// Field `id` as a list of tables.
+    fn tables(self, id: usize) -> Option<Vec<Self>> {
         let Self { at, .. } = self.behind(self.field(id)?)?;
         let (from, count) = (at.checked_add(4)?, self.length(at)?);
-        let end = from.checked_add(count.checked_mul(size)?)?;
-        (end <= self.bytes.len()).then_some((from, count))
-    }
-
-    /// Field `id` as a list of tables.
-    pub(crate) fn tables(self, id: usize) -> Option<Vec<Self>> {
-        let (from, count) = self.list(id, 4)?;
-        (0..count).map(|k| self.behind(from + 4 * k)).collect()
-    }
-
-    /// Field `id` as a list of pairs of whole numbers of 64 bits.
-    pub(crate) fn pairs(self, id: usize) -> Option<Vec<[i64; 2]>> {
-        let (from, count) = self.list(id, 16)?;
-        let long = |at| Some(i64::from_le_bytes(self.number(at)?));
-        (0..count)
-            .map(|k| Some([long(from + 16 * k)?, long(from + 16 * k + 8)?]))
-            .collect()
-    }
-}
-
-/// A message of Arrow.
-pub(crate) enum Message<'a> {
-    /// The schema of the columns.
-    Schema(Schema<'a>),
-    /// A batch of rows; `body_length` bytes follow.
-    Batch {
-        /// The table of the batch.
-        batch: Table<'a>,
-        /// The length of what follows.
-        body_length: u64,
-    },
-}
-
-impl<'a> Message<'a> {
-    /// The message in `bytes`.
-    pub(crate) fn of(bytes: &'a [u8]) -> Option<Self> {
-        let message = Table::root(bytes)?;
-        match message.byte(1)? {
-            1 => Some(Self::Schema(Schema(message.table(2)?))),
-            3 => Some(Self::Batch {
-                batch: message.table(2)?,
-                body_length: u64::try_from(message.long(3).unwrap_or(0)).ok()?,
-            }),
-            _ => None,
+        let end = from.checked_add(count.checked_mul(4)?)?;
+        if end > self.bytes.len() {
+            return None;
         }
+        (0..count).map(|k| self.behind(from + 4 * k)).collect()
     }
 }
 
@@ -130,14 +80,13 @@ impl<'a> Message<'a> {
 pub(crate) struct Schema<'a>(Table<'a>);
 
 impl<'a> Schema<'a> {
-    /// How many columns there are.
-    pub(crate) fn columns(self) -> usize {
-        self.0.tables(1).map_or(0, |fields| fields.len())
-    }
-
-    /// The text that is stored under `key`.
-    pub(crate) fn stored(self, key: &str) -> Option<&'a str> {
-        value_of(self.0, 2, key)
+    /// The schema in `bytes`, which are a message of Arrow; `None` where they are another one.
+    pub(crate) fn of(bytes: &'a [u8]) -> Option<Self> {
+        let message = Table::root(bytes)?;
+        match message.byte(1)? {
+            1 => Some(Self(message.table(2)?)),
+            _ => None,
+        }
     }
 
     /// The name of every column, with what is stored of it under `key`.

@@ -21,7 +21,6 @@ mod format;
 pub mod haptic;
 mod input;
 mod journal;
-mod journal_batches;
 mod lock;
 pub mod lvm;
 pub mod matlab;

@@ -21,7 +21,7 @@ use crate::haptic::{self, HapticKind, haptic_kind};
 use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
-use crate::recording_file::{Stored, read_journal, read_parquet};
+use crate::recording_file::{Stored, read_parquet};
 use crate::sidecar::{Rendering, measure_or_unit, sidecar_path, unit_and_factor};
 use crate::uff;
 use crate::wav::{SampleFormat, fingerprint, parse_wav, start_in};
@@ -101,7 +101,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 20] = [
+static RECORDINGS: [Format<FileKind, Reader>; 19] = [
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -115,14 +115,6 @@ static RECORDINGS: [Format<FileKind, Reader>; 20] = [
         endings: &["part"],
         sniff: Recognition::Head(is_journal),
         read: |file, _| read_run_journal(file.path),
-    },
-    // Of the first version.
-    Format {
-        kind: FileKind::JOURNAL,
-        label: "",
-        endings: &[],
-        sniff: Recognition::Head(|head| head.starts_with(&[0xFF; 4])),
-        read: |file, _| read_journal(file.path),
     },
     Format {
         kind: FileKind::named("TDMS"),
@@ -349,20 +341,15 @@ fn from_eeg(file: &mut Opened<'_>) -> Result<Stored, ReadError> {
 }
 
 fn from_journal(path: &Path) -> Result<Contents, ReadError> {
-    let file = Opened::open(path)?;
-    let stored = match is_journal(file.head()) {
-        true => read_run_journal(path)?,
-        false => read_journal(path)?,
-    };
-    finite(path, contents_of(stored, FileKind::JOURNAL))
+    finite(
+        path,
+        contents_of(read_run_journal(path)?, FileKind::JOURNAL),
+    )
 }
 
 fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     let recording = &mut stored.recording;
-    // Information that files of earlier versions state only in their provenance.
-    recording.about = std::mem::take(&mut recording.about).with_twin();
-    if let Some(rendering) = &mut stored.rendering {
-        rendering.about = std::mem::take(&mut rendering.about).with_twin();
+    if let Some(rendering) = &stored.rendering {
         let its_own =
             played_through_its_own(&rendering.about.provenance, &recording.about.provenance);
         let said = its_own.filter(|doubt| !recording.about.doubts.contains(doubt));
@@ -547,12 +534,7 @@ mod tests {
         assert_eq!(RECORDINGS.last().map(|row| row.kind), Some(FileKind::TABLE));
         for (i, row) in RECORDINGS.iter().enumerate() {
             let others = &RECORDINGS[..i];
-            // Journals have two formats.
-            assert!(
-                others
-                    .iter()
-                    .all(|other| other.kind != row.kind || row.kind == FileKind::JOURNAL)
-            );
+            assert!(others.iter().all(|other| other.kind != row.kind));
             for ending in row.endings {
                 assert!(
                     !others.iter().any(|other| other.endings.contains(ending)),

@@ -64,7 +64,7 @@ pub struct PanelIndex {
     /// Which bench measures it, where one does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bench: Option<String>,
-    /// The files that this bench is made of; empty where there are none, and in panels of before.
+    /// The files that this bench is made of; empty where there are none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bench_files: Vec<BenchFile>,
     /// The participants, measured and planned.

@@ -16,7 +16,7 @@ use parquet::file::reader::{FileReader as _, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnDescriptor, Type};
 
-use crate::flat::Message;
+use crate::flat::Schema;
 
 /// The rows of a group: what is held in memory while a file is written.
 const ROWS_OF_A_GROUP: usize = 1 << 20;
@@ -168,10 +168,8 @@ impl Reader {
         let message = message.and_then(|text| STANDARD.decode(text).ok());
         // The mark of a message and its length stand before it.
         let schema = message.as_deref().and_then(|bytes| bytes.get(8..));
-        let stored = match schema.and_then(Message::of) {
-            Some(Message::Schema(schema)) => schema.of_columns(key),
-            _ => Vec::new(),
-        };
+        let stored = schema.and_then(Schema::of);
+        let stored = stored.map_or(Vec::new(), |schema| schema.of_columns(key));
         let value = |name: &str| {
             let (_, value) = stored.iter().find(|(column, _)| *column == name)?;
             value.map(str::to_owned)

@@ -1,10 +1,7 @@
-//! Reading of recordings: our Parquet files, journals of interrupted recordings, and Parquet files of
-//! other programs.
+//! Reading of recordings: our Parquet files, and Parquet files of other programs.
 
 use piezotact::checksum::Checksum;
 use piezotact::recording::RecordingDoubt;
-use piezotact::run::RunDoubt;
-use std::io::BufReader;
 use std::path::Path;
 
 use piezotact::Doubt;
@@ -17,7 +14,6 @@ use crate::journal::{
     END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, fingerprint_of,
     journal_path,
 };
-use crate::journal_batches;
 use crate::parquet_file::{ColumnsError, Reader};
 use crate::sidecar::Rendering;
 use crate::wav::SampleFormat;
@@ -43,66 +39,6 @@ impl From<Recording> for Stored {
             samples: None,
         }
     }
-}
-
-/// Reads a journal of the first version as far as it goes: what is there is returned, with the doubts that it was interrupted, and
-/// that it has no checksums.
-pub(crate) fn read_journal(path: &Path) -> Result<Stored, ReadError> {
-    let damaged = |found: String| {
-        ReadError::content(
-            path,
-            "the journal of a recording",
-            found,
-            "it was interrupted before its start document, or is damaged: nothing can be read from it",
-        )
-    };
-    let file = crate::input::open_input(path)?;
-    let (start, chunks) = journal_batches::open(BufReader::new(file)).map_err(damaged)?;
-    let start: StartDocument = serde_json::from_str(&start)
-        .map_err(|error| damaged(format!("a start document that cannot be read ({error})")))?;
-    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "a recording of format {} or before",
-                StartDocument::FORMAT_WITH_CLOCKS
-            ),
-            format!("format {}", start.format),
-            "read it with a newer version of the program",
-        ));
-    }
-    let mut samples = vec![Vec::new(); start.channels.len()];
-    // A chunk that is not whole ends the journal; everything before it counts.
-    for chunk in chunks {
-        if chunk.len() != samples.len() {
-            return Err(damaged(format!(
-                "{} columns for the {} channels of its start document",
-                chunk.len(),
-                samples.len()
-            )));
-        }
-        for (channel, more) in samples.iter_mut().zip(chunk) {
-            channel.extend(more);
-        }
-    }
-    let mut recording = assemble(path, &start, samples)?;
-    recording
-        .about
-        .doubts
-        .push(Doubt::from(RecordingDoubt::Interrupted {
-            read_s: recording.duration().0,
-        }));
-    recording
-        .about
-        .doubts
-        .push(Doubt::from(RunDoubt::JournalUnchecked));
-    Ok(Stored {
-        recording,
-        setup: start.setup,
-        rendering: start.rendering,
-        played: start.drive,
-        samples: None,
-    })
 }
 
 /// Reads a Parquet file: ours, or any other with one numeric column a channel when the rate is given.

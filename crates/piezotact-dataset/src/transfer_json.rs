@@ -80,7 +80,6 @@ pub struct TransferDocument {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ConfidenceColumns {
     /// What the limits hold: `best_linear` with 95 % confidence, or `scatter`, the random error alone.
-    #[serde(default = "scatter")]
     pub of: Limits,
     /// The lower limit of the magnitude of every line.
     pub low: Vec<f64>,
@@ -108,10 +107,6 @@ fn full_scale() -> Unit {
 
 fn acceleration() -> Unit {
     Unit::MetrePerSecondSquared
-}
-
-fn scatter() -> Limits {
-    Limits::Scatter
 }
 
 fn h1() -> Estimator {
@@ -293,11 +288,7 @@ impl TransferDocument {
                 .filter(|doubt| !self.about.doubts.contains(doubt)),
         );
         function.about.doubts.extend(unstated);
-        function.about.condition = self
-            .about
-            .condition
-            .clone()
-            .with_twin_of(&self.about.provenance);
+        function.about.condition = self.about.condition.clone();
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
         function

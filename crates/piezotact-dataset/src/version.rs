@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::ReadError;
 
-/// The version that this program writes; files without one are of before.
+/// The version that this program writes; a file that a person writes may leave it out.
 const FORMAT: u32 = 1;
 
 /// A document with its version in front of its fields.

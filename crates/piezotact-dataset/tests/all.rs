@@ -3,11 +3,11 @@
 mod eeg;
 mod eeg_damage;
 mod eeg_written;
-mod files_of_before;
 mod haptic;
 mod haptic_limits;
 mod lvm;
 mod matlab;
+mod newer_files;
 mod npy;
 mod session_answers;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]

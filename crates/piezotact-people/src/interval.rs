@@ -9,8 +9,6 @@ pub const MIN_PARTICIPANTS: usize = 3;
 /// The intraclass correlation where answers do not say how participants differ: that of a standard deviation of 0.9 of the logit,
 /// 0.9²/(0.9² + π²/3).
 const ASSUMED_CORRELATION: f64 = 0.2;
-/// The standard normal quantile of 97.5 %.
-const Z: f64 = 1.959_963_984_540_054;
 
 /// The exact 95 % interval of a share of `successes` of `trials` independent trials, [low, high] from 0 to 1; the whole range
 /// without a trial.
@@ -44,25 +42,6 @@ fn exact(successes: f64, trials: f64) -> [f64; 2] {
         quantile(successes + 1.0, trials - successes, 0.975)
     };
     [low.unwrap_or(0.0), high.unwrap_or(1.0)]
-}
-
-/// The score interval, 95 %, of a share of `successes` of `trials` independent trials, [low, high] from 0 to 1; the whole range
-/// without a trial.
-///
-/// Source: E. B. Wilson (1927), J. Am. Stat. Assoc. 22; as SciPy's `binomtest(...).proportion_ci(method="wilson")`.
-#[must_use]
-pub fn wilson(successes: usize, trials: usize) -> [f64; 2] {
-    if trials == 0 {
-        return [0.0, 1.0];
-    }
-    let (n, p) = (trials as f64, successes as f64 / trials as f64);
-    let middle = p + Z * Z / (2.0 * n);
-    let reach = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let scale = 1.0 + Z * Z / n;
-    [
-        ((middle - reach) / scale).max(0.0),
-        ((middle + reach) / scale).min(1.0),
-    ]
 }
 
 /// A share over participants who answered several times, and the interval of it.

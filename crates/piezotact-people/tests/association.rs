@@ -9,7 +9,7 @@ use piezotact_people::association::{
     PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs,
     kendall_tau_b, ordering,
 };
-use piezotact_people::interval::{clopper_pearson, clustered_interval, wilson};
+use piezotact_people::interval::{clopper_pearson, clustered_interval};
 use serde_json::Value;
 
 /// Rounding of beta and t quantiles of two libraries.
@@ -34,7 +34,6 @@ fn intervals_and_tau_are_those_of_scipy() {
         let (x, n) = (whole(&case["declared"]), whole(&case["presented"]));
         for i in 0..2 {
             near(clopper_pearson(x, n)[i], &case["exact"][i], "exact");
-            near(wilson(x, n)[i], &case["wilson"][i], "wilson");
         }
     }
     for case in golden["clustered"].as_array().unwrap() {
@@ -114,7 +113,8 @@ fn claim_34_sc_declared_sd_is_a_third_of_its_presentations() {
     assert_eq!(percent(&matrix, "SD", "SC"), Some(0.0));
     for row in &matrix.rows {
         assert_eq!(row.presented, 3);
-        assert!((row.sum_percent().unwrap() - 100.0).abs() < 1e-9);
+        let sum: f64 = row.cells.iter().filter_map(|cell| cell.percent).sum();
+        assert!((sum - 100.0).abs() < 1e-9);
     }
 }
 
@@ -130,7 +130,7 @@ fn samples_keep_rows_and_columns_and_untested_is_not_zero() {
     assert_eq!((matrix.rows.len(), matrix.samples.len()), (4, 4));
     assert_eq!(percent(&matrix, "S1", "S3"), Some(0.0));
     assert_eq!(percent(&matrix, "S1", "S4"), None);
-    assert_eq!(matrix.rows[3].sum_percent(), None);
+    assert_eq!(matrix.rows[3].presented, 0);
     let outcome = |first: &str, second: &str| {
         let pairs = confused_pairs(&table, &MatrixConfig::default());
         let mut pairs = pairs.into_iter().filter(|p| p.pair == [first, second]);

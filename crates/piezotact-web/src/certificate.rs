@@ -1,18 +1,19 @@
 //! The certificate with which pages are encrypted: one of our own, or one that was given.
 
-use std::net::IpAddr;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use piezotact_people::campaign::chain::Sha;
 use rcgen::{CertificateParams, DnType, ExtendedKeyUsagePurpose, KeyPair, date_time_ymd};
 use tokio_rustls::TlsAcceptor;
+use tokio_rustls::rustls::client::{verify_server_cert_signed_by_trust_anchor, verify_server_name};
 use tokio_rustls::rustls::pki_types::pem;
 use tokio_rustls::rustls::pki_types::pem::PemObject as _;
-use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer};
-use tokio_rustls::rustls::{Error as TlsError, ServerConfig, crypto};
-use x509_parser::extensions::GeneralName;
-use x509_parser::parse_x509_certificate;
+use tokio_rustls::rustls::pki_types::{CertificateDer, PrivateKeyDer, ServerName, UnixTime};
+use tokio_rustls::rustls::server::ParsedCertificate;
+use tokio_rustls::rustls::{
+    CertificateError as Invalid, Error as TlsError, RootCertStore, ServerConfig, crypto,
+};
 
 /// How long a certificate of our own is valid: browsers refuse longer ones.
 pub const VALIDITY: Duration = Duration::from_secs(365 * 24 * 3600);
@@ -84,35 +85,41 @@ impl Certificate {
     pub fn check(&self, name: &str, now: SystemTime) -> Result<Option<String>, CertificateError> {
         self.acceptor()?;
         let chain = self.chain()?;
-        let first: &[u8] = chain.first().map_or(&[], AsRef::as_ref);
-        let failed = |error: &dyn std::fmt::Display| {
-            CertificateError(format!("expected a certificate in PEM: {error}"))
-        };
-        let (_, parsed) = parse_x509_certificate(first).map_err(|error| failed(&error))?;
+        let failed =
+            |error: TlsError| CertificateError(format!("expected a certificate in PEM: {error}"));
+        let first = chain.first().ok_or(TlsError::NoCertificatesPresented);
+        let first = first
+            .and_then(ParsedCertificate::try_from)
+            .map_err(failed)?;
         let since = now.duration_since(SystemTime::UNIX_EPOCH);
-        let now_s = i64::try_from(since.unwrap_or_default().as_secs()).unwrap_or(i64::MAX);
-        let (from, until) = (parsed.validity().not_before, parsed.validity().not_after);
-        if now_s > until.timestamp() {
-            return Err(CertificateError(format!(
-                "the certificate was valid until {until}: renew it"
-            )));
-        }
-        if now_s < from.timestamp() {
-            return Err(CertificateError(format!(
-                "the certificate is valid from {from} on, which is later than the clock of this machine"
-            )));
-        }
-        let names = parsed.subject_alternative_name();
-        let names = names.map_err(|error| failed(&error))?;
-        let names = names.map_or(&[][..], |names| &names.value.general_names);
-        let is_for = |known: &GeneralName<'_>| match (known, name.parse::<IpAddr>()) {
-            (GeneralName::IPAddress(bytes), Ok(IpAddr::V4(four))) => *bytes == four.octets(),
-            (GeneralName::IPAddress(bytes), Ok(IpAddr::V6(six))) => *bytes == six.octets(),
-            (GeneralName::DNSName(known), Err(_)) => is_named(known, name),
-            _ => false,
+        let now = UnixTime::since_unix_epoch(since.unwrap_or_default());
+        let day = |at: UnixTime| {
+            let at = date_time_ymd(1970, 1, 1) + Duration::from_secs(at.as_secs());
+            at.date()
         };
+        // Nobody is trusted, so a certificate within its time is one of an unknown issuer; the time is compared first.
+        let nobody = RootCertStore::empty();
+        match verify_server_cert_signed_by_trust_anchor(&first, &nobody, &[], now, &[]) {
+            Err(TlsError::InvalidCertificate(Invalid::ExpiredContext { not_after, .. })) => {
+                return Err(CertificateError(format!(
+                    "the certificate was valid until {}: renew it",
+                    day(not_after)
+                )));
+            }
+            Err(TlsError::InvalidCertificate(Invalid::NotValidYetContext {
+                not_before, ..
+            })) => {
+                return Err(CertificateError(format!(
+                    "the certificate is valid from {} on, which is later than the clock of this machine",
+                    day(not_before)
+                )));
+            }
+            _ => {}
+        }
+        let is_named =
+            ServerName::try_from(name).is_ok_and(|name| verify_server_name(&first, &name).is_ok());
         let doubt = || format!("the certificate does not name {name}: browsers will warn of it");
-        Ok((!names.iter().any(is_for)).then(doubt))
+        Ok((!is_named).then(doubt))
     }
 
     fn chain(&self) -> Result<Vec<CertificateDer<'static>>, CertificateError> {
@@ -163,15 +170,6 @@ impl Certificate {
         config.alpn_protocols = vec![b"http/1.1".to_vec()];
         Ok(TlsAcceptor::from(Arc::new(config)))
     }
-}
-
-/// Whether a certificate for `known`, which may begin with `*.`, is for `name` too.
-fn is_named(known: &str, name: &str) -> bool {
-    let rest = match known.strip_prefix("*.") {
-        Some(known) => name.split_once('.').map(|(_, rest)| (known, rest)),
-        None => Some((known, name)),
-    };
-    rest.is_some_and(|(known, name)| known.eq_ignore_ascii_case(name))
 }
 
 #[cfg(test)]

@@ -21,7 +21,7 @@ use contradiction::LOADS_F;
 
 /// How the drive reaches the actuator. A transfer function holds for the set-up it was measured with and
 /// for no other, so it carries this, and rendering compares it. Files hold the gain by name, and the description of the
-/// device; a file of before, which has none, means the [`DeviceDescription::drv2667`].
+/// device; one that a person writes may leave the device out, and then means the [`DeviceDescription::drv2667`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(try_from = "StatedSetup", into = "StatedSetup")]
@@ -274,7 +274,8 @@ mod tests {
         ] {
             let gain = device.gain(&GainName::new(name)).unwrap();
             assert!((gain.voltage_ratio() - ratio).abs() < 0.06, "{name}");
-            assert!((gain.full_scale_input().0 - input_v).abs() < 1e-3, "{name}");
+            let clips_at_v = gain.full_scale_output().0 / gain.voltage_ratio();
+            assert!((clips_at_v - input_v).abs() < 1e-3, "{name}");
             assert_eq!(gain.full_scale_output().0, output_v);
         }
         let said = device.gain(&GainName::new("B5")).unwrap_err().to_string();
@@ -325,11 +326,11 @@ mod tests {
         assert!(!loud.amplifies_like(&setup(DeviceDescription::drv2667(), 20.0)));
     }
 
-    /// The device in a file of an earlier version means the values of the DRV2667; files written now contain the values.
+    /// A set-up without a device is one with the DRV2667; what is written contains the device's values.
     #[test]
     fn a_set_up_is_stored_with_its_device() {
-        let before = r#"{"gain": "B3", "volts_per_full_scale": 1.25, "load_f": 8e-8}"#;
-        let setup: DriveSetup = serde_json::from_str(before).unwrap();
+        let by_hand = r#"{"gain": "B3", "volts_per_full_scale": 1.25, "load_f": 8e-8}"#;
+        let setup: DriveSetup = serde_json::from_str(by_hand).unwrap();
         assert_eq!(setup, DriveSetup::new(b3(), Volts(1.25), 80e-9).unwrap());
         let text = serde_json::to_string(&setup).unwrap();
         assert!(
@@ -342,7 +343,7 @@ mod tests {
             ("B3", "B9", "found `B9`"),
             ("1.25", "-1.25", "0.001 to 1000 V"),
         ] {
-            let wrong = before.replace(from, to);
+            let wrong = by_hand.replace(from, to);
             let said = serde_json::from_str::<DriveSetup>(&wrong)
                 .unwrap_err()
                 .to_string();

@@ -6,7 +6,6 @@
 //! with an unknown code, as in a file of a newer version, is kept and written again unchanged.
 
 mod advice;
-mod before;
 mod json;
 mod list;
 mod merged;
@@ -27,8 +26,7 @@ pub use value::{About, Counts, Example, FieldValue, Value};
 /// The field that names what a doubt is about, and the function that makes an [`About`] of its value.
 pub type SubjectField = (&'static str, fn(String) -> About);
 
-/// Two doubts are equal when code, subject, values and count are equal. Advice is not compared: it follows from the others, and
-/// files of version 0.1.0 hold none.
+/// Two doubts are equal when code, subject, values and count are equal. Advice is not compared: it follows from the others.
 #[derive(Clone, Debug)]
 pub struct Doubt {
     /// What kind of doubt it is: `force_not_measured`. Codes never change their meaning.
@@ -177,7 +175,7 @@ macro_rules! doubts {
 pub(crate) use doubts;
 
 /// Declares the causes that a doubt can name in one of its fields: as [`doubts!`], each kept as a doubt within the doubt. Their
-/// last is `Said`, a cause known only as a sentence, as in files of earlier versions.
+/// last is `Said`, a cause known only as a sentence.
 macro_rules! causes {
     ($(#[$meta:meta])* pub enum $name:ident { $($variants:tt)* }) => {
         $crate::doubt::doubts! { $(#[$meta])* pub enum $name { $($variants)* } }

@@ -151,16 +151,6 @@ impl Condition {
         })
     }
 
-    /// The same condition with the twin's seed from `provenance` if it has none itself: files of earlier versions state it only
-    /// there.
-    #[must_use]
-    pub fn with_twin_of(mut self, provenance: &Provenance) -> Self {
-        if self.participant.is_some() && provenance.bench == Some(BenchKind::Twin) {
-            self.twin_seed = self.twin_seed.or(provenance.seed);
-        }
-        self
-    }
-
     /// The doubts about a measurement under the condition `measured` with a drive rendered for this condition: one for each of
     /// participant, load and angle that both state and that differ.
     #[must_use]
@@ -605,7 +595,7 @@ mod tests {
         assert!(unit.contains("m/s²") && unit.contains("in N"), "{unit}");
     }
 
-    /// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people, also where only the provenance says the seed.
+    /// P02 of the twin of seed 7 and P02 of the twin of seed 8 are two people.
     #[test]
     fn a_twin_s_participant_is_one_of_its_seed() {
         let of = |seed: Option<u64>| Condition {
@@ -619,15 +609,5 @@ mod tests {
             assert_eq!(said.len(), 1, "{said:?}");
             assert!(said[0].to_string().contains("P02 (twin of seed 7)"));
         }
-        let before = Provenance {
-            bench: Some(BenchKind::Twin),
-            seed: Some(8),
-            ..Provenance::default()
-        };
-        let read: Condition = serde_json::from_str(r#"{"participant": "P02"}"#).unwrap();
-        assert_eq!(read.twin_seed, None);
-        let read = read.with_twin_of(&before);
-        assert_eq!(read.person().unwrap(), "P02 (twin of seed 8)");
-        assert_eq!(of(Some(7)).doubts_when_measured(&read).len(), 1);
     }
 }

@@ -70,12 +70,7 @@ pub struct RenderConfig {
     pub clipping: Overload,
     /// What to do with a drive that is steeper than the slew limit of the amplifier: if allowed, it is played unchanged, with a
     /// doubt.
-    #[serde(default = "allowed")]
     pub steep: Overload,
-}
-
-fn allowed() -> Overload {
-    Overload::Allow
 }
 
 impl RenderConfig {

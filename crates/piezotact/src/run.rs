@@ -28,7 +28,7 @@ use crate::recording::{
 #[must_use]
 pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
     let of = |doubt: &Doubt| match doubt.kind() {
-        Some(RunDoubt::SamplesLost { places_s, .. }) => places_s.unwrap_or_default(),
+        Some(RunDoubt::SamplesLost { places_s, .. }) => places_s,
         Some(RunDoubt::JournalDamaged { lost_s, .. }) => lost_s,
         _ => Vec::new(),
     };

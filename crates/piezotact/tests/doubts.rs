@@ -1,12 +1,10 @@
-//! Doubts as values: their written form, that of version 0.1.0, and those of a version that is not there yet.
+//! Doubts as values: their written form, and those of a version that is not there yet.
 #![allow(
     clippy::unwrap_used,
     reason = "a test that fails where it cannot go on"
 )]
 
 use piezotact::Doubt;
-use piezotact::clipping::ClippingDoubt;
-use piezotact::compare::CompareDoubt;
 use piezotact::doubt::{About, Advice, Doubts, Example, Subject, Value};
 use piezotact::integrity::SignalDoubt;
 use piezotact::panel::PanelDoubt;
@@ -87,7 +85,7 @@ fn what_is_written_is_read_again() {
         PanelDoubt::OfMembers {
             count: 3,
             of: 9,
-            measurement: Some(Example("b, 0.2 N".into())),
+            measurement: Example("b, 0.2 N".into()),
             example: member.into(),
         }
         .into(),
@@ -148,106 +146,12 @@ fn what_is_written_is_read_again() {
     assert!(often.is_equivalent_to(&doubts[0]));
 }
 
-/// Version 0.1.0 wrote a tag and its fields: the same doubt is read.
+/// A tag and its fields, as doubts were once written, are refused, and not half read.
 #[test]
-fn the_form_of_the_first_version_is_read() {
-    let same = |text: &str, new: Doubt| {
-        let old = read(text);
-        assert_eq!(old, new);
-        assert_eq!(old.to_string(), new.to_string(), "{text}");
-        // It is written in the form of today.
-        assert_eq!(again(&old), old);
-    };
-    same(
-        r#"{"doubt": "force_not_measured", "load_n": 0.3}"#,
-        RunDoubt::ForceNotMeasured { load_n: 0.3 }.into(),
-    );
-    same(
-        r#"{"doubt": "uncalibrated", "channel": "nail"}"#,
-        RecordingDoubt::Uncalibrated {
-            channel: "nail".into(),
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "given_up", "bands": [[20.0, 30.0], [400.0, 500.0]], "share": 0.25}"#,
-        RenderDoubt::GivenUp {
-            bands: vec![band(20.0, 30.0), band(400.0, 500.0)],
-            share: 0.25,
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "power_outside_band", "share": 0.25, "band": [20.0, 1000.0]}"#,
-        RenderDoubt::PowerOutsideBand {
-            share: 0.25,
-            band: band(20.0, 1000.0),
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "acausal", "lead_s": 0.01}"#,
-        TransferDoubt::Acausal {
-            lead_s: 0.01,
-            reach_s: 0.0,
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "unrelated", "median_coherence": 0.1}"#,
-        TransferDoubt::Unrelated {
-            coherence: 0.1,
-            limit: 0.0,
-            averages: 0.0,
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "few_strokes", "what": "S1", "kept": 3, "recommended": 15}"#,
-        CompareDoubt::FewStrokes {
-            what: "S1".into(),
-            kept: 3,
-            recommended: 15,
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "opposite_sign", "measurement": "b", "count": 2, "of": 3, "such_as": "c"}"#,
-        PanelDoubt::OppositeSign {
-            measurement: "b".into(),
-            count: 2,
-            of: 3,
-            such_as: Example("c".into()),
-        }
-        .into(),
-    );
-    // What clipped was told apart by the words alone.
-    same(
-        r#"{"doubt": "clipped", "what": "the drive that was played", "fraction": 0.1}"#,
-        ClippingDoubt::PlayedDriveClipped { fraction: 0.1 }.into(),
-    );
-    same(
-        r#"{"doubt": "clipped", "what": "the drive (digital full scale)", "fraction": 0.1}"#,
-        ClippingDoubt::DriveClipped {
-            limited_by: "digital full scale".into(),
-            fraction: 0.1,
-        }
-        .into(),
-    );
-    same(
-        r#"{"doubt": "clipped", "what": "the drive shaft", "fraction": 0.1}"#,
-        ClippingDoubt::Clipped {
-            what: "the drive shaft".into(),
-            fraction: 0.1,
-        }
-        .into(),
-    );
-    // Of a member only the sentence was written.
-    let old = read(r#"{"doubt": "of_members", "count": 1, "of": 4, "example": "b: loose"}"#);
-    assert_eq!(
-        wording::finding(&old),
-        "1 of 4 measurements have doubts of their own, such as b: loose"
-    );
+fn an_earlier_form_is_refused() {
+    let text = r#"{"doubt": "force_not_measured", "load_n": 0.3}"#;
+    let said = serde_json::from_str::<Doubt>(text).unwrap_err().to_string();
+    assert!(said.contains("make the file again"), "{said}");
     assert!(serde_json::from_str::<Doubt>(r#"{"share": 0.1}"#).is_err());
 }
 
@@ -326,9 +230,9 @@ fn a_front_end_words_advice_its_own_way() {
     assert!(text.ends_with("out of step; [check]"), "{text}");
 }
 
-/// A cause is a value within the doubt; a file of before with a sentence in its place is read, said and written unchanged.
+/// A cause is a value within the doubt, or a sentence, which is read, said and written unchanged.
 #[test]
-fn causes_are_values_and_sentences_of_before_stay_readable() {
+fn causes_are_values_or_sentences() {
     use piezotact::correct::{LoopDoubt, LoopStop, MeasurementFaultDoubt};
     let stopped = |why| Doubt::from(LoopDoubt::LoopStopped { best: 2, why });
     let cause = MeasurementFaultDoubt::SensorClips { fraction: 0.02 }.into();
@@ -346,27 +250,17 @@ fn causes_are_values_and_sentences_of_before_stay_readable() {
         ),
         "{said}"
     );
-    let before = serde_json::json!({
+    let sentence = serde_json::json!({
         "code": "loop_stopped", "values": { "best": 2, "why": "it was dark" },
     });
-    let read: Doubt = serde_json::from_value(before.clone()).unwrap();
+    let read: Doubt = serde_json::from_value(sentence.clone()).unwrap();
     assert!(
         read.to_string().contains("ended early (it was dark)"),
         "{read}"
     );
     let again = serde_json::to_value(&read).unwrap();
-    assert_eq!(again["values"], before["values"]);
+    assert_eq!(again["values"], sentence["values"]);
     // Two causes are two things to know.
     let both = [read, stopped(LoopStop::GotWorse)];
     assert_eq!(piezotact::doubt::merged(&both).len(), 2);
-    // Twins of other seeds, as before: the seed in the name.
-    let twins = serde_json::json!({
-        "doubt": "several_twins", "one": "P1 is of seed 7", "other": "P2 is of seed 8",
-    });
-    let read: Doubt = serde_json::from_value(twins).unwrap();
-    assert!(
-        read.to_string()
-            .contains("P1 is of seed 7, P2 is of seed 8"),
-        "{read}"
-    );
 }

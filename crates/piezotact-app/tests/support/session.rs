@@ -137,7 +137,7 @@ pub(crate) fn table(path: &std::path::Path) -> Vec<std::collections::BTreeMap<St
 }
 
 /// A protocol with one session `naming`: five samples are learned and then named, each `presentations` times.
-pub(crate) fn naming(presentations: usize, resuming: &str) -> String {
+pub(crate) fn naming(presentations: usize) -> String {
     format!(
         r#"form = 1
 name = "naming"
@@ -152,7 +152,7 @@ finger = "dominant index"
 direction = "proximal"
 
 [resuming]
-at = "{resuming}"
+at = "trial_anew"
 refused_after_hours = 12
 
 [panel]

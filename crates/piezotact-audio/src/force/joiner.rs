@@ -43,7 +43,7 @@ pub struct JoinerConfig {
 /// port and system. Each clock is the line through its least late arrivals over the last minute. Readings without a time of their device
 /// are taken as measured when they arrived; of several that arrive at once, evenly since the arrival before.
 ///
-/// The force of a frame is known when readings on both sides of it have come: [`Self::held_back_s`] says how far it is behind.
+/// The force of a frame is known when readings on both sides of it have come.
 /// Memory is bounded: of the readings that wait for frames the oldest go first.
 #[derive(Debug)]
 pub struct ForceJoiner {
@@ -267,8 +267,8 @@ impl ForceJoiner {
     }
 
     /// How far the force that was given is behind the frames that arrived, s.
-    #[must_use]
-    pub fn held_back_s(&self) -> f64 {
+    #[cfg(test)]
+    fn held_back_s(&self) -> f64 {
         (self.arrived - self.given) as f64 / self.config.rate.hz()
     }
 

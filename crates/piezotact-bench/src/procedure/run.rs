@@ -626,7 +626,7 @@ impl<'a> Run<'a> {
                 gaps: self.gaps.len(),
                 samples: self.gaps.iter().sum(),
                 longest_s: *longest as f64 / self.start.rate_hz.hz(),
-                places_s: Some(self.places_s.clone()),
+                places_s: self.places_s.clone(),
             }
             .into()
         }));

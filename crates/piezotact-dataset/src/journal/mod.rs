@@ -38,7 +38,6 @@ pub(crate) const UNIT_KEY: &str = "unit";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StartDocument {
     /// The version of this format.
-    #[serde(default)]
     pub format: u32,
     /// The rate in Hz.
     pub rate_hz: SampleRate,
@@ -59,7 +58,7 @@ pub struct StartDocument {
     /// How the drive that is played was made, when it was rendered.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rendering: Option<Rendering>,
-    /// What the run is for; absent in files of before.
+    /// What the run is for; absent where no run was recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
     /// The checksum of the drive that is played.
@@ -121,7 +120,7 @@ pub struct EndDocument {
     /// What happened while it ran.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
-    /// How the run ended; absent in files of before.
+    /// How the run ended; absent where no run was recorded.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ended: Option<Ended>,
 }

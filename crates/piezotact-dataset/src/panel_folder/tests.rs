@@ -226,7 +226,7 @@ fn a_campaign_is_one_way_of_measuring() {
     panel.file(&filing("a", 2), &document("a")).unwrap();
     assert_eq!(panel.index.entries[0].file, "a_20deg_0.2N_p1_r2.json");
     assert!(panel.set_aside_unreadable(&all).unwrap().is_empty());
-    // A file of the bench that now holds something else is another bench; panels of before do not say what it held.
+    // A file of the bench that now holds something else is another bench.
     let script = at.join("script.toml");
     let now = |text: &str| {
         std::fs::write(&script, text).unwrap();

@@ -7,7 +7,6 @@
 mod campaign;
 mod database;
 mod error;
-mod group;
 mod identity;
 mod opening;
 mod postgres;
@@ -26,7 +25,6 @@ mod withdrawal;
 pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
 pub use database::Remains;
 pub use error::{Kept, StudyError};
-pub use group::GroupStore;
 pub use identity::{ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent};
 pub use postgres::{DatabaseUrl, DatabaseUrlError};
 pub use pseudonym::{Pseudonym, PseudonymError};

@@ -108,7 +108,7 @@ async fn insert(database: &mut Database, key: &SessionKey, link: &Link) -> Resul
 }
 
 /// Begins a session, within a transaction.
-pub(super) async fn begin(
+async fn begin(
     database: &mut Database,
     key: &SessionKey,
     purpose: Purpose,
@@ -140,7 +140,7 @@ pub(super) async fn begin(
 }
 
 /// Adds an event, within a transaction.
-pub(super) async fn append(
+async fn append(
     database: &mut Database,
     key: &SessionKey,
     known: u64,
@@ -175,7 +175,7 @@ pub(super) async fn append(
 impl StudyStore {
     /// Whether exactly this event is stored, after a connection broke within its commit: waits until the server has ended what was left
     /// of that connection, so that the answer stays.
-    pub(super) fn is_stored(&mut self, key: &SessionKey, link: &Link) -> Result<bool, StoreError> {
+    fn is_stored(&mut self, key: &SessionKey, link: &Link) -> Result<bool, StoreError> {
         let number = number_of(link)?;
         let (stored, changes) = self.read(async |database| {
             database.begin().await?;

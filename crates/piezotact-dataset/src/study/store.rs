@@ -336,7 +336,7 @@ impl StudyStore {
     }
 
     /// Whether the connection to the server broke.
-    pub(super) fn is_cut_off(&self) -> bool {
+    fn is_cut_off(&self) -> bool {
         self.database.borrow().is_none()
     }
 

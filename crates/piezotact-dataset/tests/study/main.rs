@@ -3,7 +3,6 @@
 
 mod campaigns;
 mod damage;
-mod groups;
 mod identities;
 mod kills;
 mod outages;

@@ -28,7 +28,6 @@ pub struct Compared {
     /// The people who have answers of one of both only, and do not count.
     pub left_out: usize,
     /// Pseudonyms that stand in both of two groups, which are taken for different people.
-    #[serde(default)]
     pub in_both: usize,
     /// The mean of people's shares, 0–1: as expected in each of two tasks or groups; of two samples, right and taken for the other.
     pub shares: [f64; 2],

@@ -11,8 +11,7 @@ use super::matrix::{MatrixConfig, selected};
 use crate::interval::clustered_interval;
 
 /// From this share of presentations on two samples are confused: two that feel the same are confused half of the time, two that
-/// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference
-/// ([`piezotact::discrimination::PERCENT_CORRECT`]).
+/// always feel different never. At a quarter, 75 % of answers tell one from the other, as at one just-noticeable difference.
 ///
 /// Source: decision 0064 of this project.
 pub const CONFUSED_SHARE: f64 = 0.25;

@@ -140,7 +140,6 @@ pub struct Association {
     /// How many answers count.
     pub answers: usize,
     /// How many of them virtual volunteers gave.
-    #[serde(default)]
     pub virtual_answers: usize,
     /// Of how many participants.
     pub participants: usize,

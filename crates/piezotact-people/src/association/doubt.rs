@@ -115,8 +115,13 @@ fn flagged(trials: usize, of: [usize; 4]) -> Vec<(&'static str, usize)> {
 impl DoubtKind for AssociationDoubt {
     fn of(doubt: &Doubt) -> Option<Self> {
         let field = |name: &str| doubt.field::<usize>(name, None);
-        // Documents of earlier versions do not tell the flags apart.
-        let each = || Flag::ALL.map(|flag| field(flag.word()).unwrap_or(0));
+        let each = || {
+            let mut of = [0; Flag::ALL.len()];
+            for (count, flag) in of.iter_mut().zip(Flag::ALL) {
+                *count = field(flag.word())?;
+            }
+            Some(of)
+        };
         Some(match doubt.code.as_ref() {
             FEW => Self::FewParticipants {
                 participants: field("participants")?,
@@ -127,11 +132,11 @@ impl DoubtKind for AssociationDoubt {
             },
             FLAGGED => Self::Flagged {
                 trials: field("trials")?,
-                of: each(),
+                of: each()?,
             },
             LEFT_OUT => Self::FlaggedLeftOut {
                 trials: field("trials")?,
-                of: each(),
+                of: each()?,
             },
             REHEARSALS => Self::Rehearsals {
                 trials: field("trials")?,

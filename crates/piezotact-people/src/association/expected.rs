@@ -54,7 +54,6 @@ pub struct ExpectedShare {
     pub chance_share: f64,
     /// What answers like these reach whatever is presented, 0–1: for each answer, the share of what others said with the same samples
     /// on offer that would be as expected here. Above chance where people prefer what is presented most.
-    #[serde(default)]
     pub habit_share: f64,
     /// The share with its 95 % interval over participants, beside the larger of chance and habit: met above it, not met below it.
     pub criterion: Criterion<ExpectedCriterion>,

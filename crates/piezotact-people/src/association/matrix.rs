@@ -92,14 +92,6 @@ pub struct Row {
     pub cells: Vec<Cell>,
 }
 
-impl Row {
-    /// The sum of the tested cells, %: 100 for a stimulus that was presented, `None` for one that never was.
-    #[must_use]
-    pub fn sum_percent(&self) -> Option<f64> {
-        (self.presented > 0).then(|| self.cells.iter().filter_map(|cell| cell.percent).sum())
-    }
-}
-
 /// An association matrix: a row for each declared stimulus, a column for each declared sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

@@ -185,7 +185,7 @@ fn sequence_rule(
         (sum as f64 / f64::from(count.max(1))).max(1.0)
     };
     match sequence {
-        Sequence::Permutation | Sequence::Balanced => (
+        Sequence::Balanced => (
             SequenceRule::Permutation,
             mean(&mut sets.iter().map(Vec::len)),
         ),

@@ -151,8 +151,6 @@ pub enum TransferFunctionUse {
 pub enum StrokeChoice {
     /// The one closest to the median of its texture.
     Median,
-    /// The first.
-    First,
 }
 
 /// How a stimulus is played.
@@ -187,12 +185,8 @@ pub struct Resuming {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum ResumeAt {
-    /// The interrupted trial goes on; answers that were not confirmed are kept as given.
-    Trial,
     /// The interrupted trial is repeated from its beginning.
     TrialAnew,
-    /// All trials of the interrupted set are repeated.
-    SetAnew,
 }
 
 /// The people of a campaign.
@@ -371,8 +365,6 @@ pub enum Sequence {
         /// The lengths, each with the same probability.
         lengths: Vec<usize>,
     },
-    /// Each sample once, in random order. The participant can answer by exclusion.
-    Permutation,
     /// Each sample once, in an order that is balanced over participants, within each order of the block's tasks. The participant can
     /// answer by exclusion.
     Balanced,

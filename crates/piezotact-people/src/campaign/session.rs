@@ -21,7 +21,7 @@ pub use event::{Event, Evidence, Participant, sha_of_samples};
 
 use super::chain::Sha;
 use super::plan::{Plan, Presented, Trial};
-use super::protocol::{Protocol, ResumeAt};
+use super::protocol::Protocol;
 use super::store::Purpose;
 
 /// Where a trial stands.
@@ -522,32 +522,17 @@ impl<'a> State<'a> {
         Ok(())
     }
 
-    /// What the protocol says about the trial that was under way when the session was cut off.
+    /// The trial that was under way when the session was cut off is repeated from its beginning.
     fn interrupted(&mut self) {
         let Some(at) = self.place() else {
             return;
         };
-        let again = |state: &mut TrialState| {
-            *state = state.anew();
-            state.interrupted += 1;
-        };
-        let set = (
-            self.plan.trials[at].block.clone(),
-            self.plan.trials[at].set.clone(),
-        );
         // Checklists are confirmed again: spectacles and earmuffs were taken off.
         self.checked.clear();
-        match self.protocol.resuming.at {
-            ResumeAt::Trial if self.trials[at].attempts > 0 => self.trials[at].interrupted += 1,
-            ResumeAt::TrialAnew if self.trials[at].attempts > 0 => again(&mut self.trials[at]),
-            ResumeAt::Trial | ResumeAt::TrialAnew => {}
-            ResumeAt::SetAnew => {
-                let trials = self.plan.trials.iter().zip(&mut self.trials);
-                let same_set = trials.filter(|(trial, state)| {
-                    state.attempts > 0 && (&trial.block, &trial.set) == (&set.0, &set.1)
-                });
-                same_set.for_each(|(_, state)| again(state));
-            }
+        let state = &mut self.trials[at];
+        if state.attempts > 0 {
+            *state = state.anew();
+            state.interrupted += 1;
         }
     }
 

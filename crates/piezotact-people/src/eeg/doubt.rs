@@ -174,13 +174,6 @@ kinds! {
             /// The largest angle to the nearest electrode, degrees.
             angle_deg: f64,
         },
-        /// A small number of epochs in a phase measure, which has a floor.
-        CoherenceFloor("eeg_itc_floor") {
-            /// How many epochs.
-            epochs: usize,
-            /// What is expected of random phases.
-            expected: f64,
-        },
         /// Some people did not take part in all tasks.
         PeopleWithoutAllTasks("eeg_people_without_all_tasks") {
             /// How many.
@@ -482,10 +475,6 @@ mod tests {
             EegDoubt::PulsesPeriodic {
                 matched: 50,
                 shift_s: -1.0,
-            },
-            EegDoubt::CoherenceFloor {
-                epochs: 10,
-                expected: 0.28,
             },
             EegDoubt::Simulated {},
             EegDoubt::UnknownInReference { names: text() },

@@ -11,9 +11,7 @@ use statrs::function::gamma::digamma;
 
 use super::EegDoubt;
 use super::epochs::Epochs;
-use super::tfr::{
-    AverageSink, Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink,
-};
+use super::tfr::{Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
 
 /// A bias of so many percentage points is a doubt.
 const BIAS_POINTS: f64 = 1.0;
@@ -178,29 +176,12 @@ fn power_first(
     })
 }
 
-/// The mean over epochs of the percentages of single epochs: **biased** upwards, so that a desynchronisation looks too small, or like a
-/// synchronisation. It is here to repeat what others computed; [`desynchronisation`] is the measure to use.
+/// The mean of the changes of single epochs, as [`power_first`]: **biased** upwards, so that a desynchronisation looks too small, or like a
+/// synchronisation. It is here to repeat what others computed.
 ///
 /// Formula: the mean of 100·(Aₑ − Rₑ)/Rₑ. Its bias at no change is 100·(mean(R)·mean(1/R) − 1), which the result and its doubt state.
 ///
 /// Source: as MNE-Python's `apply_baseline(mode="percent")` on single epochs; R. Grandchamp and A. Delorme (2011), Front. Psychol. 2 for the bias.
-///
-/// # Errors
-/// As [`desynchronisation`], and [`ErdError::NotPercent`] for another mode.
-pub fn biased_percent_of_each_epoch(
-    plan: &TfrPlan,
-    epochs: &Epochs,
-    config: &ErdConfig,
-) -> Result<Erd, ErdError> {
-    if config.mode != Mode::Percent {
-        return Err(ErdError::NotPercent);
-    }
-    let checked = checked(plan, epochs, config)?;
-    let trials = plan.trials(epochs, &config.windows())?;
-    percent_of_each_epoch(epochs, config, (&trials, 0), checked)
-}
-
-/// The mean of the changes of single epochs, as [`power_first`].
 fn percent_of_each_epoch(
     epochs: &Epochs,
     config: &ErdConfig,
@@ -309,23 +290,6 @@ fn map_of(
     })
 }
 
-/// The mean power over epochs and the mean power of each epoch in baseline and window, in one pass.
-///
-/// Source: [`TfrPlan::average`] and [`TfrPlan::trials`].
-///
-/// # Errors
-/// [`TfrError`] for epochs of another rate or length than planned, or windows without a time or frequency.
-pub fn average_and_trials(
-    plan: &TfrPlan,
-    epochs: &Epochs,
-    windows: &[Window],
-) -> Result<(Power, TrialPowers), TfrError> {
-    let mut average = AverageSink::new(plan, epochs);
-    let mut trials = WindowSink::new(plan, epochs, windows)?;
-    plan.run(epochs, &mut (&mut average, &mut trials))?;
-    Ok((average.finish(plan, epochs), trials.finish()))
-}
-
 /// The changes in several bands and over time and frequency, of one pass over the epochs.
 pub(super) struct Changes {
     /// One for each band.
@@ -342,8 +306,7 @@ pub(super) struct Changes {
 /// Formula: a mean of n epochs whose squared standard error is v of its square is taken for a Gamma variable of shape α = n/((n + 1)·v),
 /// whose logarithm is ψ(α) − ln α too low; this is taken away from the power at each time and from that of the baseline.
 ///
-/// Source: [`desynchronisation`], [`biased_percent_of_each_epoch`] and [`map`]; M. Abramowitz and I. A. Stegun (1964), *Handbook of
-/// Mathematical Functions*, 6.3, for ψ; the correction is this project's (decision 0086).
+/// Source: [`desynchronisation`] and [`map`]; M. Abramowitz and I. A. Stegun (1964), *Handbook of Mathematical Functions*, 6.3, for ψ; the correction is this project's (decision 0086).
 pub(super) fn changes(
     plan: &TfrPlan,
     epochs: &Epochs,
@@ -619,11 +582,6 @@ pub enum ErdError {
     /// No band.
     #[error("expected at least one band of frequencies above 0 Hz, found none; state one")]
     NoBand,
-    /// Another mode than percent.
-    #[error(
-        "expected percent, found decibels: the mean of decibels of single epochs is no measure here; take `Mode::Percent`"
-    )]
-    NotPercent,
     /// The plan, the epochs or the windows.
     #[error(transparent)]
     Tfr(#[from] TfrError),

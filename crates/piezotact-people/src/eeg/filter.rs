@@ -10,7 +10,6 @@ use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
 
 use super::EegDoubt;
-use super::epochs::Epochs;
 
 /// Length of a Hamming-windowed filter, in periods of its transition bandwidth.
 const HAMMING: f64 = 3.3;
@@ -153,18 +152,6 @@ impl Fir {
         let mut filtered = vec![0.0; signal.len()];
         self.with_plan(signal.len(), |run| run(signal, &mut filtered));
         filtered
-    }
-
-    /// Each epoch filtered by itself, V, and a doubt where the filter is longer than an epoch. Filter the continuous recording instead
-    /// where there is one.
-    #[must_use]
-    pub fn apply_to(&self, epochs: &Epochs) -> (Epochs, Vec<Doubt>) {
-        let mut filtered = None;
-        self.with_plan(epochs.samples(), |run| {
-            filtered = Some(epochs.mapped(|signal, out| run(signal, out)));
-        });
-        let doubts = self.doubts(epochs.samples());
-        (filtered.unwrap_or_else(|| epochs.clone()), doubts)
     }
 
     /// What to know of the filter on a signal of `samples`.

@@ -19,7 +19,6 @@ mod held;
 pub mod info;
 mod linear;
 pub mod person;
-pub mod phase;
 pub mod prepare;
 pub mod pulses;
 mod quality;

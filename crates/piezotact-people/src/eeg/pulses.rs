@@ -71,18 +71,6 @@ pub struct SharedClock {
 }
 
 impl SharedClock {
-    /// A time of the second clock on the first one, s.
-    #[must_use]
-    pub fn on_first_s(&self, second_s: f64) -> f64 {
-        (second_s - self.offset_s) / (1.0 + 1e-6 * self.drift_ppm)
-    }
-
-    /// A time of the first clock on the second one, s.
-    #[must_use]
-    pub fn on_second_s(&self, first_s: f64) -> f64 {
-        self.offset_s + (1.0 + 1e-6 * self.drift_ppm) * first_s
-    }
-
     /// The result in one sentence.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -435,7 +423,6 @@ mod tests {
             );
             // Two uniform jitters of 1 ms: √2·1/√12 ms.
             assert!((found.jitter_ms - 0.408).abs() < 0.06, "seed {seed}");
-            assert!((found.on_first_s(found.on_second_s(300.0)) - 300.0).abs() < 1e-9);
             assert!(found.doubts.is_empty() && found.only_second > 0 && found.only_first > 0);
             let [low, high] = found.drift_interval_ppm;
             covered += usize::from(low <= 50.0 && 50.0 <= high);

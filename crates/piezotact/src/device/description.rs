@@ -216,12 +216,6 @@ impl GainSetting {
         Volts(self.limit_v)
     }
 
-    /// The input at which the amplifier clips, V peak.
-    #[must_use]
-    pub fn full_scale_input(&self) -> Volts {
-        Volts(self.limit_v / self.voltage_ratio())
-    }
-
     /// The steepest slope into a load of `load_f`, V/s.
     ///
     /// Formula: I/C; of a line of a load table `I = π·Vpp·f·C`.

@@ -28,9 +28,6 @@ pub(crate) const MEAN_ABSOLUTE: f64 = 0.797_884_560_802_865_4;
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 
-/// What a difference below one JND means: fewer than this many of a hundred judgements between two intervals are right.
-pub const PERCENT_CORRECT: f64 = 75.0;
-
 /// The perceptual model: detection threshold, just-noticeable differences and spread of excitation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]

@@ -1,5 +1,4 @@
-//! The JSON format of a doubt: `{code, about, values, seen, advice}`. The format of version 0.1.0, a tag and its fields, is
-//! read too.
+//! The JSON format of a doubt: `{code, about, values, seen, advice}`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -8,7 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::{Map, Value as Json};
 
-use super::{About, Advice, Doubt, Value, before};
+use super::{About, Advice, Doubt, Value};
 
 /// The written form.
 #[derive(Serialize, Deserialize)]
@@ -58,7 +57,9 @@ impl<'de> Deserialize<'de> for Doubt {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let fields = Map::deserialize(deserializer)?;
         if let (Some(Json::String(_)), None) = (fields.get("doubt"), fields.get("code")) {
-            return before::doubt(fields).ok_or_else(|| D::Error::custom("a doubt without a name"));
+            return Err(D::Error::custom(
+                "a doubt in the form of an earlier version; make the file again with this version",
+            ));
         }
         let written = Written::deserialize(Json::Object(fields)).map_err(D::Error::custom)?;
         let values = written.values.into_iter();

@@ -117,14 +117,6 @@ impl FieldValue for Counts {
     fn from_value(value: Option<&Value>) -> Option<Self> {
         match value? {
             Value::Counts(counts) => Some(Self(counts.clone())),
-            // Files of earlier versions hold a text: `too short: 2, clipped: 1`.
-            Value::Example(text) | Value::Text(text) => {
-                let counts = text.split(", ").map(|part| {
-                    let (name, count) = part.rsplit_once(": ")?;
-                    Some((name.replace(' ', "_"), count.parse().ok()?))
-                });
-                counts.collect::<Option<_>>().map(Self)
-            }
             _ => None,
         }
     }

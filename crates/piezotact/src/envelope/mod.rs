@@ -23,7 +23,9 @@ pub use analysis::{EnvelopeConfig, analyse};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
 pub use share::{Shares, shares_of_full_scale};
 pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix, mixed_length};
-pub use wavelet::{wavelet_analysis, wavelet_synthesis};
+#[cfg(test)]
+pub(crate) use wavelet::wavelet_analysis;
+pub use wavelet::wavelet_synthesis;
 
 /// The rate at which envelopes are played unless stated, Hz: eight samples a period at 1 kHz, where textures end.
 pub const PLAYED_AT_HZ: f64 = 8000.0;

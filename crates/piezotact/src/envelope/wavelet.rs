@@ -21,15 +21,9 @@ const SYNTHESIS_LOW: [f64; 4] = [
 /// The most samples in a block.
 const LARGEST_BLOCK: usize = 1 << 20;
 
-/// The coefficients of a block of samples, the coarsest first, as many as samples.
-///
-/// Formula: log2(n/4) levels of the 9/7 filter bank with filters of norm √2 and symmetric ends.
-///
-/// Source: Cohen, Daubechies and Feauveau (1992), 10.1002/cpa.3160450502, table 6.2; as used by ISO/IEC 23090-31.
-///
-/// # Errors
-/// [`EnvelopeError::Wave`] unless the block has 8 to 2^20 samples, a power of two.
-pub fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, EnvelopeError> {
+/// The coefficients of a block of samples: [`wavelet_synthesis`] undone.
+#[cfg(test)]
+pub(crate) fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, EnvelopeError> {
     let levels = levels(samples.len())?;
     let mut out = samples.to_vec();
     for level in 0..levels {
@@ -45,9 +39,11 @@ pub fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, EnvelopeError> {
     Ok(out)
 }
 
-/// The samples of a block from its coefficients: [`wavelet_analysis`] undone.
+/// The samples of a block from its coefficients, the coarsest first.
 ///
-/// Source: as [`wavelet_analysis`]; ISO/IEC 23090-31 reference software, `source/FilterBank/src/Wavelet.cpp`.
+/// Formula: log2(n/4) levels of the 9/7 filter bank with filters of norm √2 and symmetric ends.
+///
+/// Source: Cohen, Daubechies and Feauveau (1992), 10.1002/cpa.3160450502, table 6.2; ISO/IEC 23090-31 reference software, `source/FilterBank/src/Wavelet.cpp`.
 ///
 /// # Errors
 /// [`EnvelopeError::Wave`] unless there are 8 to 2^20 coefficients, a power of two.

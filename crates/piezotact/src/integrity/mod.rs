@@ -77,17 +77,6 @@ impl Defects {
             && self.clipped_fraction <= 0.0
     }
 
-    /// The share of the signal that is frozen or lost, 0–1.
-    #[must_use]
-    pub fn lost_share(&self) -> f64 {
-        let lost: usize = self.frozen.iter().chain(&self.gaps).map(|s| s.len()).sum();
-        if self.dead {
-            1.0
-        } else {
-            lost as f64 / self.samples.max(1) as f64
-        }
-    }
-
     /// The doubts about the signal, which is called `channel`.
     #[must_use]
     pub fn doubts(&self, channel: &str) -> Vec<Doubt> {

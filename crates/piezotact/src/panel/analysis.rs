@@ -73,10 +73,8 @@ pub struct PanelAnalysis {
     pub participants: Vec<String>,
     /// The number of loads and angles at which each participant was measured; participants without a cell are left out of
     /// comparisons that need it.
-    #[serde(default)]
     pub attendances: Vec<Attendance>,
     /// Every measurement with the criteria that decide whether it is a member of the panel and its averages.
-    #[serde(default)]
     pub members: Vec<Member>,
     /// How many participants were measured in every cell.
     pub complete: usize,
@@ -143,9 +141,9 @@ pub(super) fn with_opposite_names(error: PanelError, opposites: &[Doubt]) -> Pan
 /// The complete analysis of `panel` over the band of `config`: differences between people and the worst cell, the effects of load
 /// and angle, repeatability, and the penalty of an average over people for a new person. Levels in dB re 1 unit of `O` per `I`.
 ///
-/// Source: L. Felicetti's thesis (2024), chapter 5, and the sources of [`super::spread_by_cell`], [`super::worst_case`],
-/// [`super::load_steps`], [`super::angle_effects`], [`repeatability`], [`super::cell_averages`] and
-/// [`super::learning_curve`].
+/// Source: L. Felicetti's thesis (2024), chapter 5; B. Iglewicz and D. C. Hoaglin, *How to Detect and Handle Outliers*, 1993; D. N. Politis
+/// and J. P. Romano (1994), Ann. Statist. 22(4); K. V. Mardia and P. E. Jupp, *Directional Statistics*, 2000; T. Hastie, R. Tibshirani and
+/// J. Friedman, *The Elements of Statistical Learning*, 2nd ed., section 7.10; and the sources of [`repeatability`].
 ///
 /// # Errors
 /// [`PanelError::Few`] for fewer than two participants, [`PanelError::Empty`] when no line lies in the band,

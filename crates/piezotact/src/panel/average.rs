@@ -172,15 +172,6 @@ impl CellAverage {
 ///
 /// # Errors
 /// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
-pub fn cell_averages<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    criterion: Criterion,
-) -> Result<Vec<CellAverage>, PanelError> {
-    averages(&Levels::of(panel, band, averaging)?, band, criterion)
-}
-
 pub(super) fn averages<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
@@ -470,7 +461,8 @@ fn difference<I: Quantity, O: Quantity>(
 /// Source: L. Felicetti's thesis (2024), section 5.2.
 ///
 /// # Errors
-/// [`PanelError::Few`] when nobody was measured in the cell; those of [`cell_averages`].
+/// [`PanelError::Few`] when nobody was measured in the cell; [`PanelError::Empty`] when no line lies in the band;
+/// [`PanelError::Bundle`] when people cannot be averaged.
 pub fn average_of_panel<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     cell: Cell,
@@ -569,7 +561,7 @@ pub(super) fn of_members<'a>(
         }
     }
     let (measurement, example) = example?;
-    let measurement = Some(Example(measurement));
+    let measurement = Example(measurement);
     Some(Doubt::from(PanelDoubt::OfMembers {
         count,
         of,

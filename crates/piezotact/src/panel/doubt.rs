@@ -68,14 +68,14 @@ doubts! {
         },
         /// Measurements of digital twins of different seeds.
         SeveralTwins("several_twins") {
-            /// One measurement; in files of earlier versions its seed is appended.
+            /// One measurement.
             one: String,
-            /// The seed of its twin; absent in files of earlier versions.
-            one_seed: Option<String>,
+            /// The seed of its twin.
+            one_seed: String,
             /// Another measurement.
             other: String,
             /// The seed of its twin.
-            other_seed: Option<String>,
+            other_seed: String,
         },
         /// Measurements that carry doubts of their own.
         OfMembers("of_members") {
@@ -83,8 +83,8 @@ doubts! {
             count: usize,
             /// Of how many.
             of: usize,
-            /// One of the measurements; absent if a file does not name it.
-            measurement: Option<Example>,
+            /// One of the measurements.
+            measurement: Example,
             /// One of its doubts.
             example: Doubt,
         },
@@ -210,33 +210,19 @@ impl fmt::Display for PanelDoubt {
                 one_seed,
                 other,
                 other_seed,
-            } => {
-                let with_seed = |name: &str, seed: &Option<String>| match seed {
-                    Some(seed) => format!("{name} is of seed {seed}"),
-                    None => name.to_owned(),
-                };
-                write!(
-                    f,
-                    "the measurements are of digital twins of different seeds: {}, {}",
-                    with_seed(one, one_seed),
-                    with_seed(other, other_seed)
-                )
-            }
+            } => write!(
+                f,
+                "the measurements are of digital twins of different seeds: {one} is of seed {one_seed}, {other} is of seed {other_seed}"
+            ),
             Self::OfMembers {
                 count,
                 of,
                 measurement,
                 example,
-            } => {
-                write!(
-                    f,
-                    "{count} of {of} measurements have doubts of their own, such as "
-                )?;
-                if let Some(measurement) = measurement {
-                    write!(f, "{measurement}: ")?;
-                }
-                write!(f, "{example}")
-            }
+            } => write!(
+                f,
+                "{count} of {of} measurements have doubts of their own, such as {measurement}: {example}"
+            ),
             Self::Averaged {
                 participants,
                 penalty_db_rms,

@@ -3,9 +3,9 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
+use super::Cell;
 use super::levels::Levels;
 use super::random::Draws;
-use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion, Limit};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{deviation_interval, mean, mean_interval, rms};
@@ -69,21 +69,6 @@ pub struct LearningPoint {
 ///
 /// Source: learning curves as in T. Hastie, R. Tibshirani and J. Friedman, *The Elements of Statistical Learning*, 2nd ed.,
 /// section 7.10.
-///
-/// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
-pub fn learning_curve<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    within_db: f64,
-    orders: usize,
-    seed: u64,
-) -> Result<Vec<LearningCurve>, PanelError> {
-    let levels = Levels::of(panel, band, averaging)?;
-    Ok(curves(&levels, averaging, band, within_db, orders, seed))
-}
-
 pub(super) fn curves<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     averaging: BundleAverage,

@@ -25,7 +25,7 @@ mod trend;
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
     AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, ParticipantPenalty,
-    Verdict, average_of_panel, cell_averages, share_interval,
+    Verdict, average_of_panel, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
@@ -34,17 +34,12 @@ pub use curves::{
 };
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use doubt::PanelDoubt;
-pub use learning::{LearningCriterion, LearningCurve, LearningPoint, learning_curve};
+pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
-pub use spread::{
-    BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase, bundle_of_all,
-    falls_with_load, spread_by_cell, worst_case,
-};
-pub use trend::{
-    AngleEffect, LoadStep, ParticipantShape, ParticipantStep, angle_effects, load_steps,
-};
+pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
+pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 
 use std::fmt;
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
-use super::{Cell, Panel, PanelError};
+use super::{Cell, PanelError};
 use crate::criterion::Outcome;
 use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
@@ -153,14 +153,6 @@ pub struct FallsWithLoad {
 ///
 /// # Errors
 /// [`PanelError::Bundle`] when there are fewer than two.
-pub fn bundle_of_all<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-) -> Result<Bundle, PanelError> {
-    all_together(&Levels::of(panel, band, averaging)?, band)
-}
-
 pub(super) fn all_together<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
@@ -183,15 +175,6 @@ pub(super) fn all_together<I: Quantity, O: Quantity>(
 ///
 /// # Errors
 /// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
-pub fn spread_by_cell<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    bands: &[Band],
-) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
-    by_cell(&Levels::of(panel, band, averaging)?, averaging, band, bands)
-}
-
 pub(super) fn by_cell<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     averaging: BundleAverage,
@@ -383,17 +366,7 @@ fn share_of(
 /// (1994), Ann. Statist. 22(4), for subsampling.
 ///
 /// # Errors
-/// [`PanelError::Few`] when fewer than two people are complete; those of [`spread_by_cell`].
-pub fn worst_case<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    resamples: usize,
-    seed: u64,
-) -> Result<WorstCase, PanelError> {
-    worst(&Levels::of(panel, band, averaging)?, resamples, seed)
-}
-
+/// [`PanelError::Few`] when fewer than two people are complete.
 pub(super) fn worst<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     resamples: usize,
@@ -440,21 +413,8 @@ pub(super) fn worst<I: Quantity, O: Quantity>(
 /// curve of each load, in which the maximum deviation changes at least as much: all of them for up to eleven people, else
 /// `resamples` of them, itself counted.
 ///
-/// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst_case`] for the share; P. I. Good, *Permutation,
+/// Source: L. Felicetti's thesis (2024), figures 68 and 77; [`worst`] for the share; P. I. Good, *Permutation,
 /// Parametric, and Bootstrap Tests of Hypotheses*, 3rd ed., section 3.7, for p.
-///
-/// # Errors
-/// Those of [`spread_by_cell`].
-pub fn falls_with_load<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-    resamples: usize,
-    seed: u64,
-) -> Result<Vec<FallsWithLoad>, PanelError> {
-    Ok(falls(&Levels::of(panel, band, averaging)?, resamples, seed))
-}
-
 pub(super) fn falls<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     resamples: usize,

@@ -3,6 +3,9 @@
 use crate::panel::PanelDoubt;
 use num_complex::Complex;
 
+use super::average::averages;
+use super::learning::curves;
+use super::levels::Levels;
 use super::*;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, Potential, SampleRate};
@@ -178,15 +181,14 @@ fn penalties_and_learning_follow_the_offsets() {
     assert!((curve.points[2].mean_db_rms - mean).abs() < 1e-9);
     // By random orders the ends are the same as by all subsets, and the middle is near.
     let many: Vec<f64> = (0..12).map(|i| f64::from(i % 4)).collect();
-    let drawn = learning_curve(
-        &flat_panel(&many),
+    let drawn = curves(
+        &Levels::of(&flat_panel(&many), band(), BundleAverage::LogMagnitude).unwrap(),
         BundleAverage::LogMagnitude,
         band(),
         0.1,
         400,
         3,
-    )
-    .unwrap();
+    );
     let (all, points) = (&drawn[0], &drawn[0].points);
     assert_eq!((points.len(), all.orders), (11, 400));
     let pairs = many
@@ -214,9 +216,8 @@ fn the_complex_mean_loses_what_phases_spread() {
         filed(who, cell(0.2, 20.0), [1, 1], function(|_| h))
     };
     let panel = Panel::new(vec![turned("a", -60.0), turned("b", 60.0)]).unwrap();
-    let found = cell_averages(
-        &panel,
-        BundleAverage::LogMagnitude,
+    let found = averages(
+        &Levels::of(&panel, band(), BundleAverage::LogMagnitude).unwrap(),
         band(),
         Criterion::thesis_2024(),
     )
@@ -260,9 +261,8 @@ fn the_complex_mean_gains_what_levels_spread() {
     let at = cell(0.2, 20.0);
     let of = |who: &str, level: f64| filed(who, at, [1, 1], function(|_| db(level)));
     let panel = Panel::new(vec![of("a", -1.0), of("b", 1.0)]).unwrap();
-    let found = cell_averages(
-        &panel,
-        BundleAverage::LogMagnitude,
+    let found = averages(
+        &Levels::of(&panel, band(), BundleAverage::LogMagnitude).unwrap(),
         band(),
         Criterion::thesis_2024(),
     );

@@ -167,21 +167,13 @@ pub(super) fn distinct<I: Quantity, O: Quantity>(
     Ok(())
 }
 
-/// The person measured; files of earlier versions state a twin's seed only in the provenance.
-fn person<I: Quantity, O: Quantity>(entry: &Entry<I, O>) -> Option<String> {
-    let known = entry.function.about.condition.clone();
-    known
-        .with_twin_of(&entry.function.about.provenance)
-        .person()
-}
-
 /// Refuses two people under one name: P02 of the twin of one seed and P02 of that of another.
 pub(super) fn require_distinct_people<I: Quantity, O: Quantity>(
     entries: &[Entry<I, O>],
 ) -> Result<(), PanelError> {
     let mut people: BTreeMap<&str, (&Entry<I, O>, Option<String>)> = BTreeMap::new();
     for entry in entries {
-        let is = person(entry);
+        let is = entry.function.about.condition.person();
         let name = entry.filing.participant.as_str();
         let (one, one_is) = people.entry(name).or_insert_with(|| (entry, is.clone()));
         if *one_is != is {
@@ -208,29 +200,18 @@ pub(super) struct Sign<'a> {
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The doubt about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Doubt> {
-        let twin = |entry: &&Entry<I, O>| {
-            entry.function.about.provenance.bench == Some(BenchKind::Twin)
-                && entry.function.about.provenance.seed.is_some()
-        };
-        let mut twins = self.entries.iter().filter(twin);
-        let first = twins.next()?;
-        let other = twins
-            .find(|e| e.function.about.provenance.seed != first.function.about.provenance.seed)?;
+        let mut twins = self.entries.iter().filter_map(|entry| {
+            let provenance = &entry.function.about.provenance;
+            let seed = (provenance.bench == Some(BenchKind::Twin)).then_some(provenance.seed)?;
+            Some((&entry.filing, seed?))
+        });
+        let (one, one_seed) = twins.next()?;
+        let (other, other_seed) = twins.find(|(_, seed)| *seed != one_seed)?;
         Some(Doubt::from(PanelDoubt::SeveralTwins {
-            one: first.filing.to_string(),
-            one_seed: first
-                .function
-                .about
-                .provenance
-                .seed
-                .map(|seed| seed.to_string()),
-            other: other.filing.to_string(),
-            other_seed: other
-                .function
-                .about
-                .provenance
-                .seed
-                .map(|seed| seed.to_string()),
+            one: one.to_string(),
+            one_seed: one_seed.to_string(),
+            other: other.to_string(),
+            other_seed: other_seed.to_string(),
         }))
     }
 

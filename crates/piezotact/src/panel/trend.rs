@@ -4,10 +4,8 @@ use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, steps};
 use super::spread::load_pairs;
-use super::{Panel, PanelError};
-use crate::quantity::{Band, Degrees, Newtons, Quantity};
+use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::statistics::{PairedDifference, mean, paired_difference, rms, sign_test};
-use crate::transfer::BundleAverage;
 
 /// The effect of a heavier load at one angle, over people who were measured at both loads.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -107,17 +105,6 @@ fn tested(steps_db: &[f64]) -> (f64, Option<PairedDifference>, Option<f64>) {
 /// and the sign test over people.
 ///
 /// Source: L. Felicetti's thesis (2024), figures 70 and 74; [`paired_difference`], [`sign_test`].
-///
-/// # Errors
-/// Those of [`super::spread_by_cell`].
-pub fn load_steps<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-) -> Result<Vec<LoadStep>, PanelError> {
-    Ok(by_load(&Levels::of(panel, band, averaging)?))
-}
-
 pub(super) fn by_load<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<LoadStep> {
     let mut found = Vec::new();
     for angle_deg in levels.angles_deg() {
@@ -184,17 +171,6 @@ fn difference<I: Quantity, O: Quantity>(
 /// averaged over loads; Student's paired t and the sign test over people.
 ///
 /// Source: L. Felicetti's thesis (2024), figure 75; [`paired_difference`], [`sign_test`].
-///
-/// # Errors
-/// Those of [`super::spread_by_cell`].
-pub fn angle_effects<I: Quantity, O: Quantity>(
-    panel: &Panel<I, O>,
-    averaging: BundleAverage,
-    band: Band,
-) -> Result<Vec<AngleEffect>, PanelError> {
-    Ok(by_angle(&Levels::of(panel, band, averaging)?))
-}
-
 pub(super) fn by_angle<I: Quantity, O: Quantity>(levels: &Levels<I, O>) -> Vec<AngleEffect> {
     let mut found = Vec::new();
     for (from_deg, to_deg) in steps(&levels.angles_deg()) {

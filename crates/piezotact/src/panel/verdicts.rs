@@ -2,6 +2,10 @@
 
 use num_complex::Complex;
 
+use super::average::averages;
+use super::learning::curves;
+use super::levels::Levels;
+use super::spread::falls;
 use super::*;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
@@ -77,9 +81,8 @@ fn verdicts(n: usize, panels: u64, person: impl Fn(&mut Noise) -> f64) -> Vec<Ve
                     vec![(0..LINES).map(|_| off + 0.1 * noise.normal()).collect()]
                 })
                 .collect();
-            let averages = cell_averages(
-                &panel_of(&people),
-                BundleAverage::LogMagnitude,
+            let averages = averages(
+                &Levels::of(&panel_of(&people), band(), BundleAverage::LogMagnitude).unwrap(),
                 band(),
                 Criterion::thesis_2024(),
             );
@@ -158,7 +161,14 @@ fn how_many_people_are_enough_has_an_interval() {
             .map(|_| vec![vec![1.5 * noise.normal(); LINES]])
             .collect();
         let log = BundleAverage::LogMagnitude;
-        let curves = learning_curve(&panel_of(&people), log, band(), 0.1, 10, 1).unwrap();
+        let curves = curves(
+            &Levels::of(&panel_of(&people), band(), log).unwrap(),
+            log,
+            band(),
+            0.1,
+            10,
+            1,
+        );
         let enough = &curves[0].enough;
         let [low, high] = enough.interval.unwrap();
         held += usize::from(low <= truth && truth <= high);
@@ -192,7 +202,11 @@ fn a_trend_with_load_is_said_where_there_is_one() {
                 })
                 .collect();
             let log = BundleAverage::LogMagnitude;
-            let falls = falls_with_load(&panel_of(&people), log, band(), 200, 1).unwrap();
+            let falls = falls(
+                &Levels::of(&panel_of(&people), band(), log).unwrap(),
+                200,
+                1,
+            );
             falls[0].direction != Direction::NotShown
         });
         found.count() as f64 / panels as f64

@@ -29,13 +29,6 @@ impl About {
         }
     }
 
-    /// The same with the seed of the twin that the provenance names, as [`Condition::with_twin_of`].
-    #[must_use]
-    pub fn with_twin(mut self) -> Self {
-        self.condition = self.condition.with_twin_of(&self.provenance);
-        self
-    }
-
     /// Serialises it without an empty list of doubts, for documents that are written before any doubt can exist; for serde's
     /// `serialize_with`.
     ///

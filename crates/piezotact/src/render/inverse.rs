@@ -13,14 +13,13 @@ use crate::statistics::rms;
 use crate::transfer::TransferFunction;
 
 /// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Inverse {
     /// The whole target: plain division, as in the thesis.
     Plain,
     /// |H|²/(|H|² + ε·max|H|²): less where the device hardly responds.
-    #[default]
     Constant,
     /// γ² times that: less where the coherence is low (Wiener's filter, ε(f) = |H|²(1 − γ²)/γ²).
     Coherence,
@@ -51,13 +50,12 @@ impl Inverse {
 }
 
 /// Which phase the inverse has.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum PhaseForm {
     /// The negative phase of the device: waveforms are reproduced, delayed by the modelling delay, with a pre-echo before
     /// a sudden onset.
-    #[default]
     Linear,
     /// The minimum phase of its magnitude: no pre-echo; spectra are reproduced, waveforms are not.
     Minimum,
@@ -86,10 +84,8 @@ pub struct InverseConfig {
     /// follow H1's noise above the excitation, and nothing of the target would be left.)
     pub regularisation: f64,
     /// The share of the target that is aimed for in every line.
-    #[serde(default)]
     pub inverse: Inverse,
     /// Which phase it has.
-    #[serde(default)]
     pub phase: PhaseForm,
 }
 

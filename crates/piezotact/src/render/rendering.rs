@@ -22,7 +22,6 @@ pub struct Rendering {
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub setup: Option<DriveSetup>,
     /// The texture it was rendered from, by name.
-    #[serde(default)]
     pub target: String,
     /// The condition it is for, the provenance of its transfer function, and its doubts.
     #[serde(flatten)]

@@ -18,8 +18,8 @@ doubts! {
             samples: u64,
             /// The longest gap, s.
             longest_s: f64,
-            /// Start and end of each gap, s; absent in recordings written by earlier versions.
-            places_s: Option<Vec<[f64; 2]>>,
+            /// Start and end of each gap, s.
+            places_s: Vec<[f64; 2]>,
         },
         /// The run ended before its planned end.
         EndedEarly("ended_early") {
@@ -42,8 +42,6 @@ doubts! {
             /// The format that it is read as, the newest that can be read.
             read_as: usize,
         },
-        /// The journal of the run has no checksums: damage cannot be detected.
-        JournalUnchecked("journal_unchecked"),
         /// Not all of a drive was played, or the output ran dry.
         PlaybackIncomplete("playback_incomplete") {
             /// Samples played.
@@ -98,7 +96,6 @@ impl DoubtKind for RunDoubt {
             Self::EndedEarly { .. } => Vec::new(),
             Self::JournalDamaged { .. } => vec![Advice::LeaveOut, Check(Subject::Disk)],
             Self::JournalFormat { .. } => vec![Check(Subject::Disk)],
-            Self::JournalUnchecked => Vec::new(),
             Self::PlaybackIncomplete { .. } => vec![CloseOtherPrograms, Advice::PlayAgain],
             Self::ForceNotMeasured { .. } => vec![Advice::MeasureForce],
             Self::LoadOffTarget { .. } => vec![Advice::HoldForce],
@@ -144,9 +141,6 @@ impl fmt::Display for RunDoubt {
                 "the journal states format {found}, but this version reads up to {read_as}; the rest of it can be read as \
                     format {read_as}, so its first bytes are damaged"
             ),
-            Self::JournalUnchecked => f.write_str(
-                "the journal is of the first version and has no checksums: damage to its samples would not be detected",
-            ),
             Self::EndedEarly { ended, after_s } => {
                 write!(f, "the run ended early, after {after_s:.2} s: {ended}")
             }
@@ -161,10 +155,14 @@ impl fmt::Display for RunDoubt {
             ),
             Self::ForceNotMeasured { load_n } => write!(
                 f,
-                "no force was measured: it is not known whether {load_n} N was held", load_n = rounded(*load_n)),
+                "no force was measured: it is not known whether {load_n} N was held",
+                load_n = rounded(*load_n)
+            ),
             Self::LoadOffTarget { mean_n, target_n } => write!(
                 f,
-                "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N", target_n = rounded(*target_n)),
+                "the mean normal force was {mean_n:.3} N, but the condition states {target_n} N",
+                target_n = rounded(*target_n)
+            ),
             Self::ForceNegative {
                 share,
                 mean_n,

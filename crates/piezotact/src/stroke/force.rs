@@ -624,7 +624,7 @@ fn force_tolerance(cutter: &Cutter<'_>, strokes: &mut Vec<Stroke>, rejected: &mu
         } else {
             let reason = Reason::ForceOutsideTolerance {
                 mean_n,
-                target_n: Some(target_n),
+                target_n,
                 low_n: target_n - reach_n,
                 high_n: target_n + reach_n,
             };

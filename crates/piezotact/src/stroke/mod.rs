@@ -161,7 +161,7 @@ pub struct Stroke {
     pub contact: Interval,
     /// Who cut it.
     pub cut_by: CutBy,
-    /// The criteria judged for it; empty for a manual stroke, and in files of earlier versions.
+    /// The criteria judged for it; empty for a manual stroke.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
@@ -185,8 +185,7 @@ pub struct Rejected {
     pub interval: Interval,
     /// Why.
     pub reason: Reason,
-    /// The criteria judged for it, in order, up to the one that is not met; empty in files of earlier versions.
-    #[serde(default)]
+    /// The criteria judged for it, in order, up to the one that is not met.
     pub criteria: Vec<Criterion<StrokeCriterion>>,
 }
 
@@ -206,9 +205,8 @@ pub enum Reason {
     ForceOutsideTolerance {
         /// The mean, N.
         mean_n: f64,
-        /// The target force, or the usual one of the recording, N; absent in files of earlier versions.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        target_n: Option<f64>,
+        /// The target force, or the usual one of the recording, N.
+        target_n: f64,
         /// The lowest allowed, N.
         low_n: f64,
         /// The highest allowed, N.

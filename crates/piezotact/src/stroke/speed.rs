@@ -372,7 +372,7 @@ fn fit(
             judged.require(What::ForceDeviation, mean_n - load.0, within, || {
                 Reason::ForceOutsideTolerance {
                     mean_n,
-                    target_n: Some(load.0),
+                    target_n: load.0,
                     low_n,
                     high_n,
                 }

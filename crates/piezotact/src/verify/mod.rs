@@ -83,7 +83,6 @@ pub struct Verification {
     pub waveform_correlation: f64,
     /// The power of the difference of those waveforms re that of the target (NMSE), dB; silence would give 0 dB. Over all of the
     /// band, with the sensor's noise; the criterion is [`VerifyCriterion::WaveformError`].
-    #[serde(default)]
     pub waveform_nmse_db: f64,
     /// How much later the measurement is than the target, s.
     pub delay_s: f64,
@@ -96,7 +95,6 @@ pub struct Verification {
     /// The rate at which they were compared, Hz.
     pub rate_hz: f64,
     /// The power of the measurement on lines of the band without target, over the target's in the band.
-    #[serde(default)]
     pub added_power: f64,
     /// How the spectra were estimated.
     pub welch: WelchConfig,
@@ -122,7 +120,6 @@ pub struct Verification {
     #[serde(skip)]
     pub compared: std::ops::Range<usize>,
     /// How the clock of the measurement differs from that of the target, and what was corrected for it.
-    #[serde(default)]
     pub clock: Clock,
     /// The criteria, each with the value found, its limit and its outcome; the verdict follows from them.
     pub criteria: Vec<Criterion<VerifyCriterion>>,

@@ -45,7 +45,7 @@ impl BidsFolder {
             return refused("no such file".into());
         }
         let made = match source.ends_with(".part") {
-            true => crate::recording_file::read_journal(&path)?.recording,
+            true => crate::journal::read_run_journal(&path)?.recording,
             false => crate::recording_file::read_parquet(&path, None)?.recording,
         };
         let person = (

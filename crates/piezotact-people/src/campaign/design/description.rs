@@ -100,7 +100,6 @@ pub struct TaskDescription {
     /// Seconds of one trial: one order, one stimulus of a sequence, one sample named, one pair, one rating.
     pub seconds_per_trial: f64,
     /// Trials beside the counted ones, of one participant: training and catch trials, which take time and say nothing else.
-    #[serde(default)]
     pub uncounted_trials: f64,
 }
 

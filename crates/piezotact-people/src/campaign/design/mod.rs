@@ -36,7 +36,5 @@ pub use power::{FoundShare, PowerPlan, found_share};
 pub use precision::{
     CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
 };
-pub use sequence::{
-    LengthShare, SequenceDistribution, SequenceRule, draw_sequence, sequence_distribution,
-};
+pub use sequence::{LengthShare, SequenceDistribution, SequenceRule, sequence_distribution};
 pub use sets::SampleSets;

@@ -15,29 +15,6 @@ pub struct OrderBalance {
 }
 
 impl OrderBalance {
-    /// Whether every treatment stands in every position equally often.
-    #[must_use]
-    pub fn positions_balanced(&self) -> bool {
-        let first = self.positions.first().and_then(|row| row.first());
-        self.positions.iter().flatten().all(|n| Some(n) == first)
-    }
-
-    /// Whether every treatment stands directly before every other one equally often, and at least once.
-    #[must_use]
-    pub fn carry_over_balanced(&self) -> bool {
-        let others = |(a, row): (usize, &Vec<usize>)| -> Vec<usize> {
-            let off = row.iter().enumerate().filter(|(b, _)| *b != a);
-            off.map(|(_, n)| *n).collect()
-        };
-        let counts: Vec<usize> = self
-            .carry_over
-            .iter()
-            .enumerate()
-            .flat_map(others)
-            .collect();
-        counts.iter().all(|n| *n > 0 && Some(n) == counts.first())
-    }
-
     /// The position that a treatment has in every order, from 0; `None` where it changes.
     #[must_use]
     pub fn only_position(&self, treatment: usize) -> Option<usize> {
@@ -179,6 +156,29 @@ pub fn crossing(levels: &[usize], participants: usize) -> Result<Crossing, Desig
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl OrderBalance {
+        /// Whether every treatment stands in every position equally often.
+        fn positions_balanced(&self) -> bool {
+            let first = self.positions.first().and_then(|row| row.first());
+            self.positions.iter().flatten().all(|n| Some(n) == first)
+        }
+
+        /// Whether every treatment stands directly before every other one equally often, and at least once.
+        fn carry_over_balanced(&self) -> bool {
+            let others = |(a, row): (usize, &Vec<usize>)| -> Vec<usize> {
+                let off = row.iter().enumerate().filter(|(b, _)| *b != a);
+                off.map(|(_, n)| *n).collect()
+            };
+            let counts: Vec<usize> = self
+                .carry_over
+                .iter()
+                .enumerate()
+                .flat_map(others)
+                .collect();
+            counts.iter().all(|n| *n > 0 && Some(n) == counts.first())
+        }
+    }
 
     #[test]
     fn williams_orders_balance_position_and_carry_over() {

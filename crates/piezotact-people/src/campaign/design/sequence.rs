@@ -3,7 +3,6 @@
 use serde::{Deserialize, Serialize};
 
 use super::error::DesignError;
-use crate::campaign::random::Stream;
 
 /// The largest number of sequences of one length that is enumerated.
 const MOST_SEQUENCES: usize = 100_000;
@@ -186,29 +185,6 @@ pub fn sequence_distribution(
     })
 }
 
-/// One sequence of `rule` for test `test` of `participant`, as places in its set of `set_size`. Its stream belongs to seed,
-/// participant and test alone; only integers are drawn.
-///
-/// # Errors
-///
-/// As [`sequence_distribution`].
-///
-/// Source: decision 0063 of this project.
-pub fn draw_sequence(
-    rule: &SequenceRule,
-    set_size: usize,
-    participant: u64,
-    test: &str,
-    seed: u64,
-) -> Result<Vec<usize>, DesignError> {
-    let mut all = enumerated(rule, set_size)?;
-    let mut draws = Stream::of(seed, &["sequence", &participant.to_string(), test]);
-    let length = draws.below(all.len());
-    let mut of_length = all.swap_remove(length);
-    let chosen = draws.below(of_length.len());
-    Ok(of_length.swap_remove(chosen))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -219,32 +195,12 @@ mod tests {
     };
 
     #[test]
-    fn the_distribution_is_that_of_the_draws() {
+    fn sequences_are_counted() {
         let stated = sequence_distribution(&TRIPLETS, 3).unwrap();
         assert_eq!(stated.lengths[0].sequences, 27);
         assert_eq!(stated.lengths[1].sequences, 81);
         assert!((stated.permutation_share - 0.5 * 6.0 / 27.0).abs() < 1e-15);
         assert!(stated.forced_share.abs() < 1e-15);
-        let drawn: Vec<Vec<usize>> = (0..20_000)
-            .map(|person| draw_sequence(&TRIPLETS, 3, person, "A", 5).unwrap())
-            .collect();
-        let share = |of: &dyn Fn(&Vec<usize>) -> bool| {
-            drawn.iter().filter(|one| of(one)).count() as f64 / 20_000.0
-        };
-        // Four standard errors of a share of 20 000.
-        let check = |found: f64, truth: f64| {
-            assert!(
-                (found - truth).abs() < 4.0 * (truth * (1.0 - truth) / 2e4).sqrt(),
-                "{found} {truth}"
-            );
-        };
-        check(
-            share(&|one| is_permutation(one, 3)),
-            stated.permutation_share,
-        );
-        check(share(&|one| one.len() == 4), 0.5);
-        check(share(&|one| one[0] == one[1]), 1.0 / 3.0);
-        check(share(&|one| one == &[2, 2, 2]), 0.5 / 27.0);
     }
 
     #[test]
@@ -303,19 +259,4 @@ mod tests {
         };
         assert_eq!(of(&fixed, 3), Err(DesignError::FixedNotDrawn));
     }
-
-    /// The same numbers on every platform, and a stream per person and test.
-    #[test]
-    fn one_seed_one_sequence() {
-        let rule = SequenceRule::Independent {
-            shortest: 5,
-            longest: 6,
-        };
-        let of = |person, test| draw_sequence(&rule, 4, person, test, 63).unwrap();
-        assert_eq!(of(1, "A"), GOLDEN);
-        assert_ne!(of(1, "A"), of(2, "A"));
-        assert_ne!(of(1, "A"), of(1, "B"));
-    }
-
-    const GOLDEN: [usize; 6] = [1, 3, 0, 2, 3, 2];
 }

@@ -397,11 +397,6 @@ fn sequences(
     match sequence {
         // Put in order by the planner.
         Sequence::Balanced => Ok(vec![samples.to_vec()]),
-        Sequence::Permutation => {
-            let mut stimuli = samples.to_vec();
-            stream.shuffle(&mut stimuli);
-            Ok(vec![stimuli])
-        }
         Sequence::Drawn { lengths } => {
             let length = lengths[stream.below(lengths.len())];
             let stimuli = (0..length).map(|_| samples[stream.below(samples.len())].clone());

@@ -342,7 +342,7 @@ fn check_sequence(
     sequence: &Sequence,
 ) -> Result<(), ProtocolError> {
     match sequence {
-        Sequence::Permutation | Sequence::Balanced => Ok(()),
+        Sequence::Balanced => Ok(()),
         Sequence::Drawn { lengths } => {
             at_least_one(&format!("{place}: lengths"), lengths.len())?;
             match lengths.iter().find(|length| !(1..=100).contains(*length)) {

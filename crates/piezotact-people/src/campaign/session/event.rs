@@ -136,7 +136,6 @@ pub enum Event {
         /// With a volunteer, or a rehearsal.
         purpose: Purpose,
         /// Who takes part.
-        #[serde(default)]
         participant: Participant,
     },
     /// The participant gave consent to this text.

@@ -278,11 +278,6 @@ impl fmt::Display for EegDoubt {
                 "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the \
                  offset with one of them; send pulses at irregular intervals, or record all of them with both devices"
             ),
-            Self::CoherenceFloor { epochs, expected } => write!(
-                f,
-                "{epochs} epochs of random phase have an inter-trial coherence of {expected:.2} on average: compare conditions with \
-                 the same number of epochs only"
-            ),
         }
     }
 }

@@ -33,7 +33,6 @@ pub struct ChannelInfo {
     /// Whether its name has a built-in position on the scalp.
     pub positioned: bool,
     /// Whether a table beside the file calls it bad.
-    #[serde(default)]
     pub bad: bool,
     /// Whether it never changes.
     pub flat: bool,
@@ -42,7 +41,6 @@ pub struct ChannelInfo {
     /// The share of samples in which it holds one value for 0.2 s or more, 0–1; 0 of a channel that never changes.
     pub frozen_share: f64,
     /// The share of samples that are no finite numbers, 0–1.
-    #[serde(default)]
     pub missing_share: f64,
     /// The standard deviation of its samples over all parts, in its unit.
     pub spread: f64,

@@ -152,8 +152,7 @@ pub struct RejectedEpoch {
     pub onset_s: f64,
     /// The channel that is furthest beyond its limit.
     pub channel: String,
-    /// How many channels are beyond one; 0 where that was not counted.
-    #[serde(default)]
+    /// How many channels are beyond one.
     pub channels: usize,
     /// By which criterion.
     pub criterion: Criterion,

@@ -249,22 +249,6 @@ pub fn to_channels(epochs: &Epochs, references: &[&str]) -> Result<Epochs, Refer
     Ok(epochs.mixed(epochs.channels().to_vec(), &weights))
 }
 
-/// The current source density of `epochs` at each channel, V/m² (which stand in the place of V): the surface Laplacian of a spherical
-/// spline, with the sign of a source.
-///
-/// Source: F. Perrin et al. (1989), Electroencephalogr. Clin. Neurophysiol. 72, corrected 1990; as MNE-Python's
-/// `compute_current_source_density`.
-///
-/// # Errors
-/// [`ReferenceError`] for channels without a built-in position, or settings that have no spline.
-pub fn current_source_density(
-    epochs: &Epochs,
-    config: &CsdConfig,
-) -> Result<Epochs, ReferenceError> {
-    let montage = Montage::ten_ten(epochs.channels())?;
-    Ok(Csd::plan(&montage, config)?.apply(epochs))
-}
-
 /// Positions on the sphere of a square map of `side` × `side` points seen from above, row after row from the front left, and the index of
 /// each point; only points inside the circle of 110° from the top are there.
 ///
@@ -471,7 +455,8 @@ mod tests {
         let montage = Montage::ten_ten(&all).unwrap();
         let volts: Vec<f64> = montage.positions.iter().map(|p| 1e-6 * p[0]).collect();
         let given = epochs(&names, volts.clone());
-        let found = current_source_density(&given, &CsdConfig::perrin_1989(0.095)).unwrap();
+        let found = Csd::plan(&montage, &CsdConfig::perrin_1989(0.095));
+        let found = found.unwrap().apply(&given);
         let c3 = all.iter().position(|n| n == "C3").unwrap();
         let expected = 2.0 / (0.095 * 0.095) * volts[c3];
         let share = found.volts()[c3] / expected;

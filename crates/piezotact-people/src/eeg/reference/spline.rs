@@ -112,9 +112,13 @@ impl Csd {
         &self.weights
     }
 
-    /// The density of epochs with the channels planned for, V/m².
+    /// The current source density of epochs with the channels planned for, V/m² (which stand in the place of V): the surface Laplacian
+    /// of a spherical spline, with the sign of a source.
+    ///
+    /// Source: F. Perrin et al. (1989), Electroencephalogr. Clin. Neurophysiol. 72, corrected 1990; as MNE-Python's
+    /// `compute_current_source_density`.
     #[must_use]
-    pub(in crate::eeg) fn apply(&self, epochs: &Epochs) -> Epochs {
+    pub fn apply(&self, epochs: &Epochs) -> Epochs {
         epochs.mixed(self.channels.clone(), &self.weights)
     }
 }

@@ -511,9 +511,4 @@ pub enum TfrError {
     /// A window that holds no time or frequency.
     #[error(transparent)]
     Window(#[from] WindowError),
-    /// A measure of phase of several tapers.
-    #[error(
-        "expected Morlet wavelets for a measure of phase, found multitapers; plan with Morlet wavelets"
-    )]
-    PhaseOfTapers,
 }

@@ -26,7 +26,6 @@ pub struct TaskChance {
     /// where there is none.
     pub beyond_chance_from: Option<usize>,
     /// The same of all participants together; of those who share the sets in groups, of all groups.
-    #[serde(default)]
     pub beyond_chance_together_from: Option<usize>,
     /// The probability by chance of each number of right answers, from 0 on.
     pub probability: Vec<f64>,

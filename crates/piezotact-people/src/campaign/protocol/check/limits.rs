@@ -124,7 +124,7 @@ fn lists(task: &Task) -> Result<(), ProtocolError> {
                 let place = format!("a test of set {}", test.set);
                 short(&place, test.stimuli.len())
             }),
-            Sequence::Permutation | Sequence::Balanced => Ok(()),
+            Sequence::Balanced => Ok(()),
         },
         TaskKind::Compare {
             method: Method::Adaptive(adaptive),
@@ -183,7 +183,7 @@ fn trials(task: &Task, samples: usize) -> u64 {
         TaskKind::Associate { sequence, .. } => match sequence {
             Sequence::Fixed { tests } => tests.len() as u64,
             Sequence::Drawn { lengths } => lengths.iter().copied().max().unwrap_or(1) as u64,
-            Sequence::Permutation | Sequence::Balanced => samples as u64,
+            Sequence::Balanced => samples as u64,
         },
         TaskKind::Compare { method, .. } => match method {
             Method::Constant { pairs, repeats } => {
