@@ -25,7 +25,6 @@ pub(crate) struct Manipulation {
     pub(crate) form: Option<&'static str>,
     /// What it does, for people.
     pub(crate) help: &'static str,
-    /// Reads its value.
     pub(crate) read: fn(&str) -> Result<Requested, String>,
 }
 
@@ -34,7 +33,6 @@ pub(crate) struct Manipulation {
 pub(crate) struct Settings {
     /// Where levels are measured.
     pub(crate) measured: Level,
-    /// Draws phases.
     pub(crate) seed: u64,
 }
 
@@ -50,7 +48,6 @@ type Apply = dyn Fn(
 /// Another texture that something is taken of.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Other {
-    /// Its recording.
     pub(crate) path: PathBuf,
     /// Whether it is brought to the rate of the texture first.
     pub(crate) rate: OtherRate,

@@ -19,7 +19,6 @@ use halves::{Parts, halves};
 /// Everything that makes a sound device a bench.
 #[derive(Debug)]
 pub struct AudioBench {
-    /// The set-up.
     pub setup: SoundSetup,
     /// Its calibration; absent where it was never calibrated.
     pub calibration: Option<SoundCalibration>,

@@ -7,9 +7,7 @@ use std::time::{Duration, Instant};
 #[derive(Debug)]
 pub struct Board {
     epoch: Instant,
-    /// The output.
     pub output: Side,
-    /// The input.
     pub input: Side,
     /// The number of the piece that plays or played last, and of the one that has ended; 0 before the first.
     pub(crate) piece: AtomicU64,

@@ -75,7 +75,6 @@ impl Piece {
 pub enum Happened {
     /// The first sample of a drive was given out at this frame of the output.
     Onset {
-        /// The frame.
         frame: u64,
         /// The frames that the input had counted then.
         input: u64,
@@ -84,7 +83,6 @@ pub enum Happened {
     RanDry {
         /// The first frame of silence.
         frame: u64,
-        /// How many.
         frames: u64,
         /// The frames that the input had counted when it ended.
         input: u64,
@@ -93,7 +91,6 @@ pub enum Happened {
     Lost {
         /// The frame, lost ones counted.
         frame: u64,
-        /// How many.
         frames: u64,
     },
 }

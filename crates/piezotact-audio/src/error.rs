@@ -21,18 +21,12 @@ pub enum AudioError {
     },
     /// The sound server or system does not run.
     #[error("the sound system `{host}` does not answer ({why}); start it, or name another host")]
-    HostUnavailable {
-        /// The host.
-        host: String,
-        /// What it said.
-        why: String,
-    },
+    HostUnavailable { host: String, why: String },
     /// The device is not there. It is never replaced by another.
     #[error(
         "expected the {direction} device `{wanted}`, found {found}; plug it in, or name one that `piezotact devices` lists"
     )]
     NoDevice {
-        /// Output or input.
         direction: &'static str,
         /// The id asked for.
         wanted: String,
@@ -44,9 +38,7 @@ pub enum AudioError {
         "the {direction} device `{device}` is in use by another program; close that program, then try again"
     )]
     Busy {
-        /// Output or input.
         direction: &'static str,
-        /// The device.
         device: String,
     },
     /// The device cannot do what the set-up asks for.
@@ -54,21 +46,16 @@ pub enum AudioError {
         "expected {wanted} on the {direction} device `{device}`, found {offered}; write what it offers into the set-up"
     )]
     NotOffered {
-        /// Output or input.
         direction: &'static str,
-        /// The device.
         device: String,
         /// Rate, channels and buffer asked for.
         wanted: String,
-        /// What it offers.
         offered: String,
     },
     /// The sound system fails otherwise.
     #[error("the {direction} device `{device}` failed: {why}")]
     Backend {
-        /// Output or input.
         direction: &'static str,
-        /// The device.
         device: String,
         /// What the system said.
         why: String,
@@ -96,10 +83,7 @@ pub enum AudioError {
     #[error(
         "expected a measurement without lost samples, found losses in each of {attempts} attempts; close other programs, or use larger buffers"
     )]
-    Losses {
-        /// How many attempts.
-        attempts: usize,
-    },
+    Losses { attempts: usize },
     /// A device fails while it runs.
     #[error(transparent)]
     Device(#[from] DeviceError),

@@ -30,7 +30,6 @@ pub struct LoopSettings {
     /// Who is at it: a bench such as `twin:participant=1,seed=7`; absent where no finger is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub finger: Option<String>,
-    /// How time passes.
     pub pace: LoopPace,
     /// From output to input, frames.
     pub delay_frames: u32,
@@ -44,7 +43,6 @@ pub struct LoopSettings {
     pub corner_hz: f64,
     /// How much faster the clock of the input runs than that of the output, ppm.
     pub clock_ppm: f64,
-    /// Draws the noise.
     pub seed: u64,
     /// The input channel whose sensor is mounted on a calibrator of 159.2 Hz and 10 m/s² rms.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -107,7 +105,6 @@ pub struct SilentPart {
     expecting = "a fault, such as { what = \"stall\", at_s = 1, for_s = 0.1 }"
 )]
 pub struct LoopFault {
-    /// What.
     pub what: LoopFailure,
     /// When, s since the streams were opened.
     pub at_s: f64,

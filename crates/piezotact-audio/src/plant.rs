@@ -49,7 +49,6 @@ pub struct PlantSettings {
 pub struct ForceReading {
     /// By the clock of the plant, ms.
     pub at_ms: u32,
-    /// N.
     pub force_n: f64,
 }
 

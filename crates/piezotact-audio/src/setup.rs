@@ -42,7 +42,6 @@ pub struct SoundSetup {
     pub simulated: bool,
     /// What leaves the device.
     pub play: PlayChannels,
-    /// What comes in.
     pub record: Vec<RecordedChannel>,
     /// Where the normal force comes from, when it is not an input of the device.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -76,7 +75,6 @@ pub struct PlayChannels {
 pub struct RecordedChannel {
     /// The channel, from 1.
     pub channel: u32,
-    /// What it records.
     pub measures: Measures,
     /// The sensitivity of an accelerometer with its conditioner, mV per m/s².
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -143,7 +141,6 @@ pub struct ForceSettings {
     /// The serial port, such as `/dev/ttyUSB0`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serial: Option<String>,
-    /// Its speed, baud.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub baud: Option<u32>,
     /// A text file to which another program appends readings.

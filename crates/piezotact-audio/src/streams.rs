@@ -159,13 +159,11 @@ pub struct PieceProgress {
 /// The channels of streams: how many leave the device, which carry the drive, which the trigger, how many come in. Channels from 0.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StreamChannels {
-    /// Of the output.
     pub output: usize,
     /// Those of the drive.
     pub drive: Vec<usize>,
     /// That of the trigger.
     pub trigger: Option<usize>,
-    /// Of the input.
     pub input: usize,
 }
 

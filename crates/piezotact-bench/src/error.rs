@@ -12,21 +12,16 @@ pub enum DeviceError {
     /// The drive has another rate than the output.
     #[error("cannot play: the drive is sampled at {drive}, the output of {name} runs at {output}; render with --rate {}", output.hz())]
     Rate {
-        /// The drive's rate.
         drive: SampleRate,
-        /// The output's rate.
         output: SampleRate,
-        /// The bench.
         name: String,
     },
     /// What is asked for cannot be.
     #[error("expected {expected}, found {found}; {todo}")]
     Impossible {
-        /// What is possible.
         expected: String,
         /// What was asked for.
         found: String,
-        /// What to do.
         todo: String,
     },
     /// A device cannot be used, for a reason that its driver states: expected, found, what to do.
@@ -47,7 +42,6 @@ pub enum DeviceError {
         "the {name} no longer answers after {after_s:.2} s; check its cable and its power, then measure again"
     )]
     Lost {
-        /// The device.
         name: String,
         /// What was acquired before, s.
         after_s: f64,
@@ -57,7 +51,6 @@ pub enum DeviceError {
         "no samples for {pause_s} s: the {name} delivers nothing after {after_s:.2} s; check its cable and its power, then measure again"
     )]
     Silent {
-        /// The device.
         name: String,
         /// For how long nothing came, s.
         pause_s: f64,
@@ -70,7 +63,6 @@ pub enum DeviceError {
             then measure again"
     )]
     InputFull {
-        /// The device.
         name: String,
         /// What was acquired before, s.
         after_s: f64,
@@ -81,7 +73,6 @@ pub enum DeviceError {
             report it"
     )]
     Contract {
-        /// The device.
         name: String,
         /// What the contract says.
         expected: String,
@@ -106,7 +97,6 @@ pub enum ProcedureError {
         drive: GainName,
         /// The gain that is set.
         bench: GainName,
-        /// The bench.
         name: String,
     },
     /// The drive was made for another device.
@@ -119,7 +109,6 @@ pub enum ProcedureError {
         drive: String,
         /// The device of the bench.
         bench: String,
-        /// The bench.
         name: String,
     },
     /// The output gives another voltage at full scale than the drive was made for.
@@ -131,17 +120,14 @@ pub enum ProcedureError {
         drive: f64,
         /// The potential that is found, V.
         bench: f64,
-        /// The bench.
         name: String,
     },
     /// What is asked for cannot be.
     #[error("expected {expected}, found {found}; {todo}")]
     Impossible {
-        /// What is possible.
         expected: String,
         /// What was asked for.
         found: String,
-        /// What to do.
         todo: String,
     },
     /// A target cannot be rendered.
@@ -158,7 +144,6 @@ pub enum ProcedureError {
         "repeat {repeat} was refused in {attempts} of {attempts} attempts; the last time {refusal}"
     )]
     RepeatRefused {
-        /// Which repeat.
         repeat: usize,
         /// How often it was tried.
         attempts: usize,
@@ -168,7 +153,6 @@ pub enum ProcedureError {
     /// Somebody stopped it.
     #[error("{}", stopped(label, *after_s))]
     Stopped {
-        /// The run.
         label: String,
         /// What was acquired of it, s.
         after_s: f64,

@@ -63,7 +63,6 @@ pub struct ExcitationConfig {
     pub duration: Seconds,
     /// The largest sample, full scale = 1.
     pub peak: f64,
-    /// The seed.
     pub seed: u64,
 }
 

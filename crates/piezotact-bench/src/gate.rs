@@ -78,9 +78,7 @@ impl std::error::Error for Refusal {}
 /// The indices in a chunk of the channels that a gate judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GateRoles {
-    /// The drive.
     pub drive: usize,
-    /// The acceleration.
     pub acceleration: usize,
     /// The normal force; without one, coherence alone is judged.
     pub force: Option<usize>,

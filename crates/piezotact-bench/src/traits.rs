@@ -158,9 +158,7 @@ pub trait Acquire: Send {
 
 /// A bench: a playing and an acquiring half at one finger.
 pub struct Bench {
-    /// What plays.
     pub player: Box<dyn Play>,
-    /// What acquires.
     pub acquirer: Box<dyn Acquire>,
     /// Stops what runs, from any thread.
     pub stop: StopHandle,

@@ -56,9 +56,7 @@ const EXAMPLE: &str = "participant,task,set,trial,presented,answered";
 /// Answers with what reading them leaves open.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnswersFile {
-    /// The answers.
     pub table: AnswerTable,
-    /// Doubts about them.
     pub doubts: Vec<Doubt>,
 }
 

@@ -15,7 +15,6 @@ pub enum ReadError {
     /// The operating system refuses it.
     #[error("cannot read {}: {what}", path.display())]
     Io {
-        /// The file.
         path: PathBuf,
         /// What the operating system says.
         what: String,
@@ -23,61 +22,39 @@ pub enum ReadError {
     /// The content is not what is needed.
     #[error("{}: expected {expected}, found {found}; {todo}", path.display())]
     Content {
-        /// The file.
         path: PathBuf,
-        /// What was expected.
         expected: String,
-        /// What was found.
         found: String,
-        /// What to do.
         todo: String,
     },
     /// The channels make no recording.
     #[error("{}: {source}", path.display())]
     Recording {
-        /// The file.
         path: PathBuf,
-        /// Why.
         source: RecordingError,
     },
     /// The lines make no transfer function.
     #[error("{}: {source}", path.display())]
     Transfer {
-        /// The file.
         path: PathBuf,
-        /// Why.
         source: TransferError,
     },
     /// The text describes no device.
     #[error("{}: {source}", path.display())]
     Device {
-        /// The file.
         path: PathBuf,
-        /// Why.
         source: DescriptionError,
     },
     /// The heights make no surface.
     #[error("{}: {source}", path.display())]
-    Surface {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: SurfaceError,
-    },
+    Surface { path: PathBuf, source: SurfaceError },
     /// The answers make no table.
     #[error("{}: {source}", path.display())]
-    Answers {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        source: AnswerError,
-    },
+    Answers { path: PathBuf, source: AnswerError },
     /// An invalid rate, band or measure.
     #[error("{}: {source}", path.display())]
     Quantity {
-        /// The file.
         path: PathBuf,
-        /// Why.
         source: QuantityError,
     },
 }
@@ -124,7 +101,6 @@ pub enum WriteError {
     /// The operating system refuses it.
     #[error("cannot write {}: {source}; check the folder and the free disk space", path.display())]
     Io {
-        /// The file.
         path: PathBuf,
         /// What the operating system says.
         source: std::io::Error,
@@ -132,13 +108,11 @@ pub enum WriteError {
     /// The format cannot hold it.
     #[error("cannot write {}: expected {expected}, found {found}; {todo}", path.display())]
     Content {
-        /// The file.
         path: PathBuf,
         /// What the format holds.
         expected: String,
         /// What was to be written.
         found: String,
-        /// What to do.
         todo: String,
     },
 }

@@ -16,7 +16,6 @@ pub struct FeltFile {
     pub participant: Option<String>,
     /// The sample that it is named as.
     pub sample: String,
-    /// The file.
     pub path: PathBuf,
 }
 

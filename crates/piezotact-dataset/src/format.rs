@@ -15,7 +15,6 @@ const HEAD: usize = 1024;
 
 /// One format: its names, how it is known, and what reads it.
 pub(crate) struct Format<K, R> {
-    /// What it is.
     pub(crate) kind: K,
     /// Its name in a list of formats; empty where it is known only to be refused by its name.
     pub(crate) label: &'static str,
@@ -23,7 +22,6 @@ pub(crate) struct Format<K, R> {
     pub(crate) endings: &'static [&'static str],
     /// How its files are known.
     pub(crate) sniff: Recognition,
-    /// What reads them.
     pub(crate) read: R,
 }
 

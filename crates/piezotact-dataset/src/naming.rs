@@ -46,7 +46,6 @@ pub enum NamingError {
         "expected a pattern such as '{{sample}}_F{{load:N}}_V{{speed:mm/s}}_{{repeat}}', found `{pattern}` ({why}); correct it"
     )]
     Pattern {
-        /// The pattern.
         pattern: String,
         /// What is wrong with it.
         why: String,
@@ -54,11 +53,8 @@ pub enum NamingError {
     /// A name does not fit.
     #[error("expected a name like `{pattern}`, found `{name}`; {todo}")]
     Name {
-        /// The pattern.
         pattern: String,
-        /// The name.
         name: String,
-        /// What to do.
         todo: String,
     },
     /// A field holds no number.
@@ -66,11 +62,8 @@ pub enum NamingError {
         "expected a number for {{{field}}} in `{name}`, found `{found}`; rename the file or give another --meta"
     )]
     Number {
-        /// The field.
         field: String,
-        /// The name.
         name: String,
-        /// What stands there.
         found: String,
     },
 }

@@ -69,11 +69,8 @@ pub struct PanelIndex {
     pub bench_files: Vec<BenchFile>,
     /// The participants, measured and planned.
     pub participants: Vec<String>,
-    /// The loads, N.
     pub loads_n: Vec<f64>,
-    /// The angles, degrees.
     pub angles_deg: Vec<f64>,
-    /// What was measured.
     pub entries: Vec<PanelEntry>,
     /// What was planned and is not measured yet.
     #[serde(default)]
@@ -86,14 +83,12 @@ pub struct PanelFolder {
     path: PathBuf,
     /// Absent where it is only read.
     lock: Option<Lock>,
-    /// What it lists.
     pub index: PanelIndex,
 }
 
 /// All transfer functions of a panel, whatever they go from and to, and what there is to doubt.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelContents {
-    /// The panel.
     pub panel: Vec<Entry<Uncalibrated, Uncalibrated>>,
     /// The unit of the drive.
     pub drive_unit: Unit,

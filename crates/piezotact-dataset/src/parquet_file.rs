@@ -134,12 +134,7 @@ pub(crate) enum ColumnsError {
     /// A column has rows without a number.
     Gaps(String),
     /// A column holds no numbers.
-    NoNumbers {
-        /// Its name.
-        name: String,
-        /// What it holds.
-        found: String,
-    },
+    NoNumbers { name: String, found: String },
 }
 
 impl From<ParquetError> for ColumnsError {

@@ -12,7 +12,6 @@ pub struct Claim {
     pub chapter: u8,
     /// The section and figures.
     pub at: &'static str,
-    /// What is claimed.
     pub says: &'static str,
     /// The sentence of the thesis that the criterion follows, where it is quoted.
     pub quote: Option<&'static str>,
@@ -331,7 +330,6 @@ pub const CLAIMS: [Claim; 37] = [
 /// What was found of a claim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
-    /// The claim's number.
     pub claim: u8,
     /// What was measured, with its unit.
     pub measured: String,
@@ -383,10 +381,7 @@ pub enum Verdict {
         reason: String,
     },
     /// It cannot be measured yet.
-    NotYet {
-        /// What brings it.
-        with: &'static str,
-    },
+    NotYet { with: &'static str },
 }
 
 impl Finding {

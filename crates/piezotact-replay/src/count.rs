@@ -154,7 +154,6 @@ impl CountSettings {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its panels were counted with another setting: {what}: expected {expected}, found {found}")]
 pub struct CountError {
-    /// The setting.
     pub what: &'static str,
     /// What is counted now.
     pub expected: String,

@@ -39,7 +39,6 @@ use piezotact_twin::{ParameterError, TwinParameters};
 /// What a replay is made with.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    /// The twin's numbers.
     pub parameters: TwinParameters,
     /// Draws people, surfaces, movements and noise.
     pub seed: u64,
@@ -104,20 +103,10 @@ pub enum ReplayError {
     Parameter(#[from] ParameterError),
     /// A recording cannot be cut.
     #[error("{what}: {error}")]
-    Segment {
-        /// The recording.
-        what: String,
-        /// Why.
-        error: SegmentError,
-    },
+    Segment { what: String, error: SegmentError },
     /// A recording has no strokes to analyse.
     #[error("{what}: {error}")]
-    Feature {
-        /// The recording.
-        what: String,
-        /// Why.
-        error: FeatureError,
-    },
+    Feature { what: String, error: FeatureError },
     /// Groups cannot be compared.
     #[error("{0}")]
     Compare(#[from] CompareError),

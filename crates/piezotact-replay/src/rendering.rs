@@ -121,7 +121,6 @@ pub(super) fn played(
 
 /// A texture sent directly as the drive, 1 m/s² as full scale.
 pub(super) struct SentStraight {
-    /// As it stands.
     pub(super) drive: Series<Drive>,
     /// Turned down until nothing clips, to 1 dB below the first limit.
     pub(super) softer: Series<Drive>,

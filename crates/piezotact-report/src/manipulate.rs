@@ -27,13 +27,10 @@ const LOWEST_HZ: f64 = 10.0;
 /// What a report of a texture shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
-    /// Its title.
     pub title: String,
     /// Which bench it comes from; absent where that is not known.
     pub bench: Option<BenchKind>,
-    /// The texture before.
     pub before: &'a Texture<Acceleration>,
-    /// The texture after.
     pub after: &'a Texture<Acceleration>,
     /// Those that it took something of.
     pub others: &'a [Texture<Acceleration>],

@@ -55,7 +55,6 @@ struct Layout {
     across: usize,
     left: f64,
     size: (f64, f64),
-    /// Above each panel.
     above: f64,
     /// Below each row, for the ticks and labels of axes.
     below: f64,

@@ -8,7 +8,6 @@ use crate::format::Format;
 pub struct FigurePart {
     /// Its name without ending: its number in the report and the heading above it, `02-spectra`.
     pub name: String,
-    /// SVG text.
     pub svg: String,
 }
 

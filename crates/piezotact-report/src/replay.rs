@@ -15,7 +15,6 @@ pub struct Page<'a> {
     pub seed: u64,
     /// The name of the laboratory's own parameter file; absent without one.
     pub twin: Option<String>,
-    /// What it changes.
     pub changes: &'a [String],
     /// Every claim of the thesis.
     pub claims: Vec<ClaimRow<'a>>,
@@ -64,13 +63,11 @@ impl Standing {
 /// A claim of the thesis with what was found of it.
 #[derive(Clone, Debug)]
 pub struct ClaimRow<'a> {
-    /// Its number.
     pub number: u8,
     /// The chapter of the thesis.
     pub chapter: u8,
     /// Where it stands there.
     pub at: &'a str,
-    /// What is claimed.
     pub says: &'a str,
     /// The sentence of the thesis that the criterion follows, where it is quoted.
     pub quote: Option<&'a str>,
@@ -95,16 +92,13 @@ pub struct PanelPart<'a> {
     pub panels: usize,
     /// The seed of the first; the others follow it.
     pub first_seed: u64,
-    /// Claim by claim.
     pub rows: Vec<PanelRow<'a>>,
 }
 
 /// How many panels meet a claim.
 #[derive(Clone, Debug)]
 pub struct PanelRow<'a> {
-    /// Its number.
     pub number: u8,
-    /// What is claimed.
     pub says: &'a str,
     /// In how many panels it holds.
     pub held: usize,
@@ -140,11 +134,9 @@ pub struct ChapterPart<'a> {
     pub measured: &'a [String],
     /// How many of its claims hold, in words.
     pub tally: String,
-    /// Its claims.
     pub claims: Vec<ClaimRow<'a>>,
     /// The counterparts of its figures, each with its number.
     pub figures: Vec<(&'a str, &'a Figure)>,
-    /// What limits it.
     pub doubts: &'a [Merged],
     /// What is not there yet.
     pub missing: &'a [String],

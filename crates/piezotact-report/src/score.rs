@@ -24,9 +24,7 @@ const UNFELT: Tone = Tone::Pale;
 pub struct Page<'a> {
     /// The names of A, the reference, and of B.
     pub names: [&'a str; 2],
-    /// Their recordings.
     pub recordings: [&'a Recording; 2],
-    /// The score.
     pub score: &'a Score,
 }
 

@@ -45,9 +45,7 @@ const NOTHING_DB: f64 = -300.0;
 /// What a report of a transfer function shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a, I: Quantity, O: Quantity> {
-    /// Its title.
     pub title: String,
-    /// The transfer function.
     pub function: &'a TransferFunction<I, O>,
     /// The unit of its values.
     pub unit: String,

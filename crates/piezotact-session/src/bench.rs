@@ -50,7 +50,6 @@ pub type JournalOf<'a> =
 
 /// A bench with the drives of one participant.
 pub struct BenchStimulator<'a> {
-    /// The bench.
     pub bench: Bench,
     /// The drives, by stimulus.
     pub drives: BTreeMap<String, PreparedDrive>,

@@ -14,7 +14,6 @@ use piezotact_people::campaign::session::Evidence;
 /// Which playing of a stimulus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Played<'a> {
-    /// The trial.
     pub trial: &'a str,
     /// Which attempt at the trial, from 1.
     pub attempt: u32,
@@ -22,7 +21,6 @@ pub struct Played<'a> {
     pub element: usize,
     /// Which playing of the element in this attempt, from 1.
     pub play: u32,
-    /// The stimulus.
     pub stimulus: &'a str,
 }
 
@@ -31,10 +29,7 @@ pub struct Played<'a> {
 pub enum PlayError {
     /// There is no drive for it; nothing was played.
     #[error("there is no drive for {stimulus}; prepare one, and give the folder that holds it")]
-    NoDrive {
-        /// The stimulus.
-        stimulus: String,
-    },
+    NoDrive { stimulus: String },
     /// The bench failed, or the run was stopped: the trial is void.
     #[error("{0}")]
     Device(String),

@@ -22,7 +22,6 @@ pub struct SaltError(pub String);
 pub struct Outside<'a> {
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: &'a mut dyn FnMut() -> i64,
-    /// A fresh salt.
     pub salt: &'a mut dyn FnMut() -> Result<Salt, SaltError>,
 }
 
@@ -45,18 +44,12 @@ pub enum RunError {
     #[error(
         "event {number} of the session cannot be read: {why}; use the version of the program that wrote it"
     )]
-    Event {
-        /// Its number.
-        number: u64,
-        /// What is wrong.
-        why: String,
-    },
+    Event { number: u64, why: String },
     /// A rehearsal under the name of a session with a volunteer, or the other way round.
     #[error(
         "session {} of {} was begun as {}; go on with it as such, or give the participant another pseudonym", .key.session, .key.participant, word(*.begun)
     )]
     Purpose {
-        /// The session.
         key: SessionKey,
         /// As what it was begun.
         begun: Purpose,
@@ -66,7 +59,6 @@ pub enum RunError {
         "session {} of {} was begun as {}, and the store lists it as {}: the store was changed; restore it from a copy", .key.session, .key.participant, word(*.begun), word(*.listed)
     )]
     PurposeChanged {
-        /// The session.
         key: SessionKey,
         /// As what it was begun.
         begun: Purpose,
@@ -75,10 +67,7 @@ pub enum RunError {
     },
     /// There is nothing to play the stimulus on.
     #[error("{stimulus} is played on a bench, and there is none; name one")]
-    NoBench {
-        /// The stimulus.
-        stimulus: String,
-    },
+    NoBench { stimulus: String },
     /// There is no drive.
     #[error(transparent)]
     NoDrive(PlayError),
@@ -104,10 +93,7 @@ pub enum Given {
     /// This event, which is stored.
     Done(Event),
     /// The device failed: the trial is void, which is stored, and is to be presented again.
-    Void {
-        /// What failed.
-        why: String,
-    },
+    Void { why: String },
 }
 
 /// Where rendered stimuli are played.

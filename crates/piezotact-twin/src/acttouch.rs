@@ -32,7 +32,6 @@ const MOST_FREE_FORCE_N: f64 = 2.0;
 /// The protocol of active touch: number, direction and pace of the strokes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ActiveProtocol {
-    /// How many strokes.
     pub strokes: usize,
     /// The direction of the strokes.
     pub movement: SlidingDirection,

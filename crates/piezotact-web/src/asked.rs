@@ -16,7 +16,6 @@ pub(crate) struct Asked {
     /// How many events were stored when the page showed it.
     #[serde(default)]
     pub(crate) seen: Option<u64>,
-    /// What is asked.
     #[serde(flatten)]
     pub(crate) what: What,
 }

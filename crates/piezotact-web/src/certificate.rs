@@ -30,7 +30,6 @@ pub struct CertificateError(String);
 pub struct Certificate {
     /// The certificate, with those that vouch for it after it.
     pub chain_pem: String,
-    /// Its private key.
     pub key_pem: String,
 }
 

@@ -55,7 +55,6 @@ pub struct Field {
 pub enum FieldKind {
     /// A number: what is usual, and from where to where.
     Number {
-        /// What is usual.
         usual: f64,
         /// The smallest and the largest.
         range: [f64; 2],
@@ -72,7 +71,6 @@ pub enum FieldKind {
 pub enum BenchRequest {
     /// Starts a procedure.
     Start {
-        /// Its name.
         procedure: String,
         /// Its values, by the names of the fields.
         values: BTreeMap<String, String>,
@@ -126,7 +124,6 @@ pub struct ConsoleDesk {
 /// A request with the place for what came of it.
 #[derive(Debug)]
 pub struct Answerable {
-    /// What is asked.
     pub request: BenchRequest,
     reply: oneshot::Sender<Result<(), String>>,
 }

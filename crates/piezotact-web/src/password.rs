@@ -21,10 +21,7 @@ pub enum PasswordError {
     #[error(
         "expected a password of 12 characters or more, found {found}; four words that do not belong together are good"
     )]
-    Short {
-        /// Its characters.
-        found: usize,
-    },
+    Short { found: usize },
     /// The same characters again and again.
     #[error(
         "expected a password with 5 different characters or more, found {found}; four words that do not belong together are good"

@@ -61,9 +61,7 @@ pub enum For {
 /// A route.
 #[derive(Clone, Copy, Debug)]
 pub struct Route {
-    /// GET or POST.
     pub method: &'static str,
-    /// Its path.
     pub path: &'static str,
     /// Who may use it.
     pub whose: For,

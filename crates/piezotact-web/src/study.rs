@@ -69,11 +69,9 @@ impl Standing {
 /// A session of a study.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Listed {
-    /// The participant's pseudonym.
     pub participant: String,
     /// The name of the session.
     pub session: String,
-    /// Where it stands.
     pub standing: Standing,
     /// Whether it is a rehearsal.
     pub is_rehearsal: bool,
@@ -86,7 +84,6 @@ pub struct Listed {
 /// A study at a glance.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Overview {
-    /// Its title.
     pub title: String,
     /// Participants who completed the session that the campaign is judged by, and how many are planned.
     pub completed: (usize, usize),

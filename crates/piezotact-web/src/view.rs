@@ -29,7 +29,6 @@ pub struct Open {
     pub progress: [usize; 2],
     /// What the participant is asked, word for word, while a trial runs.
     pub instruction: Option<Text>,
-    /// The step.
     pub step: OpenStep,
 }
 
@@ -102,7 +101,6 @@ impl From<String> for Text {
 /// How a trial is answered.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Form {
-    /// What is asked.
     pub ask: Word,
     /// More of it: the ends of an order, or how many at most.
     pub more: Text,
@@ -130,9 +128,7 @@ pub enum Repeats {
 /// What only the experimenter may see.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Closed {
-    /// The participant's pseudonym.
     pub participant: String,
-    /// The session.
     pub session: String,
     /// A rehearsal, or a session with a volunteer.
     pub is_rehearsal: bool,
@@ -142,7 +138,6 @@ pub struct Closed {
     pub last_ms: Option<i64>,
     /// The heading of the trial.
     pub heading: Option<Heading>,
-    /// The step.
     pub step: ClosedStep,
     /// How the trial is answered, and what is noted, by names.
     pub answer: Option<(Form, Option<String>)>,
@@ -175,13 +170,10 @@ pub struct Closed {
 pub struct Heading {
     /// Its number, from 1.
     pub number: usize,
-    /// Of how many.
     pub of: usize,
     /// The title of its task.
     pub task: String,
-    /// Its set.
     pub set: Option<String>,
-    /// A training trial.
     pub is_training: bool,
     /// Which attempt, from 1.
     pub attempt: u32,
@@ -232,9 +224,7 @@ pub struct Measured {
 pub struct Answered {
     /// Its number, from 1.
     pub number: usize,
-    /// Its name.
     pub name: String,
-    /// The task.
     pub task: String,
     /// The answer as it was said.
     pub said: String,

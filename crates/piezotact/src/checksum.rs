@@ -60,7 +60,6 @@ impl TryFrom<String> for Checksum {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a checksum of 16 hexadecimal digits, found `{found}`")]
 pub struct NoChecksum {
-    /// The text.
     pub found: String,
 }
 

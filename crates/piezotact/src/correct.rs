@@ -113,7 +113,6 @@ struct Fit {
     shares: Vec<f64>,
     /// How strongly lines were attenuated to make the drive fit; none if no attenuation was needed.
     strength: Option<f64>,
-    /// Its lines.
     lines: Vec<Complex<f64>>,
     /// The share of samples that had to be held at the limit, 0–1.
     held: f64,

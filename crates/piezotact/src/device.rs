@@ -120,12 +120,7 @@ pub enum ImpossibleSetup {
     #[error(
         "expected 0.001 to 1000 V at full scale and a load of 1e-12 to 1 F, found {volts} and {load_f} F; calibrate the output"
     )]
-    Numbers {
-        /// The potential found.
-        volts: Volts,
-        /// The capacitance found.
-        load_f: f64,
-    },
+    Numbers { volts: Volts, load_f: f64 },
     /// A gain that the device does not have.
     #[error(transparent)]
     Gain(#[from] UnknownGain),

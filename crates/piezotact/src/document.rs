@@ -80,11 +80,9 @@ pub enum DocumentError {
         "expected version {known} or earlier of the document `{schema}`, found version {found}; read it with the version of the program that wrote it"
     )]
     Newer {
-        /// Its form.
         schema: &'static str,
         /// The latest version that is known here.
         known: u32,
-        /// Its version.
         found: u64,
     },
     /// It is not JSON, or a field is missing or wrong.

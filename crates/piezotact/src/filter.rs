@@ -252,10 +252,7 @@ fn line_at_start<'a>(samples: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
 pub enum FilterError {
     /// An order that is not even or too high.
     #[error("expected an even filter order from 2 to 12, found {found}; 4 is usual")]
-    Order {
-        /// What was found.
-        found: usize,
-    },
+    Order { found: usize },
     /// A cut-off outside the band of the signal.
     #[error(
         "expected a cut-off above 0 and below half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another, or none",

@@ -64,13 +64,11 @@ impl MonitorConfig {
 /// The smallest and the largest sample of each of consecutive stretches.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Trace {
-    /// The channel.
     pub channel: String,
     /// The time at the end of each stretch, s since the start of the run.
     pub at_s: Vec<f64>,
     /// The smallest sample, in the SI unit of the channel.
     pub low: Vec<f64>,
-    /// The largest sample.
     pub high: Vec<f64>,
 }
 
@@ -107,14 +105,12 @@ pub struct FiguresNow {
     pub left_s: Option<f64>,
     /// The level of the vibration.
     pub level: Option<LevelNow>,
-    /// The normal force.
     pub force: Option<ForceNow>,
 }
 
 /// Values over frequency.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Lines {
-    /// Frequency, Hz.
     pub frequency_hz: Vec<f64>,
     /// The value of each.
     pub value: Vec<f64>,
@@ -134,9 +130,7 @@ pub struct CoherenceNow {
 /// The strokes until now. The last one may still be under way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct StrokesNow {
-    /// Accepted.
     pub accepted: usize,
-    /// Rejected.
     pub rejected: usize,
 }
 
@@ -151,9 +145,7 @@ pub struct MonitorView {
     pub left_s: Option<f64>,
     /// The level of the vibration now.
     pub level: Option<LevelNow>,
-    /// The vibration.
     pub vibration: Option<Trace>,
-    /// The normal force.
     pub force: Option<Trace>,
     /// The normal force now.
     pub force_now: Option<ForceNow>,

@@ -508,26 +508,17 @@ marker!(
 pub enum QuantityError {
     /// A sampling rate that no recording has.
     #[error("expected a sampling rate from 0.001 to 1e7 Hz, found {found}; give the rate in Hz")]
-    Rate {
-        /// What was found.
-        found: f64,
-    },
+    Rate { found: f64 },
     /// A band that is not `low..high` with 0 ≤ low < high.
     #[error(
         "expected a band low..high in Hz with 0 ≤ low < high, found `{found}`; write for example 20..1000"
     )]
-    Band {
-        /// What was found.
-        found: String,
-    },
+    Band { found: String },
     /// A value with its unit that could not be read.
     #[error(
         "expected a value above zero with a unit (m/s2, g, N, V, FS …), found `{found}`; write for example \"200 m/s2\""
     )]
-    Measure {
-        /// What was found.
-        found: String,
-    },
+    Measure { found: String },
 }
 
 #[cfg(test)]

@@ -243,11 +243,9 @@ pub enum BenchKind {
 /// One channel of a recording, in SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// The name.
     pub name: String,
     /// The SI unit of the samples.
     pub unit: Unit,
-    /// The samples.
     pub samples: Vec<f64>,
 }
 
@@ -459,13 +457,10 @@ pub enum RecordingError {
         "expected {expected} samples in every channel as in `{first}`, found {found} in `{channel}`; export them together"
     )]
     Length {
-        /// The first channel.
         first: String,
-        /// Its length.
         expected: usize,
         /// The channel that differs.
         channel: String,
-        /// Its length.
         found: usize,
     },
     /// Channels of two clocks where samples of one index have to belong together.
@@ -474,42 +469,26 @@ pub enum RecordingError {
             to different times; use channels of one clock, or resample them to one rate and save them together"
     )]
     Clocks {
-        /// The first channel.
         first: String,
-        /// Its clock.
         of_first: Clock,
         /// A channel with another.
         channel: String,
-        /// That one.
         found: Clock,
     },
     /// As many clocks as channels, or none.
     #[error(
         "expected a clock for each of {channels} channels, found {found}; write the file again"
     )]
-    ClocksOf {
-        /// The channels.
-        channels: usize,
-        /// The clocks.
-        found: usize,
-    },
+    ClocksOf { channels: usize, found: usize },
     /// A clock with a start that is not a number.
     #[error(
         "expected a start in s, found {found_s} for channel `{channel}`; correct it",
         found_s = rounded(*found_s)
     )]
-    Start {
-        /// The channel.
-        channel: String,
-        /// Its start.
-        found_s: f64,
-    },
+    Start { channel: String, found_s: f64 },
     /// Two channels of one name.
     #[error("expected channels of different names, found `{name}` twice; rename one")]
-    SameName {
-        /// The name.
-        name: String,
-    },
+    SameName { name: String },
     /// No channel of that name.
     #[error("expected a channel `{wanted}`, found only {found}; use one of these")]
     Missing {
@@ -531,21 +510,15 @@ pub enum RecordingError {
         "expected {quantity} in {expected}, found channel `{channel}` in {found}; use another channel or state its unit"
     )]
     Unit {
-        /// The channel.
         channel: String,
-        /// The quantity wanted.
         quantity: &'static str,
-        /// Its unit.
         expected: Unit,
-        /// The channel's unit.
         found: Unit,
     },
     /// The samples make no series.
     #[error("channel `{channel}`: {source}")]
     Series {
-        /// The channel.
         channel: String,
-        /// Why.
         source: SeriesError,
     },
 }

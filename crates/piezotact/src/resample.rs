@@ -250,7 +250,6 @@ pub fn resample_over<Q: Quantity>(
 /// A series that was brought to a rate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converted<Q: Quantity> {
-    /// The series.
     pub series: Series<Q>,
     /// That it was converted; none where it had the rate before.
     pub doubt: Option<Doubt>,
@@ -289,9 +288,7 @@ pub fn converted<Q: Quantity>(
 /// Two series at one rate, so that they can be compared.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CommonRate<Q: Quantity> {
-    /// The first one.
     pub first: Series<Q>,
-    /// The second one.
     pub second: Series<Q>,
     /// Which of them was converted, if one was.
     pub doubt: Option<Doubt>,
@@ -374,7 +371,6 @@ pub enum ResampleError {
             higher rate"
     )]
     Passband {
-        /// The band's end.
         passband: Hertz,
         /// The rate that goes in.
         from: SampleRate,

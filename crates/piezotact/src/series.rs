@@ -159,7 +159,6 @@ pub enum SeriesError {
         at: usize,
         /// Its time from the start.
         time: Seconds,
-        /// What stood there.
         found: f64,
     },
 }

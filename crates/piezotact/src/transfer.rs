@@ -595,22 +595,14 @@ pub enum TransferError {
         "expected a transfer function with its largest magnitude from 1e-30 to 1e12, found up to {largest:e}; check its units, or \
             measure again"
     )]
-    Magnitude {
-        /// The largest.
-        largest: f64,
-    },
+    Magnitude { largest: f64 },
     /// More effective averages than averages.
     #[error(
         "expected at most {averages} effective averages, as many as segments were averaged, found {effective}; measure again, or \
             restore the file",
         effective = rounded(*effective)
     )]
-    Averages {
-        /// The averages.
-        averages: usize,
-        /// The effective averages.
-        effective: f64,
-    },
+    Averages { averages: usize, effective: f64 },
     /// The lines do not make an axis.
     #[error(
         "expected the same number of values and coherences, 2 or more, found {response} and {coherence}; export the transfer function whole"
@@ -626,19 +618,13 @@ pub enum TransferError {
         "expected frequencies that rise evenly from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis",
         found = rounded(*found)
     )]
-    Resolution {
-        /// The step found.
-        found: f64,
-    },
+    Resolution { found: f64 },
     /// A line is NaN, infinite, or so large that its square is.
     #[error(
         "expected valid response values, found an invalid one at {frequency_hz:.2} Hz (NaN, infinite, or beyond 1e100); measure \
             again or cut the band"
     )]
-    NotFinite {
-        /// The line's frequency.
-        frequency_hz: f64,
-    },
+    NotFinite { frequency_hz: f64 },
     /// Too many segments contain lost samples.
     #[error(
         "expected {FEWEST_LEFT} segments or more without lost samples, found {left} of {of}; close other programs and measure \
@@ -647,7 +633,6 @@ pub enum TransferError {
     FewLeft {
         /// How many are left.
         left: usize,
-        /// Of how many.
         of: usize,
     },
     /// Too many repetitions of a periodic drive contain lost samples.
@@ -660,7 +645,6 @@ pub enum TransferError {
         needed: usize,
         /// How many are left.
         left: usize,
-        /// Of how many.
         of: usize,
     },
     /// An impact test cannot be evaluated.

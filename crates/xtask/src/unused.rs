@@ -52,7 +52,6 @@ pub(crate) fn run() -> Result<()> {
 /// An item whose name stands nowhere else outside test code.
 #[derive(Debug, PartialEq, Eq)]
 struct Unused {
-    /// File and line.
     at: String,
     kind: &'static str,
     name: String,

@@ -26,7 +26,6 @@ pub(super) const ENTRY: BenchEntry = BenchEntry {
 /// A measured transfer function by its file, with the settings of the bench made from it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct MeasuredSpec {
-    /// The file.
     pub(crate) file: PathBuf,
     /// The noise that is added.
     pub(crate) noise: SensorNoise,
@@ -37,7 +36,6 @@ pub(crate) struct MeasuredSpec {
 /// Another placement of a finger, drawn from how placements lie apart in a panel.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct DrawnPlacement {
-    /// The panel's folder.
     pub(crate) panel: PathBuf,
     /// The placement's number: each is another one.
     pub(crate) number: u64,

@@ -123,7 +123,6 @@ struct Chain {
     rendering: Rendering,
     measured: Recording,
     verification: Verification,
-    /// The negative control.
     straight: Straight<Verification>,
 }
 

@@ -224,7 +224,6 @@ struct Contact {
     channel: Option<usize>,
     sum: f64,
     count: usize,
-    /// Over all samples.
     all: (f64, usize),
     negative: usize,
 }

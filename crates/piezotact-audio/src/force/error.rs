@@ -36,7 +36,6 @@ pub enum ForceError {
         name: String,
         /// For how long nothing came.
         pause: Duration,
-        /// The readings before.
         readings: u64,
     },
     /// It sends lines, and none is a force.
@@ -71,9 +70,7 @@ pub enum ForceError {
     Unit {
         /// The port or the file.
         name: String,
-        /// The unit before.
         expected: ForceUnit,
-        /// The unit now.
         found: ForceUnit,
         /// Whether the first was that of the settings.
         from_settings: bool,
@@ -83,7 +80,6 @@ pub enum ForceError {
     UnknownUnit {
         /// The port or the file.
         name: String,
-        /// What it states.
         found: String,
     },
     /// The device began again.
@@ -109,19 +105,15 @@ pub enum ForceError {
         name: String,
         /// What the system says.
         reason: String,
-        /// The readings before.
         readings: u64,
     },
     /// The columns of a file do not say which one is the force.
     #[error("{name}: expected {expected}, found {found}; {todo}")]
     Columns {
-        /// The file.
         name: String,
-        /// What is needed.
         expected: String,
         /// What the file has.
         found: String,
-        /// What to do.
         todo: String,
     },
 }
@@ -156,8 +148,5 @@ pub enum JoinError {
     #[error(
         "expected {expected} before the end of the recording, found none; start the source of the force before the recording"
     )]
-    Nothing {
-        /// What is missing.
-        expected: &'static str,
-    },
+    Nothing { expected: &'static str },
 }

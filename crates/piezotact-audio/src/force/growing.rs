@@ -29,7 +29,6 @@ const HEAD: usize = 64;
 /// The settings of a file that grows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GrowingSettings {
-    /// The file.
     pub path: PathBuf,
     /// The columns of a file with columns.
     pub columns: Columns,

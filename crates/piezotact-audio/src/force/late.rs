@@ -29,7 +29,6 @@ struct Span {
     /// The least late one: by the device, and how much later it was seen, s.
     device_s: f64,
     late_s: f64,
-    /// The latest one.
     latest_s: f64,
 }
 

@@ -64,13 +64,11 @@ pub struct ForceDescription {
 /// One reading of a force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ForceReading {
-    /// When it arrived.
     pub at: Instant,
     /// When it was measured, by the clock of the device, s since the first reading of this clock; none where the device states no
     /// times.
     pub device_s: Option<f64>,
     /// How often the clock of the device began again before it.
     pub clock: u32,
-    /// The force, N.
     pub force_n: f64,
 }

@@ -18,7 +18,6 @@ pub enum Columns {
     Named {
         /// The name of the force.
         force: String,
-        /// Its unit.
         unit: ForceUnit,
         /// The name and the unit of the time; none where the file states none.
         time: Option<(String, TimeUnit)>,

@@ -64,9 +64,7 @@ pub enum Rule {
 /// A rule that a bench breaks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
-    /// The rule.
     pub rule: Rule,
-    /// What was found.
     pub found: String,
 }
 

@@ -261,13 +261,11 @@ pub enum ScriptError {
         "expected {what} from {low} to {high}, found {found}; write another number in the script"
     )]
     Number {
-        /// What it is.
         what: String,
         /// The smallest that can be.
         low: f64,
         /// The largest that can be.
         high: f64,
-        /// What was found.
         found: f64,
     },
 }

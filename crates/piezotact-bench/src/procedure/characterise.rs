@@ -33,14 +33,12 @@ pub struct CharacteriseConfig {
     pub welch: WelchConfig,
     /// Which ratio estimates the transfer function.
     pub estimator: Estimator,
-    /// Who touches how.
     pub run: RunPlan,
 }
 
 /// The result of a characterisation of a device with a finger on it.
 #[derive(Clone, Debug)]
 pub struct Characterisation {
-    /// What was recorded.
     pub recording: Recording,
     /// From the digital drive to the nail's acceleration.
     pub function: TransferFunction<Drive, Acceleration>,

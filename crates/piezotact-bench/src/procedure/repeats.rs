@@ -60,7 +60,6 @@ pub struct Refused {
     pub repeat: usize,
     /// Which attempt at it, from 1.
     pub attempt: usize,
-    /// Why.
     pub refusal: Refusal,
 }
 
@@ -90,13 +89,10 @@ impl fmt::Display for Refused {
 /// Repeats of one characterisation.
 #[derive(Clone, Debug)]
 pub struct RepeatedCharacterisation {
-    /// Each.
     pub each: Vec<Characterisation>,
-    /// The refused measurements.
     pub refused: Vec<Refused>,
     /// All attempts with their judgements, in order; none if nothing was judged.
     pub attempts: Vec<Attempt>,
-    /// The pooled estimate.
     pub function: TransferFunction<Drive, Acceleration>,
     /// How far the two that differ most lie apart over the driven band from 20 Hz up, dB rms; `None` for one.
     pub apart_db: Option<f64>,

@@ -29,7 +29,6 @@ pub struct DatasetAbout<'a> {
 /// A participant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Person {
-    /// The pseudonym.
     pub pseudonym: String,
     /// Whether nobody answered: how a virtual volunteer judges.
     pub judge: Option<String>,

@@ -13,23 +13,15 @@ pub enum BidsError {
     /// Something stands where it is to be written.
     #[error("{}: expected no folder, or an empty one, found {found}; give another folder: nothing is overwritten", folder.display())]
     Exists {
-        /// The folder.
         folder: PathBuf,
-        /// What stands there.
         found: &'static str,
     },
     /// The place is inside the study or data set that is read.
     #[error("{}: expected a folder outside the data set or study that is read, found one in it; give another folder", folder.display())]
-    Inside {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Inside { folder: PathBuf },
     /// Another program writes there.
     #[error("{}: another program writes this folder; wait until it has ended", folder.display())]
-    Held {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Held { folder: PathBuf },
     /// A name has no letter and no digit.
     #[error(
         "expected a {what} with a letter or digit (A to Z, 0 to 9), of which BIDS makes the names of files, found `{name}`; rename it in the protocol"
@@ -37,7 +29,6 @@ pub enum BidsError {
     NoLabel {
         /// "participant", "session", "task" or "sample".
         what: &'static str,
-        /// The name.
         name: String,
     },
     /// Two names have one label.
@@ -45,9 +36,7 @@ pub enum BidsError {
     Clash {
         /// "participant", "session", "task" or "sample".
         what: &'static str,
-        /// The label.
         label: String,
-        /// Both names.
         names: [String; 2],
     },
     /// A text that a table of BIDS cannot hold.
@@ -57,13 +46,11 @@ pub enum BidsError {
     Text {
         /// The table and column.
         place: String,
-        /// The text.
         found: String,
     },
     /// A recording that says too little of itself.
     #[error("{}: expected a recording that names its {what}, found none; state it in the file name with --meta, or in NAME.wav.json", file.display())]
     Unnamed {
-        /// The recording.
         file: PathBuf,
         /// "participant" or "sample".
         what: &'static str,
@@ -71,21 +58,13 @@ pub enum BidsError {
     /// No folder with a data set.
     #[error("{}: expected a BIDS data set, found {found}; {todo}", folder.display())]
     NoDataset {
-        /// The folder.
         folder: PathBuf,
-        /// What was found.
         found: String,
-        /// What to do.
         todo: &'static str,
     },
     /// The data set holds no touch data.
     #[error("{}: expected touch data (physio with an acceleration or a force, or answers to stimuli), found none, but {found}; open it with a program for its own modality", folder.display())]
-    NoTouch {
-        /// The folder.
-        folder: PathBuf,
-        /// What it holds.
-        found: String,
-    },
+    NoTouch { folder: PathBuf, found: String },
     /// A file of the data set.
     #[error("{file}{}: {why}", .line.map_or(String::new(), |line| format!(", line {line}")))]
     File {
@@ -101,7 +80,6 @@ pub enum BidsError {
     Behaviour {
         /// The file, from the root.
         file: String,
-        /// Why.
         source: BehaviourError,
     },
     /// Channels that make no recording.
@@ -109,7 +87,6 @@ pub enum BidsError {
     Recording {
         /// The file, from the root.
         file: String,
-        /// Why.
         source: RecordingError,
     },
     /// A file cannot be read.

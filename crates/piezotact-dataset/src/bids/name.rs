@@ -64,11 +64,8 @@ pub(super) const DATATYPES: [&str; 15] = [
 /// The entities of one of our files, by their labels.
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Entities {
-    /// The participant.
     pub sub: String,
-    /// The session.
     pub ses: Option<String>,
-    /// The task.
     pub task: Option<String>,
     /// The condition: the sample or stimulus.
     pub acq: Option<String>,

@@ -27,9 +27,7 @@ impl Content for PanelAddDocument<'_> {
 /// How many measurements there were before and are new.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PanelRunCounts {
-    /// Measured now.
     pub measured: usize,
-    /// There already.
     pub there_already: usize,
 }
 

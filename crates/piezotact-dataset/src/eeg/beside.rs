@@ -32,7 +32,6 @@ pub struct EegSource {
 /// A table of events beside a file with markers of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventTable {
-    /// Its name.
     pub name: String,
     /// How many events it has.
     pub events: usize,
@@ -73,7 +72,6 @@ struct Stated {
 /// The position of an electrode.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StatedPosition {
-    /// Its name.
     pub name: String,
     /// x, y and z in the unit and directions of the table.
     pub position: [f64; 3],

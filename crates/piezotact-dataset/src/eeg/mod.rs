@@ -92,7 +92,6 @@ pub struct EegSegment {
 /// What an EEG file holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EegFile {
-    /// Its kind.
     pub kind: EegKind,
     /// Its segments in the order of the file, at least one.
     pub segments: Vec<EegSegment>,

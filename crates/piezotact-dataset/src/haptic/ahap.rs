@@ -28,7 +28,6 @@ pub struct Ahap {
     /// Where it comes from.
     #[serde(default)]
     pub metadata: AhapMetadata,
-    /// What is played.
     pub pattern: Vec<AhapPattern>,
 }
 
@@ -36,11 +35,9 @@ pub struct Ahap {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", default)]
 pub struct AhapMetadata {
-    /// The project.
     pub project: String,
     /// When or by whom.
     pub created: String,
-    /// What it is.
     pub description: String,
 }
 
@@ -59,7 +56,6 @@ pub enum AhapPattern {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct AhapEvent {
-    /// What it is.
     pub event_type: AhapEventType,
     /// When, s.
     pub time: f32,
@@ -69,7 +65,6 @@ pub struct AhapEvent {
     /// The sound it plays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub event_waveform_path: Option<String>,
-    /// How.
     #[serde(default)]
     pub event_parameters: Vec<AhapParameter>,
 }
@@ -88,10 +83,8 @@ pub enum AhapEventType {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct AhapParameter {
-    /// Which.
     #[serde(rename = "ParameterID")]
     pub parameter_id: AhapParameterId,
-    /// Its value.
     pub parameter_value: f32,
 }
 
@@ -99,12 +92,10 @@ pub struct AhapParameter {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct AhapDynamic {
-    /// Which.
     #[serde(rename = "ParameterID")]
     pub parameter_id: AhapParameterId,
     /// When, s.
     pub time: f32,
-    /// Its value.
     pub parameter_value: f32,
 }
 
@@ -140,12 +131,10 @@ pub enum AhapParameterId {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "PascalCase", deny_unknown_fields)]
 pub struct AhapCurve {
-    /// Which.
     #[serde(rename = "ParameterID")]
     pub parameter_id: AhapParameterId,
     /// When the curve begins, s.
     pub time: f32,
-    /// Its points.
     pub parameter_curve_control_points: Vec<AhapControlPoint>,
 }
 
@@ -155,7 +144,6 @@ pub struct AhapCurve {
 pub struct AhapControlPoint {
     /// When, s.
     pub time: f32,
-    /// The value there.
     pub parameter_value: f32,
 }
 

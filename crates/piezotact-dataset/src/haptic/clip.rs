@@ -24,10 +24,8 @@ use crate::sidecar::write_json;
 pub struct HapticVersion {
     /// 0 or 1.
     pub major: u32,
-    /// The minor version.
     #[serde(default)]
     pub minor: u32,
-    /// The patch.
     #[serde(default)]
     pub patch: u32,
 }
@@ -50,9 +48,7 @@ pub struct HapticMetadata {
     pub source: String,
     /// The project it belongs to.
     pub project: String,
-    /// Keywords.
     pub tags: Vec<String>,
-    /// What it is.
     pub description: String,
 }
 
@@ -63,7 +59,6 @@ pub struct HapticClip {
     pub version: HapticVersion,
     /// Where it comes from.
     pub metadata: HapticMetadata,
-    /// What is played.
     pub envelopes: Envelopes,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,

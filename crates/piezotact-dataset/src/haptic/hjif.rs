@@ -27,14 +27,12 @@ pub struct Hjif {
     pub level: u32,
     /// When it was made, ISO 8601.
     pub date: String,
-    /// What it is.
     pub description: String,
     /// Ticks of a second; 1000 where absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timescale: Option<u32>,
     /// Bodies that perceptions refer to.
     pub avatars: Vec<HjifAvatar>,
-    /// What is perceived.
     pub perceptions: Vec<HjifPerception>,
     /// Moments at which a decoder may start.
     pub syncs: Vec<HjifSync>,
@@ -61,11 +59,9 @@ pub struct HjifAvatar {
 /// What is perceived, in which way, on which devices.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HjifPerception {
-    /// Its number.
     pub id: i64,
     /// The body's number, 0 for none.
     pub avatar_id: i64,
-    /// What it is.
     pub description: String,
     /// The way: `Vibrotactile`, `Vibrotactile Texture`, `Acceleration` …
     pub perception_modality: String,
@@ -83,7 +79,6 @@ pub struct HjifPerception {
     /// What the keywords of effects are taken from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub effect_semantic_scheme: Option<String>,
-    /// The channels.
     pub channels: Vec<HjifChannel>,
     #[serde(flatten)]
     pub(super) unknown: Unknown,
@@ -127,9 +122,7 @@ pub struct HjifReferenceDevice {
 /// One channel of a perception: the sum of its bands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HjifChannel {
-    /// Its number.
     pub id: i64,
-    /// What it is.
     pub description: String,
     /// What it is multiplied by.
     pub gain: f64,
@@ -159,7 +152,6 @@ pub struct HjifChannel {
     /// Parts of the body by name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body_part_target: Option<Vec<String>>,
-    /// Actuators by place.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub actuator_target: Option<Vec<Value>>,
     /// Points of the body's mesh.
@@ -212,7 +204,6 @@ pub struct HjifBand {
     pub lower_frequency_limit: u32,
     /// Where it ends, Hz; for wavelets the rate of their samples.
     pub upper_frequency_limit: u32,
-    /// Its effects.
     pub effects: Vec<HjifEffect>,
     #[serde(flatten)]
     pub(super) unknown: Unknown,
@@ -245,14 +236,12 @@ pub enum HjifBaseSignal {
 /// Something that a band plays.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HjifEffect {
-    /// What it is.
     pub effect_type: HjifEffectType,
     /// Its number in the library.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<i64>,
     /// When it starts, in ticks.
     pub position: i64,
-    /// Keywords.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub semantic_keywords: Option<String>,
     /// Where in its period it starts, rad.
@@ -261,7 +250,6 @@ pub struct HjifEffect {
     /// The shape of a period.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub base_signal: Option<HjifBaseSignal>,
-    /// How it changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub keyframes: Option<Vec<HjifKeyframe>>,
     #[serde(flatten)]

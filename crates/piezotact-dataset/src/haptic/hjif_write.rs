@@ -27,7 +27,6 @@ const KEYFRAMES_AN_EFFECT: usize = 32_768;
 /// What is written, beside its samples.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HjifTexture {
-    /// What it is.
     pub description: String,
     /// When it was written, ISO 8601; see [`date_of`].
     pub date: String,

@@ -60,7 +60,6 @@ pub struct MatEntry {
     pub column: usize,
     /// The value, or its real part.
     pub real: f64,
-    /// Its imaginary part.
     pub imaginary: f64,
 }
 
@@ -75,7 +74,6 @@ pub enum MatValue {
     Cell {
         /// The length in every dimension.
         dims: Vec<usize>,
-        /// The cells.
         values: Vec<Self>,
     },
     /// A structure or an array of them; an object of the old kind too.
@@ -91,9 +89,7 @@ pub enum MatValue {
     },
     /// A sparse matrix: what is not listed is 0.
     Sparse {
-        /// Rows.
         rows: usize,
-        /// Columns.
         columns: usize,
         /// What is not 0.
         entries: Vec<MatEntry>,
@@ -150,14 +146,12 @@ impl MatNumbers {
 pub struct MatVariable {
     /// The name; empty for what MATLAB keeps for itself.
     pub name: String,
-    /// The value.
     pub value: MatValue,
 }
 
 /// The variables of a file, in its order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MatFile {
-    /// The variables.
     pub variables: Vec<MatVariable>,
 }
 

@@ -71,7 +71,6 @@ pub struct NewCampaign<'a> {
 /// The campaign of a study.
 #[derive(Clone, Debug)]
 pub struct StudyCampaign {
-    /// The protocol.
     pub protocol: Protocol,
     /// The SHA-256 of its file.
     pub protocol_sha: Sha,
@@ -103,31 +102,23 @@ pub enum CampaignError {
         "{}: expected the {what} that the study was made with (SHA-256 {expected}), found another one ({found}); restore it from a copy, or make a new study with the changed one: a running study keeps its {what}", path.display()
     )]
     Changed {
-        /// The file.
         path: PathBuf,
         /// "protocol" or "consent text".
         what: &'static str,
         /// Its checksum when the study was made.
         expected: Sha,
-        /// Its checksum now.
         found: Sha,
     },
     /// A folder of the study that is a link.
     #[error(
         "{}: expected a folder, found a link: what is written there would not be erased with the participant; move the folder to its place", path.display()
     )]
-    Linked {
-        /// The link.
-        path: PathBuf,
-    },
+    Linked { path: PathBuf },
     /// A study stands there already.
     #[error(
         "{}: expected a folder without a study, found one; open it, or give another folder", folder.display()
     )]
-    Exists {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Exists { folder: PathBuf },
     /// A study was begun, and what it is of is missing.
     #[error(
         "{}: expected the campaign of the {sessions} sessions that the study has, found none; restore it from a copy of the study", path.display()
@@ -150,16 +141,12 @@ pub enum CampaignError {
     #[error(
         "{}: expected the campaign that is in the database of the study, found another one; remove this file and join the study again", path.display()
     )]
-    NotShared {
-        /// The file.
-        path: PathBuf,
-    },
+    NotShared { path: PathBuf },
     /// Another file stands in the place of one of the study.
     #[error(
         "{}: expected none, or the {what} of the new study, found another file; move it away, or give another folder", path.display()
     )]
     InTheWay {
-        /// The file.
         path: PathBuf,
         /// "protocol" or "consent text".
         what: &'static str,
@@ -168,22 +155,14 @@ pub enum CampaignError {
     #[error(
         "{}: expected form {FORM} or earlier, found form {found}; open it with a newer Piezotact", path.display()
     )]
-    Newer {
-        /// The file.
-        path: PathBuf,
-        /// Its form.
-        found: u32,
-    },
+    Newer { path: PathBuf, found: u32 },
     /// A session that was begun has another plan.
     #[error(
         "{}: expected the plan that session {session} of {participant} was begun with ({}), found another one ({}); go on with the one that is written", path.display(), .shas[0], .shas[1]
     )]
     Planned {
-        /// The file.
         path: PathBuf,
-        /// The participant.
         participant: String,
-        /// The session.
         session: String,
         /// The checksums of the plan that is written and of the one that was given.
         shas: Box<[Sha; 2]>,
@@ -197,11 +176,9 @@ pub enum CampaignError {
     /// A file is not what it must be.
     #[error("{}: expected {expected}, found {why}; restore it from a copy of the study", path.display())]
     Form {
-        /// The file.
         path: PathBuf,
         /// What it should hold.
         expected: &'static str,
-        /// What is wrong.
         why: String,
     },
 }

@@ -253,10 +253,7 @@ pub enum Remains {
     /// The tables of a server were rewritten; its log, its replicas and its backups are the administrator's to erase.
     OnServer,
     /// The tables of a server could not be rewritten: bytes may stand in free space of its files until they are.
-    NotRewritten {
-        /// Why not.
-        why: String,
-    },
+    NotRewritten { why: String },
 }
 
 fn refused(error: sqlx::error::BoxDynError) -> StoreError {

@@ -12,28 +12,16 @@ use super::withdrawal::WithdrawError;
 pub enum StudyError {
     /// There is a study already.
     #[error("{}: expected a folder without a study, found one; open it, or give another folder", folder.display())]
-    Exists {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Exists { folder: PathBuf },
     /// There is no study.
     #[error("{}: expected a folder with a study (study.sqlite or study.url), found none; check the path, or create the study", folder.display())]
-    Missing {
-        /// The folder.
-        folder: PathBuf,
-    },
+    Missing { folder: PathBuf },
     /// The file is something else.
     #[error("{}: expected the database of a study, found {found}; check the path, or restore the folder from a copy", path.display())]
-    NoStudy {
-        /// The file.
-        path: PathBuf,
-        /// What it is.
-        found: &'static str,
-    },
+    NoStudy { path: PathBuf, found: &'static str },
     /// A later version wrote it.
     #[error("{}: expected a study of version {known} or earlier, found version {found}; open it with a newer Piezotact", path.display())]
     Newer {
-        /// The file.
         path: PathBuf,
         /// The latest version that this program reads.
         known: i64,
@@ -43,7 +31,6 @@ pub enum StudyError {
     /// The database holds fewer changes than were acknowledged.
     #[error("{}: {}", folder.display(), lost(*kept, *acknowledged, *found))]
     Lost {
-        /// The folder.
         folder: PathBuf,
         /// Where the answers are kept.
         kept: Kept,
@@ -57,10 +44,7 @@ pub enum StudyError {
         "{}: expected how many changes were stored, found something else; restore the whole folder from a copy, or remove this file to go on without \
          knowing whether answers are missing", path.display()
     )]
-    Seal {
-        /// The file.
-        path: PathBuf,
-    },
+    Seal { path: PathBuf },
     /// A study is in the database already.
     #[error(
         "{url}: expected a database without a study, found one with a study; join that study, or name another database"
@@ -72,17 +56,14 @@ pub enum StudyError {
     /// The database on a server is not what was expected, or cannot be reached.
     #[error("{url}: {why}; {advice}")]
     Server {
-        /// Its URL.
         url: String,
         /// What was expected and found, or what the server said.
         why: String,
-        /// What to do.
         advice: &'static str,
     },
     /// The file with the URL of the database cannot be used.
     #[error("{}: {why}", path.display())]
     Url {
-        /// The file.
         path: PathBuf,
         /// Why, and what to do.
         why: DatabaseUrlError,
@@ -92,11 +73,9 @@ pub enum StudyError {
         "{}: expected the study in the database {url}, found {found}; open it there, or name another folder", folder.display()
     )]
     OtherPlace {
-        /// The folder.
         folder: PathBuf,
         /// The URL of the database.
         url: String,
-        /// What is there.
         found: &'static str,
     },
     /// The operating system or the database refuses.
@@ -106,15 +85,12 @@ pub enum StudyError {
         path: PathBuf,
         /// What the system said.
         why: String,
-        /// What to do.
         advice: &'static str,
     },
     /// A withdrawal that was interrupted cannot be completed.
     #[error("the withdrawal of {participant} was interrupted and is not complete: {source}")]
     Withdrawal {
-        /// The participant.
         participant: String,
-        /// Why.
         source: Box<WithdrawError>,
     },
 }

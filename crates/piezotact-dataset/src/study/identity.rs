@@ -74,7 +74,6 @@ impl Passphrase {
 /// Who a participant is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PersonalData {
-    /// The name.
     pub name: String,
     /// How the person is reached.
     pub contact: String,
@@ -145,46 +144,26 @@ pub enum IdentityError {
     Empty,
     /// Another passphrase.
     #[error("{}: expected the passphrase that the file was written with, found another one (or its first lines are damaged); type it again, or restore the file from a copy", path.display())]
-    Passphrase {
-        /// The file.
-        path: PathBuf,
-    },
+    Passphrase { path: PathBuf },
     /// The file is not as it was written.
     #[error("{}: expected encrypted identities, found {found}; restore the file from a copy", path.display())]
-    Damaged {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        found: String,
-    },
+    Damaged { path: PathBuf, found: String },
     /// A later version wrote it.
     #[error("{}: expected identities of version 1, found version {found}; use a newer Piezotact", path.display())]
-    Newer {
-        /// The file.
-        path: PathBuf,
-        /// Its version.
-        found: u32,
-    },
+    Newer { path: PathBuf, found: u32 },
     /// A consent is not the one that was signed.
     #[error(
         "the consent of {participant}: the text is not the one whose checksum was signed; restore identity.age from a copy"
     )]
-    Consent {
-        /// The participant.
-        participant: String,
-    },
+    Consent { participant: String },
     /// The participant has withdrawn.
     #[error(
         "{participant} has withdrawn: no identity is kept; use another pseudonym for another person"
     )]
-    Withdrawn {
-        /// The participant.
-        participant: String,
-    },
+    Withdrawn { participant: String },
     /// A text would forge lines of the list of identities.
     #[error("{what} of {participant}: {why}")]
     Text {
-        /// The participant.
         participant: String,
         /// "the name", "the contact" or "the version of the consent".
         what: &'static str,
@@ -196,20 +175,13 @@ pub enum IdentityError {
     Pseudonym(#[from] PseudonymError),
     /// Another program changes it.
     #[error("{}: {holder} changes the identities; wait until it has ended, then give it again", path.display())]
-    Held {
-        /// The file.
-        path: PathBuf,
-        /// Who.
-        holder: String,
-    },
+    Held { path: PathBuf, holder: String },
     /// The operating system refuses.
     #[error("{}: {why}; {advice}", path.display())]
     Place {
-        /// The file.
         path: PathBuf,
         /// What the system said.
         why: String,
-        /// What to do.
         advice: &'static str,
     },
     /// The store refuses.

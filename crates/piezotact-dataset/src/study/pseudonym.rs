@@ -20,24 +20,17 @@ pub enum PseudonymError {
     #[error(
         "expected a pseudonym of 1 to 32 letters (A-Z, a-z), digits, `-` and `_` that does not begin with `-`, found `{found}`; give one such as P01"
     )]
-    Form {
-        /// The text.
-        found: String,
-    },
+    Form { found: String },
     /// A system keeps the name for a device.
     #[error(
         "expected a pseudonym that is no name of a device on any system, found `{found}`; give one such as P01"
     )]
-    Reserved {
-        /// The text.
-        found: String,
-    },
+    Reserved { found: String },
     /// Another one differs from it by case only.
     #[error(
         "expected a pseudonym that differs from `{existing}` by more than upper and lower case, found `{found}`: some file systems take both for the same; give another one"
     )]
     Case {
-        /// The text.
         found: String,
         /// The one that is there.
         existing: String,

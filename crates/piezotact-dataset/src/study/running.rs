@@ -29,11 +29,8 @@ pub enum RunningError {
         "session {session} of {participant} is run by another program ({by}): end it there, or wait until it has ended"
     )]
     Held {
-        /// Whose.
         participant: String,
-        /// The session.
         session: String,
-        /// Who runs it.
         by: String,
     },
     /// Another program simulates the study.
@@ -41,9 +38,7 @@ pub enum RunningError {
         "{}: another program simulates this study ({by}): end it there, or wait until it has ended", folder.display()
     )]
     Simulated {
-        /// The study.
         folder: std::path::PathBuf,
-        /// Who does.
         by: String,
     },
     /// The database cannot be asked.
@@ -55,9 +50,7 @@ pub enum RunningError {
     /// The operating system refuses the file.
     #[error("{path}: {source}; a session needs a folder that can be written", path = .path.display())]
     Io {
-        /// The file.
         path: std::path::PathBuf,
-        /// The error.
         source: std::io::Error,
     },
 }

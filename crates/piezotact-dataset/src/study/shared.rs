@@ -31,24 +31,11 @@ const MOST_BYTES: u64 = 4096;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Notice {
     /// Files of a participant who has withdrawn at another station were erased here.
-    FilesErased {
-        /// Who.
-        participant: String,
-        /// How many.
-        files: usize,
-    },
+    FilesErased { participant: String, files: usize },
     /// The identities of this station may hold somebody who has withdrawn at another one.
-    MayBeNamed {
-        /// Who.
-        participant: String,
-        /// The encrypted file.
-        path: PathBuf,
-    },
+    MayBeNamed { participant: String, path: PathBuf },
     /// The tables were not rewritten yet after a withdrawal.
-    NotRewritten {
-        /// Why not.
-        why: String,
-    },
+    NotRewritten { why: String },
 }
 
 impl fmt::Display for Notice {

@@ -40,18 +40,10 @@ pub enum WithdrawError {
     #[error(
         "expected a participant of this study, found nothing of `{participant}`; check the pseudonym"
     )]
-    Unknown {
-        /// The pseudonym.
-        participant: String,
-    },
+    Unknown { participant: String },
     /// The identities cannot be read without it.
     #[error("{}: expected its passphrase, as the identity of {participant} may be in it, found none; give the passphrase: nothing was erased yet", path.display())]
-    PassphraseNeeded {
-        /// The participant.
-        participant: String,
-        /// The encrypted file.
-        path: PathBuf,
-    },
+    PassphraseNeeded { participant: String, path: PathBuf },
     /// The identities cannot be read or written.
     #[error(transparent)]
     Identity(#[from] IdentityError),
@@ -62,7 +54,6 @@ pub enum WithdrawError {
         path: PathBuf,
         /// What the system said.
         why: String,
-        /// What to do.
         advice: &'static str,
     },
     /// The store refuses.

@@ -102,9 +102,7 @@ impl fmt::Display for UffKind {
 pub struct UffPoint {
     /// The name of the entity; empty where the file says `NONE`.
     pub entity: String,
-    /// The node.
     pub node: i64,
-    /// The direction.
     pub direction: i64,
 }
 
@@ -131,7 +129,6 @@ impl fmt::Display for UffPoint {
 pub struct UffAxis {
     /// The number of its quantity: 0 unknown, 12 acceleration, 13 force, 17 time, 18 frequency …
     pub quantity: i64,
-    /// The label.
     pub label: String,
     /// The label of its unit.
     pub unit: String,
@@ -182,7 +179,6 @@ impl UffData {
 pub struct UffFunction {
     /// The five lines of free text; the third is by custom the date. Empty where the file says `NONE`.
     pub id_lines: [String; 5],
-    /// What it is.
     pub kind: UffKind,
     /// Where the response was measured.
     pub response: UffPoint,
@@ -196,7 +192,6 @@ pub struct UffFunction {
     pub ordinate_axis: UffAxis,
     /// What the denominator of the ordinate is.
     pub denominator_axis: UffAxis,
-    /// The values.
     pub data: UffData,
     /// How many values its header promises; text that was cut short holds fewer.
     pub promised: usize,

@@ -165,16 +165,10 @@ pub enum AnswerError {
     #[error(
         "expected a list of at least two samples, found {found}; declare the samples that could be answered"
     )]
-    TooFewSamples {
-        /// How many.
-        found: usize,
-    },
+    TooFewSamples { found: usize },
     /// A name is declared twice.
     #[error("expected each sample and stimulus once, found `{name}` twice; leave one of them out")]
-    DeclaredTwice {
-        /// The name.
-        name: String,
-    },
+    DeclaredTwice { name: String },
     /// A name that is not declared.
     #[error(
         "{place}: expected one of the declared {kind} ({known}), found `{name}`; correct the name or declare it"
@@ -184,9 +178,7 @@ pub enum AnswerError {
         place: String,
         /// "samples" or "stimuli".
         kind: &'static str,
-        /// The declared ones.
         known: String,
-        /// The name.
         name: String,
     },
     /// An answer that was not offered.
@@ -194,11 +186,9 @@ pub enum AnswerError {
         "{place}: expected an answer among the samples offered ({offered}), found `{answered}`; correct the answer or the samples offered"
     )]
     OutsideSet {
-        /// Which answer.
         place: String,
         /// The samples that were offered.
         offered: String,
-        /// The answer.
         answered: String,
     },
     /// A trial has two answers.
@@ -206,11 +196,8 @@ pub enum AnswerError {
         "{place}: expected one answer for each trial, found two (`{first}` and `{second}`); number the trials, or keep the confirmed answer only"
     )]
     TrialTwice {
-        /// Which trial.
         place: String,
-        /// The first answer.
         first: String,
-        /// The second answer.
         second: String,
     },
 }

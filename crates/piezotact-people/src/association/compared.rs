@@ -62,7 +62,6 @@ pub enum CompareError {
     Unknown {
         /// "samples" or "tasks".
         what: &'static str,
-        /// The name.
         name: String,
         /// Those that there are.
         known: String,
@@ -72,11 +71,9 @@ pub enum CompareError {
         "expected people with answers of {of} that can be right or wrong, found none{both}; {advice}"
     )]
     Nobody {
-        /// What is compared.
         of: String,
         /// " with both", or nothing.
         both: &'static str,
-        /// What to do.
         advice: &'static str,
     },
 }

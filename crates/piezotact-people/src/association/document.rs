@@ -105,10 +105,7 @@ pub enum AssociationError {
     #[error(
         "expected answers of trials without flags, found {flagged} flagged ones only; keep the flagged trials"
     )]
-    OnlyFlagged {
-        /// How many.
-        flagged: usize,
-    },
+    OnlyFlagged { flagged: usize },
     /// A task that is no ordering task.
     #[error(transparent)]
     Order(#[from] OrderError),

@@ -18,33 +18,24 @@ pub enum AssociationDoubt {
         needed: usize,
     },
     /// What could be answered is not stated in the answers.
-    OfferedInferred {
-        /// How many answers.
-        answers: usize,
-    },
+    OfferedInferred { answers: usize },
     /// Answers that something was wrong with are counted.
     Flagged {
-        /// How many.
         trials: usize,
         /// How many have each flag, in the order of [`Flag::ALL`].
         of: [usize; 4],
     },
     /// Answers that something was wrong with were left out.
     FlaggedLeftOut {
-        /// How many.
         trials: usize,
         /// How many have each flag, in the order of [`Flag::ALL`].
         of: [usize; 4],
     },
     /// Rehearsals were left out.
-    Rehearsals {
-        /// How many.
-        trials: usize,
-    },
+    Rehearsals { trials: usize },
     /// Pairs (of samples, and of a manipulated texture and a sample) of which neither was presented while the other could be
     /// answered.
     Untested {
-        /// How many.
         pairs: usize,
         /// How many pairs there are.
         of: usize,
@@ -52,15 +43,9 @@ pub enum AssociationDoubt {
     /// The samples were not declared: a sample that was neither presented nor answered is missing.
     SamplesNotDeclared,
     /// Two groups that are compared as different people have pseudonyms in common.
-    SamePseudonyms {
-        /// How many.
-        people: usize,
-    },
+    SamePseudonyms { people: usize },
     /// Answers are not shown to be better than guesses, and pairs are called confused.
-    Guesses {
-        /// How many pairs.
-        pairs: usize,
-    },
+    Guesses { pairs: usize },
 }
 
 const FEW: &str = "few_participants";

@@ -111,7 +111,6 @@ pub enum OrderError {
         "task {task}: expected orders of samples, found no answers; name one of the tasks ({known})"
     )]
     NoAnswers {
-        /// The task.
         task: String,
         /// The tasks that have answers.
         known: String,
@@ -130,24 +129,15 @@ pub enum OrderError {
     #[error(
         "task {task}: expected orders without flagged trials, found {orders} with flagged trials only; keep the flagged trials"
     )]
-    OnlyFlagged {
-        /// The task.
-        task: String,
-        /// How many orders.
-        orders: usize,
-    },
+    OnlyFlagged { task: String, orders: usize },
     /// The answers of a repetition do not put its samples in an order.
     #[error(
         "task {task}, participant {participant}: expected each sample of set `{set}` presented once and answered once, found {name} {found}; order only tasks in which samples are put in order, and give each repetition its own session or set"
     )]
     NoOrder {
-        /// The task.
         task: String,
-        /// The participant.
         participant: String,
-        /// The set.
         set: String,
-        /// The sample.
         name: String,
         /// "presented twice", "answered, but not presented", …
         found: &'static str,

@@ -56,7 +56,6 @@ impl From<Sha> for String {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected the 64 hexadecimal digits of a SHA-256, found `{found}`")]
 pub struct NoSha {
-    /// The text.
     found: String,
 }
 
@@ -92,7 +91,6 @@ pub type Salt = [u8; 16];
 pub struct Payload {
     /// The event as JSON.
     pub json: String,
-    /// Its salt.
     pub salt: Salt,
 }
 
@@ -168,9 +166,7 @@ pub enum ChainError {
         "session {session} of {participant}: expected event {expected}, found event {found}; an event was removed or exchanged: restore the folder from a copy"
     )]
     Gap {
-        /// The participant.
         participant: String,
-        /// The session.
         session: String,
         /// The number that was expected.
         expected: u64,
@@ -182,11 +178,8 @@ pub enum ChainError {
         "session {session} of {participant}: the content of event {number} was changed after it was stored: restore the folder from a copy"
     )]
     Changed {
-        /// The participant.
         participant: String,
-        /// The session.
         session: String,
-        /// The event.
         number: u64,
     },
     /// A link does not fit the one before it.
@@ -194,11 +187,8 @@ pub enum ChainError {
         "session {session} of {participant}: event {number} does not fit the events before it; the time or the order was changed: restore the folder from a copy"
     )]
     Broken {
-        /// The participant.
         participant: String,
-        /// The session.
         session: String,
-        /// The event.
         number: u64,
     },
 }

@@ -234,7 +234,6 @@ pub enum PlanError {
     /// The protocol has no such session.
     #[error("the protocol {protocol} has no session `{session}`; its sessions are {known}")]
     Session {
-        /// The protocol.
         protocol: String,
         /// The session that was asked for.
         session: String,
@@ -246,37 +245,24 @@ pub enum PlanError {
         "{participant} has completed the session {session} already; a participant takes part once"
     )]
     Completed {
-        /// The participant.
         participant: String,
-        /// The session.
         session: String,
     },
     /// More trials than anybody can do.
     #[error(
         "session {session} has more than 86400 trials; lower the repeats and presentations of its tasks"
     )]
-    TooLong {
-        /// The session.
-        session: String,
-    },
+    TooLong { session: String },
     /// A fixed list has no test for a set.
     #[error(
         "task {task} has no fixed sequence for set {set}; add one, or leave the set out of the block"
     )]
-    NoSequence {
-        /// The task.
-        task: String,
-        /// The set.
-        set: String,
-    },
+    NoSequence { task: String, set: String },
     /// A task that needs a protocol that was not checked.
     #[error(
         "the protocol names `{name}`, which it does not declare; read it from its file, which checks it"
     )]
-    Undeclared {
-        /// The name.
-        name: String,
-    },
+    Undeclared { name: String },
 }
 
 /// Who is planned, and where the campaign stands.
@@ -284,9 +270,7 @@ pub enum PlanError {
 pub struct PlanRequest<'a> {
     /// The seed of the campaign.
     pub seed: u64,
-    /// The participant's pseudonym.
     pub participant: &'a str,
-    /// The session.
     pub session: &'a str,
     /// The sessions that were completed so far.
     pub completed: &'a [CompletedSession],

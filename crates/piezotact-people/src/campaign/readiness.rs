@@ -50,7 +50,6 @@ pub enum MeasuredDrive {
 /// What is known of the drive of one stimulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderingFacts {
-    /// The stimulus.
     pub stimulus: String,
     /// Whose strokes it was made from; `None` where nothing says it.
     pub strokes_of: Option<String>,
@@ -73,7 +72,6 @@ pub enum FingerOnBench {
     Real,
     /// One that a bench simulates.
     Simulated {
-        /// The bench.
         bench: BenchKind,
         /// Whose finger it is; `None` for nobody's.
         of: Option<String>,
@@ -83,7 +81,6 @@ pub enum FingerOnBench {
 /// A session that stands before another in the protocol.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarlierSession<'a> {
-    /// Its name.
     pub session: &'a str,
     /// When it ended, in ms since 1970-01-01 00:00 UTC; `None` where it did not.
     pub ended_ms: Option<i64>,
@@ -109,18 +106,13 @@ pub struct Known<'a> {
 pub enum NotReady {
     /// There is no drive for a stimulus.
     #[error("{stimulus}: there is no drive; prepare it from the strokes of this participant")]
-    Missing {
-        /// The stimulus.
-        stimulus: String,
-    },
+    Missing { stimulus: String },
     /// A drive made from somebody else's strokes.
     #[error(
         "{stimulus}: expected strokes of {participant}, found those of {found}; prepare the drives of {participant}"
     )]
     Strokes {
-        /// The stimulus.
         stimulus: String,
-        /// The participant.
         participant: String,
         /// Whose strokes they are.
         found: String,
@@ -128,37 +120,26 @@ pub enum NotReady {
     /// A drive rendered with another transfer function than the protocol asks for.
     #[error("{stimulus}: expected {expected}, found {found}; render it again")]
     TransferFunction {
-        /// The stimulus.
         stimulus: String,
         /// What the protocol asks for.
         expected: String,
-        /// What was used.
         found: String,
     },
     /// A drive that did not pass.
     #[error(
         "{stimulus}: its verification is {}; prepare it again, in a closed loop where the open one does not pass", .outcome.word()
     )]
-    NotPassed {
-        /// The stimulus.
-        stimulus: String,
-        /// The outcome.
-        outcome: Outcome,
-    },
+    NotPassed { stimulus: String, outcome: Outcome },
     /// A measurement of another drive.
     #[error(
         "{stimulus}: the measurement beside it was made with another drive; play this drive, record it, and compare it with its target"
     )]
-    Measured {
-        /// The stimulus.
-        stimulus: String,
-    },
+    Measured { stimulus: String },
     /// A drive that is too old.
     #[error(
         "{stimulus}: expected a drive of the last {most_hours} h, found one of {hours:.1} h ago; measure the participant again"
     )]
     TooOld {
-        /// The stimulus.
         stimulus: String,
         /// Its age, in hours.
         hours: f64,
@@ -167,18 +148,13 @@ pub enum NotReady {
     },
     /// A drive that is not dated, or from the future.
     #[error("{stimulus}: when it was prepared is not known; prepare it again")]
-    Undated {
-        /// The stimulus.
-        stimulus: String,
-    },
+    Undated { stimulus: String },
     /// A bench with nobody's finger on it.
     #[error(
         "expected a bench with a finger on it, found {}: nobody feels what it plays; name the bench of {participant}", bench_words(*.bench)
     )]
     NoFinger {
-        /// The participant.
         participant: String,
-        /// The bench.
         bench: BenchKind,
     },
     /// A bench with somebody else's finger on it.
@@ -186,23 +162,18 @@ pub enum NotReady {
         "expected the finger of {participant} on the bench, found that of {found}; name the bench of {participant}"
     )]
     OtherFinger {
-        /// The participant.
         participant: String,
         /// Whose finger it is.
         found: String,
     },
     /// An earlier session was not ended.
     #[error("session {session} comes before this one and was not ended; end it first")]
-    Earlier {
-        /// The earlier session.
-        session: String,
-    },
+    Earlier { session: String },
     /// The sessions are on one day.
     #[error(
         "expected another day than that of session {session}, found {hours:.1} h between them; come back after {ANOTHER_DAY_HOURS} h"
     )]
     SameDay {
-        /// The earlier session.
         session: String,
         /// The time between them, in hours.
         hours: f64,
@@ -211,20 +182,12 @@ pub enum NotReady {
     #[error(
         "{participant} belongs to the panel `{panel}`, from which this campaign is disjoint; choose another participant"
     )]
-    Panel {
-        /// The participant.
-        participant: String,
-        /// The panel.
-        panel: String,
-    },
+    Panel { participant: String, panel: String },
     /// Nobody said who belongs to a panel that must not overlap.
     #[error(
         "the campaign is disjoint from the panel `{panel}`, and who belongs to it is not stated; state it when the study is made"
     )]
-    UnknownPanel {
-        /// The panel.
-        panel: String,
-    },
+    UnknownPanel { panel: String },
 }
 
 impl NotReady {

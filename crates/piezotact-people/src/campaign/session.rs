@@ -132,31 +132,21 @@ pub enum Step<'a> {
     /// The participant is asked for consent.
     AskConsent,
     /// The experimenter confirms an item of a task's checklist.
-    Check {
-        /// The task.
-        task: &'a str,
-        /// The item.
-        item: &'a str,
-    },
+    Check { task: &'a str, item: &'a str },
     /// The trial is to be presented.
     Present {
-        /// The trial.
         trial: &'a Trial,
         /// Which attempt this is, from 1.
         attempt: u32,
     },
     /// The trial is presented; an answer is awaited.
     Answer {
-        /// The trial.
         trial: &'a Trial,
-        /// Its state.
         state: &'a TrialState,
     },
     /// An answer was given; it can be revised, and is to be confirmed.
     Confirm {
-        /// The trial.
         trial: &'a Trial,
-        /// The answer.
         answer: &'a Answer,
     },
     /// The session is in a pause.
@@ -207,12 +197,7 @@ pub enum ReplayError {
     },
     /// An event about something that the plan does not have, or that cannot happen now.
     #[error("event {number} cannot follow the events before it: {why}")]
-    Order {
-        /// Its number.
-        number: u64,
-        /// Why.
-        why: String,
-    },
+    Order { number: u64, why: String },
 }
 
 impl<'a> State<'a> {

@@ -11,7 +11,6 @@ use super::chain::{ChainError, Link, Payload, Salt, Sha, next_link, verify};
 /// A session of a participant, by the names that the campaign gives them.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SessionKey {
-    /// The participant's pseudonym.
     pub participant: String,
     /// The name of the session in the protocol.
     pub session: String,
@@ -48,9 +47,7 @@ pub enum Purpose {
 /// What a store says about a session without its events.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SessionEntry {
-    /// Which one.
     pub key: SessionKey,
-    /// Volunteer or rehearsal.
     pub purpose: Purpose,
     /// Whether its payloads were erased, with the time in ms since 1970-01-01 00:00 UTC.
     pub withdrawn_at_ms: Option<i64>,
@@ -90,7 +87,6 @@ pub struct NewEvent<'a> {
     pub at_ms: i64,
     /// The event as JSON.
     pub json: &'a str,
-    /// Fresh entropy.
     pub salt: Salt,
 }
 
@@ -101,30 +97,20 @@ pub enum StoreError {
     #[error(
         "session {} of {} exists already; resume it, or give the participant another pseudonym", .key.session, .key.participant
     )]
-    Exists {
-        /// The session.
-        key: SessionKey,
-    },
+    Exists { key: SessionKey },
     /// There is no such session.
     #[error("there is no session {} of {}; begin it first", .key.session, .key.participant)]
-    Unknown {
-        /// The session.
-        key: SessionKey,
-    },
+    Unknown { key: SessionKey },
     /// The participant has withdrawn.
     #[error(
         "{participant} has withdrawn: nothing can be added; use another pseudonym for another person"
     )]
-    Withdrawn {
-        /// The participant.
-        participant: String,
-    },
+    Withdrawn { participant: String },
     /// Another program has added events since this one read them.
     #[error(
         "session {} of {}: expected {expected} events, found {found}; another program is running this session: end one of them", .key.session, .key.participant
     )]
     Overtaken {
-        /// The session.
         key: SessionKey,
         /// How many this program knows.
         expected: u64,
@@ -136,16 +122,12 @@ pub enum StoreError {
     Chain(#[from] ChainError),
     /// What is kept is not what a store keeps.
     #[error("what is stored was changed or damaged: {why}; restore the whole folder from a copy")]
-    Damaged {
-        /// What was found.
-        why: String,
-    },
+    Damaged { why: String },
     /// The place where it is kept cannot be read or written.
     #[error("the answer is not stored: {why}; {advice}")]
     Place {
         /// What the system said.
         why: String,
-        /// What to do.
         advice: &'static str,
     },
 }

@@ -17,7 +17,6 @@ pub enum TextError {
         "expected a text without control characters and marks that reverse the reading direction, found U+{:04X} as character {}; remove it", u32::from(*.found), .at + 1
     )]
     Hidden {
-        /// The character.
         found: char,
         /// How many characters stand before it.
         at: usize,
@@ -34,10 +33,7 @@ pub enum TextError {
     #[error(
         "expected another first character than `{found}`, with which spreadsheet programs execute a cell of an exported table; put a word before it"
     )]
-    Formula {
-        /// The first character.
-        found: char,
-    },
+    Formula { found: char },
 }
 
 /// Checks one line of text, such as how a person is reached: at most 200 characters, none of which is a control character, a

@@ -82,7 +82,6 @@ pub struct ChannelErd {
 /// The change of power of all channels, with all that it depends on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Erd {
-    /// What was compared.
     pub config: ErdConfig,
     /// What was averaged first.
     pub order: Order,
@@ -90,7 +89,6 @@ pub struct Erd {
     pub smear_s: f64,
     /// How many epochs it is of.
     pub epochs: usize,
-    /// Each channel.
     pub channels: Vec<ChannelErd>,
     /// What to know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -103,7 +101,6 @@ pub struct ErdMap {
     pub power: Power,
     /// The baseline from the event, s.
     pub baseline_s: [f64; 2],
-    /// The unit.
     pub mode: Mode,
     /// What to know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -539,7 +536,6 @@ pub enum ErdError {
         "expected a {part} within the epoch ({first_s} s to {last_s} s), found {from_s} s to {to_s} s; state another, or cut longer epochs"
     )]
     Outside {
-        /// Which part.
         part: Part,
         /// Its first time, s.
         from_s: f64,
@@ -556,7 +552,6 @@ pub enum ErdError {
          longer epochs, or take fewer cycles"
     )]
     AtEdge {
-        /// Which part.
         part: Part,
         /// Its first time, s.
         from_s: f64,
@@ -575,10 +570,7 @@ pub enum ErdError {
     },
     /// A baseline without power.
     #[error("expected a baseline with power, found none in {channel}; leave the channel out")]
-    NoPower {
-        /// The channel.
-        channel: String,
-    },
+    NoPower { channel: String },
     /// No band.
     #[error("expected at least one band of frequencies above 0 Hz, found none; state one")]
     NoBand,

@@ -357,20 +357,12 @@ pub enum FirError {
     #[error(
         "expected an edge below the next, found {low_hz} Hz before {high_hz} Hz; exchange them, or leave one notch out"
     )]
-    Order {
-        /// The first, Hz.
-        low_hz: f64,
-        /// The next, Hz.
-        high_hz: f64,
-    },
+    Order { low_hz: f64, high_hz: f64 },
     /// A transition so narrow that the filter is too long.
     #[error(
         "expected a filter of at most {LONGEST} samples, found one of {length_s} s; move the edge further from 0 Hz or half the rate"
     )]
-    TooLong {
-        /// Its length, s.
-        length_s: f64,
-    },
+    TooLong { length_s: f64 },
     /// No notch.
     #[error("expected at least one frequency to leave out, found none; state 50 Hz or 60 Hz")]
     NoNotch,

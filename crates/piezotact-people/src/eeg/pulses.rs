@@ -354,16 +354,12 @@ pub enum PulseError {
     #[error(
         "expected times of pulses of the {device} device that are finite and ascend, found others; sort them and leave repetitions out"
     )]
-    Order {
-        /// Whose.
-        device: Device,
-    },
+    Order { device: Device },
     /// Settings that match nothing.
     #[error(
         "expected a tolerance and a largest drift above 0, found {tolerance_s} s and {largest_drift_ppm} ppm; 0.02 s and 500 ppm are usual"
     )]
     Config {
-        /// The tolerance, s.
         tolerance_s: f64,
         /// The largest drift, ppm.
         largest_drift_ppm: f64,
@@ -374,7 +370,6 @@ pub enum PulseError {
          same pulses"
     )]
     FewShared {
-        /// How many.
         found: usize,
         /// Pulses of the first device.
         first: usize,

@@ -44,7 +44,6 @@ pub(super) fn doubts_of(segments: &[Segment<'_>]) -> Vec<Doubt> {
 /// What a table states of a channel (BIDS `_channels.tsv`).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StatedChannel {
-    /// Its name.
     pub name: String,
     /// What it records; absent where the table does not say.
     pub kind: Option<SignalKind>,

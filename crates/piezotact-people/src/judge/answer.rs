@@ -35,7 +35,6 @@ pub struct Moment {
 /// A texture as it is touched in one judgement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Look<'a> {
-    /// What was delivered.
     pub cues: &'a Cues,
     /// How many looks: strokes or playbacks, replays included; the noise falls with their root. At least 1 counts.
     pub looks: f64,
@@ -98,7 +97,6 @@ pub enum JudgeError {
     Bands {
         /// Of one texture, Hz.
         one_hz: [f64; 2],
-        /// Of another, Hz.
         other_hz: [f64; 2],
     },
     /// A cue that is no number.
@@ -108,7 +106,6 @@ pub enum JudgeError {
     NotFinite {
         /// Its place in the trial, from 0.
         place: usize,
-        /// What was found.
         found: String,
     },
     /// An order that does not name each texture once.
@@ -118,7 +115,6 @@ pub enum JudgeError {
     Order {
         /// How many there are.
         textures: usize,
-        /// The order.
         found: Vec<usize>,
     },
     /// A judge that is not known.

@@ -63,10 +63,7 @@ pub enum CuesError {
         "expected a vibration within {low:.0}–{high:.0} Hz, found none; look at what was delivered in this trial",
         low = band.low().0, high = band.high().0
     )]
-    Silent {
-        /// The band.
-        band: Band,
-    },
+    Silent { band: Band },
     /// The acceleration has no estimate of its spectrum.
     #[error("the spectrum of what was delivered cannot be estimated: {0}")]
     Spectrum(#[from] EstimateError),

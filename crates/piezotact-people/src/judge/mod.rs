@@ -45,7 +45,6 @@ pub enum Judge {
     "expected a judge (thurstone, guesser, level_only, spectrum_only), found `{found}`; correct the name"
 )]
 pub struct UnknownJudge {
-    /// What was given.
     pub found: String,
 }
 

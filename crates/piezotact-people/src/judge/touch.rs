@@ -53,11 +53,8 @@ pub enum TouchError {
     /// A value outside its range.
     #[error("{what} of a sense of touch: expected {expected}, found {found}; correct it")]
     Value {
-        /// The parameter.
         what: &'static str,
-        /// What is possible.
         expected: String,
-        /// What was found.
         found: String,
     },
     /// A text without all parameters, or with others.

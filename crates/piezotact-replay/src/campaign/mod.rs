@@ -35,7 +35,6 @@ const USUAL_STROKES: u32 = 10;
 /// A campaign to be simulated.
 #[derive(Clone, Debug)]
 pub struct Simulation<'a> {
-    /// The protocol.
     pub protocol: &'a Protocol,
     /// The SHA-256 of its file.
     pub protocol_sha: Sha,
@@ -45,7 +44,6 @@ pub struct Simulation<'a> {
     pub judge: Judge,
     /// Their mean sense of touch.
     pub touch: Touch,
-    /// The twin's numbers.
     pub parameters: TwinParameters,
     /// Strokes on each real sample, of which one is rendered.
     pub strokes: u32,
@@ -104,7 +102,6 @@ pub enum CampaignError {
     Cues {
         /// The texture, and whose it is.
         what: String,
-        /// Why.
         error: CuesError,
     },
     /// No stroke can be used.
@@ -115,20 +112,12 @@ pub enum CampaignError {
     },
     /// There is no answer to a trial.
     #[error("trial {trial}: {error}")]
-    Judge {
-        /// The trial.
-        trial: String,
-        /// Why.
-        error: JudgeError,
-    },
+    Judge { trial: String, error: JudgeError },
     /// No average transfer function.
     #[error(
         "the protocol renders with the average of the panel `{panel}`, and none was measured; measure one with people who do not take part"
     )]
-    Average {
-        /// The panel.
-        panel: String,
-    },
+    Average { panel: String },
     /// Somebody of the panel takes part.
     #[error(
         "expected a panel to which no participant belongs, found volunteer {number} in both; choose other numbers for the panel"
@@ -141,20 +130,14 @@ pub enum CampaignError {
     #[error(
         "the protocol presents `{stimulus}`, which is neither a sample nor a stimulus of it; correct the protocol"
     )]
-    Stimulus {
-        /// Its name.
-        stimulus: String,
-    },
+    Stimulus { stimulus: String },
     /// A device failed, which the twin never does.
     #[error(
         "{pseudonym}: trial {trial} is void again and again: {why}; look at the drives of this person"
     )]
     Void {
-        /// Whose session.
         pseudonym: String,
-        /// The trial.
         trial: String,
-        /// What failed.
         why: String,
     },
 }
@@ -324,20 +307,14 @@ fn strokes(protocol: &Protocol) -> u32 {
 #[derive(Clone, Copy, Debug)]
 pub enum Arrival<'a> {
     /// A volunteer comes; strokes, transfer function and drives are measured.
-    Measured {
-        /// Who.
-        pseudonym: &'a str,
-    },
+    Measured { pseudonym: &'a str },
     /// A session begins, as it is planned.
     Planned {
-        /// The plan.
         plan: &'a Plan,
-        /// Who.
         volunteer: &'a VirtualVolunteer,
     },
     /// A session is over.
     Answered {
-        /// The plan.
         plan: &'a Plan,
         /// What was felt with what was answered, of the trials that were answered now.
         answers: &'a Answers,

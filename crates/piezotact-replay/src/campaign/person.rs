@@ -60,7 +60,6 @@ pub enum Whose {
 pub struct VirtualVolunteer {
     /// The number under the seed.
     pub number: u64,
-    /// The pseudonym.
     pub pseudonym: String,
     /// The sense of touch.
     pub touch: Touch,

@@ -23,9 +23,7 @@ use crate::{DrawError, bench_text, broad_document, figure, origin};
 /// What a report on a panel shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
-    /// What it says.
     pub said: &'a PanelAnalysis,
-    /// Its transfer functions.
     pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
     /// The curves of its figures.
     pub curves: &'a PanelCurves,

@@ -12,9 +12,7 @@ use crate::{DrawError, figure, figures};
 /// A measurement with the name that it has in the report.
 #[derive(Clone, Debug)]
 pub struct Also<'a> {
-    /// Its name.
     pub label: &'a str,
-    /// What was found.
     pub verification: &'a Verification,
     /// What is doubted of it alone.
     pub doubts: Vec<Merged>,

@@ -13,7 +13,6 @@ use piezotact::number::{difference_db, digits};
 /// A texture that the target was made from, or that it took something of.
 #[derive(Clone, Copy, Debug)]
 pub struct Before<'a> {
-    /// Its name.
     pub label: &'a str,
     /// The texture, m/s².
     pub series: &'a Series<Acceleration>,

@@ -27,9 +27,7 @@ pub use drive::ShownDrive;
 /// What a verification report shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
-    /// Its title.
     pub title: String,
-    /// What was found.
     pub verification: &'a Verification,
     /// The amplitude spectra of target and measurement.
     pub tones: Tones,
@@ -47,7 +45,6 @@ pub struct Page<'a> {
     pub rendering: Option<&'a Rendering>,
     /// Where the measurement comes from.
     pub provenance: &'a Provenance,
-    /// Who touched how.
     pub condition: &'a Condition,
     /// The predicted result of sending the texture directly to the device.
     pub predicted: Option<&'a Result<UninvertedPrediction, VerifyError>>,

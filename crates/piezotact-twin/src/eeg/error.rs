@@ -10,13 +10,9 @@ pub enum EegError {
     /// A value of the protocol, or of a question about the truth, that cannot be.
     #[error("{what}: expected {expected}, found {found}; {todo}")]
     Impossible {
-        /// Which value.
         what: &'static str,
-        /// What is possible.
         expected: String,
-        /// What was found.
         found: String,
-        /// What to do.
         todo: &'static str,
     },
     /// A surface that the twin does not have.

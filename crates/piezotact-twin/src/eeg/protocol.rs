@@ -52,7 +52,6 @@ impl fmt::Display for Task {
 /// A session of one task. Surfaces follow each other in blocks of random order; before each trial the participant rests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EegProtocol {
-    /// The task.
     pub task: Task,
     /// The surfaces, by the names of the twin's samples.
     pub surfaces: Vec<String>,

@@ -22,7 +22,6 @@ pub(super) struct Courses {
     pub(super) sma: Vec<f64>,
     /// Alpha of the occiput.
     pub(super) occiput: Vec<f64>,
-    /// The evoked response.
     pub(super) evoked: Vec<f64>,
     /// Blinks, at Fp1.
     pub(super) blinks: Vec<f64>,

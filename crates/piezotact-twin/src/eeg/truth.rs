@@ -16,11 +16,8 @@ const STEPS: usize = 4_000;
 /// Where the power is meant, from the onset of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TruthWindows {
-    /// The band.
     pub band: Band,
-    /// The baseline, s.
     pub baseline_s: [f64; 2],
-    /// The window, s.
     pub window_s: [f64; 2],
 }
 

@@ -42,19 +42,15 @@ pub struct TwinParameters {
     pub drag: DragParameters,
     /// The sensor on the nail.
     pub accelerometer: AccelerometerParameters,
-    /// The strain-gauge cell.
     pub force_cell: ForceCellParameters,
     /// The piezoelectric cells of the tribometer.
     pub piezo_cells: PiezoCellParameters,
-    /// The tribometer.
     pub triboair: TriboAirParameters,
     /// The sound output and the actuator.
     pub output: OutputParameters,
     /// The membrane under the finger.
     pub actuator: ActuatorParameters,
-    /// The shaker bench.
     pub shaker: ShakerParameters,
-    /// The EEG.
     pub eeg: EegParameters,
     samples: BTreeMap<String, Sample>,
     /// The changes made by a laboratory's own file, one line each.
@@ -76,9 +72,7 @@ enum SampleKind {
 /// A sample: its relief, and the vibration and friction of a finger that slides over it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sample {
-    /// Its name.
     pub name: String,
-    /// Its heights.
     pub relief: Relief,
     /// The length of its plate, m.
     pub plate_m: f64,
@@ -134,13 +128,9 @@ pub enum ParameterError {
     /// A value outside its range.
     #[error("{what}: expected {expected}, found {found}; {todo}")]
     Value {
-        /// The parameter.
         what: String,
-        /// What is possible.
         expected: String,
-        /// What was found.
         found: String,
-        /// What to do.
         todo: String,
     },
     /// A sample that is not known.

@@ -16,7 +16,6 @@ pub enum SurfaceError {
     /// A length that is zero, negative or no number.
     #[error("expected {what} above zero and finite, found {found_m} m; state it in m")]
     Length {
-        /// Which length.
         what: &'static str,
         /// What was found, m.
         found_m: f64,
@@ -24,7 +23,6 @@ pub enum SurfaceError {
     /// A length that is negative or no number, where zero means none.
     #[error("expected {what} of zero or more and finite, found {found_m} m; state 0 for none")]
     Negative {
-        /// Which length.
         what: &'static str,
         /// What was found, m.
         found_m: f64,
@@ -39,18 +37,12 @@ pub enum SurfaceError {
     },
     /// A Hurst exponent outside its range.
     #[error("expected a Hurst exponent from 0 to 1, found {found}; state 0.7 to 0.9 for sandpaper")]
-    Hurst {
-        /// What was found.
-        found: f64,
-    },
+    Hurst { found: f64 },
     /// A skewness that no surface of this kind has.
     #[error(
         "expected a skewness from -3 to 3, found {found}; state one in this range, 0 for a symmetric distribution of heights"
     )]
-    Skewness {
-        /// What was found.
-        found: f64,
-    },
+    Skewness { found: f64 },
     /// A correlation length below what the relief is made of.
     #[error(
         "expected a correlation length (grain times its factor) from {} µm, twice the shortest wave, found {} µm; state a larger grain",
@@ -67,12 +59,7 @@ pub enum SurfaceError {
         "expected dots that do not touch, found a diameter of {} µm at a wavelength of {} µm; state a smaller diameter, or diameter and gap together as the wavelength",
         um(*diameter_m), um(*wavelength_m)
     )]
-    Touching {
-        /// The diameter, m.
-        diameter_m: f64,
-        /// The wavelength, m.
-        wavelength_m: f64,
-    },
+    Touching { diameter_m: f64, wavelength_m: f64 },
     /// An edge so round that dots have no top, or that neighbours meet.
     #[error(
         "expected an edge radius up to {} µm, half the diameter and half the gap, found {} µm; state a smaller one",
@@ -105,9 +92,7 @@ pub enum SurfaceError {
         um(*step_m), um(*found_m)
     )]
     Side {
-        /// Which side.
         what: &'static str,
-        /// The step, m.
         step_m: f64,
         /// What was found, m.
         found_m: f64,

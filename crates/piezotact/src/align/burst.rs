@@ -354,7 +354,6 @@ pub enum BurstError {
     Short {
         /// The width of its band, Hz.
         width_hz: f64,
-        /// Its length, s.
         duration_s: f64,
         /// The length that would do, s.
         least_s: f64,
@@ -363,17 +362,13 @@ pub enum BurstError {
     #[error(
         "expected a peak of the bursts above 0 and up to 1 of full scale, found {found}; state another"
     )]
-    Peak {
-        /// The peak.
-        found: f64,
-    },
+    Peak { found: f64 },
     /// The drive contains such a sweep.
     #[error(
         "expected a drive without such a sweep, found one at {at_s:.3} s (correlation {correlation:.2}): the bursts could not be told from it; \
          state another length or band of the bursts"
     )]
     Alike {
-        /// Where, s.
         at_s: f64,
         /// How alike they are.
         correlation: f64,

@@ -38,18 +38,12 @@ pub enum AlignError {
     },
     /// A sample that is no number.
     #[error("expected finite samples, found one of the {what} that is none; cut that part out")]
-    NotFinite {
-        /// Which signal.
-        what: &'static str,
-    },
+    NotFinite { what: &'static str },
     /// Fewer blocks than a line needs.
     #[error(
         "expected at least {FEWEST_BLOCKS} blocks of the recording in the drive, found {found}; record longer, or take shorter blocks"
     )]
-    FewBlocks {
-        /// How many.
-        found: usize,
-    },
+    FewBlocks { found: usize },
     /// No block in the drive.
     #[error(
         "expected the drive in the recording, found none of it (largest correlation {correlation:.2}); check the channel, and that this drive was played"
@@ -64,12 +58,7 @@ pub enum AlignError {
          played twice; record its beginning or its end too and cut the recording to one of them, or play a drive with a synchronisation burst at \
          both ends"
     )]
-    SeveralPlaces {
-        /// One offset, s.
-        first_s: f64,
-        /// Another, s.
-        second_s: f64,
-    },
+    SeveralPlaces { first_s: f64, second_s: f64 },
     /// The bursts are not as far apart as in the drive.
     #[error(
         "expected the bursts {expected_s:.4} s apart, as in the drive, found them {found_s:.4} s apart: samples are missing in the recording, or they \

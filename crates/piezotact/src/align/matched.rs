@@ -34,7 +34,6 @@ pub(super) struct Common<'a> {
     product: Vec<Complex<f64>>,
     /// The length of the one that is looked for.
     length: usize,
-    /// Its energy.
     squares: f64,
 }
 

@@ -8,7 +8,6 @@ pub(super) struct Histogram {
     /// Samples in the bins before this one; one more than there are bins, as the largest value has a bin of its own.
     below: Vec<u32>,
     low: f64,
-    /// Bins per unit.
     scale: f64,
 }
 

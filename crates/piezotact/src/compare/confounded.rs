@@ -15,11 +15,9 @@ const APART: f64 = 2.0;
 pub struct Confounder {
     /// The condition: "speed" or "load".
     pub what: &'static str,
-    /// Its unit.
     pub unit: &'static str,
     /// The least mean of a group …
     pub low: f64,
-    /// … and the largest.
     pub high: f64,
     /// Whether the strokes of these two groups have no value in common: then what is compared and this cannot be told apart.
     pub complete: bool,

@@ -25,7 +25,6 @@ const MOST_DRAWS: usize = 200_000;
 /// What is compared: a sample's strokes, by recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// The sample.
     pub name: String,
     /// The PSDs of the strokes of each recording, one-sided, with lines `resolution_hz` apart from 0 Hz.
     pub recordings: Vec<Vec<Vec<f64>>>,

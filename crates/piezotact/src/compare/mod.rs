@@ -82,11 +82,8 @@ pub enum CompareError {
         "cannot average recordings: {what} is {one} in one and {other} in another; compare them separately"
     )]
     NotTogether {
-        /// What differs.
         what: &'static str,
-        /// In one.
         one: String,
-        /// In another.
         other: String,
     },
 }

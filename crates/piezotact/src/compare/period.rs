@@ -14,9 +14,7 @@ use crate::statistics::{mean, standard_deviation, t_quantile};
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]
 pub struct Sliding<'a> {
-    /// The speed, m/s.
     pub speed_m_s: f64,
-    /// The rate.
     pub rate: SampleRate,
     /// The condition shared with other recordings apart from the speed, such as the load: recordings of one group are repeats.
     pub group: String,

@@ -148,9 +148,7 @@ pub struct DirectionContrast {
 pub struct DirectionSetting<'t> {
     /// The participant, where known.
     pub participant: Option<&'t str>,
-    /// The directions.
     pub trend: &'t DirectionTrend,
-    /// What else differs.
     pub confounders: &'t [Confounder],
 }
 

@@ -527,10 +527,7 @@ pub enum BlockError {
     #[error(
         "expected a block of 1 to {LONGEST_BLOCK} samples, found {found}; state how many samples the device takes at a time"
     )]
-    Block {
-        /// Its samples.
-        found: usize,
-    },
+    Block { found: usize },
     /// The impulse response is empty.
     #[error("expected an impulse response of at least one sample, found none; give its samples")]
     NoImpulse,
@@ -541,7 +538,6 @@ pub enum BlockError {
     NotFinite {
         /// Which one, from 0.
         at: usize,
-        /// Its value.
         found: f64,
     },
     /// An input or an output is not as long as the block.
@@ -565,7 +561,6 @@ pub enum BlockError {
         expected: usize,
         /// Samples of a block of the next impulse response.
         found_block: usize,
-        /// Its partitions.
         found: usize,
     },
 }

@@ -15,7 +15,6 @@ pub(super) struct AlignedResponses<O: Quantity> {
     pub(super) measured: Vec<Vec<f64>>,
     /// The PSD of the aim in that range.
     pub(super) wanted: Spectrum<O>,
-    /// Their mean PSD.
     pub(super) got: Spectrum<O>,
 }
 

@@ -69,7 +69,6 @@ pub struct RenderingSums {
     pub open_db_mean: f64,
     /// The error of what is kept, dB rms, mean.
     pub closed_db_mean: f64,
-    /// The same, largest.
     pub closed_db_largest: f64,
     /// The largest error of a line, dB.
     pub line_db_largest: f64,

@@ -31,28 +31,17 @@ pub enum DescriptionError {
     },
     /// The amplifier has no gain.
     #[error("expected at least one gain of the {device}, found none; describe the one that is set")]
-    NoGain {
-        /// The device.
-        device: String,
-    },
+    NoGain { device: String },
     /// A gain is there twice.
     #[error("expected every gain of the {device} once, found {gain} twice; give each its own name")]
-    GainTwice {
-        /// The device.
-        device: String,
-        /// The gain.
-        gain: String,
-    },
+    GainTwice { device: String, gain: String },
     /// The usual gain is none of the gains.
     #[error(
         "expected a usual gain that the {device} has ({gains}), found {found}; use one of them"
     )]
     NoSuchUsualGain {
-        /// The device.
         device: String,
-        /// Its gains.
         gains: String,
-        /// What was found.
         found: String,
     },
     /// A number that cannot be.
@@ -61,11 +50,8 @@ pub enum DescriptionError {
         found = rounded(*found)
     )]
     Number {
-        /// The device.
         device: String,
-        /// What can be.
         expected: String,
-        /// What was found.
         found: f64,
     },
     /// The load table is of a larger output than the amplifier gives.
@@ -74,9 +60,7 @@ pub enum DescriptionError {
         2.0 * limit_v
     )]
     LoadTableAboveLimit {
-        /// The device.
         device: String,
-        /// The gain.
         gain: String,
         /// Its limit, V peak.
         limit_v: f64,
@@ -89,7 +73,6 @@ pub enum DescriptionError {
             found a limit of {limit_v} V; correct one of them"
     )]
     LimitBelowLowestGain {
-        /// The device.
         device: String,
         /// The gain with the lowest limit.
         gain: String,

@@ -192,11 +192,9 @@ impl fmt::Display for GainSetting {
     "expected a gain of the {device} ({gains}), found `{found}`; use the one set on the amplifier"
 )]
 pub struct UnknownGain {
-    /// The device.
     pub device: String,
     /// The gains that it has.
     pub gains: String,
-    /// What was found.
     pub found: String,
 }
 

@@ -116,10 +116,7 @@ pub enum ContactMapError {
     #[error(
         "expected a nail-to-skin map of two frequencies or more, found {found}; give one row for each frequency"
     )]
-    TooFew {
-        /// The number found.
-        found: usize,
-    },
+    TooFew { found: usize },
     /// Frequencies that do not ascend.
     #[error(
         "expected frequencies above 0 Hz that ascend, found {found_hz} Hz in row {row} after {last_hz} Hz; sort the rows"

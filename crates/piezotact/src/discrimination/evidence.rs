@@ -7,7 +7,6 @@ use super::excitation::{Excitation, ExcitationPlan};
 /// Values that were averaged, as few of them as count for independent ones.
 #[derive(Clone, Debug)]
 pub(crate) struct Units {
-    /// What each excites.
     pub(crate) each: Vec<Excitation>,
     /// How many independent values they are worth.
     pub(crate) effective: f64,

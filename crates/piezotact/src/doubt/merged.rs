@@ -64,9 +64,7 @@ pub(crate) fn serialize_merged<S: serde::Serializer>(
 pub struct Range {
     /// The doubts' field, with its unit.
     pub field: String,
-    /// The lowest value.
     pub low: f64,
-    /// The highest value.
     pub high: f64,
 }
 

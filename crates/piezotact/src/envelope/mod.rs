@@ -52,7 +52,6 @@ pub struct Emphasis {
 /// A breakpoint of an amplitude envelope; straight lines run between breakpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AmplitudePoint {
-    /// When, s.
     pub time_s: f64,
     /// The amplitude of a sine, 0–1 of full scale.
     pub amplitude: f64,
@@ -63,7 +62,6 @@ pub struct AmplitudePoint {
 /// A breakpoint of a frequency envelope; straight lines run between breakpoints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrequencyPoint {
-    /// When, s.
     pub time_s: f64,
     /// The frequency, 0–1 of a range that the player chooses.
     pub frequency: f64,
@@ -196,55 +194,35 @@ pub enum EnvelopeError {
         found = rounded(*found)
     )]
     Point {
-        /// Which envelope.
         envelope: &'static str,
         /// Which breakpoint, from 0.
         at: usize,
-        /// What was expected.
         expected: String,
-        /// What was found.
         found: f64,
     },
     /// Keyframes or coefficients that cannot be played.
     #[error("expected {expected}, found {found}; export the file again")]
-    Wave {
-        /// What was expected.
-        expected: String,
-        /// What was found.
-        found: String,
-    },
+    Wave { expected: String, found: String },
     /// A signal without length.
     #[error("expected a duration above 0 s, found {found}; there is nothing to play or to export")]
-    NoLength {
-        /// What was found.
-        found: String,
-    },
+    NoLength { found: String },
     /// More samples than are made.
     #[error(
         "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower rate, or a shorter file"
     )]
-    TooMany {
-        /// What was found.
-        found: String,
-    },
+    TooMany { found: String },
     /// A full scale that is no number above zero.
     #[error(
         "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
         found = rounded(*found)
     )]
-    FullScale {
-        /// What was found.
-        found: f64,
-    },
+    FullScale { found: f64 },
     /// A drive that is larger than full scale.
     #[error(
         "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
         digits(*peak)
     )]
-    Drive {
-        /// Its largest magnitude.
-        peak: f64,
-    },
+    Drive { peak: f64 },
     /// A drive of zeros.
     #[error("expected a signal, found silence; there is nothing to export")]
     Silence,

@@ -64,7 +64,6 @@ pub struct Keyframe {
     pub time_s: f64,
     /// The amplitude, full scale = 1.
     pub amplitude: Option<f64>,
-    /// The frequency, Hz.
     pub frequency_hz: Option<f64>,
 }
 
@@ -94,7 +93,6 @@ pub enum WaveKind {
 /// One effect of a band.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wave {
-    /// What it does.
     pub kind: WaveKind,
     /// When it starts, s.
     pub start_s: f64,

@@ -23,7 +23,6 @@ pub(super) struct LowPowers {
     pub(super) meissner_db: Option<f64>,
     /// The same with all that the unfiltered signal holds in the rest of that band, dB; absent where nothing is left.
     pub(super) meissner_at_most_db: Option<f64>,
-    /// What is Pacinian …
     pub(super) pacinian: f64,
     /// … and what is detected, below the band of Pacinian corpuscles.
     pub(super) detection: f64,

@@ -427,7 +427,6 @@ pub fn analyse(
 /// The channels that vibrate, freed of the gesture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vibrations {
-    /// Their unit.
     pub unit: Unit,
     /// Their samples, as long as the recording.
     pub channels: Vec<Vec<f64>>,
@@ -579,9 +578,7 @@ pub enum FeatureError {
     Units {
         /// The unit of the first channel.
         first: Unit,
-        /// Another channel.
         channel: String,
-        /// Its unit.
         found: Unit,
     },
     /// The numbers overflow.

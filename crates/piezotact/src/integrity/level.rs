@@ -44,7 +44,6 @@ const RESTS: usize = 3;
 
 /// Properties of the intact parts of a signal.
 pub(super) struct Usual {
-    /// Its middle.
     pub(super) middle: f64,
     /// The upper quartile of its level over 20 ms.
     pub(super) level: f64,

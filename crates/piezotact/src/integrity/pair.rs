@@ -40,7 +40,6 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
 /// A drive and the response to it, with the names of their channels.
 #[derive(Clone, Copy, Debug)]
 pub struct Pair<'a> {
-    /// The drive.
     pub drive: &'a [f64],
     /// The response, as many samples.
     pub response: &'a [f64],

@@ -13,55 +13,35 @@ pub enum ManipulateError {
     NoOther,
     /// A texture has no spectrum in the usual segments.
     #[error("{said}")]
-    Segments {
-        /// Why.
-        said: String,
-    },
+    Segments { said: String },
     /// The texture is constant.
     #[error(
         "expected a texture, found {duration:.3} of constant {quantity}; check the channel and the cable"
     )]
     Silent {
-        /// What it holds.
         quantity: &'static str,
-        /// Its length.
         duration: Seconds,
     },
     /// The texture has no power within a band.
     #[error(
         "expected power within {band} in {what}, found none; use a band in which both textures vibrate"
     )]
-    SilentWithin {
-        /// The texture.
-        what: String,
-        /// The band.
-        band: Band,
-    },
+    SilentWithin { what: String, band: Band },
     /// The operation leaves nothing.
     #[error("expected a signal after `{after}`, found silence; use a smaller change")]
-    NothingLeft {
-        /// The operation.
-        after: String,
-    },
+    NothingLeft { after: String },
     /// The band does not fit the rate.
     #[error(
         "expected a band within half of the texture's rate, {nyquist}, found one up to {}; lower its end",
         band.high()
     )]
-    BandAboveNyquist {
-        /// The band.
-        band: Band,
-        /// Half the rate.
-        nyquist: Hertz,
-    },
+    BandAboveNyquist { band: Band, nyquist: Hertz },
     /// A number outside its range.
     #[error("expected {expected}, found {found}; {todo}")]
     Range {
-        /// What is possible.
         expected: String,
         /// What was asked for.
         found: String,
-        /// What to do.
         todo: &'static str,
     },
     /// Two textures of different rates.
@@ -72,51 +52,28 @@ pub enum ManipulateError {
     RatesDiffer {
         /// The property to be taken from the other texture.
         taken: &'static str,
-        /// From which texture.
         of: String,
-        /// At what rate.
         its_rate: SampleRate,
-        /// The texture's own.
         rate: SampleRate,
     },
     /// The texture is too short to be joined.
     #[error(
         "expected a texture of {expected:.3} or longer for looping, found {found:.3}; use a longer stroke or a shorter crossfade"
     )]
-    TooShort {
-        /// The least length.
-        expected: Seconds,
-        /// What there is.
-        found: Seconds,
-    },
+    TooShort { expected: Seconds, found: Seconds },
     /// Too few or too many phases.
     #[error(
         "expected one phase for each of {expected} lines, found {found}; draw as many as `phases_needed` says"
     )]
-    Phases {
-        /// What it takes.
-        expected: usize,
-        /// What there is.
-        found: usize,
-    },
+    Phases { expected: usize, found: usize },
     /// A ratio that the resampler cannot realise.
     #[error(
         "expected a warp with few decimals, found {found} ({why}); write it with four decimals"
     )]
-    Ratio {
-        /// The ratio.
-        found: f64,
-        /// Why not.
-        why: ResampleError,
-    },
+    Ratio { found: f64, why: ResampleError },
     /// The other texture gives no spectrum.
     #[error("cannot estimate the spectrum of {of}: {why}")]
-    Spectrum {
-        /// The texture.
-        of: String,
-        /// Why not.
-        why: EstimateError,
-    },
+    Spectrum { of: String, why: EstimateError },
     /// The result is not a valid signal.
     #[error("the result is not a valid texture: {0}")]
     Series(#[from] SeriesError),

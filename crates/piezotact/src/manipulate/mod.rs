@@ -43,9 +43,7 @@ const ROUNDING_RATIO: f64 = 1e-9;
 /// A texture after one operation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Manipulated<Q: Quantity> {
-    /// The new texture.
     pub series: Series<Q>,
-    /// The operation.
     pub step: Step,
     /// What a person should know before relying on it.
     pub doubts: Vec<Doubt>,
@@ -54,7 +52,6 @@ pub struct Manipulated<Q: Quantity> {
 /// A texture with everything that was done to it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture<Q: Quantity> {
-    /// Its samples.
     pub series: Series<Q>,
     /// What it was made from, and how.
     pub lineage: Lineage,

@@ -13,12 +13,7 @@ pub enum NoiseError {
     Recording(#[from] RecordingError),
     /// The recording is too short.
     #[error("cannot analyse noise: expected {needed} or longer, found {found:.3}; record longer")]
-    TooShort {
-        /// What is needed.
-        needed: Seconds,
-        /// What was found.
-        found: Seconds,
-    },
+    TooShort { needed: Seconds, found: Seconds },
     /// The band reaches beyond the signal.
     #[error(
         "cannot analyse noise over {band}: the signal ends at {highest}; lower the end of the band"
@@ -31,10 +26,7 @@ pub enum NoiseError {
     },
     /// The channel never changes.
     #[error("cannot analyse noise: `{channel}` never changes; check the sensor's cable and range")]
-    Dead {
-        /// The channel.
-        channel: String,
-    },
+    Dead { channel: String },
     /// The band holds no line of the spectrum.
     #[error(
         "cannot analyse noise over {band}: the spectrum has a line every {resolution} and none in the band; widen the band"
@@ -49,10 +41,7 @@ pub enum NoiseError {
     #[error(
         "cannot analyse noise: `{channel}` is constant for half of the recording or longer; check the sensor's cable and range"
     )]
-    MostlyConstant {
-        /// The channel.
-        channel: String,
-    },
+    MostlyConstant { channel: String },
     /// The spectrum cannot be estimated.
     #[error(transparent)]
     Estimate(#[from] EstimateError),

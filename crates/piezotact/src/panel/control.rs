@@ -365,7 +365,6 @@ pub enum ControlError {
             with the same rate and segment length"
     )]
     Lines {
-        /// Of the control.
         control: String,
         /// Of the transfer function.
         function: String,

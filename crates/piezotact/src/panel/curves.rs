@@ -22,9 +22,7 @@ pub struct PanelCurves {
 /// The level of one participant in one cell, averaged over repeats and placements.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnCurve {
-    /// The participant's pseudonym.
     pub participant: String,
-    /// Load and angle.
     pub cell: Cell,
     /// The magnitude of the average, dB.
     pub level_db: Curve,
@@ -33,20 +31,15 @@ pub struct OwnCurve {
 /// All measurements of one participant in one cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RepeatCurves {
-    /// The participant's pseudonym.
     pub participant: String,
-    /// Load and angle.
     pub cell: Cell,
-    /// Each measurement.
     pub each: Vec<RepeatCurve>,
 }
 
 /// One measurement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RepeatCurve {
-    /// Which one.
     pub filing: Filing,
-    /// Its magnitude, dB.
     pub level_db: Curve,
     /// Its coherence, 0–1.
     pub coherence: Curve,

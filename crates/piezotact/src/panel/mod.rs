@@ -118,7 +118,6 @@ impl fmt::Display for Filing {
 pub struct Entry<I: Quantity, O: Quantity> {
     /// Participant, load and angle, placement and repeat.
     pub filing: Filing,
-    /// What was measured.
     pub function: TransferFunction<I, O>,
 }
 
@@ -309,13 +308,9 @@ pub enum PanelError {
         .one.participant
     )]
     TwoPeople {
-        /// One measurement.
         one: Box<Filing>,
-        /// Whose it is.
         one_is: String,
-        /// Another.
         other: Box<Filing>,
-        /// Whose that is.
         other_is: String,
     },
     /// Nobody was measured twice in a cell.
@@ -327,25 +322,17 @@ pub enum PanelError {
     /// A name, load, angle or number that no measurement has.
     #[error("expected the {what} of {filing} as {expected}, found {found}; correct it")]
     Impossible {
-        /// Where.
         filing: Filing,
-        /// What of it.
         what: &'static str,
         /// What it may be.
         expected: &'static str,
-        /// What it is.
         found: String,
     },
     /// One measurement under two names.
     #[error(
         "expected different measurements, found a bit-identical response as {one} and as {other}; remove one of them"
     )]
-    Same {
-        /// The first.
-        one: String,
-        /// The other.
-        other: String,
-    },
+    Same { one: String, other: String },
     /// Transfer functions that cancel in the complex mean.
     #[error("cannot average participants: {what}")]
     Opposite {
@@ -357,7 +344,6 @@ pub enum PanelError {
         "expected the {what} of the transfer function filed as {filing}, found no statement of it; state it"
     )]
     Unknown {
-        /// Where.
         filing: Filing,
         /// Participant, load or angle.
         what: &'static str,
@@ -366,18 +352,12 @@ pub enum PanelError {
     #[error(
         "cannot mix participants: the transfer function filed as {filing} is of participant {found}; file it under {found}"
     )]
-    Mixed {
-        /// Where.
-        filing: Filing,
-        /// Whose it is.
-        found: String,
-    },
+    Mixed { filing: Filing, found: String },
     /// A transfer function of another load or angle.
     #[error(
         "cannot file a transfer function as {filing}: it was measured at {found}; file it under this load and angle"
     )]
     Misfiled {
-        /// Where.
         filing: Filing,
         /// Its own load and angle.
         found: String,
@@ -390,28 +370,20 @@ pub enum PanelError {
     Differ {
         /// Lines, rate or device.
         what: &'static str,
-        /// One of them.
         one: String,
-        /// What it has.
         one_has: String,
-        /// The other.
         other: String,
-        /// What it has.
         other_has: String,
     },
     /// The same measurement twice.
     #[error("expected each measurement once, found {filing} twice; give one another repeat number")]
-    Twice {
-        /// Which.
-        filing: Filing,
-    },
+    Twice { filing: Filing },
     /// A line without a level.
     #[error(
         "cannot compare levels: the transfer function of participant {participant} at {cell} is 0 at {at_hz:.1} Hz, which is \
             not a valid measurement; narrow the band to the measured part"
     )]
     NoResponse {
-        /// Whose.
         participant: String,
         /// At which load and angle.
         cell: String,
@@ -420,20 +392,14 @@ pub enum PanelError {
     },
     /// No line lies in the band.
     #[error("expected lines of the transfer functions within {band}, found none; widen the band")]
-    Empty {
-        /// The band.
-        band: crate::quantity::Band,
-    },
+    Empty { band: crate::quantity::Band },
     /// Fewer people than a comparison needs.
     #[error(
         "expected at least {expected} participants at {cell}, found {found}; measure more participants"
     )]
     Few {
-        /// Where.
         cell: String,
-        /// What is needed.
         expected: usize,
-        /// What there is.
         found: usize,
     },
     /// Transfer functions that cannot be averaged.

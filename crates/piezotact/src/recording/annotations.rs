@@ -294,7 +294,6 @@ impl fmt::Display for StartTime {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("expected a date and time such as 2024-03-01T10:22:33+01:00, found `{found}`")]
 pub struct NoStartTime {
-    /// The text.
     pub found: String,
 }
 

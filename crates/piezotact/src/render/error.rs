@@ -16,25 +16,16 @@ pub enum RenderError {
         band: Band,
         /// What does not reach that far.
         what: &'static str,
-        /// Where it ends.
         highest: Hertz,
     },
     /// The plan is for another length.
     #[error(
         "cannot render: the plan is for {expected} samples, the target has {found}; make a plan for its length"
     )]
-    Length {
-        /// The plan's length.
-        expected: usize,
-        /// The target's length.
-        found: usize,
-    },
+    Length { expected: usize, found: usize },
     /// The regularisation is not a number from zero up.
     #[error("expected a regularisation of 0 or more, found {found}; 9e-6 is the usual one")]
-    Regularisation {
-        /// What was found.
-        found: f64,
-    },
+    Regularisation { found: f64 },
     /// There is nothing to render.
     #[error(
         "cannot render: expected a texture, found silence (every sample is the same); check the channel"
@@ -52,7 +43,6 @@ pub enum RenderError {
             use a wider band"
     )]
     NoLine {
-        /// The band.
         band: Band,
         /// The step between lines, Hz.
         resolution_hz: f64,
@@ -62,17 +52,13 @@ pub enum RenderError {
         "cannot render over {band}: the device does not respond well enough to be inverted at any frequency of it; measure it \
             again, at a higher level or longer, or use another band"
     )]
-    NoResponse {
-        /// The band.
-        band: Band,
-    },
+    NoResponse { band: Band },
     /// The condition of the measurement differs from the requested one.
     #[error(
         "cannot render: transfer function measured at {what} {measured}, drive requested at {requested}; characterise \
             at {requested}, or set the amplifier as in the measurement"
     )]
     ConditionMismatch {
-        /// What differs.
         what: &'static str,
         /// How it was measured.
         measured: String,
@@ -87,9 +73,7 @@ pub enum RenderError {
     ExceedsFullScale {
         /// The largest sample needed.
         peak: f64,
-        /// The limit.
         limit: f64,
-        /// What sets it.
         limited_by: String,
         /// The level at which it would fit.
         fits_at: Decibels,

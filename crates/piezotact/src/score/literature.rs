@@ -300,18 +300,10 @@ pub enum LiteratureError {
     #[error(
         "expected {expected} samples at 8 kHz that both signals have, found {found}; record longer"
     )]
-    TooShort {
-        /// A block.
-        expected: usize,
-        /// What both have.
-        found: usize,
-    },
+    TooShort { expected: usize, found: usize },
     /// No full scale.
     #[error("expected a full scale above 0 m/s², found {found}; state the range of the sensor")]
-    FullScale {
-        /// What was given.
-        found: f64,
-    },
+    FullScale { found: f64 },
     /// A rate that has no simple ratio to 8 kHz.
     #[error(transparent)]
     Rate(#[from] ResampleError),

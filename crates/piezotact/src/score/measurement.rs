@@ -15,7 +15,6 @@ use crate::verify::{Measured, Verification, VerifyConfig, VerifyDoubt, VerifyErr
 pub struct Target<'a> {
     /// The name of its file.
     pub name: &'a str,
-    /// Its recording.
     pub recording: &'a Recording,
     /// The texture, m/s².
     pub texture: &'a Series<Acceleration>,
@@ -24,7 +23,6 @@ pub struct Target<'a> {
 /// What was measured while a drive was played.
 #[derive(Clone, Debug)]
 pub struct Measurement<'a> {
-    /// Its recording.
     pub recording: &'a Recording,
     /// The acceleration, m/s².
     pub response: Series<Acceleration>,

@@ -555,12 +555,7 @@ pub enum ScoreError {
     #[error(
         "cannot score: the reference is sampled at {reference_hz} Hz, the test at {test_hz} Hz; resample both to one rate"
     )]
-    Rate {
-        /// The reference's rate.
-        reference_hz: f64,
-        /// The test's rate.
-        test_hz: f64,
-    },
+    Rate { reference_hz: f64, test_hz: f64 },
     /// The band reaches beyond the signals.
     #[error("cannot score over {band}: the signals end at {highest}; lower the band's end")]
     BandAboveNyquist {
@@ -576,7 +571,6 @@ pub enum ScoreError {
     TooShort {
         /// Which of the two.
         what: &'static str,
-        /// A segment.
         needed: Seconds,
         /// How long it is.
         found: Seconds,
@@ -593,9 +587,7 @@ pub enum ScoreError {
         rounded(*found)
     )]
     Jnd {
-        /// Which.
         what: &'static str,
-        /// What was given.
         found: f64,
         /// The largest that is accepted.
         most: f64,
@@ -607,7 +599,6 @@ pub enum ScoreError {
     Silent {
         /// Which of the two.
         what: &'static str,
-        /// The band.
         band: Band,
     },
     /// The spectra cannot be estimated.

@@ -452,7 +452,6 @@ pub enum CalibrationError {
          `piezotact calibrate`", digits(*expected_mv)
     )]
     OtherSensor {
-        /// The channel.
         channel: u32,
         /// The sensitivity then, mV per unit.
         expected_mv: f64,
@@ -462,11 +461,8 @@ pub enum CalibrationError {
     /// A number that cannot be.
     #[error("expected {} to {} {what}, found {found}; check the reading and its unit", range[0], range[1])]
     Numbers {
-        /// What it is.
         what: &'static str,
-        /// What can be.
         range: [f64; 2],
-        /// What was found.
         found: f64,
     },
     /// The recording is clipped.
@@ -474,7 +470,6 @@ pub enum CalibrationError {
         "expected input {channel} below full scale, found a peak of {peak:.3}; lower the gain of the input, then calibrate again"
     )]
     Clipped {
-        /// The channel.
         channel: u32,
         /// The peak, full scale = 1.
         peak: f64,
@@ -484,7 +479,6 @@ pub enum CalibrationError {
         "expected the tone of {hz} Hz at least {LEAST_ABOVE_DB} dB above the rest of input {channel}, found {above_db:.1} dB; switch the calibrator on, check which input the sensor is on"
     )]
     NoTone {
-        /// The channel.
         channel: u32,
         /// The frequency, Hz.
         hz: f64,

@@ -28,10 +28,7 @@ pub struct Delay {
 pub enum DelayError {
     /// Drive or recording hold nothing.
     #[error("expected a signal in the {what}, found silence; check level and cable")]
-    Silent {
-        /// Which of them.
-        what: &'static str,
-    },
+    Silent { what: &'static str },
     /// The recording does not hold the drive.
     #[error(
         "expected the drive in the recording, found a correlation that explains {explained:.3} of its energy; check on which channel the loopback cable is"
@@ -42,10 +39,7 @@ pub enum DelayError {
     },
     /// A sample is no number.
     #[error("expected numbers, found NaN or infinity in the {what}; record again")]
-    NotFinite {
-        /// Which of them.
-        what: &'static str,
-    },
+    NotFinite { what: &'static str },
 }
 
 /// The delay of `drive` (any unit) in `recorded` (any unit) at the same rate, in samples, with the gain between them.

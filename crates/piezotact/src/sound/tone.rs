@@ -56,7 +56,6 @@ pub enum ToneError {
     Short {
         /// The frequency, Hz.
         hz: f64,
-        /// The periods found.
         found: f64,
     },
     /// A sample is no number.

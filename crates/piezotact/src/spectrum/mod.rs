@@ -521,18 +521,12 @@ pub enum EstimateError {
     #[error(
         "expected {what}, found {found}; a Hann window, 1024 samples and an overlap of 0.5 are usual"
     )]
-    Config {
-        /// What is needed.
-        what: &'static str,
-        /// What was found.
-        found: String,
-    },
+    Config { what: &'static str, found: String },
     /// The signal holds no segment.
     #[error(
         "expected at least one segment of {expected} samples, found {found}; use a shorter segment or a longer recording"
     )]
     TooShort {
-        /// The segment's length.
         expected: usize,
         /// The longest record's length.
         found: usize,
@@ -544,7 +538,6 @@ pub enum EstimateError {
     Frequency {
         /// The first line above 0 Hz.
         lowest: Hertz,
-        /// Half the rate.
         highest: Hertz,
         /// What was asked for.
         found: Hertz,
@@ -555,11 +548,8 @@ pub enum EstimateError {
             recording"
     )]
     Mismatch {
-        /// The first signal.
         left: &'static str,
-        /// The second signal.
         right: &'static str,
-        /// What differs.
         what: &'static str,
         /// Its value in the first.
         left_value: String,
@@ -570,8 +560,5 @@ pub enum EstimateError {
     #[error(
         "expected {signal} to contain a signal, found silence; check the cable and the channel"
     )]
-    Silent {
-        /// The signal.
-        signal: &'static str,
-    },
+    Silent { signal: &'static str },
 }

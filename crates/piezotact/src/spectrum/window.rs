@@ -39,7 +39,6 @@ impl std::str::FromStr for Window {
     "expected a window hann, hamming, blackman, blackman-harris, flat-top or rectangular, found `{found}`; hann is usual"
 )]
 pub struct UnknownWindow {
-    /// What was found.
     pub found: String,
 }
 

@@ -5,7 +5,6 @@ use super::moments::standard_deviation;
 /// How short-time levels scatter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelSpread {
-    /// The highest, dB.
     pub loudest_db: f64,
     /// Their standard deviation, n − 1 in the denominator, dB.
     pub db: f64,

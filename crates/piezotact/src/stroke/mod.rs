@@ -33,7 +33,6 @@ pub use speed::{SpeedRule, segment_by_speed};
 /// The signals used for segmentation: slices of equal length at one rate.
 #[derive(Clone, Debug)]
 pub struct Signals<'a> {
-    /// The rate.
     pub rate: SampleRate,
     /// The vibration channels, in any unit.
     pub vibration: Option<&'a [f64]>,
@@ -516,11 +515,8 @@ pub enum SegmentError {
         "expected `{channel}` in {expected}, found {found}; name another channel or correct its unit"
     )]
     Unit {
-        /// The channel.
         channel: String,
-        /// The unit needed.
         expected: Unit,
-        /// Its unit.
         found: Unit,
     },
     /// There is nothing to cut by.
@@ -529,7 +525,6 @@ pub enum SegmentError {
     /// The channel to cut by never changes.
     #[error("expected {what} to change, found {found} all along; check the cable and the channel")]
     Dead {
-        /// The channel's part.
         what: &'static str,
         /// Its value with its unit.
         found: String,
@@ -537,17 +532,10 @@ pub enum SegmentError {
     /// An impossible rule.
     #[error("expected {expected}, found {found}; correct the rule")]
     Rule {
-        /// What is needed.
         expected: &'static str,
-        /// What was found.
         found: String,
     },
     /// The recording is too short to be cut.
     #[error("expected at least {needed} to cut, found {found}; record longer")]
-    TooShort {
-        /// What is needed.
-        needed: Seconds,
-        /// What is there.
-        found: Seconds,
-    },
+    TooShort { needed: Seconds, found: Seconds },
 }

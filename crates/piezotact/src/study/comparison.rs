@@ -25,7 +25,6 @@ const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
 /// What changes with one thing: one comparison for each setting of all others.
 #[derive(Clone, Debug)]
 pub struct Across {
-    /// What changes.
     pub by: By,
     /// The comparisons, in the order of participants, samples, speeds and touch.
     pub comparisons: Vec<Comparison>,
@@ -76,7 +75,6 @@ pub struct SampleTrend {
     pub friction_change_on_rms: Option<FrictionChange>,
     /// How many samples have one stroke only.
     pub single_strokes: usize,
-    /// Of how many.
     pub samples: usize,
 }
 
@@ -139,7 +137,6 @@ fn summaries(groups: &[Group]) -> Vec<&Summary> {
 pub struct Discrimination {
     /// The settings, as the comparisons name them.
     pub settings: Vec<String>,
-    /// What was found.
     pub found: Result<AcrossSamples, DiscriminationError>,
 }
 
@@ -161,7 +158,6 @@ impl Discrimination {
 pub struct BothWays {
     /// Active touch, one group for each sample.
     pub active: Vec<Group>,
-    /// Passive touch.
     pub passive: Vec<Group>,
     /// How they differ, for the samples that are in both.
     pub found: ActivePassive,

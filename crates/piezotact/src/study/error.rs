@@ -17,49 +17,34 @@ pub enum StudyError {
     #[error(
         "expected one or two channels of tangential force, found {found}; add the forces along one axis first"
     )]
-    TangentialForces {
-        /// How many.
-        found: usize,
-    },
+    TangentialForces { found: usize },
     /// A load that cannot be.
     #[error("expected a load above 0 N, found {}; give it in N", found.0)]
-    Load {
-        /// The load.
-        found: Newtons,
-    },
+    Load { found: Newtons },
     /// A sliding speed that no finger has.
     #[error(
         "expected a sliding speed above 0 and up to {FASTEST_M_S} m/s, found {} m/s; correct its unit",
         rounded(*found_m_s)
     )]
-    Speed {
-        /// The speed, m/s.
-        found_m_s: f64,
-    },
+    Speed { found_m_s: f64 },
     /// A recording whose channels are not what they must be.
     #[error("{file}: {error}")]
     Recording {
-        /// Which.
         file: String,
-        /// Why.
         #[source]
         error: RecordingError,
     },
     /// A recording that cannot be cut into strokes.
     #[error("{file}: {error}")]
     Segment {
-        /// Which.
         file: String,
-        /// Why.
         #[source]
         error: SegmentError,
     },
     /// A recording of whose strokes no features can be computed.
     #[error("{file}: {error}")]
     Feature {
-        /// Which.
         file: String,
-        /// Why.
         #[source]
         error: FeatureError,
     },
@@ -71,12 +56,7 @@ pub enum StudyError {
     },
     /// A recording does not say what recordings are grouped by.
     #[error("expected {} for every recording, found none for {recording}", by.noun())]
-    Unknown {
-        /// What.
-        by: By,
-        /// Of which recording.
-        recording: String,
-    },
+    Unknown { by: By, recording: String },
     /// There are no recordings that differ in what is compared and agree in all else.
     #[error(
         "expected recordings that differ in {by} and agree in all else, found none{}{}; give more recordings, or state more of their conditions",
@@ -84,7 +64,6 @@ pub enum StudyError {
         without_strokes(rejected)
     )]
     NothingToCompare {
-        /// What is compared.
         by: By,
         /// What else they differ in.
         differ_in: Vec<By>,
@@ -102,7 +81,6 @@ pub enum StudyError {
 /// A study in which no recording has a stroke.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NoStrokes {
-    /// The recordings.
     pub recordings: Vec<String>,
     /// Why, where that is known.
     pub because: Option<Doubt>,

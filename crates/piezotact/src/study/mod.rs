@@ -45,7 +45,6 @@ pub struct StudySettings {
     pub sets: Vec<SampleSet>,
     /// The wavelength of the finger's ridges, m.
     pub ridge_m: Option<f64>,
-    /// What is asked.
     pub question: Question,
     /// How much is computed beside it.
     pub breadth: Breadth,

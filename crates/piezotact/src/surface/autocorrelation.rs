@@ -16,7 +16,6 @@ pub(super) enum CentralLobe {
     Closed {
         /// The nearest point of its contour, m.
         nearest_m: f64,
-        /// The farthest, m.
         farthest_m: f64,
     },
     /// It reaches as far as lags do.

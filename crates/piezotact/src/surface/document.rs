@@ -16,11 +16,9 @@ use crate::doubt::{Doubts, Merged};
 /// The surface in a file with its roughness.
 #[derive(Clone, Debug)]
 pub struct EvaluatedSurface {
-    /// The file.
     pub file: PathBuf,
     /// What kind of file it is.
     pub format: String,
-    /// Its roughness.
     pub roughness: Roughness,
     /// What the instrument states of it; absent without such a file.
     pub instrument: Option<InstrumentSettings>,

@@ -92,7 +92,6 @@ impl InstrumentSettings {
 /// A profile with what is stated of it.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredProfile<'a> {
-    /// The heights.
     pub profile: &'a HeightProfile,
     /// What kind of profile it is; absent where nothing says.
     pub kind: Option<ProfileKind>,
@@ -103,7 +102,6 @@ pub struct MeasuredProfile<'a> {
 /// How a person wants a profile evaluated; what is absent follows from the profile and the usual rules.
 #[derive(Clone, Copy, Debug)]
 pub struct ProfileWish {
-    /// What is averaged.
     pub standard: ProfileStandard,
     /// The form that is taken away first.
     pub form: Option<Form>,

@@ -100,7 +100,6 @@ pub struct ProfileRoughness {
     pub rku: Option<f64>,
     /// Mean width of the profile elements `RSm`, m; absent when no element is whole.
     pub rsm_m: Option<f64>,
-    /// Root-mean-square slope Rdq.
     pub rdq: f64,
     /// Core, peaks and valleys of the material ratio curve over the evaluation length; absent for a flat profile.
     pub material: Option<MaterialRatio>,

@@ -18,7 +18,6 @@ pub enum Judgement {
 /// One sample of a set; lengths in m. What is not known is absent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSample {
-    /// Its denomination.
     pub name: String,
     /// The arithmetic mean roughness Ra, m.
     pub ra_m: Option<f64>,
@@ -26,7 +25,6 @@ pub struct SurfaceSample {
     pub grit: Option<String>,
     /// The height of its dots, m.
     pub dot_height_m: Option<f64>,
-    /// Their diameter, m.
     pub dot_diameter_m: Option<f64>,
     /// The gap between them, m.
     pub dot_gap_m: Option<f64>,
@@ -43,7 +41,6 @@ pub struct SurfaceSample {
 /// A set of samples of one make.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SampleSet {
-    /// Its name.
     pub name: String,
     /// Where its numbers come from.
     pub source: String,

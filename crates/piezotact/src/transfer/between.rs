@@ -28,7 +28,6 @@ pub struct BetweenConfig<'a> {
     pub excitation: Excitation,
     /// How an impact test is evaluated.
     pub impact: ImpactConfig,
-    /// The estimator.
     pub estimator: Estimator,
     /// Whether the drive is known without noise: the channel holds the signal that was sent, not a measurement of it.
     pub exact_drive: bool,
@@ -60,16 +59,10 @@ pub enum BetweenError {
     #[error(
         "expected two channels, found `{channel}` as both drive and response; name the channel of the response"
     )]
-    SameChannel {
-        /// The channel.
-        channel: String,
-    },
+    SameChannel { channel: String },
     /// Volts per full scale were stated for a drive in another unit.
     #[error("expected the drive channel in V or FS, found {found}")]
-    NotVolts {
-        /// Its unit.
-        found: Unit,
-    },
+    NotVolts { found: Unit },
     /// A channel holds no signal.
     #[error(
         "expected the channel `{channel}` to hold a signal, found the constant value {}; check its cable, its range \
@@ -77,7 +70,6 @@ pub enum BetweenError {
         crate::number::digits(*.value)
     )]
     Constant {
-        /// The channel.
         channel: String,
         /// Its only value, in its unit.
         value: f64,

@@ -69,12 +69,7 @@ pub struct LeaveOneOut {
 pub enum BundleError {
     /// Too few.
     #[error("expected at least {expected} transfer functions, found {found}; measure more")]
-    Few {
-        /// What is needed.
-        expected: usize,
-        /// What there is.
-        found: usize,
-    },
+    Few { expected: usize, found: usize },
     /// Different line spacings.
     #[error(
         "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length",
@@ -91,28 +86,15 @@ pub enum BundleError {
     #[error(
         "cannot average transfer functions: one was measured with {one}, another with {other}; average them separately"
     )]
-    Device {
-        /// The first.
-        one: String,
-        /// Another.
-        other: String,
-    },
+    Device { one: String, other: String },
     /// Driven bands that do not overlap.
     #[error(
         "cannot average transfer functions: one was driven over {one}, another over {other}; average them separately"
     )]
-    Driven {
-        /// The first.
-        one: Band,
-        /// Another.
-        other: Band,
-    },
+    Driven { one: Band, other: Band },
     /// No line lies in the band.
     #[error("expected lines within {band}, found none; widen the band")]
-    Empty {
-        /// The band.
-        band: Band,
-    },
+    Empty { band: Band },
     /// A complex mean in which the transfer functions cancel.
     #[error(
         "expected transfer functions with a complex mean, found {count} that cancel, as those of opposite sign do; look for one \

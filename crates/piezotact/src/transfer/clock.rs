@@ -168,7 +168,6 @@ struct Blocks {
     at: Vec<f64>,
     cross: Vec<Vec<Complex<f64>>>,
     drive: Vec<Vec<f64>>,
-    /// The mean powers.
     drive_power: Vec<f64>,
     response_power: Vec<f64>,
     /// The lines that are driven.

@@ -12,12 +12,7 @@ pub enum VerifyError {
     #[error(
         "cannot compare: the target is sampled at {target_hz} Hz, the measurement at {measured_hz} Hz; resample both to one rate"
     )]
-    Rate {
-        /// The target's rate.
-        target_hz: f64,
-        /// The measurement's rate.
-        measured_hz: f64,
-    },
+    Rate { target_hz: f64, measured_hz: f64 },
     /// The band reaches beyond the signals.
     #[error("cannot compare over {band}: the signals end at {highest}; lower the band's end")]
     BandAboveNyquist {
@@ -32,7 +27,6 @@ pub enum VerifyError {
             wider band"
     )]
     NoLine {
-        /// The band.
         band: Band,
         /// The step between lines, Hz.
         resolution_hz: f64,
@@ -41,12 +35,7 @@ pub enum VerifyError {
     #[error(
         "expected {expected} samples in common to target and measurement, found {found}; check that they belong together"
     )]
-    TooShort {
-        /// A segment.
-        expected: usize,
-        /// What they share.
-        found: usize,
-    },
+    TooShort { expected: usize, found: usize },
     /// Nothing there.
     #[error(
         "expected {what} to contain a signal in {band}, found none; check the channel and the band"
@@ -54,7 +43,6 @@ pub enum VerifyError {
     Silent {
         /// Which of the two.
         what: &'static str,
-        /// The band.
         band: Band,
     },
     /// The transfer function does not reach the band.

@@ -14,7 +14,6 @@ pub struct Tones {
     pub welch: WelchConfig,
     /// The number of segments averaged.
     pub averages: usize,
-    /// The lines, Hz.
     pub frequency_hz: Vec<f64>,
     /// The amplitude of every line of the target, in its unit.
     pub target: Vec<f64>,

@@ -115,7 +115,6 @@ struct Use {
 
 /// The modules of a crate, followed from its root, and what they use.
 struct Tree<'a> {
-    /// The source folder.
     source: &'a str,
     sources: &'a Sources,
     /// The modules at the root.
@@ -129,7 +128,6 @@ struct Tree<'a> {
 /// Where tokens stand.
 #[derive(Clone, Copy)]
 struct Place<'a> {
-    /// The source folder.
     source: &'a str,
     file: &'a Path,
     /// The module from the root on; empty in the root.

@@ -348,7 +348,6 @@ pub(super) fn config_of(args: &Render) -> Outcome<RenderConfig> {
 struct Asked<'a> {
     /// The texture, whatever its level.
     target: Checksum,
-    /// The transfer function.
     transfer: Checksum,
     /// The folder of the runs, once it is known what they are for.
     runs: OnceCell<RunFolder>,

@@ -48,7 +48,6 @@ pub struct LoopConfig {
     /// The largest departure of the mean force over ten seconds from its target, as a share; for a shorter drive it is wider by
     /// the square root of the time ratio, up to three times.
     pub force_share: f64,
-    /// Who touches how.
     pub run: RunPlan,
 }
 

@@ -17,7 +17,6 @@ use super::{BidsWriter, DERIVATIVES, PARTICIPANT, SAMPLE, SESSION, TASK};
 pub struct Derived<'a> {
     /// Whose it is, with session and task; absent for one of the whole study.
     pub of: Option<(&'a str, &'a str)>,
-    /// The task.
     pub task: Option<&'a str>,
     /// The sample or stimulus.
     pub sample: Option<&'a str>,

@@ -26,11 +26,9 @@ const HEAD_M: f64 = 0.095;
 /// One EEG recording, or one of its parts between two gaps, with what is known of it.
 #[derive(Clone, Debug)]
 pub struct Brain<'a> {
-    /// The participant's pseudonym.
     pub participant: &'a str,
     /// The session, by its name in the protocol.
     pub session: &'a str,
-    /// The task.
     pub task: &'a str,
     /// The recording, channels in V.
     pub recording: Recording,

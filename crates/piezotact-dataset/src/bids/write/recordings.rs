@@ -20,11 +20,9 @@ use super::{BidsWriter, SAMPLE};
 /// One recording with what is known of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Touched<'a> {
-    /// The participant's pseudonym.
     pub participant: &'a str,
     /// The session, by its name in the protocol.
     pub session: &'a str,
-    /// The task.
     pub task: &'a str,
     /// The sample or stimulus.
     pub sample: &'a str,

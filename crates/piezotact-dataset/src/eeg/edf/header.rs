@@ -68,7 +68,6 @@ pub(super) struct Header {
     /// Bytes of the header, and of a record.
     pub(super) bytes: usize,
     pub(super) record_bytes: usize,
-    /// Complete records.
     pub(super) records: usize,
     /// The length of a record, s.
     pub(super) record_s: f64,

@@ -37,7 +37,6 @@ pub enum XdfValues {
 pub struct XdfStream {
     /// Its number in the file.
     pub id: u32,
-    /// Its name.
     pub name: String,
     /// Its content type: `EEG`, `Markers`, …
     pub kind: String,

@@ -36,10 +36,7 @@ pub enum DatabaseUrlError {
     #[error(
         "expected the URL of a database, such as postgres://user@host:5432/database, found {found}; correct it"
     )]
-    Form {
-        /// What is wrong.
-        found: String,
-    },
+    Form { found: String },
 }
 
 impl DatabaseUrl {

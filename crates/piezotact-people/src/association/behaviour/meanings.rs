@@ -9,11 +9,9 @@ use crate::campaign::protocol::{Protocol, TaskKind};
 /// The columns of one task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BehaviourMeanings {
-    /// The task.
     pub task: String,
     /// Of the responses; empty where nothing is answered.
     pub responses: BTreeMap<String, ColumnMeaning>,
-    /// Of the events.
     pub events: BTreeMap<String, ColumnMeaning>,
 }
 

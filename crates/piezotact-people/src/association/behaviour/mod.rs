@@ -34,7 +34,6 @@ pub(super) const STIMULUS: &str = "stimulus";
 /// One task of one session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Behaviour {
-    /// The task.
     pub task: String,
     /// One row for each answer; no columns where the task asks for none.
     pub responses: Table,

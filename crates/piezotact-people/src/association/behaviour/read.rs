@@ -10,20 +10,15 @@ use super::{BETWEEN, STIMULUS, TRIAL};
 /// One task of one session, as it was read.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ReadBehaviour {
-    /// The participant's pseudonym.
     pub participant: String,
-    /// The session.
     pub session: String,
-    /// The task.
     pub task: String,
     /// How a virtual volunteer judges; absent for a person.
     pub judge: Option<String>,
     /// When the session began, in ms since 1970-01-01 00:00 UTC, on the shifted calendar where dates were shifted; absent where
     /// it is not stated.
     pub began_ms: Option<i64>,
-    /// The responses.
     pub responses: Table,
-    /// The events.
     pub events: Table,
 }
 
@@ -37,9 +32,7 @@ pub enum BehaviourError {
     Number {
         /// The row, from 1.
         row: usize,
-        /// The column.
         column: String,
-        /// What stands there.
         found: String,
     },
     /// A cell without a name.
@@ -47,7 +40,6 @@ pub enum BehaviourError {
     Missing {
         /// The row, from 1.
         row: usize,
-        /// The column.
         column: String,
     },
     /// A flag that is not known.
@@ -57,7 +49,6 @@ pub enum BehaviourError {
         row: usize,
         /// Those that are known.
         known: String,
-        /// What stands there.
         found: String,
     },
 }

@@ -17,26 +17,18 @@ pub enum FeltDoubt {
     NotUsed {
         /// The texture, with the participant where there are several.
         sample: String,
-        /// Why.
         reason: String,
     },
     /// A pair that cannot be compared.
     NotCompared {
         /// The pair, with the participant where there are several.
         pair: String,
-        /// Why.
         reason: String,
     },
     /// Answers of several participants beside one recording of each texture.
-    OneForAll {
-        /// How many participants.
-        participants: usize,
-    },
+    OneForAll { participants: usize },
     /// Recordings of people who gave none of the answers.
-    OfOthers {
-        /// Their pseudonyms.
-        people: Vec<String>,
-    },
+    OfOthers { people: Vec<String> },
 }
 
 const NOT_RECORDED: &str = "felt_not_recorded";

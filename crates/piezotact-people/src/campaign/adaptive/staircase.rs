@@ -48,23 +48,15 @@ pub enum StaircaseRuleError {
     /// A number out of its range.
     #[error("staircase: {what} must be {expected}, found {found}")]
     Number {
-        /// Which.
         what: &'static str,
-        /// What is possible.
         expected: &'static str,
-        /// What it says.
         found: f64,
     },
     /// No reversal would be left for the estimate.
     #[error(
         "staircase: {left_out} of {reversals} reversals are left out, and an estimate needs at least 2; ask for more reversals"
     )]
-    NothingLeft {
-        /// Left out.
-        left_out: u32,
-        /// All.
-        reversals: u32,
-    },
+    NothingLeft { left_out: u32, reversals: u32 },
 }
 
 /// What a staircase says about the threshold.

@@ -15,10 +15,7 @@ pub enum DesignError {
     },
     /// A sample is named twice in the list of samples.
     #[error("sample {sample} is named twice in the list of samples: name it once")]
-    SampleTwice {
-        /// The sample.
-        sample: String,
-    },
+    SampleTwice { sample: String },
     /// There is no set.
     #[error("no set of samples: give the sets that are presented together")]
     NoSets,
@@ -47,7 +44,6 @@ pub enum DesignError {
     UnknownSample {
         /// The set, counted from 1.
         set: usize,
-        /// The name.
         sample: String,
     },
     /// A set holds a sample twice.
@@ -57,7 +53,6 @@ pub enum DesignError {
     SampleTwiceInSet {
         /// The set, counted from 1.
         set: usize,
-        /// The sample.
         sample: String,
     },
     /// No design of this kind is known to exist.
@@ -84,20 +79,10 @@ pub enum DesignError {
     },
     /// What was built does not cover what it must.
     #[error("the sets that were built put {together} of {pairs} pairs together: not used")]
-    NotProven {
-        /// Pairs together.
-        together: usize,
-        /// All pairs.
-        pairs: usize,
-    },
+    NotProven { together: usize, pairs: usize },
     /// Lengths of sequences that no sequence can have.
     #[error("sequences of {shortest} to {longest}: expected 1 ≤ shortest ≤ longest")]
-    ImpossibleLengths {
-        /// The shortest length.
-        shortest: usize,
-        /// The longest length.
-        longest: usize,
-    },
+    ImpossibleLengths { shortest: usize, longest: usize },
     /// Repeats that a sequence cannot have without exclusion.
     #[error(
         "{length} of {set_size} samples with at most {of_one} of each: the last answers follow by exclusion or no such \
@@ -147,21 +132,15 @@ pub enum DesignError {
     /// A number is out of its range.
     #[error("{what} is {found}, expected {expected}")]
     OutOfRange {
-        /// What it is.
         what: &'static str,
-        /// What was found.
         found: f64,
-        /// The range expected.
         expected: &'static str,
     },
     /// Two samples that no participant can take for each other.
     #[error(
         "expected two samples that are together in a set, found {} and {}, which never are: no answer compares them", .pair[0], .pair[1]
     )]
-    NeverTogether {
-        /// The two.
-        pair: Box<[String; 2]>,
-    },
+    NeverTogether { pair: Box<[String; 2]> },
     /// Too few tasks to compare.
     #[error(
         "expected two tasks of which answers name a sample, found {}; compare samples or people", match .known[..] { [] => "none".to_owned(), _ => format!("{} alone", .known.join(", ")) }
@@ -172,10 +151,7 @@ pub enum DesignError {
     },
     /// Several tasks can be meant.
     #[error("expected the task whose answers count, one of {known}, found none; name it")]
-    WhichTask {
-        /// Those that can.
-        known: String,
-    },
+    WhichTask { known: String },
     /// A task or sample that cannot be compared.
     #[error(
         "expected a {what} of which answers name a sample, one of {known}, found `{name}`; name it"
@@ -183,27 +159,20 @@ pub enum DesignError {
     NotToCompare {
         /// "task", "other task" or "sample, each once,".
         what: &'static str,
-        /// The name.
         name: String,
-        /// Those that can.
         known: String,
     },
     /// There is too much to count in a time that somebody waits.
     #[error("{what}: expected at most {most}, found {found}; make the design smaller")]
     TooLarge {
-        /// What is counted.
         what: &'static str,
         /// How much there is.
         found: usize,
-        /// The largest number.
         most: usize,
     },
     /// A name of a task is not that of a task, or of several.
     #[error("task {task} is named by the design and is not described once: correct its name")]
-    UnknownTask {
-        /// The name.
-        task: String,
-    },
+    UnknownTask { task: String },
     /// A task of association has no rule of sequences.
     #[error("task {task} associates a sequence and no rule of sequences is given: give one")]
     NoSequence {

@@ -19,7 +19,6 @@ pub(super) const MOST_PRESENTATIONS: usize = 1000;
 /// What is to be found, and what is assumed about people.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PowerPlan {
-    /// The difference.
     pub difference: Difference,
     /// Participants; of each group where groups are compared.
     pub participants: usize,

@@ -27,21 +27,17 @@ pub enum ProtocolError {
     /// A name that stands nowhere.
     #[error("{place}: {what} `{name}` is not declared; declare it, or correct the name")]
     Unknown {
-        /// Where.
         place: String,
         /// What it should be: "sample".
         what: &'static str,
-        /// The name.
         name: String,
     },
     /// The same name twice.
     #[error("{what} `{name}` stands twice in {place}; give each its own name")]
     Twice {
-        /// Where.
         place: String,
         /// What it is: "sample".
         what: &'static str,
-        /// The name.
         name: String,
     },
     /// More samples than the tray holds.
@@ -49,59 +45,40 @@ pub enum ProtocolError {
         "set {set} has {found} samples, and the tray holds {slots}; make the set smaller, or state a larger tray"
     )]
     Tray {
-        /// The set.
         set: String,
-        /// Its samples.
         found: usize,
-        /// The slots.
         slots: usize,
     },
     /// A number that cannot be.
     #[error("{place}: expected {expected}, found {found}")]
     Number {
-        /// Where.
         place: String,
-        /// What is possible.
         expected: &'static str,
-        /// What it says.
         found: String,
     },
     /// A text that cannot be shown.
     #[error("{place}: {why}")]
     Text {
-        /// Where.
         place: String,
-        /// What is wrong.
         why: crate::campaign::text::TextError,
     },
     /// A name that cannot be a name of a file or a column.
     #[error(
         "{place}: `{name}` is no name; use 1 to 40 letters, digits, spaces, `-` or `_`, a letter or digit first"
     )]
-    Name {
-        /// Where.
-        place: String,
-        /// The name.
-        name: String,
-    },
+    Name { place: String, name: String },
     /// Rendered stimuli without a statement how they are rendered.
     #[error(
         "task {task} presents rendered stimuli, and the protocol has no [rendering]; state transfer function, stroke, playing and age"
     )]
-    NoRendering {
-        /// The task.
-        task: String,
-    },
+    NoRendering { task: String },
     /// Levels that do not increase.
     #[error(
         "{place}: {what} must increase, and {found} follows {before}; list them in increasing order, the standard below all"
     )]
     Levels {
-        /// Where.
         place: String,
-        /// What must increase.
         what: &'static str,
-        /// What follows.
         found: String,
         /// What is before it.
         before: String,
@@ -110,24 +87,13 @@ pub enum ProtocolError {
     #[error(
         "{place}: the staircase can ask for level {level}, which no stimulus has; list one, or change `first`, `steps`, `lowest` or `highest`"
     )]
-    NoStimulus {
-        /// Where.
-        place: String,
-        /// The level.
-        level: String,
-    },
+    NoStimulus { place: String, level: String },
     /// An adaptive rule that cannot be followed.
     #[error("{place}: {why}; correct the rule")]
-    Rule {
-        /// Where.
-        place: String,
-        /// Why.
-        why: String,
-    },
+    Rule { place: String, why: String },
     /// An adaptive rule that cannot reach a threshold.
     #[error("{place}: {why}")]
     Target {
-        /// Where.
         place: String,
         /// Why, and what to do.
         why: &'static str,
@@ -135,7 +101,6 @@ pub enum ProtocolError {
     /// A trial that needs a right answer, and has none.
     #[error("{place}: {what}")]
     NoKnownAnswer {
-        /// Where.
         place: String,
         /// What, and what to do.
         what: &'static str,
@@ -144,12 +109,7 @@ pub enum ProtocolError {
     #[error(
         "task {task} answers in the order of task {order}, which does not stand before it in its block; put it before"
     )]
-    OrderAfter {
-        /// The task.
-        task: String,
-        /// The ordering task.
-        order: String,
-    },
+    OrderAfter { task: String, order: String },
 }
 
 /// Reads a protocol from TOML and checks that all it names is declared.

@@ -55,14 +55,12 @@ pub struct Threshold<'a> {
     pub run: &'a str,
     /// The set; absent where the task has none.
     pub set: Option<&'a str>,
-    /// The estimate.
     pub estimate: ThresholdEstimate,
 }
 
 /// The catch trials of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CatchCount<'a> {
-    /// The task.
     pub task: &'a str,
     /// How many are answered.
     pub answered: usize,

@@ -36,40 +36,21 @@ pub fn letters() -> impl Iterator<Item = String> {
 pub enum AnswerError {
     /// Not one of the choices.
     #[error("`{found}` is not one of the choices {choices}")]
-    NoChoice {
-        /// What was given.
-        found: String,
-        /// The choices.
-        choices: String,
-    },
+    NoChoice { found: String, choices: String },
     /// Another number of names.
     #[error("expected {expected} of {choices}, found {found}")]
     Count {
-        /// How many.
         expected: String,
-        /// The choices.
         choices: String,
         /// How many were given.
         found: usize,
     },
     /// The same name twice in an order.
     #[error("`{name}` stands twice; name each of {choices} once")]
-    Twice {
-        /// The name.
-        name: String,
-        /// The choices.
-        choices: String,
-    },
+    Twice { name: String, choices: String },
     /// No number within the scale.
     #[error("expected a whole number from {from} to {to}, found `{found}`")]
-    Scale {
-        /// The lowest.
-        from: i64,
-        /// The highest.
-        to: i64,
-        /// What was given.
-        found: String,
-    },
+    Scale { from: i64, to: i64, found: String },
 }
 
 /// The answer that `words` give to a trial that is answered in `form`, where `choices` are what may be said with what it stands for

@@ -20,7 +20,6 @@ pub enum Command {
         program: String,
         /// With a volunteer, or a rehearsal.
         purpose: Purpose,
-        /// Who takes part.
         participant: Participant,
     },
     /// The participant gives consent to a text.
@@ -39,44 +38,28 @@ pub enum Command {
     },
     /// Other samples than planned were presented.
     PresentInstead {
-        /// What was presented.
         names: Vec<String>,
         /// As for what was planned.
         evidence: Vec<Evidence>,
     },
     /// The trial is void, as a device failed while it ran.
-    Void {
-        /// What failed.
-        why: String,
-    },
+    Void { why: String },
     /// An element was felt once more.
     Play {
         /// The element, from 0.
         element: usize,
-        /// What was measured.
         evidence: Option<Evidence>,
     },
     /// The participant answers the current trial, or revises the answer.
-    Answer {
-        /// The words.
-        words: Vec<String>,
-    },
+    Answer { words: Vec<String> },
     /// The participant answers a trial by its name: as a page sends it, which may come late.
-    AnswerTo {
-        /// The trial.
-        trial: String,
-        /// The words.
-        words: Vec<String>,
-    },
+    AnswerTo { trial: String, words: Vec<String> },
     /// The participant confirms.
     Confirm,
     /// Corrects what was noted for a confirmed trial.
     Correct {
-        /// The trial.
         trial: String,
-        /// The words.
         words: Vec<String>,
-        /// Why.
         why: String,
     },
     /// A pause begins.
@@ -91,15 +74,9 @@ pub enum Command {
         now_ms: i64,
     },
     /// A note.
-    Note {
-        /// The text.
-        text: String,
-    },
+    Note { text: String },
     /// Stops before the end.
-    Stop {
-        /// Why.
-        why: String,
-    },
+    Stop { why: String },
     /// The participant withdraws consent.
     Withdraw,
     /// Ends the session.
@@ -120,15 +97,11 @@ pub enum Refusal {
     Unknown {
         /// "trial" or "element".
         what: &'static str,
-        /// Its name.
         name: String,
     },
     /// What was presented is not among the samples.
     #[error("`{name}` is not one of the samples or stimuli of the protocol")]
-    NotPresentable {
-        /// The name.
-        name: String,
-    },
+    NotPresentable { name: String },
     /// The answer does not fit.
     #[error(transparent)]
     Answer(#[from] AnswerError),

@@ -14,7 +14,6 @@ use super::{Stage, State};
 pub enum CampaignDoubt {
     /// More catch trials were answered wrongly than the protocol allows.
     CatchTrialsFailed {
-        /// The task.
         task: String,
         /// How many were wrong.
         failed: usize,
@@ -51,20 +50,15 @@ pub enum CampaignDoubt {
         answers: usize,
     },
     /// A participant withdrew, and what is stored was not erased yet.
-    NotErased {
-        /// The participant.
-        participant: String,
-    },
+    NotErased { participant: String },
     /// The plan of a session cannot be read.
     NoPlan {
         /// The session and whose it is.
         session: String,
-        /// What is wrong.
         why: String,
     },
     /// Virtual volunteers.
     Virtual {
-        /// How many sessions.
         sessions: usize,
         /// How the volunteer judges.
         judge: String,
@@ -73,7 +67,6 @@ pub enum CampaignDoubt {
     Simulated {
         /// The session and whose it is.
         session: String,
-        /// How many playings.
         playings: usize,
     },
 }

@@ -451,12 +451,7 @@ pub enum IcaError {
     #[error(
         "expected at least 1 iteration and a tolerance between 0 and 1, found {iterations} and {tolerance}; 200 and 1e-4 are usual"
     )]
-    Rule {
-        /// Iterations.
-        iterations: usize,
-        /// Tolerance.
-        tolerance: f64,
-    },
+    Rule { iterations: usize, tolerance: f64 },
     /// A component that does not exist.
     #[error("expected components below {components}, found {found}; count from 0")]
     NoComponent {

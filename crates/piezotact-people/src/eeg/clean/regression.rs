@@ -115,10 +115,7 @@ pub enum RegressionError {
     NoChannel,
     /// A channel of both kinds.
     #[error("expected EOG channels and others, found `{name}` among both; leave it out of one")]
-    Both {
-        /// The name.
-        name: String,
-    },
+    Both { name: String },
     /// EOG channels that say the same.
     #[error(
         "expected {eog} EOG channels that differ, found constant ones or multiples of each other; leave one out"

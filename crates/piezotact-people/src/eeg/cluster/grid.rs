@@ -98,11 +98,8 @@ pub enum GridError {
         "expected 1 to 2³¹ nodes, found {channels} channels × {frequencies} frequencies × {times} times; state at least one of each, or decimate"
     )]
     Size {
-        /// Channels.
         channels: usize,
-        /// Frequencies.
         frequencies: usize,
-        /// Times.
         times: usize,
     },
     /// A neighbour that does not exist.
@@ -110,7 +107,6 @@ pub enum GridError {
         "expected neighbours below {channels}, found {found}; take them from the montage of the same channels"
     )]
     Neighbour {
-        /// The index found.
         found: usize,
         /// The number of channels.
         channels: usize,

@@ -40,7 +40,6 @@ pub enum Tail {
 pub struct ClusterConfig {
     /// Nodes whose t is further from 0 than this form clusters.
     pub threshold_t: f64,
-    /// The direction.
     pub tail: Tail,
     /// The number of sign flips, the observed signs among them. Where there are no more different ones, all of them are taken.
     pub flips: usize,
@@ -99,7 +98,6 @@ pub struct ClusterTest {
     pub clusters: Vec<Cluster>,
     /// How many sign flips were made, the observed signs among them.
     pub flips: usize,
-    /// Which.
     pub tried: Tried,
     /// The smallest p that these flips can give.
     pub smallest_p: f64,
@@ -286,10 +284,7 @@ pub enum ClusterError {
     #[error(
         "expected at least 2 people, found {found}; measure more (6 are the fewest that can show p < 0.05)"
     )]
-    FewPeople {
-        /// How many.
-        found: usize,
-    },
+    FewPeople { found: usize },
     /// Conditions of different people or shapes.
     #[error(
         "expected the same people with the same nodes in both conditions, found {a} and {b} people; leave out people without both"
@@ -309,7 +304,6 @@ pub enum ClusterError {
         person: usize,
         /// The number of nodes.
         expected: usize,
-        /// The values found.
         found: usize,
     },
     /// A value that is no number.
@@ -324,10 +318,7 @@ pub enum ClusterError {
     #[error(
         "expected a threshold above 0, found {found}; the two-sided 5 % point of Student's t is usual"
     )]
-    Threshold {
-        /// What was found.
-        found: f64,
-    },
+    Threshold { found: f64 },
     /// No flip.
     #[error("expected at least 1 sign flip, found 0; 1000 or more are usual")]
     NoFlip,

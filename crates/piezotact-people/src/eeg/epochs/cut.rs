@@ -12,7 +12,6 @@ use super::{Epochs, EpochsError};
 pub struct Continuous<'a> {
     /// The names of the channels.
     pub channels: &'a [String],
-    /// The rate.
     pub rate: SampleRate,
     /// Channels × samples, V.
     pub volts: &'a [f64],
@@ -90,9 +89,7 @@ impl fmt::Display for NotCut {
 pub struct LeftOut {
     /// The index of the event.
     pub event: usize,
-    /// Its condition.
     pub condition: String,
-    /// Why.
     pub reason: NotCut,
 }
 
@@ -200,12 +197,7 @@ pub enum CutError {
     #[error(
         "expected channels × samples values, found {found} values for {channels} channels; give as many samples of each channel"
     )]
-    Length {
-        /// Channels stated.
-        channels: usize,
-        /// Values found.
-        found: usize,
-    },
+    Length { channels: usize, found: usize },
     /// No epoch is left.
     #[error(
         "expected at least one whole epoch, found none for {events} events: {why}; take a shorter extent or correct the events"

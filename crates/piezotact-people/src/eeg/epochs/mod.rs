@@ -304,25 +304,19 @@ pub enum EpochsError {
          state all channels and one condition per epoch"
     )]
     Length {
-        /// Channels stated.
         channels: usize,
         /// Conditions stated, one for each epoch.
         epochs: usize,
-        /// Values found.
         found: usize,
     },
     /// A channel name that stands twice.
     #[error("expected a name of its own for each channel, found `{name}` twice; rename one")]
-    Twice {
-        /// The name.
-        name: String,
-    },
+    Twice { name: String },
     /// A value that is no number.
     #[error(
         "expected finite values, found one that is none in channel {channel}, epoch {epoch}, sample {sample}; leave the epoch out"
     )]
     NotFinite {
-        /// Its channel.
         channel: String,
         /// Its epoch, from 0.
         epoch: usize,
@@ -336,7 +330,6 @@ pub enum EpochsError {
     NoChannel {
         /// What was asked for.
         name: String,
-        /// What there is.
         channels: String,
     },
     /// A condition that no epoch has.
@@ -346,7 +339,6 @@ pub enum EpochsError {
     NoCondition {
         /// What was asked for.
         condition: String,
-        /// What there is.
         found: String,
     },
 }

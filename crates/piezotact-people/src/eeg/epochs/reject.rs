@@ -100,7 +100,6 @@ impl fmt::Display for Criterion {
 pub struct Rejected {
     /// The index of the epoch among those given.
     pub epoch: usize,
-    /// Its condition.
     pub condition: String,
     /// The channel that is furthest beyond its limit.
     pub channel: String,
@@ -115,9 +114,7 @@ pub struct Rejected {
 /// How many epochs of a condition were kept and rejected.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Kept {
-    /// Kept.
     pub kept: usize,
-    /// Rejected.
     pub rejected: usize,
 }
 

@@ -16,23 +16,15 @@ pub enum GroupError {
     /// Two documents of one person and task.
     #[error("expected one document of {subject}, found {first} and {second}; give one of them")]
     Twice {
-        /// Who and what.
         subject: String,
-        /// A file.
         first: String,
-        /// Another.
         second: String,
     },
     /// Two names that may be those of one person, task or surface.
     #[error(
         "expected names that differ in more than case, signs and leading zeros, found {first} and {second}; give one person, task or surface one name"
     )]
-    AlmostTwice {
-        /// A name.
-        first: String,
-        /// Another.
-        second: String,
-    },
+    AlmostTwice { first: String, second: String },
     /// A recording under two names.
     #[error(
         "expected different recordings, found the same numbers in {first} and {second}; give each recording once"
@@ -40,7 +32,6 @@ pub enum GroupError {
     Copy {
         /// A file, and who and what it is of.
         first: String,
-        /// Another.
         second: String,
     },
     /// Documents of other settings.
@@ -48,11 +39,8 @@ pub enum GroupError {
         "expected the same {what} in all documents, found others in {first} and {second}; analyse all recordings with the same options"
     )]
     Settings {
-        /// What differs.
         what: String,
-        /// A file.
         first: String,
-        /// Another.
         second: String,
     },
     /// No surface in common.
@@ -71,7 +59,6 @@ pub enum GroupError {
     /// A task of the gradient that is not there.
     #[error("expected one of the tasks {tasks}, found `{task}` in the claimed order; correct it")]
     NoTask {
-        /// The task.
         task: String,
         /// The tasks that there are.
         tasks: String,
@@ -88,12 +75,7 @@ pub enum GroupError {
     #[error(
         "expected electrodes × frequencies × times values in the maps of {file}, found {found}; analyse the recording again"
     )]
-    Map {
-        /// The file.
-        file: String,
-        /// How many values.
-        found: usize,
-    },
+    Map { file: String, found: usize },
     /// The cluster test cannot be.
     #[error(transparent)]
     Cluster(#[from] ClusterError),

@@ -12,10 +12,7 @@ pub enum PersonError {
     Nothing,
     /// Two bands or two regions of one name.
     #[error("expected names that differ, found `{name}` twice; rename one")]
-    Twice {
-        /// The name.
-        name: String,
-    },
+    Twice { name: String },
     /// A band that the wavelets do not cover.
     #[error(
         "expected the band {name} ({} to {} Hz) within the frequencies of the wavelets, found {} to {} Hz; state frequencies that cover it",
@@ -32,7 +29,6 @@ pub enum PersonError {
     /// A band or region that a document does not have.
     #[error("{file}: expected a band or region among {there}, found `{name}`; correct the name")]
     NotThere {
-        /// The name.
         name: String,
         /// The file of the document.
         file: String,
@@ -49,7 +45,6 @@ pub enum PersonError {
         name: String,
         /// Its ends, Hz.
         band: [f64; 2],
-        /// The filter.
         filter: String,
     },
     /// A region with an electrode that was not recorded.
@@ -57,9 +52,7 @@ pub enum PersonError {
         "expected the electrodes of region {region} among {channels}; found `{channel}`; correct its name, interpolate it, or state another region"
     )]
     Region {
-        /// The region.
         region: String,
-        /// The electrode.
         channel: String,
         /// The electrodes that there are.
         channels: String,
@@ -69,7 +62,6 @@ pub enum PersonError {
         "expected positions of the channels {channels}, found those of {found} alone; rename the channels, or give the positions of this cap"
     )]
     NoPosition {
-        /// The channels.
         channels: String,
         /// The names that have a position.
         found: String,
@@ -82,10 +74,5 @@ pub enum PersonError {
     Epochs(#[from] EpochsError),
     /// There is no change of power on one surface.
     #[error("{surface}: {error}")]
-    Erd {
-        /// The surface.
-        surface: String,
-        /// Why.
-        error: ErdError,
-    },
+    Erd { surface: String, error: ErdError },
 }

@@ -22,7 +22,6 @@ pub enum PrepareError {
         "expected the channel `{name}`, found {channels}; correct the name, or rename the channel in the file"
     )]
     NoChannel {
-        /// The name.
         name: String,
         /// The channels that there are.
         channels: String,
@@ -31,41 +30,28 @@ pub enum PrepareError {
     #[error(
         "expected electrodes where the reference is made of all of them, found {name}, which records {kind}; leave it out, or name it as EOG"
     )]
-    NotAnElectrode {
-        /// Its name.
-        name: String,
-        /// What it records.
-        kind: &'static str,
-    },
+    NotAnElectrode { name: String, kind: &'static str },
     /// Channels of other rates.
     #[error(
         "expected channels of one rate, found {first} at {first_hz} Hz and {other} at {other_hz} Hz; leave one of them out"
     )]
     Rates {
-        /// A channel.
         first: String,
-        /// Its rate, Hz.
         first_hz: f64,
-        /// Another channel.
         other: String,
-        /// Its rate, Hz.
         other_hz: f64,
     },
     /// Channels that never change.
     #[error(
         "expected signals that change, found {channels} flat over the whole recording; leave {channels} out"
     )]
-    Flat {
-        /// Their names.
-        channels: String,
-    },
+    Flat { channels: String },
     /// Channels at a limit of the amplifier.
     #[error(
         "expected signals within the range of the amplifier, found {channel} at its limit in {percent:.1} % of the samples; leave it out, or \
          record with a lower gain"
     )]
     Saturated {
-        /// The channel.
         channel: String,
         /// The share of samples, %.
         percent: f64,
@@ -106,7 +92,6 @@ pub enum PrepareError {
     NoMarkerInTask {
         /// The marker asked for.
         wanted: String,
-        /// The task.
         task: String,
     },
     /// Markers of several kinds with one value.
@@ -121,10 +106,7 @@ pub enum PrepareError {
     #[error(
         "expected one task in a recording, found {tasks}; state whose epochs are taken, or export each task to a file of its own"
     )]
-    SeveralTasks {
-        /// Their names.
-        tasks: String,
-    },
+    SeveralTasks { tasks: String },
     /// Another task than the one stated.
     #[error("expected task {wanted}, found {tasks}; correct the task")]
     OtherTask {
@@ -139,7 +121,6 @@ pub enum PrepareError {
          fewer, or ask for fewer"
     )]
     FewEpochs {
-        /// The condition.
         condition: String,
         /// How many there are.
         found: usize,
@@ -174,10 +155,7 @@ pub enum PrepareError {
     #[error(
         "expected `{name}` to be left out or interpolated, found it in both; take it out of one of them"
     )]
-    OutAndInterpolated {
-        /// Its name.
-        name: String,
-    },
+    OutAndInterpolated { name: String },
     /// Too few electrodes for a spline.
     #[error(
         "expected at least {needed} other electrodes with a known position from which to interpolate {names}, found {found}; leave {names} out instead, or \

@@ -315,20 +315,12 @@ pub enum ReferenceError {
     #[error(
         "expected a name of the 10-10 system, found `{name}`; rename it, leave it out, or state measured positions"
     )]
-    NoPosition {
-        /// The name.
-        name: String,
-    },
+    NoPosition { name: String },
     /// Positions that are none.
     #[error(
         "expected one position for each of {channels} channels, finite, not at the centre and no two the same; found {found}; correct them"
     )]
-    Positions {
-        /// Channels.
-        channels: usize,
-        /// Positions.
-        found: usize,
-    },
+    Positions { channels: usize, found: usize },
     /// Positions that lie on no sphere.
     #[error(
         "expected at least {FEWEST_OF_A_SPHERE} positions on a head, not in a plane, found {found} that fit no sphere; give all of the cap"
@@ -343,11 +335,8 @@ pub enum ReferenceError {
          {stiffness} and {terms}; 0.095 m, 1e-5, 4 and 50 are usual"
     )]
     Spline {
-        /// The radius, m.
         radius_m: f64,
-        /// The regularisation.
         regularisation: f64,
-        /// The stiffness.
         stiffness: u32,
         /// The number of terms.
         terms: usize,
@@ -362,12 +351,7 @@ pub enum ReferenceError {
     },
     /// Values that are not one for each channel.
     #[error("expected one value for each of {channels} channels, found {found}; give all of them")]
-    Values {
-        /// Channels.
-        channels: usize,
-        /// Values.
-        found: usize,
-    },
+    Values { channels: usize, found: usize },
     /// A channel that does not exist.
     #[error(transparent)]
     Epochs(#[from] EpochsError),

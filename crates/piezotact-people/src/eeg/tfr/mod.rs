@@ -339,7 +339,6 @@ fn waves_of(
 pub struct Power {
     /// The names of the channels.
     pub channels: Vec<String>,
-    /// The frequencies, Hz.
     pub frequencies_hz: Vec<f64>,
     /// The times from the event, s.
     pub times_s: Vec<f64>,
@@ -421,10 +420,7 @@ pub enum TfrError {
     #[error(
         "expected a step of frequencies above 0 Hz that gives at most 1000, found {step_hz} Hz; 1 Hz is usual"
     )]
-    Steps {
-        /// The step, Hz.
-        step_hz: f64,
-    },
+    Steps { step_hz: f64 },
     /// No frequency, or not one number of cycles for each.
     #[error(
         "expected one number of cycles for each of at least one frequency, found {found} for {frequencies}; state as many of both"
@@ -439,12 +435,7 @@ pub enum TfrError {
     #[error(
         "expected a number of cycles above 0 at {frequency_hz} Hz, found {found}; 4 to 7 are usual"
     )]
-    NoCycles {
-        /// The frequency, Hz.
-        frequency_hz: f64,
-        /// What was found.
-        found: f64,
-    },
+    NoCycles { frequency_hz: f64, found: f64 },
     /// A frequency outside the band of the signal.
     #[error(
         "expected a frequency above 0 Hz up to half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another"
@@ -461,7 +452,6 @@ pub enum TfrError {
          frequency or longer epochs"
     )]
     LongerThanEpoch {
-        /// The frequency, Hz.
         frequency_hz: f64,
         /// The length of the wavelet, s.
         wavelet_s: f64,
@@ -470,16 +460,12 @@ pub enum TfrError {
     },
     /// A time-bandwidth product that has no taper.
     #[error("expected a product of time and bandwidth of at least 2, found {found}; 4 is usual")]
-    TimeBandwidth {
-        /// What was found.
-        found: f64,
-    },
+    TimeBandwidth { found: f64 },
     /// A window too short for its tapers.
     #[error(
         "expected a window that is long enough for its tapers, found {length_s} s at {frequency_hz} Hz; take more cycles or a smaller product"
     )]
     NoTapers {
-        /// The frequency, Hz.
         frequency_hz: f64,
         /// The length of the window, s.
         length_s: f64,
@@ -489,7 +475,6 @@ pub enum TfrError {
         "expected every n-th sample with n from 1 to the {samples} samples of an epoch, found {found}; 1 keeps all"
     )]
     Decimation {
-        /// What was found.
         found: usize,
         /// The samples of an epoch.
         samples: usize,
@@ -499,11 +484,9 @@ pub enum TfrError {
         "expected epochs of {samples} samples at {rate_hz} Hz as planned, found {found} at {found_hz} Hz; plan again for these epochs"
     )]
     Epochs {
-        /// The length planned.
         samples: usize,
         /// The rate planned, Hz.
         rate_hz: f64,
-        /// The length found.
         found: usize,
         /// The rate found, Hz.
         found_hz: f64,

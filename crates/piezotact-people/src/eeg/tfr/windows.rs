@@ -11,7 +11,6 @@ use crate::eeg::epochs::Epochs;
 /// A band of frequencies and a window of time, all ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
-    /// The band.
     pub band: Band,
     /// The first and the last time from the event, s.
     pub extent_s: [f64; 2],
@@ -20,7 +19,6 @@ pub struct Window {
 /// Mean power of each channel and epoch in windows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrialPowers {
-    /// The windows.
     pub windows: Vec<Window>,
     /// How many epochs there are.
     pub epochs: usize,

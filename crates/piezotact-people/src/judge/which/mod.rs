@@ -192,7 +192,6 @@ pub enum WhichError {
         place: usize,
         /// How many alternatives there are.
         alternatives: usize,
-        /// What was found.
         found: usize,
     },
     /// Bounds that cannot be.
@@ -200,11 +199,8 @@ pub enum WhichError {
         "{what}: expected bounds above 0 with the lower one first, found {low} to {high}; correct them"
     )]
     Bounds {
-        /// The parameter.
         what: &'static str,
-        /// The lower bound.
         low: f64,
-        /// The upper bound.
         high: f64,
     },
     /// An answer that cannot be judged.

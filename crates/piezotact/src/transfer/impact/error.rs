@@ -58,7 +58,6 @@ pub enum ImpactError {
         found: f64,
         /// The most for this segment, 1/s.
         most: f64,
-        /// The segment, s.
         segment_s: f64,
     },
     /// An added damping that is none.

@@ -73,7 +73,6 @@ pub struct ImpactConfig {
     pub segment: ImpactSegment,
     /// The window of the force.
     pub force_window: ForceWindow,
-    /// The exponential window.
     pub exponential: ExponentialWindow,
     /// Lines whose force lies by more than this below its highest level are not driven, dB.
     pub driven_within_db: f64,

@@ -45,9 +45,7 @@ pub(super) struct Pulse {
 /// The pulses of one hit: one, or several where the hammer bounced.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Struck {
-    /// The largest pulse.
     pub(super) main: Pulse,
-    /// The others.
     pub(super) others: Vec<Pulse>,
 }
 
