@@ -1,6 +1,6 @@
 """MATLAB files between SciPy 1.17.1 (NumPy 2.4.6) and piezotact-dataset, both ways.
 
-    UPDATE_GOLDEN=1 cargo test --workspace --test all matlab::scipy
+    UPDATE_GOLDEN=1 cargo test --workspace --test all matlab::files
     python3 golden/matlab.py [../shared/data/daq/mat]
 
 Reads the file that the Rust test wrote and writes one of its own for the Rust test to read. With a folder it says
@@ -24,7 +24,7 @@ np.testing.assert_allclose(ours["H"], np.cos(k * 0.3) + 1j * np.sin(k * 0.7) / 3
 np.testing.assert_array_equal(ours["coherence"], 1 / (1 + k))
 np.testing.assert_array_equal(ours["frequency_hz"], k * 10000 / 128)
 assert (ours["rate_hz"], ours["averages"], ours["load_n"], ours["angle_deg"]) == (10000, 12, 0.2, 15)
-assert (str(ours["estimator"]), str(ours["drive_unit"]), str(ours["response_unit"])) == ("H2", "FS", "m/s²")
+assert (str(ours["estimator"]), str(ours["drive_unit"]), str(ours["response_unit"])) == ("Hv(0.25)", "FS", "m/s²")
 assert str(ours["participant"]).startswith("Zoë"), repr(ours["participant"])
 assert json.loads(str(ours["description"]))["drive"]["gain"] == "B3"
 print("transfer.mat:", ", ".join(name for name in ours if not name.startswith("__")))

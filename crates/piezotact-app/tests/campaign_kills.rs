@@ -349,6 +349,6 @@ fn a_confirmed_answer_survives_a_kill_and_a_cut_log() {
 
 #[test]
 #[ignore = "300 kills take minutes: ./x soak session_kill"]
-fn soak_session_kill() {
+fn soak_kill_session() {
     kill(300, 1800);
 }

@@ -233,7 +233,7 @@ fn killed_at_any_moment_nothing_is_lost() {
 /// 200 kills, 40 of each command.
 #[test]
 #[ignore = "takes minutes: ./x soak kills"]
-fn soak_kills() {
+fn soak_kill_commands() {
     for (case, seed) in CASES.iter().zip(101..) {
         kill(case, 40, seed);
     }

@@ -188,19 +188,23 @@ fn soak_runs_the_ignored_tests_of_its_names() {
         let said = [output.stdout, output.stderr].concat();
         (output.status.success(), String::from_utf8(said).unwrap())
     };
-    let (done, said) = soak(&["soak", "kills"]);
+    let (done, said) = soak(&["soak", "kill"]);
     assert!(done && said.contains("test soak_kills ... ok"), "{said}");
     assert!(
-        said.contains("time of each step") && said.contains(" s  soak\n"),
+        said.contains("time of each step") && said.contains(" s  soak kill\n"),
         "{said}"
     );
     assert!(!said.contains("of_another_issue"), "{said}");
     let (done, said) = soak(&["soak"]);
-    assert!(!done && said.contains(" s  soak: failed"), "{said}");
+    assert!(!done && said.contains(" s  soak numbers: failed"), "{said}");
     assert!(
         said.contains("soak_fails") && !said.contains("of_another_issue"),
         "{said}"
     );
+    let (_, list) = soak(&["soak", "--list"]);
+    for part in ["kill  passed", "numbers  failed", "house  failed"] {
+        assert!(list.contains(part), "{part}: {list}");
+    }
 }
 
 /// The script on a system without Rust, which has the commands `has`, each a script of its own; HOME is empty.

@@ -247,7 +247,7 @@ fn a_server_that_is_killed_loses_and_doubles_nothing() {
 
 #[test]
 #[ignore = "minutes: ./x soak"]
-fn soak_serve_kill() {
+fn soak_kill_serve() {
     for seed in 0..30 {
         killed(20, 100 + seed);
     }

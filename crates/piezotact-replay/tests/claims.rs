@@ -225,16 +225,16 @@ fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
     }
 }
 
-/// How many of forty panels meet each claim that can be measured: `./x soak forty_panels`.
+/// How many of forty panels meet each claim that can be measured: `./x soak panels`.
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
-fn soak_forty_panels() {
+fn soak_panels_of_chapters_3_4_6() {
     at_least_nine_in_ten(&forty(&[3, 4, 6]), &[20, 21, 24, 25, 27, 28, 32, 35, 36]);
 }
 
 /// The same for chapter 5 alone, which takes most of the time.
 #[test]
 #[ignore = "forty panels take minutes: ./x soak runs it"]
-fn soak_forty_panels_of_chapter_5() {
+fn soak_panels5_of_chapter_5() {
     at_least_nine_in_ten(&forty(&[5]), &[1, 22]);
 }

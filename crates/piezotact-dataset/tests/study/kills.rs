@@ -63,7 +63,7 @@ fn an_acknowledged_event_survives_a_kill() {
 
 #[test]
 #[ignore = "300 kills; ./x soak runs it, and 20 run in every test"]
-fn soak_store_kill() {
+fn soak_kill_store() {
     kills(300);
 }
 
@@ -109,6 +109,6 @@ fn a_killed_withdrawal_has_not_happened_or_is_completed() {
 
 #[test]
 #[ignore = "300 kills; ./x soak runs it, and 20 run in every test"]
-fn soak_store_withdrawal_kill() {
+fn soak_kill_withdrawal() {
     killed_withdrawals(300);
 }

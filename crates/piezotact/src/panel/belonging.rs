@@ -141,7 +141,7 @@ fn two_twins_under_one_name_are_refused() {
     entries.push(of("a", 2, 0.15));
     for (seed, entry) in [7, 7, 7, 7, 8].into_iter().zip(&mut entries) {
         entry.function.about.provenance.bench = Some(BenchKind::Twin);
-        entry.function.about.provenance.seed = Some(seed);
+        entry.function.about.condition.twin_seed = Some(seed);
     }
     let said = Panel::new(entries).unwrap_err().to_string();
     assert!(
