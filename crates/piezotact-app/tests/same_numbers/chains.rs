@@ -217,6 +217,7 @@ pub(crate) const PREPARE: &[&str] = &[
 /// A sound device, of which the loop within the program takes the place: calibration, latency, recording, bursts and alignment.
 pub(crate) const SOUND: &[&str] = &[
     "calibrate setup.toml --input-volts 2.8284 --wires",
+    "calibrate calibrator.toml --exciter 2 --voltmeter 0.4999",
     "latency setup.toml --restarts 5",
     "characterise --bench audio:setup.toml --seconds 10 --out tf.json",
     "record --bench audio:setup.toml --sample S8 --speed 30mm/s --direction distal --load 0.2 --seconds 5 --out touched.parquet",
@@ -235,9 +236,11 @@ pub(crate) fn write_inputs(folder: &Folder) {
     folder.write("drive.wav", wav(noise(240_000).map(|v| v * 0.1), 48_000));
     folder.write("protocol.toml", two_sets());
     folder.write("setup.toml", SETUP);
-    folder.write("answers.csv", answers("P", 1, 0.3));
-    folder.write("later.csv", answers("P", 2, 0.6));
-    folder.write("others.csv", answers("Q", 3, 0.0));
+    let on_calibrator = format!("{SETUP}on_calibrator = 2\n");
+    folder.write("calibrator.toml", on_calibrator);
+    folder.write("answers.csv", answers("P", 6, 1, 0.3));
+    folder.write("later.csv", answers("P", 6, 2, 0.6));
+    folder.write("others.csv", answers("Q", 14, 3, 0.0));
     folder.write("orders.csv", orders());
     folder.write("rest.csv", rest());
 }
@@ -260,12 +263,12 @@ input_v_per_full_scale = 2.8284
 clock_ppm = 40
 "#;
 
-/// Six people in two tasks and two sets; each names the next sample of the set in a share of the trials, which differs between tasks.
-fn answers(people: &str, seed: usize, confused_share: f64) -> String {
+/// `count` people in two tasks and two sets; each names the next sample of the set in a share of the trials, which differs between tasks.
+fn answers(people: &str, count: usize, seed: usize, confused_share: f64) -> String {
     let mut text = String::from("participant,task,set,trial,presented,offered,answered,flags\n");
     let mut draw = noise(1_000_000).skip(1000 * seed).map(|v| v + 0.5);
     let sets = [("A", ["S1", "S8", "S11"]), ("B", ["S2", "S8", "S13"])];
-    for person in 1..=6 {
+    for person in 1..=count {
         for (task, (set, samples)) in [1, 3].iter().flat_map(|task| sets.map(|set| (task, set))) {
             for trial in 0..9 {
                 let presented = trial % 3;
