@@ -118,13 +118,13 @@ pub(crate) fn file_rows(rows: &mut Rows, file: &Path, name: &str, bytes: &[u8]) 
             json_rows(rows, &path, &serde_json::from_slice(bytes).unwrap());
         }
         Some("parquet" | "wav") => recording_rows(rows, &path, file),
-        Some("csv") => table_rows(rows, &path, bytes, b',', true),
-        Some("tsv") => table_rows(rows, &path, bytes, b'\t', true),
+        Some("csv") => table_rows(rows, &path, bytes, b',', Names::InFirstRow),
+        Some("tsv") => table_rows(rows, &path, bytes, b'\t', Names::InFirstRow),
         // Signals of BIDS, whose columns are named elsewhere.
         Some("gz") => {
             let mut text = Vec::new();
             GzDecoder::new(bytes).read_to_end(&mut text).unwrap();
-            table_rows(rows, &path, &text, b'\t', false);
+            table_rows(rows, &path, &text, b'\t', Names::Elsewhere);
         }
         Some("eeg" | "edf") => {
             rows.insert(format!("{path} bits"), fnv1a(bytes.iter().copied()).into());
@@ -160,15 +160,22 @@ fn fnv1a(bytes: impl Iterator<Item = u8>) -> String {
     format!("{hash:016x}")
 }
 
-/// A table, with a row of names or without: each column as a list.
-fn table_rows(rows: &mut Rows, path: &str, bytes: &[u8], separator: u8, named: bool) {
+/// Where the names of columns are.
+#[derive(Clone, Copy, PartialEq)]
+enum Names {
+    InFirstRow,
+    Elsewhere,
+}
+
+/// A table: each column as a list.
+fn table_rows(rows: &mut Rows, path: &str, bytes: &[u8], separator: u8, names: Names) {
     let mut reader = csv::ReaderBuilder::new()
         .delimiter(separator)
-        .has_headers(named)
+        .has_headers(names == Names::InFirstRow)
         .from_reader(bytes);
-    let names: Vec<String> = match named {
-        true => reader.headers().unwrap().iter().map(Into::into).collect(),
-        false => Vec::new(),
+    let names: Vec<String> = match names {
+        Names::InFirstRow => reader.headers().unwrap().iter().map(Into::into).collect(),
+        Names::Elsewhere => Vec::new(),
     };
     let records: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
     let cell = |text: &str| match text.parse::<f64>() {
