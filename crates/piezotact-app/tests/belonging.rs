@@ -296,3 +296,23 @@ fn mat_with_rate(name: &str, value: f64) -> Vec<u8> {
     matrix(name, &[value]);
     bytes
 }
+
+/// Participants of one number and two seeds are two people: a function that does not say whose it is joins no panel.
+#[test]
+fn transfer_function_of_a_twin_without_its_seed_is_refused() {
+    let folder = prepared();
+    let text = std::fs::read_to_string(folder.path("tf.json")).unwrap();
+    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let seed = document["condition"]
+        .as_object_mut()
+        .unwrap()
+        .remove("twin_seed");
+    assert_eq!(seed, Some(7.into()));
+    folder.write("of_whom.json", document.to_string());
+    for line in ["panel add filed of_whom.json", "info of_whom.json"] {
+        let words: Vec<&str> = line.split(' ').collect();
+        folder
+            .run(&words)
+            .expect_failure(1, &["of_whom.json", "condition.twin_seed", "make it again"]);
+    }
+}

@@ -75,12 +75,20 @@ fn read_with_documents(
             "it was cut short or damaged: copy it again",
         )
     };
+    let unlike = |error: &serde_json::Error| {
+        ReadError::content(
+            path,
+            "a description of the recording as this version writes it",
+            format!("another ({error})"),
+            "record or make it again with this version; where this version made it, it is damaged: copy it again",
+        )
+    };
     let file = crate::input::open_input(path)?;
     let reader = Reader::new(file).map_err(|error| damaged(&error))?;
     let (start, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
     let start_text = start.clone();
     let start = match start {
-        Some(text) => serde_json::from_str(&text).map_err(|error| damaged(&error))?,
+        Some(text) => serde_json::from_str(&text).map_err(|error| unlike(&error))?,
         None => foreign_start(path, &reader, rate)?,
     };
     let ours = start.format > 0;
@@ -98,7 +106,7 @@ fn read_with_documents(
     let end: Option<EndDocument> = end
         .map(|text| serde_json::from_str(&text))
         .transpose()
-        .map_err(|error| damaged(&error))?;
+        .map_err(|error| unlike(&error))?;
     let samples = reader
         .numbers(start.columns())
         .map_err(|error| match error {

@@ -121,10 +121,19 @@ pub fn transfer_formats() -> String {
 /// lines are uneven or begin far above 0 Hz.
 pub fn read_transfer(path: &Path) -> Result<TransferDocument, ReadError> {
     let bytes = crate::input::read_input(path)?;
-    match format::recognise_bytes(&TRANSFERS, path, &bytes) {
-        Some(format) => (format.read.read)(path, &bytes),
-        None => parse_json(path, &bytes),
+    let document = match format::recognise_bytes(&TRANSFERS, path, &bytes) {
+        Some(format) => (format.read.read)(path, &bytes)?,
+        None => parse_json(path, &bytes)?,
+    };
+    if document.about.lacks_twin_seed() {
+        return Err(ReadError::content(
+            path,
+            "the seed of the digital twin beside its participant (condition.twin_seed)",
+            "none there",
+            "make it again with this version: participants of one number and two seeds are two people",
+        ));
     }
+    Ok(document)
 }
 
 /// The transfer function that an analyser stored beside the time signals in the file at `path`; `None` where there is none,

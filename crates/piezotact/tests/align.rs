@@ -442,16 +442,6 @@ fn holds(found: &Alignment, other: &Other, lost: &[(usize, usize)], samples: usi
 /// Samples that are missing early, late, or one by one: what is stated of the first and the last sample holds.
 #[test]
 fn intervals_hold_where_samples_are_missing() {
-    intervals_hold_where_samples_are_missing_in(&[31]);
-}
-
-#[test]
-#[ignore = "many repetitions: ./x soak runs it"]
-fn soak_intervals_hold_where_samples_are_missing() {
-    intervals_hold_where_samples_are_missing_in(&[31, 32]);
-}
-
-fn intervals_hold_where_samples_are_missing_in(seeds: &[u64]) {
     let other = Other {
         rate_hz: 8000.0,
         ppm: 40.0,
@@ -460,7 +450,7 @@ fn intervals_hold_where_samples_are_missing_in(seeds: &[u64]) {
         noise: 1e-3,
         seed: 4,
     };
-    for &seed in seeds {
+    for seed in [31, 32] {
         let drive = noise(seed, 20.0);
         let whole = other.records(&drive);
         let spread = |count: usize, each: usize| -> Vec<(usize, usize)> {

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize, Serializer};
 
-use super::{Condition, Provenance};
+use super::{BenchKind, Condition, Provenance};
 use crate::doubt::Doubt;
 
 /// Metadata of a recording, a drive or a transfer function. Serialised flat: three fields of the value that holds it.
@@ -19,6 +19,15 @@ pub struct About {
 }
 
 impl About {
+    /// Whether a participant of the twin is named without the seed that says which one of that name it is.
+    #[must_use]
+    pub fn lacks_twin_seed(&self) -> bool {
+        self.condition.participant.is_some()
+            && self.condition.twin_seed.is_none()
+            && self.provenance.bench == Some(BenchKind::Twin)
+            && self.provenance.seed.is_some()
+    }
+
     /// Metadata without doubts.
     #[must_use]
     pub fn new(condition: Condition, provenance: Provenance) -> Self {
