@@ -302,7 +302,7 @@ fn mat_with_rate(name: &str, value: f64) -> Vec<u8> {
 fn transfer_function_of_a_twin_without_its_seed_is_refused() {
     let folder = prepared();
     let text = std::fs::read_to_string(folder.path("tf.json")).unwrap();
-    let mut document: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let mut document: Value = serde_json::from_str(&text).unwrap();
     let seed = document["condition"]
         .as_object_mut()
         .unwrap()
