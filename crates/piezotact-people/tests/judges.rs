@@ -277,17 +277,20 @@ fn who_goes_by_level_and_spectrum_is_named() {
 }
 
 #[test]
-fn who_goes_by_level_alone_is_named() {
+#[ignore = "many campaigns: ./x soak runs it"]
+fn soak_judges_who_goes_by_level_alone_is_named() {
     is_named(Judge::LevelOnly);
 }
 
 #[test]
-fn who_goes_by_spectrum_alone_is_named() {
+#[ignore = "many campaigns: ./x soak runs it"]
+fn soak_judges_who_goes_by_spectrum_alone_is_named() {
     is_named(Judge::SpectrumOnly);
 }
 
 #[test]
-fn who_guesses_is_named() {
+#[ignore = "many campaigns: ./x soak runs it"]
+fn soak_judges_who_guesses_is_named() {
     is_named(Judge::Guesser);
 }
 

@@ -137,7 +137,8 @@ fn by_answers(participants: usize, campaigns: u64, shares: [f64; 2]) -> f64 {
 
 /// Sequences are drawn: nearly half of the participants meet one of the two only, whom the comparison of answers leaves out.
 #[test]
-fn the_power_of_drawn_sequences_is_that_of_their_answers() {
+#[ignore = "many campaigns: ./x soak runs it"]
+fn soak_the_power_of_drawn_sequences_is_that_of_their_answers() {
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
     for (participants, campaigns) in [(10, 100), (20, 100)] {
         let mut design = campaign_design(&protocol, 1).unwrap();
@@ -207,7 +208,8 @@ fn two_samples_of_the_isotropic_campaign_need_more_sets() {
 
 /// Where people do not reach 5 % however they answer, nothing is said of repeats; and nothing of people who differ, where they do not.
 #[test]
-fn why_more_presentations_do_not_suffice_is_the_reason() {
+#[ignore = "many campaigns: ./x soak runs it"]
+fn soak_why_more_presentations_do_not_suffice_is_the_reason() {
     let protocol = from_library("averaged_transfer_function").unwrap().unwrap();
     let of = |participants, logit_sd, shares| {
         let mut design = campaign_design(&protocol, 1).unwrap();
