@@ -18,7 +18,7 @@ use piezotact::verify::{Verdict, Verification, VerifyCriterion};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record,
 };
-use piezotact_bench::{Bench, Placement, RunPlan, Until};
+use piezotact_bench::{Bench, Placement, RunPlan, StopHandle, Until};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::session::{Evidence, sha_of_samples};
@@ -76,23 +76,38 @@ impl fmt::Debug for BenchStimulator<'_> {
 
 impl Stimulator for BenchStimulator<'_> {
     fn check(&self, stimulus: &str) -> Result<(), PlayError> {
-        prepared(&self.drives, stimulus).map(|_there| ())
+        let drive = &prepared(&self.drives, stimulus)?.drive;
+        let Playing::Repeated { duration_s, .. } = self.playing else {
+            return Ok(());
+        };
+        let found_s = drive.duration().0;
+        // What its texture has before and after it is not the texture.
+        match found_s > duration_s + AROUND_S {
+            true => Err(PlayError::TooLong {
+                stimulus: stimulus.to_owned(),
+                found_s,
+                longest_s: duration_s,
+            }),
+            false => Ok(()),
+        }
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
-        self.play_recorded(played).map(|(evidence, _)| evidence)
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+        let played = self.play_recorded(played, stop);
+        played.map(|(evidence, _)| evidence)
     }
 }
 
 impl BenchStimulator<'_> {
     /// Plays `played` as the protocol says, and gives what was recorded beside what is known of it: for whoever feels it on a
-    /// simulated finger.
+    /// simulated finger. `stop` ends it at any time.
     ///
     /// # Errors
     /// [`PlayError`].
     pub fn play_recorded(
         &mut self,
         played: Played<'_>,
+        stop: &StopHandle,
     ) -> Result<(Evidence, Recording), PlayError> {
         let prepared = prepared(&self.drives, played.stimulus)?;
         let (drive, row) = in_a_row(prepared, self.playing)?;
@@ -105,6 +120,8 @@ impl BenchStimulator<'_> {
         };
         let (mut keeper, journal) = (self.journal)(&played, prepared.rendering.as_ref());
         let setup = prepared.setup.as_ref();
+        // A stop is final: each playing has its own.
+        self.bench.stop = stop.clone();
         let recorded = play_and_record(&mut self.bench, &drive, setup, &run, keeper.as_mut(), None);
         let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;
         drop(keeper);
@@ -160,6 +177,9 @@ fn label(played: &Played<'_>) -> String {
         played.play
     )
 }
+
+/// A drive may be so much longer than its texture, s: what the inversion needs before and after it.
+const AROUND_S: f64 = 1.0;
 
 /// Strokes in a row.
 #[derive(Clone, Copy, Debug)]

@@ -5,9 +5,12 @@
 
 mod bench;
 mod runner;
+mod stop;
 
 pub use bench::{BenchStimulator, JournalOf, PreparedDrive};
+pub use piezotact_bench::StopHandle;
 pub use runner::{Given, Outside, RunError, Runner, SaltError, Stimuli, events_of, state_of};
+pub use stop::PlayStop;
 
 use piezotact_people::campaign::session::Evidence;
 
@@ -25,11 +28,20 @@ pub struct Played<'a> {
 }
 
 /// Why a stimulus was not played to its end.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlayError {
     /// There is no drive for it; nothing was played.
     #[error("there is no drive for {stimulus}; prepare one, and give the folder that holds it")]
     NoDrive { stimulus: String },
+    /// One stroke lasts longer than the protocol lets a presentation last; nothing was played.
+    #[error(
+        "the drive for {stimulus} lasts {found_s:.1} s, and the protocol plays a texture for {longest_s:.1} s at most; prepare it from a shorter stroke"
+    )]
+    TooLong {
+        stimulus: String,
+        found_s: f64,
+        longest_s: f64,
+    },
     /// The bench failed, or the run was stopped: the trial is void.
     #[error("{0}")]
     Device(String),
@@ -40,12 +52,12 @@ pub trait Stimulator {
     /// Checks that `stimulus` can be played, before the first stimulus of a trial is.
     ///
     /// # Errors
-    /// [`PlayError::NoDrive`].
+    /// [`PlayError::NoDrive`], [`PlayError::TooLong`].
     fn check(&self, stimulus: &str) -> Result<(), PlayError>;
 
-    /// Plays `played` as the protocol says.
+    /// Plays `played` as the protocol says; `stop` ends it at any time.
     ///
     /// # Errors
     /// [`PlayError`].
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError>;
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError>;
 }

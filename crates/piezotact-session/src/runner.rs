@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use piezotact_bench::StopHandle;
 use piezotact_people::campaign::chain::{ChainError, Link, Salt};
 use piezotact_people::campaign::plan::{Plan, Presented};
 use piezotact_people::campaign::protocol::Protocol;
@@ -10,19 +11,21 @@ use piezotact_people::campaign::session::{
 };
 use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store, StoreError};
 
-use crate::{PlayError, Played, Stimulator};
+use crate::stop::Playing;
+use crate::{PlayError, PlayStop, Played, Stimulator};
 
 /// The system gave no entropy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the system gave no random numbers: {0}; nothing was stored, try again")]
 pub struct SaltError(pub String);
 
-/// What comes from outside: the time, and fresh entropy for each event.
+/// What comes from outside: the time, fresh entropy for each event, and a stop of what is played.
 #[allow(missing_debug_implementations, reason = "it holds closures")]
 pub struct Outside<'a> {
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: &'a mut dyn FnMut() -> i64,
     pub salt: &'a mut dyn FnMut() -> Result<Salt, SaltError>,
+    pub stop: PlayStop,
 }
 
 /// Why a command made nothing happen, or why a session cannot be taken up. Nothing was stored.
@@ -446,21 +449,46 @@ impl<'a> Runner<'a> {
         for stimulus in names {
             check(&self.stimuli, stimulus)?;
         }
+        let stop = self.outside.stop.clone();
+        let playing = stop.begin();
         let numbered = names.iter().enumerate();
         numbered
             .map(|(element, stimulus)| {
-                play(
-                    &mut self.stimuli,
-                    Played {
-                        trial: &trial,
-                        attempt,
-                        element,
-                        play: 1,
-                        stimulus,
-                    },
-                )
+                let played = Played {
+                    trial: &trial,
+                    attempt,
+                    element,
+                    play: 1,
+                    stimulus,
+                };
+                let sounded = self.sounded(&playing, played);
+                sounded.map_err(|unplayed| match unplayed {
+                    // The first ones were felt.
+                    Unplayed::Refused(why) if element > 0 => Unplayed::Void(why.to_string()),
+                    other => other,
+                })
             })
             .collect()
+    }
+
+    /// What was measured while `played` was played. That it begins is stored before its sound.
+    fn sounded(&mut self, playing: &Playing<'_>, played: Played<'_>) -> Result<Evidence, Unplayed> {
+        let goes_on = || {
+            playing
+                .stopped()
+                .map_or(Ok(()), |why| Err(Unplayed::Void(why)))
+        };
+        goes_on()?;
+        let begins = Event::PlayBegan {
+            trial: played.trial.to_owned(),
+            element: played.element,
+        };
+        let now_ms = (self.outside.now_ms)();
+        self.keep(now_ms, &begins).map_err(Unplayed::Refused)?;
+        let sounded = play(&mut self.stimuli, played, &playing.stop);
+        // A press is obeyed, also where the sound was over at that moment.
+        goes_on()?;
+        sounded
     }
 
     /// What was measured while an element of the current trial was played once more.
@@ -474,6 +502,7 @@ impl<'a> Runner<'a> {
         let (trial, state) = self.state.current().ok_or_else(unknown)?;
         let names = self.state.presented(trial);
         let stimulus = names.get(element).ok_or_else(unknown)?;
+        check(&self.stimuli, stimulus)?;
         let played = Played {
             trial: &trial.name,
             attempt: state.attempts,
@@ -481,7 +510,8 @@ impl<'a> Runner<'a> {
             play: state.plays.get(element).map_or(1, |plays| plays + 1),
             stimulus,
         };
-        play(&mut self.stimuli, played)
+        let stop = self.outside.stop.clone();
+        self.sounded(&stop.begin(), played)
     }
 }
 
@@ -533,14 +563,20 @@ fn check(stimuli: &Stimuli<'_>, stimulus: &str) -> Result<(), Unplayed> {
     checked.map_err(|error| Unplayed::Refused(RunError::NoDrive(error)))
 }
 
-fn play(stimuli: &mut Stimuli<'_>, played: Played<'_>) -> Result<Evidence, Unplayed> {
+fn play(
+    stimuli: &mut Stimuli<'_>,
+    played: Played<'_>,
+    stop: &StopHandle,
+) -> Result<Evidence, Unplayed> {
     let Stimuli::On(stimulator) = stimuli else {
         return Err(Unplayed::Refused(RunError::NoBench {
             stimulus: played.stimulus.to_owned(),
         }));
     };
-    stimulator.play(played).map_err(|error| match error {
-        PlayError::NoDrive { .. } => Unplayed::Refused(RunError::NoDrive(error)),
+    stimulator.play(played, stop).map_err(|error| match error {
+        PlayError::NoDrive { .. } | PlayError::TooLong { .. } => {
+            Unplayed::Refused(RunError::NoDrive(error))
+        }
         PlayError::Device(why) => Unplayed::Void(why),
     })
 }

@@ -22,7 +22,9 @@ use piezotact_bench::procedure::RunKeeper;
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::session::Evidence;
-use piezotact_session::{BenchStimulator, PlayError, Played, PreparedDrive, Stimulator as _};
+use piezotact_session::{
+    BenchStimulator, PlayError, Played, PreparedDrive, Stimulator as _, StopHandle,
+};
 
 const OUTPUT_HZ: f64 = 48_000.0;
 const INPUT_HZ: f64 = 5_000.0;
@@ -162,7 +164,7 @@ const PLAYED: Played<'static> = Played {
 fn on(bench: Bench, verified: Outcome, playing: Playing) -> (Evidence, Vec<(String, u64)>) {
     let kept = Labels::default();
     let mut stimulator = stimulator(bench, verified, playing, &kept);
-    let evidence = stimulator.play(PLAYED).unwrap();
+    let evidence = stimulator.play(PLAYED, &StopHandle::new()).unwrap();
     drop(stimulator);
     (evidence, kept.take())
 }
@@ -261,7 +263,7 @@ fn a_playing_that_was_interrupted_in_any_stroke_makes_its_trial_void() {
             "device = {{ gain_m_s2 = {GAIN}, resonance_hz = 1, delay_s = 0.001, noise_m_s2 = 0.002 }}\n{script}"
         ));
         let bench = fake(script.unwrap(), "P01").unwrap();
-        stimulator(bench, Outcome::Met, playing, kept).play(PLAYED)
+        stimulator(bench, Outcome::Met, playing, kept).play(PLAYED, &StopHandle::new())
     };
     let whole = with("", &Labels::default()).unwrap();
     assert_eq!(whole.strokes, 3);
@@ -297,9 +299,9 @@ fn a_lost_device_and_a_missing_drive_are_said() {
     };
     assert_eq!(stimulator.check("S9"), Err(none.clone()));
     assert_eq!(stimulator.check("S8"), Ok(()));
-    assert_eq!(stimulator.play(missing), Err(none));
+    assert_eq!(stimulator.play(missing, &StopHandle::new()), Err(none));
     assert!(kept.borrow().is_empty(), "nothing was played");
-    let lost = stimulator.play(PLAYED);
+    let lost = stimulator.play(PLAYED, &StopHandle::new());
     assert!(matches!(lost, Err(PlayError::Device(_))), "{lost:?}");
     // Its run is kept as far as it went.
     assert_eq!(kept.borrow().len(), 1);

@@ -264,3 +264,79 @@ fn nothing_is_added_to_a_session_that_was_withdrawn() {
         Err(RunError::Store(StoreError::Withdrawn { .. }))
     ));
 }
+
+/// That a texture begins is stored before its sound: what a kill cut off counts as felt, and what was not stored does not sound.
+#[test]
+fn what_a_kill_cut_off_counts_as_felt() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let trial = bed.volunteer((&protocol, &plan), |runner| {
+        until_presenting(runner, "task3");
+        current(runner).0
+    });
+    bed.volunteer((&protocol, &plan), |runner| {
+        let now_ms = runner.now_ms();
+        done(runner, resume(now_ms));
+        // Nothing was felt.
+        let (_, of) = current(runner);
+        assert_eq!((of.attempts, of.interrupted), (0, 0));
+        until_presenting(runner, "task3");
+    });
+    let began = |element| Event::PlayBegan {
+        trial: trial.clone(),
+        element,
+    };
+    // The program is killed while the second texture sounds.
+    let key = SessionKey::new(&plan.participant, &plan.session);
+    for element in 0..2 {
+        let known = bed.store.events(&key).unwrap().len() as u64;
+        let json = serde_json::to_string(&began(element)).unwrap();
+        let new = NewEvent {
+            at_ms: bed.now_ms.get(),
+            json: &json,
+            salt: [7; 16],
+        };
+        bed.store.append(&key, known, new).unwrap();
+    }
+    bed.volunteer((&protocol, &plan), |runner| {
+        let now_ms = runner.now_ms();
+        done(runner, resume(now_ms));
+        let (_, of) = current(runner);
+        assert_eq!((of.attempts, of.interrupted), (1, 1));
+        assert_eq!(of.felt, [1, 1]);
+        until_presenting(runner, "task3");
+        done(runner, present());
+        let (_, of) = current(runner);
+        assert_eq!(of.attempts, 2);
+        assert_eq!(of.felt, [2, 2, 1]);
+        done(runner, crate::support::replay(2));
+        assert_eq!(current(runner).1.felt, [2, 2, 2]);
+    });
+    let events = bed.events(&plan);
+    let stored = events
+        .iter()
+        .filter(|event| matches!(event, Event::PlayBegan { .. }));
+    assert_eq!(stored.count(), 2 + 3 + 1);
+}
+
+/// A texture that cannot be stored does not sound.
+#[test]
+fn what_is_not_stored_does_not_sound() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    let (begun, refusals) = (bed.tape.begun.clone(), bed.store.refusals.clone());
+    bed.store.with_begins.set(true);
+    bed.volunteer((&protocol, &plan), |runner| {
+        until_presenting(runner, "task3");
+        let before = begun.borrow().len();
+        refusals.set(1);
+        assert!(matches!(
+            runner.give(present()),
+            Err(RunError::Store(StoreError::Place { .. }))
+        ));
+        assert_eq!(begun.borrow().len(), before);
+        done(runner, present());
+        assert_eq!(begun.borrow().len(), before + 3);
+        assert_eq!(current(runner).1.felt, [1, 1, 1]);
+    });
+}

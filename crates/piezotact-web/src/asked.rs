@@ -50,6 +50,9 @@ pub(crate) enum What {
         words: Vec<String>,
         why: String,
     },
+    /// What is played ends at once; its trial is void, and is presented again.
+    Silence,
+    /// A pause, which ends what is played.
     Pause,
     GoOn,
     Note {
@@ -70,7 +73,7 @@ impl What {
             Role::Participant => {
                 matches!(
                     self,
-                    Self::Answer { .. } | Self::Confirm | Self::Play { .. }
+                    Self::Answer { .. } | Self::Confirm | Self::Play { .. } | Self::Pause
                 )
             }
             Role::Viewer => false,
@@ -89,8 +92,23 @@ impl What {
     pub(crate) fn fits_any_step(&self) -> bool {
         matches!(
             self,
-            Self::Note { .. } | Self::Correct { .. } | Self::Withdraw | Self::Stop { .. }
+            Self::Note { .. }
+                | Self::Correct { .. }
+                | Self::Pause
+                | Self::Withdraw
+                | Self::Stop { .. }
         )
+    }
+
+    /// Why what is played ends at once when `role` asks for it; none where it goes on.
+    pub(crate) fn silences(&self, role: Role) -> Option<&'static str> {
+        match (self, role) {
+            (Self::Pause, Role::Participant) => Some("the participant stopped it"),
+            (Self::Silence | Self::Pause, _) => Some("it was stopped on an experimenter's page"),
+            (Self::Stop { .. }, _) => Some("the session was stopped"),
+            (Self::Withdraw, _) => Some("the participant withdrew"),
+            _ => None,
+        }
     }
 
     /// The samples that lie in `places`, instead of their numbers, which a participant answers with.
@@ -130,7 +148,7 @@ impl What {
             Self::Answer { words } => Command::Answer { words },
             Self::Confirm => Command::Confirm,
             Self::Correct { trial, words, why } => Command::Correct { trial, words, why },
-            Self::Pause => Command::Pause,
+            Self::Silence | Self::Pause => Command::Pause,
             Self::GoOn => Command::GoOn,
             Self::Note { text } => Command::Note { text },
             Self::Stop { why } => Command::Stop { why },

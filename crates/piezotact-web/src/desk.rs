@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use piezotact_people::campaign::session::{Command, Event, Evidence, Stage};
 use piezotact_people::campaign::store::StoreError;
-use piezotact_session::{Given, PlayError, Played, RunError, Runner, Stimulator};
+use piezotact_session::{Given, PlayError, Played, RunError, Runner, Stimulator, StopHandle};
 use tokio::sync::{oneshot, watch};
 
 use crate::view::{OpenStep, PlayedBy, View};
@@ -101,12 +101,15 @@ impl<S: Stimulator> Stimulator for Shown<S> {
         self.inner.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
         if let Some(views) = self.screen.0.get() {
             let element = played.element + 1;
-            views.send_modify(|view| view.open.step = OpenStep::Playing(element));
+            views.send_modify(|view| {
+                let of = view.closed.presented.len();
+                view.open.step = OpenStep::Playing([element, of]);
+            });
         }
-        self.inner.play(played)
+        self.inner.play(played, stop)
     }
 }
 
@@ -209,7 +212,11 @@ impl Desk {
         if request.at.as_ref().is_some_and(|at| *at != now) {
             return Ok(Reply::MovedOn);
         }
-        if is_over(runner.state().stage()) {
+        let stage = runner.state().stage();
+        if is_so(stage, &request.command) {
+            return Ok(Reply::Stored);
+        }
+        if is_over(stage) {
             return Ok(Reply::Refused("the session is over".to_owned()));
         }
         let given = runner.give(request.command.clone());
@@ -255,9 +262,19 @@ fn is_of(event: &Event, command: &Command) -> bool {
                 ..
             },
         ) => trial == asked && why == because,
-        (Event::Stopped { .. }, Command::Stop { .. }) => true,
+        (Event::Stopped { .. }, Command::Stop { .. }) | (Event::Paused, Command::Pause) => true,
         _ => false,
     }
+}
+
+/// Whether what `command` asks for is so already: a second press changes nothing.
+fn is_so(stage: Stage, command: &Command) -> bool {
+    matches!(
+        (stage, command),
+        (Stage::Paused, Command::Pause)
+            | (Stage::Stopped, Command::Stop { .. })
+            | (Stage::Withdrawn, Command::Withdraw)
+    )
 }
 
 fn is_over(stage: Stage) -> bool {
@@ -290,6 +307,7 @@ fn words(event: &Event) -> String {
             None => format!("presented: {trial}"),
             Some(_) => format!("presented, others than planned: {trial}"),
         },
+        Event::PlayBegan { trial, element } => format!("begins: {trial}, {}", element + 1),
         Event::Voided { trial, .. } => format!("void: {trial}"),
         Event::Played { trial, element, .. } => format!("once more: {trial}, {}", element + 1),
         Event::Answered { trial, .. } => format!("answered: {trial}"),

@@ -6,6 +6,7 @@
 mod access;
 mod asked;
 mod assets;
+mod beat;
 mod certificate;
 mod console;
 mod desk;
@@ -27,7 +28,10 @@ use std::sync::atomic::AtomicUsize;
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::Event;
+use piezotact_session::PlayStop;
 use tokio::sync::watch;
+
+use beat::Beat;
 
 pub use access::{Access, AccessError, KeepPages, Key, Role};
 pub use certificate::{Certificate, CertificateError, VALIDITY};
@@ -94,12 +98,12 @@ pub enum ServeError {
 
 impl Site {
     /// The pages of the session that shows `view` first, and the desk at which they are answered; `earlier` is what was stored of it until
-    /// now, with the time of each event in ms since 1970-01-01 00:00 UTC.
+    /// now, with the time of each event in ms since 1970-01-01 00:00 UTC. `stop` is that of the runner.
     #[must_use]
     pub fn new(
         (view, earlier): (View, Vec<(i64, Event)>),
-        consent: Option<String>,
-        played_by: PlayedBy,
+        (consent, played_by): (Option<String>, PlayedBy),
+        stop: PlayStop,
         access: Access,
         study: Arc<dyn StudyPages>,
     ) -> (Self, Desk) {
@@ -108,7 +112,10 @@ impl Site {
         let led = server::Led {
             asking,
             consent: sha,
+            stop,
             experimenters: AtomicUsize::new(0),
+            participants: AtomicUsize::new(0),
+            beat: Beat::default(),
         };
         let mut site = Self::empty(access);
         site.pages.led = Some(Arc::new(led));
@@ -178,6 +185,7 @@ impl Site {
             None => "http",
         };
         listener.set_nonblocking(true)?;
+        let led = pages.led.clone();
         let answering = serving::Answering {
             tls,
             address: pages.address(),
@@ -193,6 +201,7 @@ impl Site {
             .name("pages".into())
             .spawn(move || {
                 runtime.block_on(async move {
+                    let _watches = led.map(|led| tokio::spawn(beat::watched(led)));
                     if let Ok(listener) = tokio::net::TcpListener::from_std(listener) {
                         serving::serve(listener, answering).await;
                     }

@@ -103,6 +103,7 @@ pub(crate) fn frame(
             p #not-yours hidden { (w(Word::NotYours)) }
             p #refused hidden {}
         }
+        p #sending role="status" hidden data-playing=(w(Word::AfterTexture)) data-sending=(w(Word::Sending)) data-stopping=(w(Word::Stopping)) {}
         div #page class=(class) { (step) }
         @if let Some(live) = live {
             section #gauge hidden aria-label=(w(Word::ForceWord)) data-live=(live) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
@@ -194,8 +195,8 @@ fn key(i: usize, choices: &[String]) -> Option<String> {
     }
 }
 
-/// The participant's step. It is made from what the participant may see, and from nothing else.
-pub(crate) fn participant(open: &Open, language: Language) -> Markup {
+/// The participant's step, on one of so many open `pages`. It is made from what the participant may see, and from nothing else.
+pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Markup {
     let language = open
         .language
         .as_deref()
@@ -207,6 +208,7 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
         main lang=(language.tag()) data-mark=(open.mark) {
             h1.quiet { (w(Word::Progress)) (colon(language)) (done) " " (w(Word::Of)) " " (all) }
             progress value=(done) max=(all.max(1)) aria-label=(w(Word::Progress)) {}
+            @if pages > 1 { p.alert role="alert" { (w(Word::OpenTwice)) } }
             @match &open.step {
                 OpenStep::Wait | OpenStep::Consent(None) => { p.big { (w(Word::Wait)) } },
                 OpenStep::Consent(Some(text)) => {
@@ -215,7 +217,7 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
                 },
                 OpenStep::Pause => { p.big { (w(Word::InPause)) } },
                 OpenStep::Over => { p.big { (w(Word::Over)) } },
-                OpenStep::Playing(_) => { p.big { (w(Word::Playing)) } },
+                OpenStep::Playing(which) => { (playing(*which, language)) },
                 OpenStep::Answer(answer) => {
                     @if let Some(instruction) = &open.instruction { p.instruction { (instruction.in_language(language)) } }
                     (form(answer, &open.mark, language, Keys::None))
@@ -231,6 +233,25 @@ pub(crate) fn participant(open: &Open, language: Language) -> Markup {
                     }
                 },
             }
+            @if open.can_pause {
+                @let word = match open.step { OpenStep::Playing(_) => Word::StopTexture, _ => Word::NeedPause };
+                div.always { (stop_button(r#"{"do":"pause"}"#, word, language)) }
+            }
+        }
+    }
+}
+
+/// Which texture of the trial is played: on the participant's page too, who answers for each of them.
+fn playing([element, of]: [usize; 2], language: Language) -> Markup {
+    let w = |word: Word| word.in_language(language);
+    html! { p.big data-playing="" { (w(Word::Playing)) " " b { (element) } " " (w(Word::Of)) " " (of) } }
+}
+
+/// A button that needs no turn: Escape presses it.
+fn stop_button(what: &str, word: Word, language: Language) -> Markup {
+    html! {
+        button.stop[word == Word::StopTexture] type="button" data-ask=(what) data-stop="" {
+            (word.in_language(language)) " " kbd { (Word::EscapeKey.in_language(language)) }
         }
     }
 }
@@ -258,8 +279,9 @@ pub(crate) fn experimenter(
             section.step {
                 @if let Some((word, text)) = &closed.notice { p.notice role="status" { (w(*word)) " " (text) } }
                 @if let Some(heading) = &closed.heading { (title(heading, language)) }
-                @if matches!(open.step, OpenStep::Playing(_)) {
-                    p.big { (w(Word::Playing)) " " @if let OpenStep::Playing(element) = open.step { (element) } }
+                @if let OpenStep::Playing(which) = open.step {
+                    (playing(which, language))
+                    @if role == Role::Experimenter { (stop_button(r#"{"do":"silence"}"#, Word::StopTexture, language)) }
                 } @else if role == Role::Viewer {
                     p.big { (sentence(closed, open, language)) }
                 } @else {

@@ -15,18 +15,20 @@ use axum::routing::{MethodRouter, get, post};
 use axum::{Extension, Router};
 use futures_util::stream::{Stream, unfold};
 use piezotact_people::campaign::chain::Sha;
+use piezotact_session::PlayStop;
 use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 
 use crate::access::Role;
 use crate::asked::{Asked, What};
+use crate::beat::{Beat, EVERY};
 use crate::desk::{Asking, Reply, Request};
 use crate::entrance::{
     LARGEST, Page, Pages, Site, enter, enter_page, guarded, hardened, in_time, known_host,
     language, now_ms, start,
 };
 use crate::pages::{self, Pairing, Sight};
-use crate::view::View;
+use crate::view::{OpenStep, View};
 use crate::words::Language;
 use crate::{assets, console, live, study};
 
@@ -35,7 +37,23 @@ pub(crate) struct Led {
     pub(crate) asking: Asking,
     /// The checksum of the text that consent is given to.
     pub(crate) consent: Sha,
+    /// Stops what is played.
+    pub(crate) stop: PlayStop,
+    /// How many pages of each are open.
     pub(crate) experimenters: AtomicUsize,
+    pub(crate) participants: AtomicUsize,
+    pub(crate) beat: Beat,
+}
+
+impl Led {
+    /// How many pages of `role` are open, where they are counted.
+    fn open(&self, role: Role) -> Option<&AtomicUsize> {
+        match role {
+            Role::Experimenter => Some(&self.experimenters),
+            Role::Participant => Some(&self.participants),
+            Role::Viewer => None,
+        }
+    }
 }
 
 /// The session, in a handler; where there is none, there is no such page.
@@ -167,6 +185,12 @@ pub const ROUTES: &[Route] = &[
     },
     Route {
         method: "POST",
+        path: "/beat",
+        whose: For::Roles(LEADING),
+        handler: |r| guarded(r, post(beat)),
+    },
+    Route {
+        method: "POST",
         path: "/pairing",
         whose: For::Roles(LEADING),
         handler: |r| guarded(r, post(pairing)),
@@ -286,7 +310,10 @@ fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
 }
 
 fn for_participant(language: Language) -> Drawn {
-    Arc::new(move |_, _, view| pages::participant(&view.open, language).into_string())
+    Arc::new(move |_, led, view| {
+        let open = led.participants.load(Ordering::Relaxed);
+        pages::participant(&view.open, language, open).into_string()
+    })
 }
 
 fn framed(
@@ -337,20 +364,22 @@ async fn participant(
     )
 }
 
-/// Counts a page of an experimenter as long as it lives.
-struct Counted(Site, Arc<Led>);
+/// Counts a page as long as it lives.
+struct Counted(Site, Arc<Led>, Role);
 
 impl Counted {
-    fn new(site: &Site, led: &Arc<Led>) -> Self {
-        led.experimenters.fetch_add(1, Ordering::Relaxed);
+    fn new(site: &Site, led: &Arc<Led>, role: Role) -> Option<Self> {
+        led.open(role)?.fetch_add(1, Ordering::Relaxed);
         site.around.send_modify(|around| *around += 1);
-        Self(Arc::clone(site), Arc::clone(led))
+        Some(Self(Arc::clone(site), Arc::clone(led), role))
     }
 }
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        self.1.experimenters.fetch_sub(1, Ordering::Relaxed);
+        if let Some(open) = self.1.open(self.2) {
+            open.fetch_sub(1, Ordering::Relaxed);
+        }
         self.0.around.send_modify(|around| *around += 1);
     }
 }
@@ -362,9 +391,8 @@ async fn experimenter_stream(
     Query(seen): Query<Seen>,
     headers: HeaderMap,
 ) -> Response {
-    let counted = (page.role == Role::Experimenter).then(|| Counted::new(&site, &led));
     let drawn = for_experimenter(&page, seen.sight(), language(&headers));
-    follow((site, led), page, drawn, counted).into_response()
+    follow((site, led), page, drawn).into_response()
 }
 
 async fn participant_stream(
@@ -373,7 +401,7 @@ async fn participant_stream(
     Extension(page): Extension<Page>,
     headers: HeaderMap,
 ) -> Response {
-    follow((site, led), page, for_participant(language(&headers)), None).into_response()
+    follow((site, led), page, for_participant(language(&headers))).into_response()
 }
 
 /// What a page follows the session with.
@@ -395,8 +423,8 @@ fn follow(
     (site, led): (Site, Arc<Led>),
     page: Page,
     drawn: Drawn,
-    counted: Option<Counted>,
 ) -> Sse<impl Stream<Item = Result<Sent, Infallible>>> {
+    let counted = Counted::new(&site, &led, page.role);
     let follower = Follower {
         views: led.asking.views.clone(),
         around: site.around.subscribe(),
@@ -432,7 +460,12 @@ fn follow(
                 };
                 return Some((Ok(id.event("step").data(step)), follower));
             }
+            let beats = follower.page.role == Role::Experimenter
+                && matches!(follower.views.borrow().open.step, OpenStep::Playing(_));
             tokio::select! {
+                () = tokio::time::sleep(EVERY), if beats => {
+                    return Some((Ok(Sent::default().event("beat").data("")), follower));
+                },
                 changed = follower.views.changed() => if changed.is_err() { return None },
                 changed = follower.around.changed() => if changed.is_err() { return None },
                 changed = follower.ends.changed() => if changed.is_err() { return None },
@@ -452,6 +485,13 @@ async fn ask(
     }
     if !asked.what.is_whole() {
         return (StatusCode::UNPROCESSABLE_ENTITY, "the text is empty").into_response();
+    }
+    if let Some(why) = asked.what.silences(page.role) {
+        // Before its turn: what plays is silent when it comes.
+        led.stop.stop(why);
+    }
+    if asked.what == What::Silence {
+        return StatusCode::NO_CONTENT.into_response();
     }
     let (reply, answered) = oneshot::channel();
     let mut asked = asked;
@@ -490,6 +530,12 @@ async fn ask(
         Reply::Refused(why) => for_all(StatusCode::UNPROCESSABLE_ENTITY, why),
         Reply::NotStored(why) => for_all(StatusCode::INSUFFICIENT_STORAGE, why),
     }
+}
+
+/// An experimenter's page says that it is there while a texture plays.
+async fn beat(OfSession(led): OfSession) -> StatusCode {
+    led.beat.answered();
+    StatusCode::NO_CONTENT
 }
 
 async fn pairing(Shared(site): Shared<Site>, _session: OfSession) -> Response {

@@ -30,6 +30,8 @@ pub struct Open {
     /// What the participant is asked, word for word, while a trial runs.
     pub instruction: Option<Text>,
     pub step: OpenStep,
+    /// Whether a pause can be asked for.
+    pub can_pause: bool,
 }
 
 /// A step as the participant sees it.
@@ -39,8 +41,8 @@ pub enum OpenStep {
     Wait,
     /// The participant is asked for consent, with this text.
     Consent(Option<String>),
-    /// Element `0` is played, from 1.
-    Playing(usize),
+    /// The first of these elements is played, from 1, of so many.
+    Playing([usize; 2]),
     /// An answer is awaited.
     Answer(Form),
     /// An answer is noted, and can be changed.
@@ -262,6 +264,7 @@ impl View {
                 })
             }),
             step: open_step(state, &step, consent, played_by),
+            can_pause: runs && trial.is_some(),
         };
         let own_order =
             trial.filter(|trial| runs && matches!(trial.answer, AnswerForm::EachOfOrder { .. }));

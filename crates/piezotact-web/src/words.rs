@@ -109,7 +109,17 @@ words! {
     PlayByHand: "Play by hand, one after the other:", "Jouez à la main, l'une après l'autre :",
         "Riproduca a mano, una dopo l'altra:";
     Played: "They were played", "Elles ont été jouées", "Sono state riprodotte";
-    Playing: "A texture is played …", "Une texture est jouée …", "Una texture viene riprodotta …";
+    Playing: "Playing: texture", "Lecture : texture", "Riproduzione: texture";
+    StopTexture: "Stop the texture", "Arrêter la texture", "Fermare la texture";
+    EscapeKey: "Esc", "Échap", "Esc";
+    NeedPause: "I need a pause", "J'ai besoin d'une pause", "Ho bisogno di una pausa";
+    OpenTwice: "This page is open twice. Close one of them.", "Cette page est ouverte deux fois. Fermez-en une.",
+        "Questa pagina è aperta due volte. Ne chiuda una.";
+    Sending: "Being stored …", "Enregistrement en cours …", "Salvataggio in corso …";
+    AfterTexture: "Kept on this page; it is stored when the texture has ended.",
+        "Gardé sur cette page ; enregistré à la fin de la texture.",
+        "Conservato su questa pagina; viene salvato alla fine della texture.";
+    Stopping: "Stopping …", "Arrêt en cours …", "Arresto in corso …";
     OwnOrder: "On the tray, in the participant's order:", "Sur le plateau, dans l'ordre du participant :",
         "Sul vassoio, nell'ordine del partecipante:";
     PlayAgain: "Once more", "Encore une fois", "Ancora una volta";

@@ -4,6 +4,7 @@ mod access;
 mod client;
 mod console;
 mod session;
+mod stopping;
 #[path = "../../piezotact-session/tests/support/mod.rs"]
 #[allow(dead_code, reason = "a part of it is for the tests of the runner")]
 mod support;

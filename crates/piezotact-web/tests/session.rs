@@ -8,7 +8,7 @@ use crate::client::{Page, Pages, with_pages, with_pages_after};
 use crate::support::{Bed, isotropic};
 
 /// Takes the session on by one step, as the pages show it; false where the participant can answer.
-fn step(pages: &Pages, experimenter: &Page) -> bool {
+pub(crate) fn step(pages: &Pages, experimenter: &Page) -> bool {
     let shown = pages.shown(experimenter);
     let (_, step) = shown.split_once("class=\"step\"").unwrap();
     for (words, what) in [
@@ -39,7 +39,7 @@ fn draft(shown: &str) -> (Vec<String>, usize, bool) {
 }
 
 /// Answers the current trial with the choices in turn from number `from`, and confirms.
-fn answers(pages: &Pages, page: &Page, from: usize) {
+pub(crate) fn answers(pages: &Pages, page: &Page, from: usize) {
     let (choices, most, once) = draft(&pages.shown(page));
     let shift = if once { 0 } else { from };
     let words: Vec<String> = (0..most)

@@ -190,9 +190,9 @@ fn remarks(kind: &TrialKind, of: &TrialState) -> Vec<String> {
         of.interrupted > 0,
         format!("interrupted {}", times(of.interrupted as usize)),
     );
-    let felt: Vec<String> = of.plays.iter().map(u32::to_string).collect();
+    let felt: Vec<String> = of.felt.iter().map(u32::to_string).collect();
     add(
-        of.plays.iter().any(|plays| *plays > 1),
+        of.felt.iter().any(|felt| *felt > 1),
         format!("felt {} times", felt.join(", ")),
     );
     let missed = playings(of, Evidence::missed);
@@ -243,6 +243,7 @@ fn happened(events: &[(i64, Event)]) -> Table {
             Event::Ended => "ended".to_owned(),
             Event::Ignored { command, why } => format!("without effect: {command}: {why}"),
             Event::Checked { .. }
+            | Event::PlayBegan { .. }
             | Event::Presented { .. }
             | Event::Played { .. }
             | Event::Answered { .. }

@@ -102,7 +102,7 @@ pub fn trials_table<'a>(
                 true => String::new(),
                 false => state.presented(trial).join("|"),
             };
-            let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
+            let plays: Vec<String> = of.felt.iter().map(u32::to_string).collect();
             let why = state.corrected_because(trial).unwrap_or_default();
             let time = |ms: Option<i64>| ms.map_or(String::new(), |ms| ms.to_string());
             let seconds = of.seconds().map_or(String::new(), |s| format!("{s:.3}"));

@@ -35,6 +35,10 @@ pub struct TrialState {
     pub chosen: Option<Vec<String>>,
     /// How often each element was felt in this attempt, the first time included.
     pub plays: Vec<u32>,
+    /// How often each element was felt in all attempts, also where it was cut off.
+    pub felt: Vec<u32>,
+    /// The elements that began to be played in this attempt, of which nothing more is known yet.
+    pub begun: BTreeSet<usize>,
     /// What was measured while an element was played, with the element, in the order of the plays.
     pub evidence: Vec<(usize, Evidence)>,
     /// When each of these was noted, directly after it was played, in ms since 1970-01-01 00:00 UTC.
@@ -63,8 +67,25 @@ impl TrialState {
             attempts: self.attempts,
             interrupted: self.interrupted,
             voided: self.voided,
+            felt: self.felt.clone(),
             ..Self::default()
         }
+    }
+
+    /// Counts that `element` was felt; that it began to be played was counted before.
+    fn feel(&mut self, element: usize) {
+        if self.begun.remove(&element) {
+            return;
+        }
+        if self.felt.len() <= element {
+            self.felt.resize(element + 1, 0);
+        }
+        self.felt[element] += 1;
+    }
+
+    /// Whether something of this attempt was felt.
+    fn is_under_way(&self) -> bool {
+        self.is_presented() || !self.begun.is_empty()
     }
 
     /// The time from the presentation to the confirmation, in s; `None` before, and where the clock jumped back between.
@@ -443,8 +464,27 @@ impl<'a> State<'a> {
                 state.attempts += 1;
                 state.chosen.clone_from(chosen);
                 state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
+                for element in 0..state.plays.len() {
+                    state.feel(element);
+                }
                 state.presented_instead.clone_from(instead);
                 state.evidence = evidence.iter().cloned().enumerate().collect();
+            }
+            Event::PlayBegan { trial, element } => {
+                let number = self.events;
+                let elements = self.presented(self.trial(trial)?).len();
+                let state = self.trial_state(trial)?;
+                if *element >= elements {
+                    return Err(ReplayError::Order {
+                        number,
+                        why: format!("trial {trial} has no element {element}"),
+                    });
+                }
+                // Twice in one attempt: the first was not acknowledged by the store, and did not sound.
+                if !state.begun.contains(element) {
+                    state.feel(*element);
+                    state.begun.insert(*element);
+                }
             }
             Event::Voided { trial, .. } => {
                 let state = self.trial_state(trial)?;
@@ -468,6 +508,7 @@ impl<'a> State<'a> {
                     });
                 };
                 *plays += 1;
+                state.feel(*element);
                 let evidence = evidence.iter().cloned();
                 state.evidence.extend(evidence.map(|one| (*element, one)));
             }
@@ -515,8 +556,11 @@ impl<'a> State<'a> {
         // Checklists are confirmed again: spectacles and earmuffs were taken off.
         self.checked.clear();
         let state = &mut self.trials[at];
-        if state.attempts > 0 {
+        if state.is_under_way() {
+            // It was cut off while it was presented for the first time in this attempt.
+            let unpresented = u32::from(!state.is_presented());
             *state = state.anew();
+            state.attempts += unpresented;
             state.interrupted += 1;
         }
     }

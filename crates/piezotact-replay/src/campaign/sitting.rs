@@ -21,7 +21,8 @@ use piezotact_people::judge::{
     Sameness, TouchedTexture,
 };
 use piezotact_session::{
-    BenchStimulator, Given, Outside, PlayError, Played, Runner, Stimulator, Stimuli,
+    BenchStimulator, Given, Outside, PlayError, PlayStop, Played, Runner, Stimulator, Stimuli,
+    StopHandle,
 };
 
 use super::super::rendering::device;
@@ -52,9 +53,9 @@ impl Stimulator for Felt<'_> {
         self.bench.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
         let place = (played.trial.to_owned(), played.element);
-        let (evidence, recording) = self.bench.play_recorded(played)?;
+        let (evidence, recording) = self.bench.play_recorded(played, stop)?;
         let cues = delivered(&recording, self.band).map_err(PlayError::Device)?;
         self.delivered.entry(place).or_default().push(cues);
         Ok(evidence)
@@ -133,6 +134,7 @@ pub fn sit(
     let outside = Outside {
         now_ms: &mut now_ms,
         salt: &mut salt,
+        stop: PlayStop::default(),
     };
     // What was delivered is read between two commands, while the runner holds the bench.
     let shared = std::cell::RefCell::new(&mut felt);
@@ -200,8 +202,8 @@ impl Stimulator for Shared<'_, '_, '_> {
         self.0.borrow().check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
-        self.0.borrow_mut().play(played)
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+        self.0.borrow_mut().play(played, stop)
     }
 }
 

@@ -3,6 +3,7 @@
 
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
+use std::time::Duration;
 
 use piezotact::criterion::Outcome;
 use piezotact_people::campaign::chain::{Link, Sha};
@@ -15,7 +16,8 @@ use piezotact_people::campaign::store::{
     MemoryStore, NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
 };
 use piezotact_session::{
-    Given, Outside, PlayError, Played, RunError, Runner, SaltError, Stimulator, Stimuli,
+    Given, Outside, PlayError, PlayStop, Played, RunError, Runner, SaltError, Stimulator, Stimuli,
+    StopHandle,
 };
 
 pub(crate) const START_MS: i64 = 1_800_000_000_000;
@@ -43,6 +45,8 @@ pub(crate) struct Refusing {
     pub(crate) refusals: Rc<Cell<usize>>,
     pub(crate) losses: Rc<Cell<usize>>,
     pub(crate) overtakes: Rc<Cell<bool>>,
+    /// Whether that a texture begins is refused or lost too.
+    pub(crate) with_begins: Rc<Cell<bool>>,
 }
 
 impl Store for Refusing {
@@ -55,7 +59,9 @@ impl Store for Refusing {
         known: u64,
         event: NewEvent<'_>,
     ) -> Result<Link, StoreError> {
-        if let Some(left) = self.refusals.get().checked_sub(1) {
+        let counts = self.with_begins.get() || !event.json.contains("play_began");
+        let left = |of: &Cell<usize>| of.get().checked_sub(1).filter(|_| counts);
+        if let Some(left) = left(&self.refusals) {
             self.refusals.set(left);
             return Err(StoreError::Place {
                 why: "the disk is full".to_owned(),
@@ -70,7 +76,7 @@ impl Store for Refusing {
             self.kept.append(key, known, others)?;
         }
         let link = self.kept.append(key, known, event)?;
-        if let Some(left) = self.losses.get().checked_sub(1) {
+        if let Some(left) = left(&self.losses) {
             self.losses.set(left);
             return Err(StoreError::Place {
                 why: "the connection is lost".to_owned(),
@@ -99,6 +105,8 @@ pub(crate) struct Tape {
     pub(crate) fails_after: Rc<Cell<Option<usize>>>,
     /// A stimulus without a drive.
     pub(crate) missing: Rc<RefCell<Option<String>>>,
+    /// How long a stimulus is played.
+    pub(crate) lasts: Rc<Cell<Duration>>,
 }
 
 impl Stimulator for Tape {
@@ -111,7 +119,7 @@ impl Stimulator for Tape {
         }
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
         self.check(played.stimulus)?;
         let Played {
             trial,
@@ -129,6 +137,9 @@ impl Stimulator for Tape {
             }
             Some(more) => self.fails_after.set(Some(more - 1)),
             None => {}
+        }
+        if stop.wait(self.lasts.get()) {
+            return Err(PlayError::Device("the run was stopped".to_owned()));
         }
         Ok(Evidence {
             journal: Some(journal),
@@ -173,6 +184,7 @@ pub(crate) struct Bed {
     pub(crate) tape: Tape,
     pub(crate) now_ms: Rc<Cell<i64>>,
     pub(crate) saltless: Rc<Cell<bool>>,
+    pub(crate) stop: PlayStop,
 }
 
 impl Bed {
@@ -182,6 +194,7 @@ impl Bed {
             tape: Tape::default(),
             now_ms: Rc::new(Cell::new(START_MS)),
             saltless: Rc::default(),
+            stop: PlayStop::default(),
         }
     }
 
@@ -215,6 +228,7 @@ impl Bed {
         let outside = Outside {
             now_ms: &mut now_ms,
             salt: &mut salt,
+            stop: self.stop.clone(),
         };
         let opened = Runner::open(&mut self.store, (protocol, plan), purpose, stimuli, outside);
         Ok(act(&mut opened?))
@@ -247,6 +261,18 @@ pub(crate) struct Said {
     ignored: u32,
     jumps: Vec<i64>,
     participant: Participant,
+}
+
+impl Said {
+    /// It without what began to be played and is not known to be felt yet.
+    pub(crate) fn but_begun(mut self) -> Self {
+        (self.events, self.last_ms) = (0, None);
+        for trial in &mut self.trials {
+            trial.begun.clear();
+            trial.felt.clear();
+        }
+        self
+    }
 }
 
 pub(crate) fn said(state: &State<'_>) -> Said {

@@ -5,60 +5,78 @@ const page = document.getElementById("page");
 const meta = (name) => document.querySelector(`meta[name="piezotact-${name}"]`).content;
 const alerts = (name, shown) => { document.getElementById(name).hidden = !shown; };
 
-// ---- What is being sent. It is kept until the server has stored or refused it, also when the page is loaded again.
+// ---- What is being sent. It is kept until the server has stored or refused it, also when the page is loaded again. It is of this page alone:
+// another tab has its own.
 
 // Of this page in this session: yesterday's is not sent today.
 const own = meta("mark").slice(0, 16);
 const PENDING = `piezotact pending ${own}`;
-let pending = JSON.parse(localStorage.getItem(PENDING) || "null");
+let pending = JSON.parse(sessionStorage.getItem(PENDING) || "[]");
 let waiting = null;
-let sending = false;
 let pairing = false;
-// The form that asked, which is emptied once that is stored.
-let asking = null;
+// What is on its way now, by id.
+const onItsWay = new Set();
+// What ends a texture: it needs no turn, and nothing holds it up.
+const STOPS = ["silence", "pause", "stop", "withdraw"];
+// What fits any step. All else is asked at the step that is shown, one at a time.
+const fitsAnyStep = (one) => [...STOPS, "note", "correct"].includes(one.do);
 
 function keep(next) {
   pending = next;
-  if (next) localStorage.setItem(PENDING, JSON.stringify(next));
-  else localStorage.removeItem(PENDING);
-  page.classList.toggle("busy", Boolean(next));
+  sessionStorage.setItem(PENDING, JSON.stringify(pending));
+  page.classList.toggle("busy", pending.some((one) => !fitsAnyStep(one)));
+  setTimeout(sayPending, 100);
+}
+
+// That a press was taken is to be seen, also where its answer takes as long as a texture plays.
+function sayPending() {
+  const shown = document.getElementById("sending");
+  const isPlaying = Boolean(page.querySelector("[data-playing]"));
+  const late = pending.filter((one) => !(isPlaying && ["present", "present_instead", "play"].includes(one.do)));
+  shown.hidden = late.length === 0;
+  if (!shown.hidden) shown.textContent = shown.dataset[late.some((one) => STOPS.includes(one.do)) ? "stopping" : isPlaying ? "playing" : "sending"];
 }
 
 const mark = () => page.querySelector("[data-mark]").dataset.mark;
 
-// Asks for `what` at the step that is shown. One at a time: what is pressed meanwhile at the same step is a second press. The next step can
-// be shown before the answer to the request is here: what is pressed then waits for it.
-function ask(what) {
-  if (pending) {
-    if (pending.at !== mark()) waiting = { at: mark(), what };
+// Asks for `what`. What is bound to a step comes one at a time: what is pressed meanwhile at the same step is a second press. The next step
+// can be shown before the answer to the request is here: what is pressed then waits for it.
+function ask(what, form) {
+  const bound = pending.find((one) => !fitsAnyStep(one));
+  if (bound && !fitsAnyStep(what)) {
+    if (bound.at !== mark()) waiting = { at: mark(), what };
     return;
   }
+  // A second press of what is on its way.
+  if (pending.some((one) => one.do === what.do && STOPS.includes(what.do))) return;
   for (const one of ["moved-on", "refused"]) alerts(one, false);
   const id = [...crypto.getRandomValues(new Uint8Array(12))].map((b) => b.toString(16).padStart(2, "0")).join("");
   const { events } = page.querySelector("[data-mark]").dataset;
-  keep({ id, at: mark(), ...(events ? { seen: Number(events) } : {}), ...what });
-  send();
+  const one = { id, at: mark(), ...(events ? { seen: Number(events) } : {}), ...what };
+  keep([...pending, one]);
+  send(one, form);
 }
 
-async function send() {
-  if (!pending || sending) return;
-  sending = true;
+// The form named `form`, which asked, is emptied once that is stored.
+async function send(one, form) {
+  if (onItsWay.has(one.id)) return;
+  onItsWay.add(one.id);
+  const done = () => keep(pending.filter((other) => other.id !== one.id));
   let again = 0;
   try {
     const reply = await fetch("/ask", {
       method: "POST",
       headers: { "content-type": "application/json", "x-piezotact-mark": meta("mark") },
-      body: JSON.stringify(pending),
+      body: JSON.stringify(one),
     });
     alerts("not-connected", false);
     alerts("not-stored", false);
     if (reply.status === 204) {
-      forget(pending);
-      keep(null);
-      for (const field of inForms()) if (field.form.className === asking && (field.tagName === "INPUT" || asking === "correct")) field.value = "";
-      asking = null;
+      if (one.do === "answer") sessionStorage.removeItem(DRAFT);
+      done();
+      for (const field of inForms()) if (field.form.className === form && (field.tagName === "INPUT" || form === "correct")) field.value = "";
     } else if (reply.status === 409) {
-      keep(null);
+      done();
       alerts("moved-on", true);
     } else if (reply.status === 507) {
       document.querySelector("#not-stored span").textContent = await reply.text();
@@ -67,10 +85,10 @@ async function send() {
     } else if (reply.status === 503) {
       again = 1000;
     } else if (reply.status === 401 || reply.status === 403) {
-      keep(null);
+      done();
       alerts("not-yours", true);
     } else {
-      keep(null);
+      done();
       const why = document.getElementById("refused");
       why.textContent = (await reply.text()) || "–";
       alerts("refused", true);
@@ -79,14 +97,16 @@ async function send() {
     alerts("not-connected", true);
     again = 1000;
   }
-  sending = false;
-  if (again) setTimeout(send, again);
-  else if (waiting) {
+  onItsWay.delete(one.id);
+  if (again) setTimeout(() => send(one, form), again);
+  else if (waiting && !pending.some((other) => !fitsAnyStep(other))) {
     const { at, what } = waiting;
     waiting = null;
     if (at === mark()) ask(what);
   }
 }
+
+const sendAll = () => pending.forEach((one) => send(one));
 
 // ---- The steps.
 
@@ -99,7 +119,9 @@ let stream;
 function follow() {
   stream = new EventSource(meta("stream"));
   stream.addEventListener("step", (event) => { alerts("not-connected", false); show(event.data); });
-  stream.addEventListener("open", () => { alerts("not-connected", false); send(); });
+  stream.addEventListener("open", () => { alerts("not-connected", false); sendAll(); });
+  // While a texture plays the program looks whether a page is there that can stop it. It asks, as timers of hidden pages are slow.
+  stream.addEventListener("beat", () => fetch("/beat", { method: "POST", headers: { "x-piezotact-mark": meta("mark") } }).catch(() => {}));
   stream.addEventListener("error", () => {
     // Refused for good: another device took this place, or the page belongs to another session.
     if (stream.readyState === EventSource.CLOSED) {
@@ -135,6 +157,7 @@ function show(html) {
     if (focus && nameOf(field) === focus) field.focus();
   }
   ready();
+  sayPending();
 }
 
 function ready() {
@@ -150,15 +173,12 @@ function ready() {
 
 const DRAFT = `piezotact draft ${own}`;
 function chosen(draft) {
-  const kept = JSON.parse(localStorage.getItem(DRAFT) || "null");
+  const kept = JSON.parse(sessionStorage.getItem(DRAFT) || "null");
   return kept && kept.at === draft.dataset.draft ? kept.words : draft.dataset.noted.split("\n").filter(Boolean);
 }
 function choose(draft, words) {
-  localStorage.setItem(DRAFT, JSON.stringify({ at: draft.dataset.draft, words }));
+  sessionStorage.setItem(DRAFT, JSON.stringify({ at: draft.dataset.draft, words }));
   drawDraft(draft);
-}
-function forget(sent) {
-  if (sent.do === "answer") localStorage.removeItem(DRAFT);
 }
 
 function drawDraft(draft) {
@@ -182,7 +202,7 @@ function drawDraft(draft) {
 
 page.addEventListener("click", (event) => {
   const button = event.target.closest("button");
-  if (button && isSettling()) return;
+  if (button && isSettling() && button.dataset.stop === undefined) return;
   if (!button || button.disabled || button.getAttribute("aria-disabled") === "true" || button.type === "submit") return;
   const draft = button.closest("[data-draft]");
   if (button.dataset.choice !== undefined) choose(draft, [...chosen(draft), button.dataset.choice]);
@@ -211,22 +231,30 @@ async function post(where) {
 page.addEventListener("submit", (event) => {
   event.preventDefault();
   const form = event.target;
-  asking = form.className;
+  const asking = form.className;
   const field = (name) => form.elements[name].value.trim();
-  if (form.dataset.text) ask({ do: "note", text: field("text") });
-  else if (form.dataset.why) ask({ do: "stop", why: field("text") });
-  else if (form.dataset.names) ask({ do: "present_instead", names: [...form.querySelectorAll("select")].map((s) => s.value) });
+  if (form.dataset.text) ask({ do: "note", text: field("text") }, asking);
+  else if (form.dataset.why) ask({ do: "stop", why: field("text") }, asking);
+  else if (form.dataset.names) ask({ do: "present_instead", names: [...form.querySelectorAll("select")].map((s) => s.value) }, asking);
   else if (form.dataset.correct !== undefined) {
     const said = field("words");
     const words = said.includes(",") ? said.split(",").map((w) => w.trim()) : said.split(/\s+/);
-    ask({ do: "correct", trial: field("trial"), words: words.filter(Boolean), why: field("why") });
+    ask({ do: "correct", trial: field("trial"), words: words.filter(Boolean), why: field("why") }, asking);
   }
 });
 
-// Arrows move between what can be pressed, Enter presses, Backspace takes back; a choice has a key of its own.
+// What is folded away is not to be seen, and takes no keys.
+function isShown(one) {
+  const folded = one.closest("details:not([open])");
+  if (!folded) return true;
+  return one.tagName === "SUMMARY" && one.parentElement === folded && !folded.parentElement.closest("details:not([open])");
+}
+
+// Escape stops what plays, whatever has the focus. Arrows move between what can be pressed, Enter presses, Backspace takes back; a choice has a key of its own.
 document.addEventListener("keydown", (event) => {
+  if (event.key === "Escape" && !event.repeat) page.querySelector("[data-stop]")?.click();
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
-  const draft = [...page.querySelectorAll("[data-draft]")].find((one) => one.offsetParent !== null);
+  const draft = [...page.querySelectorAll("[data-draft]")].find(isShown);
   if (event.key === "Backspace" && draft) {
     event.preventDefault();
     if (event.repeat) return;
@@ -239,7 +267,7 @@ document.addEventListener("keydown", (event) => {
   }
   const step = { ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 }[event.key];
   if (step) {
-    const all = [...page.querySelectorAll("button:not(:disabled):not([aria-disabled=true]), summary, a[href]")].filter((one) => one.offsetParent !== null);
+    const all = [...page.querySelectorAll("button:not(:disabled):not([aria-disabled=true]), summary, a[href]")].filter(isShown);
     const those = page.classList.contains("participant") ? all : all.filter((one) => one.closest(".step"));
     // From where the focus is, also where that can be pressed no more.
     const here = document.activeElement;
@@ -270,4 +298,4 @@ document.addEventListener("keydown", (event) => {
 keep(pending);
 ready();
 follow();
-send();
+sendAll();

@@ -188,6 +188,15 @@ impl Pages {
         self.ask_as(page, (&id, &at), what)
     }
 
+    /// Posts nothing to `path`.
+    pub(crate) fn post(&self, page: &Page, path: &str) -> Reply {
+        let headers = [
+            ("cookie", page.cookie.as_str()),
+            ("x-piezotact-mark", &page.mark),
+        ];
+        self.send("POST", path, &headers, "")
+    }
+
     /// The stream of a page, whose steps are read one after the other.
     pub(crate) fn follow(&self, page: &Page) -> Stream {
         let mut stream = self.connect(Duration::from_secs(20)).unwrap();

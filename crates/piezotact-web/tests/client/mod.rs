@@ -132,6 +132,7 @@ fn served<T: Send>(
     reach: &Reach,
 ) -> T {
     let refusals = Rc::clone(&bed.store.refusals);
+    let stop = bed.stop.clone();
     let served = |runner: &mut piezotact_session::Runner<'_>| {
         let first = match runner.state().events() {
             0 => next(runner.state()),
@@ -155,8 +156,8 @@ fn served<T: Send>(
         let view = View::of(runner.state(), None, PlayedBy::Bench);
         let (site, mut desk) = Site::new(
             (view, runner.events().unwrap()),
-            None,
-            PlayedBy::Bench,
+            (None, PlayedBy::Bench),
+            stop,
             access,
             Arc::new(Nothing),
         );

@@ -122,8 +122,13 @@ impl Front for Pages {
         let view = View::of(runner.state(), about.consent, played_by);
         let consent = about.consent.map(str::to_owned);
         let study = Arc::new(OfStudy(args.study.clone()));
-        let (site, mut desk) =
-            Site::new((view, runner.events()?), consent, played_by, access, study);
+        let (site, mut desk) = Site::new(
+            (view, runner.events()?),
+            (consent, played_by),
+            about.stop.clone(),
+            access,
+            study,
+        );
         let site = match &args.leading.bench {
             None => site,
             Some(_) => {

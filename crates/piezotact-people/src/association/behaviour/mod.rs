@@ -384,9 +384,9 @@ impl OfTask<'_> {
             .filter_map(|stimulus| self.files.drive(stimulus))
             .collect();
         let replays = of
-            .plays
+            .felt
             .iter()
-            .map(|plays| plays.saturating_sub(1))
+            .map(|felt| felt.saturating_sub(1))
             .sum::<u32>();
         row.extend([
             ("presented", text(presented.join(BETWEEN))),
@@ -413,8 +413,8 @@ impl OfTask<'_> {
     }
 
     fn replays(&self, of: &TrialState, element: usize) -> Cell {
-        let plays = of.plays.get(element);
-        plays.map_or(Cell::Missing(()), |plays| count(plays.saturating_sub(1)))
+        let felt = of.felt.get(element);
+        felt.map_or(Cell::Missing(()), |felt| count(felt.saturating_sub(1)))
     }
 
     fn drive(&self, stimulus: &str) -> Cell {
@@ -449,7 +449,7 @@ impl OfTask<'_> {
     fn trial(&self, number: usize, trial: &Trial, of: &TrialState) -> Row {
         let last = of.answers.len().saturating_sub(1);
         let as_given = |answer, index| noted(answer, &|_| self.state.names_as_given(trial, index));
-        let plays: Vec<String> = of.plays.iter().map(u32::to_string).collect();
+        let plays: Vec<String> = of.felt.iter().map(u32::to_string).collect();
         Row::from([
             ("duration", Cell::from(of.seconds())),
             ("trial_type", text(TRIAL)),

@@ -166,11 +166,18 @@ pub enum Event {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         chosen: Option<Vec<String>>,
     },
-    /// The trial is void, as a device failed while it ran; it is repeated.
+    /// An element begins to be played: stored before its sound, so that one that was cut off counts as felt.
+    PlayBegan {
+        /// The trial.
+        trial: String,
+        /// The element, from 0.
+        element: usize,
+    },
+    /// The trial is void, as a device failed while it ran or it was stopped; it is repeated.
     Voided {
         /// The trial.
         trial: String,
-        /// What failed.
+        /// What failed, or who stopped it.
         why: String,
     },
     /// An element was felt once more.

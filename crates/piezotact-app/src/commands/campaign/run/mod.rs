@@ -26,7 +26,9 @@ use piezotact_people::campaign::readiness::{
 use piezotact_people::campaign::session::{Command, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::campaign::text::check_short;
-use piezotact_session::{BenchStimulator, Outside, Played, Runner, SaltError, Stimulator, Stimuli};
+use piezotact_session::{
+    BenchStimulator, Outside, PlayStop, Played, Runner, SaltError, Stimulator, Stimuli,
+};
 
 use super::plan::planned;
 use super::study::{Begun, Study, now_ms};
@@ -34,6 +36,7 @@ use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
+use crate::interrupt::stops;
 use crate::live::Showing;
 use crate::output::say;
 use drives::Drives;
@@ -124,6 +127,8 @@ pub(crate) struct About<'a> {
     pub(crate) consent: Option<&'a str>,
     /// The folder of the session.
     pub(crate) folder: &'a Path,
+    /// Stops what is played.
+    pub(crate) stop: &'a PlayStop,
 }
 
 /// The session that `args` name, led at `front`.
@@ -173,9 +178,13 @@ fn played(
     };
     let consent = study.campaign.consent.clone();
     let (mut now, mut salted) = (now_ms, salt);
+    let stop = PlayStop::default();
+    // Ctrl-C ends a texture at once, and the session with it.
+    stops(stop.for_good());
     let outside = Outside {
         now_ms: &mut now,
         salt: &mut salted,
+        stop: stop.clone(),
     };
     let campaign = &study.campaign.protocol;
     let runner = Runner::open(
@@ -187,7 +196,12 @@ fn played(
     )?;
     drives::keep(&taken, folder)?;
     let consent = consent.as_deref();
-    front.lead(runner, args, About { consent, folder })
+    let about = About {
+        consent,
+        folder,
+        stop: &stop,
+    };
+    front.lead(runner, args, about)
 }
 
 fn purpose(args: &Arguments) -> Purpose {

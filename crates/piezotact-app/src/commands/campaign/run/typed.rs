@@ -5,7 +5,9 @@ use piezotact::number::counted;
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::StoreError;
-use piezotact_session::{BenchStimulator, Given, PlayError, Played, RunError, Runner, Stimulator};
+use piezotact_session::{
+    BenchStimulator, Given, PlayError, Played, RunError, Runner, Stimulator, StopHandle,
+};
 
 use super::shown::{PlayedBy, said, shown};
 use super::terminal::{MOST_COUNTED, Terminal, Typed};
@@ -40,10 +42,10 @@ impl Stimulator for Announced<'_> {
         self.0.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
         // Whoever reads has gone: the next prompt finds it out.
         let _said = print(&format!("  texture {} is played …", played.element + 1));
-        self.0.play(played)
+        self.0.play(played, stop)
     }
 }
 

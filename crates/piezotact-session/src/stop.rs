@@ -1,0 +1,86 @@
+//! Stopping what a session plays, from any thread.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use piezotact_bench::StopHandle;
+
+/// What is said of a trial that the end of the program cut.
+const ENDED: &str = "the program was ended while it was played";
+
+/// Stops what a session plays: from a page, from a signal, from whatever watches over it. It needs no turn of the session. All clones
+/// stop the same session.
+#[derive(Clone, Debug, Default)]
+pub struct PlayStop {
+    for_good: StopHandle,
+    now: Arc<Mutex<Option<Now>>>,
+}
+
+/// A trial that is being played.
+#[derive(Debug)]
+struct Now {
+    stop: StopHandle,
+    why: Option<String>,
+}
+
+impl PlayStop {
+    /// Stops what is played now, because of `why`, which is journalled; the first reason counts. Gives whether anything was played.
+    pub fn stop(&self, why: &str) -> bool {
+        let mut now = self.now();
+        let Some(now) = now.as_mut() else {
+            return false;
+        };
+        now.why.get_or_insert_with(|| why.to_owned());
+        now.stop.stop();
+        true
+    }
+
+    /// Whether a trial is being played.
+    #[must_use]
+    pub fn is_playing(&self) -> bool {
+        self.now().is_some()
+    }
+
+    /// The handle that stops what is played now, and whatever would be played after it: for the end of the program.
+    #[must_use]
+    pub fn for_good(&self) -> &StopHandle {
+        &self.for_good
+    }
+
+    /// A trial is played from now on, until what is given here is dropped.
+    pub(crate) fn begin(&self) -> Playing<'_> {
+        let stop = self.for_good.child();
+        *self.now() = Some(Now {
+            stop: stop.clone(),
+            why: None,
+        });
+        Playing { of: self, stop }
+    }
+
+    fn now(&self) -> MutexGuard<'_, Option<Now>> {
+        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A trial that is played.
+#[derive(Debug)]
+pub(crate) struct Playing<'a> {
+    of: &'a PlayStop,
+    pub(crate) stop: StopHandle,
+}
+
+impl Playing<'_> {
+    /// Why it was stopped; none where it was not.
+    pub(crate) fn stopped(&self) -> Option<String> {
+        if !self.stop.is_stopped() {
+            return None;
+        }
+        let why = self.of.now().as_ref().and_then(|now| now.why.clone());
+        Some(why.unwrap_or_else(|| ENDED.to_owned()))
+    }
+}
+
+impl Drop for Playing<'_> {
+    fn drop(&mut self) {
+        *self.of.now() = None;
+    }
+}
