@@ -358,6 +358,87 @@ async function main(browser) {
   console.log(`a session on two pages, ${killedAt + 1} kills: ${said.length} answers, each stored once, ${checked} steps without faults of accessibility, ${inMatrix} associations in the matrix (exit ${code}; ${err.trim().split("\n").pop()})`);
 }
 
+/// What plays ends at once, by every way there is to stop it; every press has a visible answer.
+async function stopped(browser) {
+  const server = await serve("serve study P02 discrimination --rehearsal --real-time --drives drives --bench twin:participant=1,seed=7 --port 0");
+  const { context, page } = await enter(browser, server.experimenter);
+  await page.click("details:has([data-post='/pairing']) > summary");
+  await page.click("[data-post='/pairing']");
+  const { page: participant } = await enter(browser, await page.locator(".facts code").textContent());
+  const main = (one) => one.locator(".step > button.main").first();
+  const waits = async () => (await page.locator(".step > .big").first().textContent()).includes("Textures on the device");
+  while (!(await page.$(".step > button.main[data-ask*=present]")) || !(await waits())) {
+    const before = await mark(page);
+    if (await page.$(".step > .draft")) await answer(page, await words(page), "keys");
+    else {
+      await main(page).click();
+      if (await main(page).getAttribute("data-twice").catch(() => null)) { await sleep(450); await main(page).click(); }
+      await moved(page, before);
+    }
+  }
+  const second = await context.newPage();
+  await second.goto(page.url());
+  const silence = (one) => one.locator("[data-ask*=silence]");
+  const ways = {
+    "Escape on the experimenter's page": () => page.keyboard.press("Escape"),
+    "a press in a second tab": () => silence(second).click(),
+    "Escape on the participant's page": () => participant.keyboard.press("Escape"),
+    "a press of the participant": () => participant.locator("[data-stop]").click(),
+    "a pause": () => page.click("[data-ask*=pause]"),
+    "Escape while a note is typed": async () => { await page.focus("form.note input"); await page.keyboard.press("Escape"); },
+    "all pages closed": () => Promise.all([page.goto("about:blank"), second.goto("about:blank")]),
+    "the network lost": () => context.setOffline(true),
+  };
+  for (const [way, act] of Object.entries(ways)) {
+    await sleep(500);
+    const before = await mark(page);
+    await main(page).click();
+    await Promise.all([page, second, participant].map((one) => one.waitForSelector("[data-playing]", { timeout: 5000 })));
+    await picture(page, "experimenter-playing");
+    await picture(participant, "participant-playing");
+    if (way === "a pause") {
+      // A note does not stop it, and is seen to be taken.
+      await page.fill("form.note input", "quiet");
+      await page.click("form.note button");
+      await page.waitForSelector("#sending:not([hidden])", { timeout: 200 });
+      expect(await page.$("[data-playing]"), "a note ended the texture");
+    }
+    await act();
+    const own = way.includes("participant") ? participant : page;
+    if (way === "all pages closed") {
+      await sleep(4500);
+      await Promise.all([page, second].map((one) => one.goto(new URL("/experimenter", server.experimenter).href)));
+    } else if (way === "the network lost") {
+      await sleep(6000);
+      await context.setOffline(false);
+    } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("[data-playing]"), null, { timeout: 200 });
+    // Longer than any stop, shorter than any texture.
+    await moved(page, before, 5000);
+    const shown = await page.textContent(".step");
+    if (/pause/i.test(shown) && !shown.includes("VOID")) expect(["a pause", "Escape on the participant's page", "a press of the participant"].includes(way), `${way} began a pause`);
+    else expect(shown.includes("VOID"), `${way}: the trial is not said to be void: ${shown}`);
+    if (await page.$("[data-ask*=go_on]")) {
+      const paused = await mark(page);
+      await page.click("[data-ask*=go_on]");
+      await moved(page, paused);
+    }
+  }
+  const ended = server.ended;
+  // A texture that plays ends with the program.
+  await main(page).click();
+  await page.waitForSelector("[data-playing]", { timeout: 5000 });
+  server.child.kill("SIGINT");
+  const began = Date.now();
+  await ended;
+  expect(Date.now() - began < 2000, "Ctrl-C waits for the texture");
+  run("campaign export study --out stopped");
+  const trials = readFileSync(join(folder, "stopped/trials.csv"), "utf8").trim().split("\n").map(cells);
+  const [names, ...rows] = trials;
+  const voided = rows.filter((row) => row[names.indexOf("participant")] === "P02").reduce((sum, row) => sum + Number(row[names.indexOf("voided")]), 0);
+  expect(voided === Object.keys(ways).length + 1, `${voided} void trials after ${Object.keys(ways).length + 1} stops`);
+  console.log(`a texture that plays is stopped in ${voided} ways`);
+}
+
 /// The files of a ZIP file with their contents, by its central directory.
 function unpacked(zip) {
   const files = new Map();
@@ -423,6 +504,7 @@ const browser = await chromium.launch({
 });
 try {
   await main(browser);
+  await stopped(browser);
   rmSync(folder, { recursive: true });
 } catch (error) {
   console.error(`${error.stack}\nthe study is in ${folder}`);

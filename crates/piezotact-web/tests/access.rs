@@ -170,7 +170,7 @@ fn a_participant_and_who_looks_on_command_nothing() {
             r#""do":"present""#,
             r#""do":"present_instead","names":["S1"]"#,
             r#""do":"correct","trial":"x","words":["S1"],"why":"x""#,
-            r#""do":"pause""#,
+            r#""do":"silence""#,
             r#""do":"go_on""#,
             r#""do":"note","text":"x""#,
             r#""do":"stop","why":"x""#,
