@@ -8,7 +8,7 @@ use anyhow::anyhow;
 use indicatif::ProgressBar;
 use piezotact::checksum::Checksum;
 use piezotact::quantity::Seconds;
-use piezotact::recording::Recording;
+use piezotact::recording::{BenchKind, Recording, StartTime};
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::RunKeeper;
@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::commands::bench_failure;
 use crate::dashboard::{Counts, Dashboard};
 use crate::failure::{Failure, Outcome};
+use crate::invocation;
 use crate::live::Showing;
 use crate::output::say;
 use crate::progress;
@@ -110,6 +111,8 @@ pub(crate) struct Keeper<'a> {
     pub(crate) files: Vec<PathBuf>,
     /// Where the last run is kept, and how many samples of it were acquired.
     last: Option<(PathBuf, Rc<Cell<u64>>)>,
+    /// Whether drives for a session are measured.
+    of_session: bool,
 }
 
 /// How the progress of runs is shown.
@@ -131,6 +134,15 @@ impl<'a> Keeper<'a> {
             reused: 0,
             files: Vec::new(),
             last: None,
+            of_session: false,
+        }
+    }
+
+    /// The same for runs that measure drives for a session.
+    pub(crate) fn of_session(self) -> Self {
+        Self {
+            of_session: true,
+            ..self
         }
     }
 }
@@ -162,7 +174,21 @@ impl Keeper<'_> {
     }
 }
 
+/// When a run on a bench of `kind` begins. What is simulated has no time of day, so that the same command gives the same bytes,
+/// except where a drive is measured for a session, which asks how old it is.
+pub(crate) fn began(kind: BenchKind, is_of_session: bool) -> Option<StartTime> {
+    match kind {
+        BenchKind::Hardware => invocation::now(),
+        _ if is_of_session => invocation::now(),
+        BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted => None,
+    }
+}
+
 impl RunKeeper for Keeper<'_> {
+    fn now(&self, kind: BenchKind) -> Option<StartTime> {
+        began(kind, self.of_session)
+    }
+
     fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {
         let Place::Continued(folder) = &self.place else {
             return Ok(None);
