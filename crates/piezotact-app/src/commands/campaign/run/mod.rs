@@ -35,7 +35,7 @@ use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
-use crate::keeping::began;
+use crate::keeping::{Dated, began};
 use crate::live::Showing;
 use crate::output::say;
 use drives::Drives;
@@ -432,7 +432,7 @@ struct Kept {
 
 impl RunKeeper for Kept {
     fn now(&self, kind: BenchKind) -> Option<StartTime> {
-        began(kind, true)
+        began(kind, Dated::All)
     }
 
     fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
