@@ -7,6 +7,7 @@ use std::time::SystemTime;
 
 use piezotact::document::INVOCATION;
 use piezotact::invocation::{Invocation, Output, Setting};
+use piezotact::recording::StartTime;
 use piezotact_dataset::reads::{inputs, sha256};
 use piezotact_report::invocation::{command_line, with_invocation};
 use serde_json::Value;
@@ -24,6 +25,8 @@ static CALLED: OnceLock<Called> = OnceLock::new();
 struct Called {
     command: Vec<String>,
     date: String,
+    /// Whether the date was stated.
+    dated: bool,
     settings: Vec<Setting>,
     writing: Writing,
     parts: Parts,
@@ -46,6 +49,7 @@ pub(crate) fn begin(
             .map(|word| word.to_string_lossy().into_owned())
             .collect(),
         date: date.map_or_else(|| rfc3339(SystemTime::now()), str::to_owned),
+        dated: date.is_some(),
         settings: arguments.settings(),
         writing: Writing {
             command: arguments.names.join(" "),
@@ -71,6 +75,16 @@ pub(crate) fn refuse_existing(path: &Path) -> Outcome {
 
 fn rfc3339(time: SystemTime) -> String {
     humantime::format_rfc3339_seconds(time).to_string()
+}
+
+/// When something begins that is recorded now: the date that is stated, else that of the clock, in UTC.
+pub(crate) fn now() -> Option<StartTime> {
+    let stated = CALLED.get().filter(|called| called.dated);
+    let text = stated.map_or_else(
+        || humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+        |called| called.date.clone(),
+    );
+    StartTime::try_from(text).ok()
 }
 
 /// A date as it was stated, as RFC 3339 in UTC.

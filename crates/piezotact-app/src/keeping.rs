@@ -8,7 +8,7 @@ use anyhow::anyhow;
 use indicatif::ProgressBar;
 use piezotact::checksum::Checksum;
 use piezotact::quantity::Seconds;
-use piezotact::recording::Recording;
+use piezotact::recording::{BenchKind, Recording, StartTime};
 use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::RunKeeper;
@@ -21,6 +21,7 @@ use serde::{Deserialize, Serialize};
 use crate::commands::bench_failure;
 use crate::dashboard::{Counts, Dashboard};
 use crate::failure::{Failure, Outcome};
+use crate::invocation;
 use crate::live::Showing;
 use crate::output::say;
 use crate::progress;
@@ -110,6 +111,7 @@ pub(crate) struct Keeper<'a> {
     pub(crate) files: Vec<PathBuf>,
     /// Where the last run is kept, and how many samples of it were acquired.
     last: Option<(PathBuf, Rc<Cell<u64>>)>,
+    dated: Dated,
 }
 
 /// How the progress of runs is shown.
@@ -131,6 +133,15 @@ impl<'a> Keeper<'a> {
             reused: 0,
             files: Vec::new(),
             last: None,
+            dated: Dated::Real,
+        }
+    }
+
+    /// The same for runs that measure drives for a session.
+    pub(crate) fn of_session(self) -> Self {
+        Self {
+            dated: Dated::All,
+            ..self
         }
     }
 }
@@ -162,7 +173,29 @@ impl Keeper<'_> {
     }
 }
 
+/// When a run on a bench of `kind` begins. What is simulated has no time of day, so that the same command gives the same bytes,
+/// except where a drive is measured for a session, which asks how old it is.
+pub(crate) fn began(kind: BenchKind, dated: Dated) -> Option<StartTime> {
+    match (kind, dated) {
+        (BenchKind::Hardware, _) | (_, Dated::All) => invocation::now(),
+        (BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted, Dated::Real) => None,
+    }
+}
+
+/// Which runs state when they begin.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Dated {
+    /// Those of real devices.
+    Real,
+    /// Simulated ones too: drives for a session are measured.
+    All,
+}
+
 impl RunKeeper for Keeper<'_> {
+    fn now(&self, kind: BenchKind) -> Option<StartTime> {
+        began(kind, self.dated)
+    }
+
     fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {
         let Place::Continued(folder) = &self.place else {
             return Ok(None);

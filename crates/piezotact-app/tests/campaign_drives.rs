@@ -158,25 +158,43 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
         1,
         &[
             "S8: its verification is not met; prepare it again",
-            "for the reason above",
+            "found the twin of seed 9; name that bench",
+            "for the 2 reasons above",
         ],
     );
     std::fs::write(measured("S8"), right).unwrap();
-    let date = |hours: u64| {
-        let file = std::fs::File::options()
-            .write(true)
-            .open(measured("S4"))
-            .unwrap();
-        let long = SystemTime::now() - Duration::from_secs(3600 * hours);
-        file.set_modified(long).unwrap();
+    // The recording says itself when it was made: a touch does not renew it.
+    let right = std::fs::read(measured("S4")).unwrap();
+    let touch = |at: SystemTime| {
+        let mut options = std::fs::File::options();
+        let file = options.write(true).open(measured("S4")).unwrap();
+        file.set_modified(at).unwrap();
     };
-    date(721);
+    let date = |date: &str| {
+        let line = format!(
+            "--force --date {date} play drives/drives/S4.wav --bench {BENCH} --record drives/measured/S4.parquet"
+        );
+        run(&folder, &line).expect_success();
+        touch(SystemTime::now());
+    };
+    date("2024-03-01");
     refused(
         &on_bench,
         1,
-        &["S4: expected a drive of the last 720 h, found one of 721.0 h ago"],
+        &[
+            "S4: expected a measurement of the drive of the last 720 h, found an age of",
+            "for the reason above",
+        ],
     );
-    date(1);
+    date("2999-01-01");
+    refused(
+        &on_bench,
+        1,
+        &["S4: expected a measurement of the drive with its date, found a date"],
+    );
+    std::fs::write(measured("S4"), right).unwrap();
+    let long = SystemTime::now() - Duration::from_secs(3600 * 721);
+    touch(long);
     // Somebody else's.
     whole(&folder, "campaign run study P02 measurement");
     let other = on_bench.replace("P01", "P02");
@@ -208,7 +226,7 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
         1,
         &[
             "S8: its verification is not met",
-            "cannot go on, for the reason above",
+            "cannot go on, for the 2 reasons above",
         ],
     );
     let without = on_bench.replace("--drives drives ", "");
@@ -219,6 +237,92 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     );
     goes_on.type_line("");
     until(&mut goes_on, "trial 2 of 7");
+}
+
+/// What would be found out with the volunteer in the chair is found out before: nothing is stored, nothing is played.
+#[test]
+fn drives_that_do_not_fit_the_bench_as_it_is_now_are_refused_before_the_session() {
+    let folder = measured();
+    let refused = |bench: &str, parts: &[&str]| {
+        let done = run(&folder, &format!("{DISCRIMINATE} {bench}"));
+        done.expect_failure(1, parts);
+        done.expect_failure(1, &["cannot begin, for the", "nothing was stored"]);
+        // One sentence for each fault, however many drives have it.
+        let said = done.err();
+        let lines = said.lines().filter(|line| line.starts_with("not ready: "));
+        assert_eq!(lines.count(), parts.len(), "{said}");
+        let status = run(&folder, "campaign status study --csv-text").out();
+        assert!(!status.contains("discrimination"), "{status}");
+        assert!(
+            !folder
+                .path("study/participants/P01/discrimination")
+                .exists()
+        );
+    };
+    refused(
+        "twin:participant=1,seed=7,gain=B2",
+        &["S9: cannot play: the drive was rendered for gain B3, but"],
+    );
+    refused(
+        "twin:participant=1,seed=7,device=fixed",
+        &["cannot play: the drive was rendered for DRV2667 at gain B3"],
+    );
+    refused(
+        "twin:participant=1,seed=9",
+        &[
+            "expected strokes of the twin of seed 9, which is on the bench, found the twin of seed 7",
+            "expected a transfer function of the twin of seed 9",
+            "expected a measurement of the drive of the twin of seed 9",
+        ],
+    );
+    refused(
+        "twin:participant=2,seed=7",
+        &["expected the finger of P01 on the bench, found that of P02"],
+    );
+    // Another finger has the gain wrong too: both are said.
+    refused(
+        "twin:participant=2,seed=7,gain=B2",
+        &[
+            "expected the finger of P01 on the bench, found that of P02",
+            "rendered for gain B3",
+        ],
+    );
+    let line = format!(
+        "--force play drives/drives/S4.wav --bench {BENCH} --load 0.5 --record drives/measured/S4.parquet"
+    );
+    run(&folder, &line).expect_success();
+    let done = run(&folder, &format!("{DISCRIMINATE} {BENCH}"));
+    done.expect_failure(
+        1,
+        &["S4: expected a measurement of the drive with the finger at 0.2 N as in this session, found 0.5 N"],
+    );
+}
+
+/// What the loopback cannot see: the knob of a sensor.
+#[test]
+fn a_sensor_that_was_turned_up_is_refused_before_the_session() {
+    let folder = measured();
+    let gains = [("stored", 12.0), ("same", 12.7), ("double", 24.0)];
+    for (seed, (name, gain)) in gains.into_iter().enumerate() {
+        folder.write(
+            &format!("{name}.toml"),
+            format!("seed = {seed}\ndevice = {{ gain_m_s2 = {gain} }}\n"),
+        );
+        let line = format!(
+            "characterise --bench fake:{name}.toml --seconds 5 --gate off --out {name}.json"
+        );
+        run(&folder, &line).expect_success();
+    }
+    let line = |today: &str| format!("{DISCRIMINATE} {BENCH} --at-rest stored.json {today}.json");
+    run(&folder, &line("double")).expect_failure(
+        1,
+        &[
+            "not ready: expected the level of the sensor re its stored response within ±1.5 dB, found +6.0 dB; set its amplifier back",
+            "for the reason above",
+        ],
+    );
+    let mut begun = session(&folder, &line("same"));
+    until(&mut begun, "trial 1 of 7");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! A sound device as a bench.
 
 mod halves;
+mod silent;
 
 use piezotact::Doubt;
 use piezotact::device::{DeviceAtGain, DriveSetup};

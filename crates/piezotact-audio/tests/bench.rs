@@ -3,7 +3,7 @@
 
 use piezotact::Series;
 use piezotact::device::DeviceDescription;
-use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate};
+use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Seconds};
 use piezotact::recording::{BenchKind, Recording};
 use piezotact::run::Discard;
 use piezotact::statistics::random::Random;
@@ -128,5 +128,41 @@ fn underruns_stalls_and_silent_parts_stand_in_the_record() {
                 .any(|event| event.kind == kind);
             assert!(found, "{looped}: {:?}", recording.annotations.events);
         }
+    }
+}
+
+/// Frames that are lost across the end of a run count up to its end alone; that is no breach of the contract of a bench either.
+#[test]
+fn seconds_of_frames_lost_before_the_end_of_a_run_are_not_called_a_bug() {
+    let mut random = Random::stream(1, 0, "drive");
+    let samples = (0..96_000).map(|_| 0.1 * random.normal()).collect();
+    let drive = Series::<Drive>::new(samples, rate()).unwrap();
+    let run = |until, at_s: f64, for_s: f64| {
+        let looped = format!("faults = [{{ what = \"overrun\", at_s = {at_s}, for_s = {for_s} }}]");
+        let plan = RunPlan {
+            label: "run".into(),
+            load: Some(Newtons(0.2)),
+            angle: Degrees(20.0),
+            placement: Placement::New,
+            until,
+        };
+        let mut bench = bench(&looped, rate());
+        play_and_record(&mut bench, &drive, None, &plan, &mut Discard, None)
+    };
+    let two_s = Until::Duration(Seconds(2.5));
+    for (until, at_s) in [
+        (Until::PlaybackEnded, 1.5),
+        (Until::PlaybackEnded, 3.0),
+        (two_s, 1.5),
+        (two_s, 2.5),
+    ] {
+        let said = run(until, at_s, 5.625).unwrap_err().to_string();
+        assert!(
+            said.contains("lost 270000 samples (5.62 s)") && said.contains("close other programs"),
+            "{until:?} at {at_s} s: {said}"
+        );
+        // What is lost within a second of the end is a gap.
+        let recorded = run(until, at_s, 1.5).unwrap();
+        assert!(codes(&recorded).contains(&"samples_lost".into()), "{at_s}");
     }
 }

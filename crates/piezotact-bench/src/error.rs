@@ -1,7 +1,7 @@
 //! Errors of devices and procedures.
 
 use piezotact::device::GainName;
-use piezotact::quantity::SampleRate;
+use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::run::SinkError;
 
 use crate::gate::Refusal;
@@ -57,6 +57,21 @@ pub enum DeviceError {
         /// What was acquired before, s.
         after_s: f64,
     },
+    /// A device lost so many samples that the rest is no measurement.
+    #[error(
+        "the {name} lost {samples} samples ({lost_s:.2} s) after {after_s:.2} s, and says so: the computer is too busy, the buffers are \
+            too short, or the sound system has no real-time priority; close other programs, use larger buffers, allow real-time \
+            priority, then measure again"
+    )]
+    LostSamples {
+        name: String,
+        /// Of each channel, in the run so far.
+        samples: u64,
+        /// How long they are, s.
+        lost_s: f64,
+        /// What was acquired before, s.
+        after_s: f64,
+    },
     /// The acquired samples were not fetched in time, and the buffer of the device overflowed.
     #[error(
         "the input buffer of the {name} overflowed after {after_s:.2} s, since the computer was too slow; close other programs, \
@@ -79,6 +94,19 @@ pub enum DeviceError {
         /// What the device did.
         found: String,
     },
+}
+
+impl DeviceError {
+    /// That the device `name` lost `samples` of each channel at `rate`, the last of them `after` so much was acquired.
+    #[must_use]
+    pub fn lost_samples(name: &str, samples: u64, rate: SampleRate, after: Seconds) -> Self {
+        Self::LostSamples {
+            name: name.into(),
+            samples,
+            lost_s: samples as f64 / rate.hz(),
+            after_s: after.0,
+        }
+    }
 }
 
 /// Why a procedure on a bench was not completed.
@@ -190,6 +218,7 @@ impl ProcedureError {
                 DeviceError::Lost { .. }
                     | DeviceError::Silent { .. }
                     | DeviceError::InputFull { .. }
+                    | DeviceError::LostSamples { .. }
                     | DeviceError::Unusable(_)
                     | DeviceError::Contract { .. }
             ),

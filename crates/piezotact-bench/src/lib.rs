@@ -31,4 +31,4 @@ pub use stop::StopHandle;
 pub use traits::{
     Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
 };
-pub use watch::LONGEST_PAUSE;
+pub use watch::{LONGEST_PAUSE, MOST_LOST};

@@ -10,6 +10,9 @@ use crate::stop::StopHandle;
 
 /// A device that delivers no samples for longer than this is lost: 5 s plus twice the longest chunk.
 pub const LONGEST_PAUSE: Seconds = Seconds(7.0);
+/// What loses more than this at once, or in a run that plays in all, is no measurement: what is lost is filled in on straight lines.
+/// A system that recovers loses some buffers, 0.1 s each at most; a computer that does not keep up loses seconds.
+pub const MOST_LOST: Seconds = Seconds(2.0);
 /// The number of parts in which the pause is waited for, so that a computer that is suspended for a while costs only one of them.
 const PARTS: u32 = 10;
 

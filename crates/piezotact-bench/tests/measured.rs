@@ -22,7 +22,7 @@ use piezotact::{Doubt, Series};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
-    play_and_record, start_document,
+    faults_of_prepared, play_and_record, start_document,
 };
 use piezotact_bench::{
     Bench, DeviceError, Excitation, ExcitationConfig, GateConfig, Placement, Playback,
@@ -380,6 +380,28 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let other = setup.with_gain(&GainName::new("B3")).unwrap();
     let mut louder = setup;
     louder.volts_per_full_scale = 1.6;
+    let faults = |measured: &mut Bench, drive: &Series<Drive>, setup: Option<&DriveSetup>| {
+        let found = faults_of_prepared(measured, drive, setup).unwrap();
+        let texts: Vec<String> = found.iter().map(ToString::to_string).collect();
+        texts.join("\n")
+    };
+    let fits = measured.player.calibrate().unwrap();
+    assert_eq!(faults(&mut measured, &silence(1), fits.as_ref()), "");
+    // All at once, not one after the other.
+    let mut both = other.clone();
+    both.volts_per_full_scale = 1.6;
+    let elsewhere = Series::new(vec![1.5; 10], SampleRate::new(44_100.0).unwrap()).unwrap();
+    let text = faults(&mut measured, &elsewhere, Some(&both));
+    for part in [
+        "sampled at 44100 Hz",
+        "a peak of 1.500",
+        "rendered for gain B3",
+        "1.600 V",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let text = faults(&mut measured, &silence(1), None);
+    assert!(text.contains("found one that states none"), "{text}");
     for (setup, part) in [(other, "rendered for gain B3"), (louder, "1.600 V")] {
         let refused = play_and_record(
             &mut measured,

@@ -6,6 +6,7 @@ use std::cell::RefCell;
 use std::time::Duration;
 
 use piezotact::correct::CorrectConfig;
+use piezotact::criterion::Outcome;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
@@ -17,7 +18,7 @@ use piezotact::run::{
     Discard, Ended, Judged, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
 };
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::Estimator;
+use piezotact::transfer::{Estimator, at_rest};
 use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact::{Doubt, Series};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
@@ -288,6 +289,37 @@ fn breaks_of_the_contract_are_named() {
             "{what:?}: {seconds}"
         );
     }
+}
+
+/// A computer that does not keep up is no fault of a driver: how much was lost, why, what to do; and the run is no measurement.
+#[test]
+fn seconds_of_lost_samples_end_a_run_with_their_number_and_the_cause() {
+    for (script, samples) in [
+        ("drop_outs = [{ at_s = 4, samples = 28125 }]", 28_125),
+        // Each of them could be filled in.
+        (
+            "drop_outs = [{ at_s = 4, samples = 4000 }, { at_s = 8, samples = 4000 }, { at_s = 12, samples = 4000 }]",
+            12_000,
+        ),
+    ] {
+        let (done, keeper) = played(script, 20.0);
+        let error = done.unwrap_err();
+        assert!(error.continues());
+        let said = error.to_string();
+        assert_eq!(keeper.last().1.ended, Ended::Failed { said: said.clone() });
+        let lost_s = f64::from(samples) / 5_000.0;
+        for part in [
+            format!("lost {samples} samples ({lost_s:.2} s) after"),
+            "the computer is too busy".into(),
+            "real-time priority".into(),
+            "close other programs, use larger buffers".into(),
+        ] {
+            assert!(said.contains(&part), "{part}: {said}");
+        }
+        assert!(!said.contains("bug"), "{said}");
+    }
+    let (done, _) = played("drop_outs = [{ at_s = 4, samples = 9000 }]", 20.0);
+    assert_eq!(lost(&done.unwrap().about.doubts), Some((1, 9_000)));
 }
 
 /// Stops what runs from another thread as soon as its first samples came.
@@ -608,4 +640,46 @@ fn a_closed_loop_that_is_stopped_says_so() {
         done.err()
     );
     assert_eq!(keeper.ended(), [Ended::Stopped]);
+}
+
+/// A knob of a sensor turned by a factor of two is found by the response at rest; what is within its calibration is not accused.
+#[test]
+fn a_sensor_that_was_turned_up_is_found_by_the_response_at_rest() {
+    let measured = |script: &str| {
+        let mut bench = bench(script);
+        characterise(&mut bench, &config(5.0), &mut Discard)
+            .unwrap()
+            .function
+    };
+    let usual = FakeScript::default().device.gain_m_s2;
+    let turned = |db: f64| {
+        let gain = usual * 10f64.powf(db / 20.0);
+        // Another measurement: another noise.
+        measured(&format!("seed = 2\ndevice = {{ gain_m_s2 = {gain} }}"))
+    };
+    let stored = measured("seed = 1");
+    for (db, outcome) in [
+        (0.0, Outcome::Met),
+        (0.5, Outcome::Met),
+        (-0.5, Outcome::Met),
+        (3.0, Outcome::NotMet),
+        (6.0, Outcome::NotMet),
+        (-6.0, Outcome::NotMet),
+    ] {
+        let found = at_rest(&turned(db), &stored, band()).unwrap();
+        assert_eq!(found.outcome(), outcome, "{db} dB: {found:?}");
+        let level = found.criteria[0].found.unwrap();
+        assert!((level - db).abs() < 0.1, "{db} dB: {level}");
+        assert!(found.lines > 100, "{}", found.lines);
+    }
+    // A finger, or a loose sensor, is no knob.
+    let moved = measured("device = { resonance_hz = 300.0, damping = 0.05 }");
+    let found = at_rest(&moved, &stored, band()).unwrap();
+    assert_eq!(found.criteria[1].outcome, Outcome::NotMet, "{found:?}");
+    let nothing = Band::new(Hertz(2_000.0), Hertz(2_001.0)).unwrap();
+    let found = at_rest(&stored, &stored, nothing).unwrap();
+    assert_eq!(found.outcome(), Outcome::NotDecided);
+    let mut somebody = stored.clone();
+    somebody.about.condition.participant = Some("F02".into());
+    assert!(at_rest(&somebody, &stored, band()).is_err());
 }

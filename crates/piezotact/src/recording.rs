@@ -203,6 +203,9 @@ pub struct Provenance {
     /// The band that the drive excites; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub driven_hz: Option<Band>,
+    /// When the measurement behind a transfer function, and behind what is rendered with it, began; absent if unknown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub measured_at: Option<StartTime>,
     /// The processing steps, oldest first, each with its parameters.
     pub steps: Vec<String>,
     /// The transfer functions that a drive was rendered with or corrected on.

@@ -3,6 +3,7 @@
 //! The cross-spectrum is Sxy = E[conj(X)·Y], so that Y = H·X gives Sxy/Sxx = H. Its conjugate has the same
 //! magnitude and a mirrored phase: a drive computed with it has the right spectrum and the wrong waveform.
 
+mod at_rest;
 mod between;
 mod bias;
 mod broken;
@@ -22,6 +23,7 @@ mod related;
 mod repeats;
 mod stored;
 
+pub use at_rest::{AtRest, AtRestCriterion, AtRestError, at_rest};
 pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
 pub use bias::Bias;
 pub(crate) use bundle::level_db;

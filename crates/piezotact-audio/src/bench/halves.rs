@@ -14,10 +14,11 @@ use piezotact::run::RunChunk;
 use piezotact::sound::{SoundDoubt, silent_runs};
 use piezotact::statistics::{mean, rms};
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, DeviceError, DriveSource, Play, PlayDescription,
+    Acquire, AcquireDescription, Bench, DeviceError, DriveSource, MOST_LOST, Play, PlayDescription,
     PlayProgress, Playback, RunPlan, SensorCalibration, StopHandle, Until,
 };
 
+use super::silent::{SILENT_SAMPLES, SilentParts};
 use super::{AudioBench, Input};
 use crate::callback::Happened;
 use crate::forced::JoinedForce;
@@ -38,8 +39,6 @@ const CHUNK_S: f64 = 0.05;
 const LONGEST_CHUNK_S: f64 = 0.5;
 /// A recorded value of this share of full scale or more is clipped.
 const FULL_SCALE: f32 = 0.999_9;
-/// So many zeros in a row are a silent part.
-const SILENT_SAMPLES: usize = 16;
 /// A pause between callbacks of so many buffers, or this, is a stall.
 const STALL_BUFFERS: f64 = 4.0;
 const STALL_S: f64 = 0.08;
@@ -145,33 +144,6 @@ struct LastRun {
     stalls: (usize, f64),
 }
 
-/// Counts silent parts of a signal that comes in pieces.
-#[derive(Clone, Debug, Default)]
-struct SilentParts {
-    /// Zeros at the end of what came, after something else.
-    zeros: Option<usize>,
-    parts: usize,
-    samples: usize,
-}
-
-impl SilentParts {
-    fn take(&mut self, samples: &[f64]) {
-        for sample in samples {
-            if *sample == 0.0 {
-                self.zeros = self.zeros.map(|zeros| zeros + 1);
-                continue;
-            }
-            if let Some(zeros) = self.zeros
-                && zeros >= SILENT_SAMPLES
-            {
-                self.parts += 1;
-                self.samples += zeros;
-            }
-            self.zeros = Some(0);
-        }
-    }
-}
-
 struct UnderWay {
     plan: RunPlan,
     stop: StopHandle,
@@ -181,6 +153,9 @@ struct UnderWay {
     began: [u64; 2],
     acquired: u64,
     piece: Option<u64>,
+    /// The frame of the run at which the drive began, and the frames of silence where it came too late.
+    onset: Option<u64>,
+    dry: u64,
     /// The playback was stopped before its end.
     cut: bool,
     ends_at: Option<u64>,
@@ -291,8 +266,9 @@ impl Shared {
         let missing = played as f64 - recorded as f64;
         match missing > buffers + CLOCKS_APART * played as f64 {
             true => Err(DeviceError::Unusable(format!(
-                "the input delivered {missing:.0} frames fewer than the output played, and the sound system reported no loss: close other programs, \
-                 or use larger buffers, then measure again"
+                "the input delivered {missing:.0} frames fewer than the output played, and the sound system reported no loss: the computer is too busy, the \
+                 buffers are too short, or the sound system has no real-time priority; close other programs, use larger buffers, allow real-time \
+                 priority, then measure again"
             ))),
             false => Ok(()),
         }
@@ -301,7 +277,7 @@ impl Shared {
     /// Notes what happened since the last call.
     fn note_happened(&mut self) {
         let rate_hz = self.rate().hz();
-        let Some(run) = &self.run else {
+        let Some(run) = &mut self.run else {
             return;
         };
         let origin = run.origin;
@@ -315,10 +291,12 @@ impl Shared {
             match happened {
                 // The moment at which it was handed over; it is recorded a latency later.
                 Happened::Onset { frame, input } => {
+                    run.onset = Some(input.saturating_sub(origin));
                     self.last.events.push(event(input, 0, ONSET, frame));
                 }
                 Happened::RanDry { frames, input, .. } => {
                     self.last.dry += 1;
+                    run.dry += frames;
                     let began = input.saturating_sub(frames);
                     self.last.events.push(event(began, frames, RAN_DRY, frames));
                 }
@@ -522,6 +500,15 @@ impl Acquirer {
         let Some((fetched, force_n)) = fetched else {
             return Ok(None);
         };
+        if fetched.lost as f64 > MOST_LOST.0 * rate.hz() {
+            let acquired = shared.run.as_ref().map_or(0, |run| run.acquired);
+            return Err(DeviceError::lost_samples(
+                &shared.name(),
+                fetched.lost,
+                rate,
+                Seconds(acquired as f64 / rate.hz()),
+            ));
+        }
         let mut channels = shared.in_units(&fetched);
         channels.extend(force_n);
         let drive = shared
@@ -537,11 +524,12 @@ impl Acquirer {
                 tracked(clocks).recorded(fetched.first - run.origin, &channels[drive]);
             }
         }
-        // Of a loss beyond the end of the run only what lies within it counts.
+        // Of a loss beyond the end of the run only what lies within it counts, and the time of the device is beyond it.
         let lost = fetched.lost.min(left);
+        let device_s = (fetched.first - run.origin) as f64 / rate.hz();
         let mut chunk = RunChunk {
             first: run.acquired + lost,
-            device_s: Some((fetched.first - run.origin) as f64 / rate.hz()),
+            device_s: (lost < left).then_some(device_s),
             lost,
             channels,
             ..RunChunk::default()
@@ -668,6 +656,8 @@ impl Acquire for Acquirer {
             began: shared.passed(),
             acquired: 0,
             piece: None,
+            onset: None,
+            dry: 0,
             cut: false,
             ends_at: None,
             acquiring: true,
@@ -685,8 +675,12 @@ impl Acquire for Acquirer {
         shared.last.limited = shared.streams.board().limited.load(Ordering::Acquire);
         let buffers = 4.0 * f64::from(shared.bench.setup.buffer_frames) / rate.hz();
         let rest = rate.samples_in(Seconds(REST_S + LATENCY_S.max(buffers))) as u64;
+        let piece = shared.run.as_ref().and_then(|run| run.piece);
+        let played = piece.map_or(0, |piece| shared.streams.progress(piece).played);
         if let Some(run) = &mut shared.run {
-            run.ends_at.get_or_insert(run.acquired + rest);
+            // What was acquired is behind what was played where frames wait, or were lost and are not reported yet.
+            let played = run.onset.map_or(0, |onset| onset + played + run.dry);
+            run.ends_at.get_or_insert(run.acquired.max(played) + rest);
         }
     }
 

@@ -194,6 +194,8 @@ pub fn transfer_of(
         .provenance
         .clone()
         .then(excitation.text(drive.peak()));
+    let began = recording.annotations.started_at.clone();
+    function.about.provenance.measured_at = began;
     // The driven band is stated by the transfer function itself.
     function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);

@@ -1,10 +1,14 @@
 //! What stores the runs of a procedure.
 
-use piezotact::recording::Recording;
+use piezotact::recording::{BenchKind, Recording, StartTime};
 use piezotact::run::{Discard, RunStart, Sink, SinkError};
 
 /// Stores the runs of a procedure, and finds runs stored before.
 pub trait RunKeeper {
+    /// The time of day at which a run on a bench of this kind begins, as its recording states it; `None` where it states none.
+    fn now(&self, _kind: BenchKind) -> Option<StartTime> {
+        None
+    }
     /// The stored recording of a run with this start that an interrupted procedure completed: it is used instead of a new
     /// measurement.
     ///

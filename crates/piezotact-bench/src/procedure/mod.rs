@@ -44,58 +44,102 @@ pub fn require_device(
     drive: &Series<Drive>,
     rendered_for: Option<&DriveSetup>,
 ) -> Result<(), ProcedureError> {
-    let PlayDescription {
-        name, rate, gain, ..
-    } = bench.player.describe();
+    let mut faults = signal_faults(bench, drive);
+    if let Some(setup) = rendered_for {
+        let found = bench.player.calibrate()?;
+        faults.extend(device_faults(bench, setup, found.as_ref()));
+    }
+    faults.into_iter().next().map_or(Ok(()), Err)
+}
+
+/// Everything for which a drive that was prepared for this bench may not be played on it as it is now: the errors of
+/// [`require_device`], and a drive that does not state the device it is for while that of the bench is described. Nothing is played.
+///
+/// # Errors
+/// [`DeviceError`] when the output cannot be read.
+pub fn faults_of_prepared(
+    bench: &mut Bench,
+    drive: &Series<Drive>,
+    rendered_for: Option<&DriveSetup>,
+) -> Result<Vec<ProcedureError>, DeviceError> {
+    let found = bench.player.calibrate()?;
+    let mut faults = signal_faults(bench, drive);
+    match (rendered_for, &found) {
+        (Some(setup), found) => faults.extend(device_faults(bench, setup, found.as_ref())),
+        (None, Some(found)) => faults.push(ProcedureError::Impossible {
+            expected: format!(
+                "a drive that states the device and the gain it was rendered for, as the {} is described ({})",
+                bench.player.describe().name,
+                found.amplification()
+            ),
+            found: "one that states none".into(),
+            todo: "render it with a transfer function that was measured on this bench".into(),
+        }),
+        (None, None) => {}
+    }
+    Ok(faults)
+}
+
+/// Why the output does not take the samples of `drive`.
+fn signal_faults(bench: &Bench, drive: &Series<Drive>) -> Vec<ProcedureError> {
+    let PlayDescription { name, rate, .. } = bench.player.describe();
+    let mut faults = Vec::new();
     if drive.rate() != rate {
-        return Err(DeviceError::Rate {
+        let error = DeviceError::Rate {
             drive: drive.rate(),
             output: rate,
             name,
-        }
-        .into());
+        };
+        faults.push(error.into());
     }
     if drive.peak() > 1.0 {
-        return Err(ProcedureError::Impossible {
+        faults.push(ProcedureError::Impossible {
             expected: "a drive within ±1 (full scale)".into(),
             found: format!("a peak of {:.3}", drive.peak()),
             todo: "render it again at a lower level".into(),
         });
     }
-    let Some(setup) = rendered_for else {
-        return Ok(());
-    };
-    let (Some(gain), Some(found)) = (gain, bench.player.calibrate()?) else {
-        return Err(ProcedureError::Impossible {
+    faults
+}
+
+/// What differs between the device that a drive is for (`setup`) and that of the bench, as it was `found`.
+fn device_faults(
+    bench: &Bench,
+    setup: &DriveSetup,
+    found: Option<&DriveSetup>,
+) -> Vec<ProcedureError> {
+    let PlayDescription { name, gain, .. } = bench.player.describe();
+    let (Some(gain), Some(found)) = (gain, found) else {
+        return vec![ProcedureError::Impossible {
             expected: format!(
                 "a drive for a device without a description, like that of the {name}"
             ),
             found: format!("one for gain {}", setup.gain),
             todo: "render it with the transfer function that this bench uses, and leave --gain out"
                 .into(),
-        });
+        }];
     };
+    let mut faults = Vec::new();
     if setup.device().name() == found.device().name() && setup.gain.name != gain {
-        return Err(ProcedureError::Gain {
+        faults.push(ProcedureError::Gain {
             drive: setup.gain.name.clone(),
             bench: gain,
-            name,
+            name: name.clone(),
         });
-    }
-    if !setup.amplifies_like(&found) {
-        return Err(ProcedureError::Described {
+    } else if !setup.amplifies_like(found) {
+        faults.push(ProcedureError::Described {
             drive: setup.amplification(),
             bench: found.amplification(),
-            name,
+            name: name.clone(),
         });
     }
     let found = found.volts_per_full_scale;
     if (found / setup.volts_per_full_scale - 1.0).abs() > OUTPUT_TOLERANCE {
-        return Err(ProcedureError::OutputLevel {
+        faults.push(ProcedureError::OutputLevel {
             drive: setup.volts_per_full_scale,
             bench: found,
             name,
         });
     }
-    Ok(())
+    faults
 }

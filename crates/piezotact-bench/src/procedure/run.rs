@@ -20,14 +20,12 @@ use crate::gate::{Gate, Refusal};
 use crate::plan::{Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress, SensorCalibration};
-use crate::watch::Watch;
+use crate::watch::{MOST_LOST, Watch};
 
 /// The tolerance of the mean force re the target, as a share.
 const FORCE_TOLERANCE: f64 = 0.1;
 /// The longest chunk, s, with a margin for non-integer rates.
 const LONGEST_CHUNK_S: f64 = 1.001;
-/// A longer run of lost samples is not a gap but a lost device, s.
-const LONGEST_GAP_S: f64 = 60.0;
 /// The tolerance of the device time re the number of samples since the previous chunk, in s and as a share: time stamps of
 /// drivers are rounded; a larger difference means lost or repeated samples that were not reported.
 const TIME_OFF: (f64, f64) = (0.005, 0.001);
@@ -106,6 +104,7 @@ pub(super) fn excite_and_record(
     start.drive = Some(Checksum::of(drive.samples().iter().copied()));
     start.expected_s = start.expected_s.or(Some(drive.duration()));
     start.about.provenance.driven_hz = driven;
+    start.annotations.started_at = keeper.now(bench.acquirer.describe().kind);
     if let Some(recording) = keeper.completed(&start).map_err(ProcedureError::Keep)? {
         return Ok(recording);
     }
@@ -541,13 +540,18 @@ impl<'a> Run<'a> {
                 format!("a sample that is not a number, after {:.2} s", self.at_s()),
             );
         }
-        if chunk.lost as f64 > LONGEST_GAP_S * rate_hz {
-            return Err(DeviceError::Lost {
-                name: self.name.clone(),
-                after_s: self.at_s(),
-            });
-        }
         let lost = self.pending + chunk.lost;
+        let before = self.drive_s.map_or(0, |_plays| self.gaps.iter().sum());
+        let in_all = lost.saturating_add(before);
+        if in_all as f64 > MOST_LOST.0 * rate_hz {
+            let after_s = Seconds(self.at_s());
+            return Err(DeviceError::lost_samples(
+                &self.name,
+                in_all,
+                self.start.rate_hz,
+                after_s,
+            ));
+        }
         if chunk.first != self.samples + lost {
             return self.broken(
                 format!(

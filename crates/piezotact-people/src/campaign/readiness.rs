@@ -2,17 +2,24 @@
 //!
 //! Everything that is missing is said at once, so that a volunteer is not called in vain.
 
+mod error;
+
 use std::collections::BTreeSet;
 
+pub use error::NotReady;
+
 use piezotact::criterion::Outcome;
-use piezotact::recording::BenchKind;
+use piezotact::recording::{BenchKind, Condition};
+use piezotact::transfer::AtRest;
 
 use super::plan::{Plan, Presented};
-use super::protocol::{Protocol, TransferFunctionUse, When};
+use super::protocol::{Protocol, Rendering, TransferFunctionUse, When};
 
 /// Sessions on different days have at least this time between them, in hours: an evening and the next morning have it, the morning
 /// and the evening of one day do not, whatever the time zone.
 const ANOTHER_DAY_HOURS: f64 = 12.0;
+/// A sensor was checked at most this long before its session, in hours: on the day of the session.
+const SENSOR_HOURS: f64 = 12.0;
 const MS_PER_HOUR: f64 = 3.6e6;
 
 /// Whose transfer function a drive was rendered with.
@@ -47,35 +54,83 @@ pub enum MeasuredDrive {
     Unstated,
 }
 
+/// A measurement that a drive rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// The strokes that it was made from.
+    Strokes,
+    /// The transfer function that it was rendered with.
+    TransferFunction,
+    /// The recording that it was verified with.
+    Measurement,
+}
+
+impl Part {
+    const ALL: [Self; 3] = [Self::Strokes, Self::TransferFunction, Self::Measurement];
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::Strokes => "strokes",
+            Self::TransferFunction => "a transfer function",
+            Self::Measurement => "a measurement of the drive",
+        }
+    }
+}
+
+/// On what, on whom and when something was measured. What nothing says is absent.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Origin {
+    pub bench: Option<BenchKind>,
+    pub condition: Condition,
+    /// In ms since 1970-01-01 00:00 UTC.
+    pub at_ms: Option<i64>,
+}
+
 /// What is known of the drive of one stimulus.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderingFacts {
     pub stimulus: String,
-    /// Whose strokes it was made from; `None` where nothing says it.
-    pub strokes_of: Option<String>,
+    /// The strokes that it was made from.
+    pub strokes: Origin,
+    /// The transfer function that it was rendered with.
+    pub transfer_function: Origin,
+    /// The recording that it was verified with.
+    pub measurement: Origin,
     /// With whose transfer function it was rendered.
     pub rendered_with: Whose,
     /// Whether it passed its verification.
     pub verified: Outcome,
     /// Of which drive the measurement is that it was verified with.
     pub measured: MeasuredDrive,
-    /// When it was prepared, in ms since 1970-01-01 00:00 UTC; `None` where nothing says it.
-    pub prepared_ms: Option<i64>,
+    /// Why the bench, as it is now, does not play it: a sentence for each reason, of gain, device, output level and rate.
+    pub refused: Vec<String>,
 }
 
-/// The finger that feels what is played.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum FingerOnBench {
-    /// Nothing is played here: by hand on another system, or not at all.
-    NotHere,
-    /// A person's, on real devices.
-    Real,
-    /// One that a bench simulates.
-    Simulated {
-        bench: BenchKind,
-        /// Whose finger it is; `None` for nobody's.
-        of: Option<String>,
-    },
+impl RenderingFacts {
+    fn origin(&self, part: Part) -> &Origin {
+        match part {
+            Part::Strokes => &self.strokes,
+            Part::TransferFunction => &self.transfer_function,
+            Part::Measurement => &self.measurement,
+        }
+    }
+}
+
+/// The bench on which the session plays, as it is now.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BenchNow {
+    pub kind: BenchKind,
+    /// Whose finger is on it, where it says so, and how the finger lies in the session.
+    pub condition: Condition,
+}
+
+/// What the response of the device with nobody on it says of its sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SensorNow {
+    /// The response against its stored one.
+    pub against_stored: AtRest,
+    /// When it was measured, in ms since 1970-01-01 00:00 UTC; `None` where nothing says it.
+    pub at_ms: Option<i64>,
 }
 
 /// A session that stands before another in the protocol.
@@ -95,121 +150,12 @@ pub struct Known<'a> {
     pub earlier: &'a [EarlierSession<'a>],
     /// Panels by name with their members.
     pub panels: &'a [(String, BTreeSet<String>)],
-    /// The finger that feels what is played.
-    pub finger: &'a FingerOnBench,
+    /// The bench that plays; `None` where nothing is played here: by hand on another system, or not at all.
+    pub bench: Option<&'a BenchNow>,
+    /// The check of its sensor; `None` where none was made.
+    pub sensor: Option<&'a SensorNow>,
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: i64,
-}
-
-/// Why a session may not begin.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NotReady {
-    /// There is no drive for a stimulus.
-    #[error("{stimulus}: there is no drive; prepare it from the strokes of this participant")]
-    Missing { stimulus: String },
-    /// A drive made from somebody else's strokes.
-    #[error(
-        "{stimulus}: expected strokes of {participant}, found those of {found}; prepare the drives of {participant}"
-    )]
-    Strokes {
-        stimulus: String,
-        participant: String,
-        /// Whose strokes they are.
-        found: String,
-    },
-    /// A drive rendered with another transfer function than the protocol asks for.
-    #[error("{stimulus}: expected {expected}, found {found}; render it again")]
-    TransferFunction {
-        stimulus: String,
-        /// What the protocol asks for.
-        expected: String,
-        found: String,
-    },
-    /// A drive that did not pass.
-    #[error(
-        "{stimulus}: its verification is {}; prepare it again, in a closed loop where the open one does not pass", .outcome.word()
-    )]
-    NotPassed { stimulus: String, outcome: Outcome },
-    /// A measurement of another drive.
-    #[error(
-        "{stimulus}: the measurement beside it was made with another drive; play this drive, record it, and compare it with its target"
-    )]
-    Measured { stimulus: String },
-    /// A drive that is too old.
-    #[error(
-        "{stimulus}: expected a drive of the last {most_hours} h, found one of {hours:.1} h ago; measure the participant again"
-    )]
-    TooOld {
-        stimulus: String,
-        /// Its age, in hours.
-        hours: f64,
-        /// The largest age, in hours.
-        most_hours: f64,
-    },
-    /// A drive that is not dated, or from the future.
-    #[error("{stimulus}: when it was prepared is not known; prepare it again")]
-    Undated { stimulus: String },
-    /// A bench with nobody's finger on it.
-    #[error(
-        "expected a bench with a finger on it, found {}: nobody feels what it plays; name the bench of {participant}", bench_words(*.bench)
-    )]
-    NoFinger {
-        participant: String,
-        bench: BenchKind,
-    },
-    /// A bench with somebody else's finger on it.
-    #[error(
-        "expected the finger of {participant} on the bench, found that of {found}; name the bench of {participant}"
-    )]
-    OtherFinger {
-        participant: String,
-        /// Whose finger it is.
-        found: String,
-    },
-    /// An earlier session was not ended.
-    #[error("session {session} comes before this one and was not ended; end it first")]
-    Earlier { session: String },
-    /// The sessions are on one day.
-    #[error(
-        "expected another day than that of session {session}, found {hours:.1} h between them; come back after {ANOTHER_DAY_HOURS} h"
-    )]
-    SameDay {
-        session: String,
-        /// The time between them, in hours.
-        hours: f64,
-    },
-    /// The participant belongs to a panel that must not overlap.
-    #[error(
-        "{participant} belongs to the panel `{panel}`, from which this campaign is disjoint; choose another participant"
-    )]
-    Panel { participant: String, panel: String },
-    /// Nobody said who belongs to a panel that must not overlap.
-    #[error(
-        "the campaign is disjoint from the panel `{panel}`, and who belongs to it is not stated; state it when the study is made"
-    )]
-    UnknownPanel { panel: String },
-}
-
-impl NotReady {
-    /// The stimulus that it is about; `None` where it is about the participant.
-    #[must_use]
-    pub fn stimulus(&self) -> Option<&str> {
-        match self {
-            Self::Missing { stimulus }
-            | Self::Strokes { stimulus, .. }
-            | Self::TransferFunction { stimulus, .. }
-            | Self::NotPassed { stimulus, .. }
-            | Self::Measured { stimulus }
-            | Self::TooOld { stimulus, .. }
-            | Self::Undated { stimulus } => Some(stimulus),
-            Self::NoFinger { .. }
-            | Self::OtherFinger { .. }
-            | Self::Earlier { .. }
-            | Self::SameDay { .. }
-            | Self::Panel { .. }
-            | Self::UnknownPanel { .. } => None,
-        }
-    }
 }
 
 /// The stimuli that `plan` plays or may choose, each once.
@@ -243,45 +189,116 @@ pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
 pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
     let mut found = panels(protocol, plan, known);
     found.extend(earlier(protocol, plan, known));
-    found.extend(finger(&plan.participant, known.finger));
+    found.extend(
+        known
+            .bench
+            .and_then(|bench| finger(&plan.participant, bench)),
+    );
+    found.extend(known.sensor.iter().flat_map(|now| sensor(now, known)));
     for stimulus in stimuli_of(plan) {
         let facts = known.renderings.iter().find(|one| one.stimulus == stimulus);
         match facts {
             None => found.push(NotReady::Missing {
                 stimulus: stimulus.to_owned(),
             }),
-            Some(facts) => found.extend(of_drive(protocol, plan, facts, known.now_ms)),
+            Some(facts) => {
+                found.extend(of_drive(protocol, plan, facts, known.now_ms));
+                found.extend(known.bench.iter().flat_map(|bench| on_bench(facts, bench)));
+            }
         }
     }
     found
 }
 
-/// Who would feel what is played, where it is not the participant.
-fn finger(participant: &str, finger: &FingerOnBench) -> Option<NotReady> {
+/// Who would feel what is played, where it is not the participant. Real devices need not say whose finger is on them.
+fn finger(participant: &str, bench: &BenchNow) -> Option<NotReady> {
     let participant = participant.to_owned();
-    match finger {
-        FingerOnBench::NotHere | FingerOnBench::Real => None,
-        FingerOnBench::Simulated {
-            bench: BenchKind::Twin,
-            of: Some(found),
-        } => (!found.eq_ignore_ascii_case(&participant)).then(|| NotReady::OtherFinger {
-            participant,
-            found: found.clone(),
-        }),
-        FingerOnBench::Simulated { bench, .. } => Some(NotReady::NoFinger {
-            participant,
-            bench: *bench,
-        }),
+    let kind = bench.kind;
+    match (kind, &bench.condition.participant) {
+        (BenchKind::Hardware, None) => None,
+        (BenchKind::Hardware | BenchKind::Twin, Some(found)) => {
+            (!found.eq_ignore_ascii_case(&participant)).then(|| NotReady::OtherFinger {
+                participant,
+                found: found.clone(),
+            })
+        }
+        (BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted, _) => {
+            Some(NotReady::NoFinger {
+                participant,
+                bench: kind,
+            })
+        }
     }
 }
 
-fn bench_words(bench: BenchKind) -> &'static str {
-    match bench {
-        BenchKind::Twin => "the digital twin of nobody",
-        BenchKind::Hardware => "real devices",
-        BenchKind::Measured => "a measured transfer function",
-        BenchKind::Scripted => "a scripted fake",
+/// What is wrong with the sensor, and with the time of its check. What is simulated states no time.
+fn sensor(sensor: &SensorNow, known: Known<'_>) -> Vec<NotReady> {
+    let criteria = sensor.against_stored.criteria.iter();
+    let faults = criteria.filter(|one| one.outcome != Outcome::Met);
+    let mut found: Vec<NotReady> = faults.cloned().map(NotReady::Sensor).collect();
+    let hours = sensor.at_ms.map(|at_ms| hours_between(at_ms, known.now_ms));
+    let is_real = known
+        .bench
+        .is_some_and(|bench| bench.kind == BenchKind::Hardware);
+    if hours.map_or(is_real, |hours| hours.abs() > SENSOR_HOURS) {
+        found.push(NotReady::SensorOld { hours });
     }
+    found
+}
+
+/// What of a drive does not fit the bench that is to play it.
+fn on_bench(facts: &RenderingFacts, bench: &BenchNow) -> Vec<NotReady> {
+    let stimulus = || facts.stimulus.clone();
+    let refused = facts.refused.iter().map(|why| NotReady::Refused {
+        stimulus: stimulus(),
+        why: why.clone(),
+    });
+    let mut found: Vec<NotReady> = refused.collect();
+    let here = &bench.condition;
+    for part in Part::ALL {
+        let origin = facts.origin(part);
+        let there = &origin.condition;
+        if let Some(kind) = origin.bench.filter(|kind| *kind != bench.kind) {
+            found.push(NotReady::OtherBench {
+                stimulus: stimulus(),
+                part,
+                expected: bench.kind,
+                found: kind,
+            });
+            continue;
+        }
+        if let (Some(expected), Some(seed)) = (here.twin_seed, there.twin_seed)
+            && expected != seed
+        {
+            found.push(NotReady::TwinSeed {
+                stimulus: stimulus(),
+                part,
+                expected,
+                found: seed,
+            });
+        }
+        // A finger that strokes lies as it likes.
+        if part != Part::Strokes {
+            let placements = placements(here, there).map(|(expected, lay)| NotReady::Placement {
+                stimulus: stimulus(),
+                part,
+                expected,
+                found: lay,
+            });
+            found.extend(placements);
+        }
+    }
+    found
+}
+
+/// Load and angle that both state and that differ, as they are `here` and were `there`.
+fn placements(here: &Condition, there: &Condition) -> impl Iterator<Item = (String, String)> {
+    let load = here.load_n.zip(there.load_n).filter(|(a, b)| a != b);
+    let load = load.map(|(a, b)| (a.to_string(), b.to_string()));
+    let angle = here.angle_deg.zip(there.angle_deg);
+    let angle = angle.filter(|(a, b)| a != b);
+    let angle = angle.map(|(a, b)| (format!("{}°", a.0), format!("{}°", b.0)));
+    load.into_iter().chain(angle)
 }
 
 fn panels(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
@@ -354,7 +371,7 @@ fn of_drive(
         return found;
     };
     let participant = &plan.participant;
-    let somebody = facts.strokes_of.as_ref();
+    let somebody = facts.strokes.condition.participant.as_ref();
     if somebody != Some(participant) {
         found.push(NotReady::Strokes {
             stimulus: stimulus(),
@@ -384,223 +401,41 @@ fn of_drive(
             stimulus: stimulus(),
         });
     }
-    let hours = facts
-        .prepared_ms
-        .map(|prepared_ms| hours_between(prepared_ms, now_ms));
-    match hours {
-        Some(hours) if hours > rendering.max_age_hours => found.push(NotReady::TooOld {
-            stimulus: stimulus(),
-            hours,
-            most_hours: rendering.max_age_hours,
-        }),
-        // A minute, for two clocks that differ.
-        Some(hours) if hours >= -1.0 / 60.0 => {}
-        _ => found.push(NotReady::Undated {
-            stimulus: stimulus(),
-        }),
+    for part in Part::ALL {
+        found.extend(age(rendering, facts, part, now_ms));
     }
     found
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::campaign::chain::Sha;
-    use crate::campaign::plan::{PlanRequest, plan};
-    use crate::campaign::protocol::from_library;
-
-    const NOW: i64 = 1_800_000_000_000;
-    const HOUR: i64 = 3_600_000;
-
-    fn planned(protocol: &Protocol, session: &str) -> Plan {
-        let request = PlanRequest {
-            seed: 1,
-            participant: "P01",
-            session,
-            completed: &[],
-        };
-        plan(protocol, Sha::of(b"protocol"), request).unwrap()
+/// What is wrong with the age of a part. The recording that a drive was verified with must be dated; the others may come from
+/// systems that state no date. An average is not measured anew for each session.
+fn age(rendering: &Rendering, facts: &RenderingFacts, part: Part, now_ms: i64) -> Option<NotReady> {
+    let is_average = matches!(
+        rendering.transfer_function,
+        TransferFunctionUse::Average { .. }
+    );
+    if part == Part::TransferFunction && is_average {
+        return None;
     }
-
-    fn fits(plan: &Plan) -> Vec<RenderingFacts> {
-        let facts = |stimulus: &str| RenderingFacts {
-            stimulus: stimulus.to_owned(),
-            strokes_of: Some("P01".to_owned()),
-            rendered_with: Whose::Of("P01".to_owned()),
-            verified: Outcome::Met,
-            measured: MeasuredDrive::This,
-            prepared_ms: Some(NOW - 20 * HOUR),
-        };
-        stimuli_of(plan).into_iter().map(facts).collect()
-    }
-
-    fn found(
-        protocol: &Protocol,
-        plan: &Plan,
-        drives: &[RenderingFacts],
-        hours: i64,
-    ) -> Vec<NotReady> {
-        let earlier = [EarlierSession {
-            session: "measurement",
-            ended_ms: Some(NOW - hours * HOUR),
-        }];
-        let known = Known {
-            renderings: drives,
-            earlier: &earlier,
-            panels: &[],
-            finger: &FingerOnBench::NotHere,
-            now_ms: NOW,
-        };
-        not_ready(protocol, plan, known)
-    }
-
-    #[test]
-    fn a_session_with_everything_begins_and_each_thing_that_is_wrong_is_said() {
-        let protocol = from_library("isotropic_triplets").unwrap().unwrap();
-        let plan = planned(&protocol, "discrimination");
-        let drives = fits(&plan);
-        assert!(!drives.is_empty());
-        assert_eq!(found(&protocol, &plan, &drives, 20), []);
-        let first = drives[0].stimulus.clone();
-        let with = |change: &dyn Fn(&mut RenderingFacts)| {
-            let mut drives = drives.clone();
-            change(&mut drives[0]);
-            found(&protocol, &plan, &drives, 20)
-        };
-        assert_eq!(
-            found(&protocol, &plan, &drives[1..], 20),
-            [NotReady::Missing { stimulus: first }]
-        );
-        let somebody = |one: &mut RenderingFacts| one.strokes_of = Some("P02".to_owned());
-        assert!(matches!(with(&somebody)[..], [NotReady::Strokes { .. }]));
-        let nobody = |one: &mut RenderingFacts| one.strokes_of = None;
-        assert!(matches!(with(&nobody)[..], [NotReady::Strokes { .. }]));
-        let average = |one: &mut RenderingFacts| one.rendered_with = Whose::Average;
-        assert!(matches!(
-            with(&average)[..],
-            [NotReady::TransferFunction { .. }]
-        ));
-        let open = |one: &mut RenderingFacts| one.verified = Outcome::NotDecided;
-        assert!(matches!(with(&open)[..], [NotReady::NotPassed { .. }]));
-        let swapped = |one: &mut RenderingFacts| one.measured = MeasuredDrive::Another;
-        assert!(matches!(with(&swapped)[..], [NotReady::Measured { .. }]));
-        let elsewhere = |one: &mut RenderingFacts| one.measured = MeasuredDrive::Unstated;
-        assert_eq!(with(&elsewhere), []);
-        let old = |one: &mut RenderingFacts| one.prepared_ms = Some(NOW - 800 * HOUR);
-        assert!(matches!(with(&old)[..], [NotReady::TooOld { .. }]));
-        let future = |one: &mut RenderingFacts| one.prepared_ms = Some(NOW + HOUR);
-        assert!(matches!(with(&future)[..], [NotReady::Undated { .. }]));
-        let no_time = |one: &mut RenderingFacts| one.prepared_ms = Some(i64::MIN);
-        assert!(matches!(with(&no_time)[..], [NotReady::TooOld { .. }]));
-        let undated = |one: &mut RenderingFacts| one.prepared_ms = None;
-        assert!(matches!(with(&undated)[..], [NotReady::Undated { .. }]));
-    }
-
-    #[test]
-    fn the_second_session_waits_for_the_first_and_for_another_day() {
-        let protocol = from_library("isotropic_triplets").unwrap().unwrap();
-        let plan = planned(&protocol, "discrimination");
-        let drives = fits(&plan);
-        assert!(matches!(
-            found(&protocol, &plan, &drives, 3)[..],
-            [NotReady::SameDay { .. }]
-        ));
-        let known = Known {
-            renderings: &drives,
-            earlier: &[],
-            panels: &[],
-            finger: &FingerOnBench::NotHere,
-            now_ms: NOW,
-        };
-        assert!(matches!(
-            not_ready(&protocol, &plan, known)[..],
-            [NotReady::Earlier { .. }]
-        ));
-        let first = planned(&protocol, "measurement");
-        assert_eq!(not_ready(&protocol, &first, known), []);
-        // Chapter 6 allows both in one session.
-        let chapter6 = from_library("touch_control_imagery").unwrap().unwrap();
-        let same_day = chapter6
-            .sessions
-            .iter()
-            .all(|one| one.when == When::AnyTime);
-        assert!(same_day);
-    }
-
-    #[test]
-    fn panels_that_must_not_overlap_are_stated_and_looked_up() {
-        let protocol = from_library("averaged_transfer_function").unwrap().unwrap();
-        let session = &protocol.sessions[0].name;
-        let plan = planned(&protocol, session);
-        let with = |panels: &[(String, BTreeSet<String>)]| {
-            let known = Known {
-                renderings: &[],
-                earlier: &[],
-                panels,
-                finger: &FingerOnBench::NotHere,
-                now_ms: NOW,
-            };
-            let found = not_ready(&protocol, &plan, known);
-            let of_panels = |one: &NotReady| {
-                matches!(one, NotReady::Panel { .. } | NotReady::UnknownPanel { .. })
-            };
-            found.into_iter().filter(of_panels).collect::<Vec<_>>()
-        };
-        let names = &protocol.panel.disjoint_from;
-        assert_eq!(names.len(), 3);
-        assert_eq!(with(&[]).len(), 3);
-        let stated = |member: &str| {
-            let members = BTreeSet::from([member.to_owned()]);
-            let each = names.iter().map(|name| (name.clone(), members.clone()));
-            each.collect::<Vec<_>>()
-        };
-        assert_eq!(with(&stated("P07")), []);
-        assert_eq!(with(&stated("P01")).len(), 3);
-        assert_eq!(with(&stated("p01")).len(), 3);
-    }
-
-    #[test]
-    fn who_feels_what_is_played_is_the_participant() {
-        let protocol = from_library("isotropic_triplets").unwrap().unwrap();
-        let plan = planned(&protocol, "discrimination");
-        let drives = fits(&plan);
-        let with = |finger: &FingerOnBench| {
-            let earlier = [EarlierSession {
-                session: "measurement",
-                ended_ms: Some(NOW - 20 * HOUR),
-            }];
-            let known = Known {
-                renderings: &drives,
-                earlier: &earlier,
-                panels: &[],
-                finger,
-                now_ms: NOW,
-            };
-            not_ready(&protocol, &plan, known)
-        };
-        let of = |bench, person: Option<&str>| FingerOnBench::Simulated {
-            bench,
-            of: person.map(str::to_owned),
-        };
-        assert_eq!(with(&FingerOnBench::Real), []);
-        assert_eq!(with(&of(BenchKind::Twin, Some("P01"))), []);
-        assert_eq!(
-            with(&of(BenchKind::Twin, Some("P02"))),
-            [NotReady::OtherFinger {
-                participant: "P01".to_owned(),
-                found: "P02".to_owned()
-            }]
-        );
-        for bench in [BenchKind::Measured, BenchKind::Scripted, BenchKind::Twin] {
-            assert_eq!(
-                with(&of(bench, None)),
-                [NotReady::NoFinger {
-                    participant: "P01".to_owned(),
-                    bench
-                }]
-            );
-        }
-        // A scripted fake names whom it likes.
-        assert_eq!(with(&of(BenchKind::Scripted, Some("P01"))).len(), 1);
+    let stimulus = facts.stimulus.clone();
+    let at_ms = facts.origin(part).at_ms;
+    match at_ms.map(|at_ms| hours_between(at_ms, now_ms)) {
+        Some(hours) if hours > rendering.max_age_hours => Some(NotReady::TooOld {
+            stimulus,
+            part,
+            hours,
+            most_hours: rendering.max_age_hours,
+        }),
+        // A minute, for two clocks that differ.
+        Some(hours) if hours >= -1.0 / 60.0 => None,
+        None if part != Part::Measurement => None,
+        ahead => Some(NotReady::Undated {
+            stimulus,
+            part,
+            ahead_hours: ahead.map(|hours| -hours),
+        }),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -278,6 +278,8 @@ fn describe(
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     let step = format!("{} → {}", config.drive, config.response);
     function.about.provenance = about.provenance.clone().then(step);
+    let began = recording.annotations.started_at.clone();
+    function.about.provenance.measured_at = began;
     // The transfer function says itself which band was driven.
     function.about.provenance.driven_hz = None;
     function.about.provenance.steps.extend(estimated);

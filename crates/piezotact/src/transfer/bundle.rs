@@ -323,6 +323,8 @@ fn in_common<I: Quantity, O: Quantity>(
         .answered_with
         .filter(|one| all(&|p| p.answered_with == Some(*one)));
     common.bench = common.bench.filter(|kind| all(&|p| p.bench == Some(*kind)));
+    common.measured_at =
+        (common.measured_at).filter(|at| all(&|p| p.measured_at.as_ref() == Some(at)));
     common.seed = common.seed.filter(|seed| all(&|p| p.seed == Some(*seed)));
     common.steps.retain(|step| all(&|p| p.steps.contains(step)));
     common

@@ -4,8 +4,7 @@ use piezotact::Doubt;
 use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
-use piezotact::recording::Recording;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::{BenchKind, Recording, RecordingDoubt, StartTime};
 use piezotact::resample::resample_over;
 use piezotact::run::{RunDoubt, RunStart, Sink, SinkError};
 use piezotact::series::Series;
@@ -126,6 +125,10 @@ struct Attempts<'a> {
 }
 
 impl RunKeeper for Attempts<'_> {
+    fn now(&self, kind: BenchKind) -> Option<StartTime> {
+        self.keeper.now(kind)
+    }
+
     fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {
         if *self.before == Before::Refused {
             return Ok(None);

@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 use anyhow::anyhow;
 use piezotact::checksum::Checksum;
@@ -10,14 +9,18 @@ use piezotact::criterion::Outcome;
 use piezotact::panel::PanelDoubt;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
-use piezotact::recording::{BenchKind, StartTime};
+use piezotact::recording::{Recording, StartTime};
 use piezotact::render::Rendering;
+use piezotact_bench::procedure::faults_of_prepared;
+use piezotact_bench::{Bench, DeviceError};
 use piezotact_dataset::sidecar::sidecar_path;
 use piezotact_dataset::{Contents, ReadOptions, keep_before, read_input, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Protocol;
-use piezotact_people::campaign::readiness::{MeasuredDrive, RenderingFacts, Whose, stimuli_of};
+use piezotact_people::campaign::readiness::{
+    MeasuredDrive, Origin, RenderingFacts, Whose, stimuli_of,
+};
 use piezotact_session::PreparedDrive;
 
 use crate::commands::prepare::file_name;
@@ -89,6 +92,18 @@ impl Drives {
         Ok(drives)
     }
 
+    /// Notes why `bench`, as it is now, does not play them. Nothing is played.
+    pub(super) fn compare_with(&mut self, bench: &mut Bench) -> Result<(), DeviceError> {
+        for facts in &mut self.facts {
+            let Some(PreparedDrive { drive, setup, .. }) = self.ready.get(&facts.stimulus) else {
+                continue;
+            };
+            let faults = faults_of_prepared(bench, drive, setup.as_ref())?;
+            facts.refused = faults.iter().map(ToString::to_string).collect();
+        }
+        Ok(())
+    }
+
     fn add(
         &mut self,
         (protocol, plan): (&Protocol, &Plan),
@@ -141,15 +156,17 @@ impl Drives {
         self.band = Some(band);
         self.facts.push(RenderingFacts {
             stimulus: stimulus.to_owned(),
-            strokes_of: wanted.recording.about.condition.participant.clone(),
+            strokes: origin(&wanted.recording),
+            transfer_function: Origin {
+                bench: rendering.about.provenance.bench,
+                condition: rendering.about.condition.clone(),
+                at_ms: unix_ms(rendering.about.provenance.measured_at.as_ref()),
+            },
+            measurement: origin(&playing.recording),
             rendered_with: whose(&rendering),
             verified,
             measured: of_drive,
-            prepared_ms: measured_ms(
-                measured,
-                playing.recording.annotations.started_at.as_ref(),
-                playing.recording.about.provenance.bench,
-            ),
+            refused: Vec::new(),
         });
         self.ready.insert(
             stimulus.to_owned(),
@@ -222,46 +239,15 @@ fn whose(rendering: &Rendering) -> Whose {
     person.map_or(Whose::Unknown, Whose::Of)
 }
 
-/// When a drive was measured, in ms since 1970-01-01 00:00 UTC: the start time of the recording; of a simulated one, which has no
-/// time of day, when its file was written. The time of the file of a real one is not believed: a copy has the time of copying.
-fn measured_ms(file: &Path, started: Option<&StartTime>, bench: Option<BenchKind>) -> Option<i64> {
-    let simulated = bench.is_some_and(|bench| bench != BenchKind::Hardware);
-    match (started, simulated) {
-        (Some(started), _) => started.unix_ms(),
-        (None, true) => changed_ms(file),
-        (None, false) => None,
+/// Where and when `recording` was made. The time of its file is not believed: a copy, or a touch, renews it.
+fn origin(recording: &Recording) -> Origin {
+    Origin {
+        bench: recording.about.provenance.bench,
+        condition: recording.about.condition.clone(),
+        at_ms: unix_ms(recording.annotations.started_at.as_ref()),
     }
 }
 
-/// When a file was written, in ms since 1970-01-01 00:00 UTC.
-fn changed_ms(file: &Path) -> Option<i64> {
-    let changed = std::fs::metadata(file).ok()?.modified().ok()?;
-    let since = changed.duration_since(UNIX_EPOCH).ok()?;
-    i64::try_from(since.as_millis()).ok()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_time_of_a_file_says_nothing_of_a_real_measurement() {
-        let folder = tempfile::tempdir().unwrap();
-        let file = folder.path().join("S1.parquet");
-        std::fs::write(&file, "a copy of today").unwrap();
-        assert_eq!(measured_ms(&file, None, None), None);
-        assert_eq!(measured_ms(&file, None, Some(BenchKind::Hardware)), None);
-        let simulated = measured_ms(&file, None, Some(BenchKind::Twin));
-        assert!(simulated.is_some() && simulated == changed_ms(&file));
-        for (text, ms) in [
-            ("1970-01-02T00:00:00Z", 86_400_000),
-            ("1970-01-02T01:30:00+01:30", 86_400_000),
-            ("1970-01-01T22:00:00.5-02:00", 86_400_500),
-            ("1970-01-02T14:00:00", 86_400_000),
-        ] {
-            let started = StartTime::try_from(text.to_owned()).unwrap();
-            let found = measured_ms(&file, Some(&started), Some(BenchKind::Hardware));
-            assert_eq!(found, Some(ms), "{text}");
-        }
-    }
+fn unix_ms(started: Option<&StartTime>) -> Option<i64> {
+    started.and_then(StartTime::unix_ms)
 }

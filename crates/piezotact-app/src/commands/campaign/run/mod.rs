@@ -10,18 +10,19 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::{Args, ValueEnum};
-use piezotact::quantity::{Band, Hertz};
-use piezotact::recording::BenchKind;
+use piezotact::quantity::{Acceleration, Band, Drive, Hertz};
+use piezotact::recording::{BenchKind, StartTime};
 use piezotact::render::Rendering;
 use piezotact::run::{RunStart, Sink, SinkError};
-use piezotact_bench::Bench;
+use piezotact::transfer::{TransferFunction, at_rest};
 use piezotact_bench::procedure::RunKeeper;
-use piezotact_dataset::JournalSink;
+use piezotact_bench::{Bench, RunPlan};
+use piezotact_dataset::{JournalSink, read_transfer};
 use piezotact_people::campaign::chain::Salt;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
-    EarlierSession, FingerOnBench, Known, NotReady, not_ready, stimuli_of,
+    BenchNow, EarlierSession, Known, NotReady, SensorNow, not_ready, stimuli_of,
 };
 use piezotact_people::campaign::session::{Command, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
@@ -37,6 +38,7 @@ use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::stops;
+use crate::keeping::{Dated, began};
 use crate::live::Showing;
 use crate::output::say;
 use drives::Drives;
@@ -70,6 +72,10 @@ pub(crate) struct Leading {
     /// The folder of the participant's drives that `piezotact prepare` wrote; it is copied into the study.
     #[arg(long, value_name = "FOLDER")]
     drives: Option<PathBuf>,
+    /// Checks the sensor, which the loopback does not: the response of the device with nobody on it, as it was stored when the sensor was
+    /// calibrated and as it was measured today, both by `piezotact characterise`.
+    #[arg(long, num_args = 2, value_names = ["STORED", "TODAY"], requires = "bench")]
+    at_rest: Vec<PathBuf>,
     /// A rehearsal: it is kept, marked, and never analysed; what a session with a volunteer would be refused for is said only.
     #[arg(long)]
     rehearsal: bool,
@@ -142,16 +148,20 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let given = args.leading.drives.as_deref();
-    let drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
+    let mut drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
-    let bench = args
+    let mut bench = args
         .leading
         .bench
         .as_ref()
         .map(|bench| bench.open())
         .transpose()?;
-    let finger = finger(&plan, bench.as_ref());
-    ready((&study, &plan), &drives, args, begun, &finger)?;
+    if let Some(bench) = &mut bench {
+        drives.compare_with(bench)?;
+    }
+    let here = bench.as_ref().map(|bench| bench_now(&drives, bench));
+    let here = here.filter(|_| !stimuli_of(&plan).is_empty());
+    ready((&study, &plan), &drives, args, begun, here.as_ref())?;
     let _alone = study.store.run_alone(&participant, &args.session)?;
     if begun.is_none() {
         study.store.write_plan(&plan)?;
@@ -234,7 +244,7 @@ fn ready(
     drives: &Drives,
     args: &Arguments,
     begun: Option<Stage>,
-    finger: &FingerOnBench,
+    bench: Option<&BenchNow>,
 ) -> Outcome {
     if matches!(
         begun,
@@ -255,11 +265,13 @@ fn ready(
             ended_ms: *ended_ms,
         })
         .collect();
+    let sensor = sensor(&args.leading.at_rest)?;
     let known = Known {
         renderings: &renderings,
         earlier: &earlier,
         panels: &study.campaign.panels,
-        finger,
+        bench,
+        sensor: sensor.as_ref(),
         now_ms: now_ms(),
     };
     let mut missing = not_ready(&study.campaign.protocol, plan, known);
@@ -272,18 +284,14 @@ fn ready(
     }
     if begun.is_some() {
         missing.retain(|one| {
-            matches!(
+            let of_bench = matches!(
                 one,
-                NotReady::Missing { .. }
-                    | NotReady::Strokes { .. }
-                    | NotReady::TransferFunction { .. }
-                    | NotReady::NotPassed { .. }
-                    | NotReady::Measured { .. }
-                    | NotReady::TooOld { .. }
-                    | NotReady::Undated { .. }
-                    | NotReady::NoFinger { .. }
+                NotReady::NoFinger { .. }
                     | NotReady::OtherFinger { .. }
-            )
+                    | NotReady::Sensor(_)
+                    | NotReady::SensorOld { .. }
+            );
+            of_bench || one.stimulus().is_some()
         });
     }
     if missing.is_empty() {
@@ -308,6 +316,28 @@ fn ready(
     }
 }
 
+/// What the response at rest of today, the second of `files`, says of the sensor against the stored one, the first.
+fn sensor(files: &[PathBuf]) -> Outcome<Option<SensorNow>> {
+    let [stored, today] = files else {
+        return Ok(None);
+    };
+    let read = |file: &PathBuf| -> Outcome<TransferFunction<Drive, Acceleration>> {
+        Ok(read_transfer(file)?.function(file)?)
+    };
+    let now = read(today)?;
+    let against_stored = at_rest(&now, &read(stored)?, Band::new(Hertz(20.0), Hertz(1000.0))?);
+    let against_stored =
+        against_stored.map_err(|error| Failure::Data(anyhow!("{}: {error}", today.display())))?;
+    for criterion in &against_stored.criteria {
+        say(&format!("sensor at rest: {criterion}"));
+    }
+    let at = now.about.provenance.measured_at.as_ref();
+    Ok(Some(SensorNow {
+        against_stored,
+        at_ms: at.and_then(StartTime::unix_ms),
+    }))
+}
+
 /// What is missing, stimuli that lack the same in one line.
 fn merged(missing: &[NotReady]) -> Vec<String> {
     let mut lines: Vec<(String, Vec<&str>)> = Vec::new();
@@ -327,18 +357,24 @@ fn merged(missing: &[NotReady]) -> Vec<String> {
         .collect()
 }
 
-/// The finger that feels what `bench` plays in the session of `plan`.
-fn finger(plan: &Plan, bench: Option<&Bench>) -> FingerOnBench {
-    let Some(bench) = bench.filter(|_| !stimuli_of(plan).is_empty()) else {
-        return FingerOnBench::NotHere;
+/// How the finger lies while `drives` are played on `bench`.
+fn session_run(drives: &Drives, bench: &Bench) -> RunPlan {
+    let condition = drives.ready.values().find_map(|drive| {
+        let rendering = drive.rendering.as_ref()?;
+        Some(rendering.about.condition.clone())
+    });
+    let finger = Finger {
+        load: condition.as_ref().and_then(|c| c.load_n).map(|load| load.0),
+        angle: condition.and_then(|c| c.angle_deg).map(|angle| angle.0),
     };
-    let kind = bench.acquirer.describe().kind;
-    match kind {
-        BenchKind::Hardware => FingerOnBench::Real,
-        BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted => FingerOnBench::Simulated {
-            bench: kind,
-            of: bench.acquirer.describe().condition.participant,
-        },
+    run_plan("campaign", &finger, bench.acquirer.as_ref())
+}
+
+/// What `bench` is now, with the finger as it lies in the session.
+fn bench_now(drives: &Drives, bench: &Bench) -> BenchNow {
+    BenchNow {
+        kind: bench.acquirer.describe().kind,
+        condition: bench.acquirer.condition(&session_run(drives, bench)),
     }
 }
 
@@ -365,15 +401,7 @@ fn stimulator(
     folder: &Path,
 ) -> Outcome<BenchStimulator<'static>> {
     let rendering = &study.campaign.protocol.rendering;
-    let condition = drives.ready.values().find_map(|drive| {
-        let rendering = drive.rendering.as_ref()?;
-        Some(rendering.about.condition.clone())
-    });
-    let finger = Finger {
-        load: condition.as_ref().and_then(|c| c.load_n).map(|load| load.0),
-        angle: condition.and_then(|c| c.angle_deg).map(|angle| angle.0),
-    };
-    let run = run_plan("campaign", &finger, bench.acquirer.as_ref());
+    let run = session_run(&drives, &bench);
     let folder = folder.join("runs");
     std::fs::create_dir_all(&folder)?;
     let all = Band::new(Hertz(20.0), Hertz(1000.0)).map_err(usage)?;
@@ -417,6 +445,10 @@ struct Kept {
 }
 
 impl RunKeeper for Kept {
+    fn now(&self, kind: BenchKind) -> Option<StartTime> {
+        began(kind, Dated::All)
+    }
+
     fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
         let journal = JournalSink::new(&self.path, self.rendering.take());
         Ok(Box::new(Showing(journal)))
