@@ -157,6 +157,18 @@ impl Work {
             items.last = state.began.elapsed();
         }
     }
+
+    /// So many items are done.
+    #[cfg(feature = "campaign")]
+    pub(crate) fn up_to(&self, count: usize) {
+        if let Some(state) = work().last_mut()
+            && let What::Items(items) = &mut state.what
+            && count > items.done
+        {
+            items.done = count;
+            items.last = state.began.elapsed();
+        }
+    }
 }
 
 impl Drop for Work {

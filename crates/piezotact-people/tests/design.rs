@@ -45,6 +45,7 @@ fn task(name: &str, task: TaskKind, repeats: usize, seconds_per_trial: f64) -> T
         task,
         repeats,
         seconds_per_trial,
+        played_s: 0.0,
         uncounted_trials: 0.0,
     }
 }
@@ -193,7 +194,17 @@ fn imagery() -> CampaignDescription {
         sets: Vec::new(),
         tasks: ["natural", "control", "imagery"]
             .iter()
-            .map(|name| task(name, TaskKind::Rate { trials: 3 }, 1, 120.0))
+            .map(|name| {
+                task(
+                    name,
+                    TaskKind::Rate {
+                        trials: 3,
+                        range: 6,
+                    },
+                    1,
+                    120.0,
+                )
+            })
             .collect(),
         task_orders: vec![
             words("natural control imagery"),

@@ -21,13 +21,14 @@ pub use construct::{
 };
 pub use coverage::{PairCoverage, Together, pair_coverage};
 pub use description::{
-    Aims, CampaignDescription, Comparison, Factor, PairsWanted, Scoring, TaskDescription, TaskKind,
+    Aims, CampaignDescription, CompareAim, Comparison, Factor, PairsWanted, Scoring,
+    TaskDescription, TaskKind,
 };
 pub use error::DesignError;
 pub use fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault, SampleSetCount};
 pub use findings::{
-    ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, SampleCount, TaskChance,
-    TaskTime, design_findings, power_study, task_times,
+    ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, RatingPrecision,
+    SampleCount, TaskChance, TaskTime, ThresholdShare, design_findings, power_study, task_times,
 };
 pub use orders::{
     Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,
@@ -35,6 +36,7 @@ pub use orders::{
 pub use power::{FoundShare, PowerPlan, found_share};
 pub use precision::{
     CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
+    rating_half_width,
 };
 pub use sequence::{LengthShare, SequenceDistribution, SequenceRule, sequence_distribution};
 pub use sets::SampleSets;
