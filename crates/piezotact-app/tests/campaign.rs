@@ -305,8 +305,8 @@ fn what_is_no_protocol_is_refused_in_one_sentence() {
         ),
         (
             "participants = 10",
-            "participants = 1",
-            ["the number of participants is 1", "expected 2 or more"],
+            "participants = 0",
+            ["panel.participants: expected at least 1", "found 0"],
         ),
         (
             "session = \"discrimination\"",
