@@ -132,25 +132,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .unwrap_or(study.campaign.protocol.panel.participants);
     let campaign = study.campaign.clone();
     let simulation = asked(args, &campaign, participants)?;
-    let steps = simulation.steps()?;
-    let each = steps.len();
-    let work = Work::of_sizes(SIMULATING, steps.repeat(participants as usize));
-    let between = Between::items("volunteer");
-    let mut gone = 0;
-    let done = simulated(
-        args,
-        &simulation,
-        participants,
-        &mut study,
-        &mut |over| match over {
-            Over::Steps(steps) => work.up_to(gone * each + steps),
-            Over::Volunteer => {
-                gone += 1;
-                work.up_to(gone * each);
-            }
-        },
-    )?;
-    drop((work, between));
+    let done = shown(args, &simulation, participants, &mut study)?;
     print(&format!(
         "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
         args.study.display(),
@@ -174,6 +156,33 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "see what they answered: piezotact campaign export {study_at} --out FOLDER"
         )),
     }
+}
+
+/// The campaign, with its progress.
+fn shown(
+    args: &Arguments,
+    simulation: &Simulation<'_>,
+    participants: u32,
+    study: &mut Study,
+) -> Outcome<Simulated> {
+    let steps = simulation.steps()?;
+    let each = steps.len();
+    let work = Work::of_sizes(SIMULATING, steps.repeat(participants as usize));
+    let _between = Between::items("volunteer");
+    let mut gone = 0;
+    simulated(
+        args,
+        simulation,
+        participants,
+        study,
+        &mut |over| match over {
+            Over::Steps(steps) => work.up_to(gone * each + steps),
+            Over::Volunteer => {
+                gone += 1;
+                work.up_to(gone * each);
+            }
+        },
+    )
 }
 
 /// What is to be simulated, with the average of its panel where it is rendered with one.

@@ -36,7 +36,6 @@ pub use orders::{
 pub use power::{FoundShare, PowerPlan, found_share};
 pub use precision::{
     CellPlan, CellPrecision, cell_precision, paired_power, participants_for_power,
-    rating_half_width,
 };
 pub use sequence::{LengthShare, SequenceDistribution, SequenceRule, sequence_distribution};
 pub use sets::SampleSets;

@@ -244,7 +244,7 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
 /// No participant, no step, a share not between 0 and 1, a negative or infinite spread.
 ///
 /// Source: Student (1908), Biometrika 6:1, with the standard deviation of the assumed ratings, integrated; decision 0063 of this project.
-pub fn rating_half_width(
+pub(super) fn rating_half_width(
     participants: usize,
     range: u64,
     share: f64,
