@@ -157,6 +157,16 @@ impl Work {
             items.last = state.began.elapsed();
         }
     }
+
+    /// So many items are done.
+    #[cfg(feature = "campaign")]
+    pub(crate) fn up_to(&self, count: usize) {
+        if let Some(state) = work().last_mut()
+            && let What::Items(items) = &mut state.what
+        {
+            items.up_to(count, state.began.elapsed());
+        }
+    }
 }
 
 impl Drop for Work {
@@ -274,6 +284,15 @@ impl State {
 }
 
 impl Items {
+    /// So many are done after `elapsed`, if they were not before.
+    #[cfg(feature = "campaign")]
+    fn up_to(&mut self, count: usize, elapsed: Duration) {
+        if count > self.done {
+            self.done = count;
+            self.last = elapsed;
+        }
+    }
+
     fn done_text(&self) -> String {
         format!(
             "{} of {} {} {}",
@@ -394,6 +413,28 @@ mod tests {
         ] {
             assert_eq!(text(&items(&equal, done, last_s), elapsed_s), expected);
         }
+    }
+
+    /// A volunteer is measured as long as 12 strokes play, and has two trials of 42 strokes: while the first volunteer is here, the time
+    /// of all is known.
+    #[cfg(feature = "campaign")]
+    #[test]
+    fn the_time_left_is_known_within_the_first_of_several_volunteers() {
+        let mut steps = items(&[12.0, 42.0, 42.0].repeat(6), 0, 0);
+        steps.up_to(1, Duration::from_secs(4));
+        steps.up_to(2, Duration::from_secs(18));
+        // 54 of 576 strokes took 18 s.
+        assert_eq!(
+            text(&steps, 18),
+            "reading: 2 of 18 recordings, about 3 min left"
+        );
+        // Of trials that were not needed, none is left.
+        steps.up_to(15, Duration::from_secs(160));
+        steps.up_to(15, Duration::from_secs(170));
+        assert_eq!(
+            text(&steps, 160),
+            "reading: 15 of 18 recordings, about 35 s left"
+        );
     }
 
     /// A file of ten times the size is expected to take ten times as long.

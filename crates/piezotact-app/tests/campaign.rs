@@ -41,7 +41,9 @@ fn table_5_leaves_47_of_78_pairs_untested() {
         "Better: 26 sets put 78 of 78 pairs together. Cost: 26 sets for each participant instead of 12",
         "shared by two participants, at most 13 sets",
         "leaves 0 of 14 in position, with Kendall's τ 0.714",
-        "measurement 42 min, discrimination 47 min; 89 min in all",
+        "measurement 42 min, discrimination 90 min (21.0 min of it textures play); 132 min in all",
+        "The source has 60 min for measurement, not 42. It also has the measurement of the transfer function",
+        "The source has 90 min for discrimination: as here.",
         "14 samples, 13 of them in 12 sets of 3",
         "wrote r.html",
     ] {
@@ -96,9 +98,21 @@ fn table_4_holds_every_pair() {
     // With enough people the only fault is gone, and it says so.
     let enough = design(&folder, &["periodic_pilot", "--participants", "40"]).out();
     assert!(
-        enough.contains("No fault was found: 3 rules judged."),
+        enough.contains("No fault was found: 4 rules judged."),
         "{enough}"
     );
+    // Nor is there none where a stated difference is found too rarely.
+    let line = "periodic_pilot --participants 40 --power samples:M1,M8 --task task2 --shares 50,35";
+    let rarely = design(&folder, &line.split(' ').collect::<Vec<_>>()).out();
+    assert!(
+        rarely.contains("1 fault found: of 5 rules judged, 1 are not met.")
+            && rarely.contains("M1 and M8: 40 participants find the stated difference in "),
+        "{rarely}"
+    );
+    assert!(!rarely.contains("No fault"), "{rarely}");
+    // One participant, as in the thesis: nothing is known of people.
+    assert_eq!(document["campaign"]["participants"], 1);
+    assert!(fault(&document, "interval_too_wide").is_some());
 }
 
 #[test]
@@ -291,8 +305,8 @@ fn what_is_no_protocol_is_refused_in_one_sentence() {
         ),
         (
             "participants = 10",
-            "participants = 1",
-            ["the number of participants is 1", "expected 2 or more"],
+            "participants = 0",
+            ["panel.participants: expected at least 1", "found 0"],
         ),
         (
             "session = \"discrimination\"",
@@ -314,13 +328,37 @@ fn what_is_no_protocol_is_refused_in_one_sentence() {
         done.expect_failure(1, &parts);
         assert_eq!(done.err().trim().lines().count(), 1, "{}", done.err());
     }
-    for number in ["0", "1", "-3", "ten", "10001"] {
+    for number in ["0", "-3", "ten", "10001"] {
         let words = ["isotropic_triplets", "--participants", number];
-        design(&folder, &words).expect_failure(2, &["expected a whole number from 2 to 10000"]);
+        design(&folder, &words).expect_failure(2, &["expected a whole number from 1 to 10000"]);
     }
     folder.write("own.toml", "");
     let words = ["own.toml", "--report", "own.toml"];
     design(&folder, &words).expect_failure(2, &["own.toml is read and would be replaced"]);
+}
+
+#[test]
+fn comparisons_and_ratings_are_judged() {
+    let folder = Folder::new();
+    let jnd = design(&folder, &["roughness_jnd"]).out();
+    for part in [
+        "quest: ",
+        "staircase: ",
+        " of 100 simulated runs decide a threshold",
+        "rules judged",
+    ] {
+        assert!(jnd.contains(part), "no `{part}` in: {jnd}");
+    }
+    assert!(!jnd.contains("nothing was judged"), "{jnd}");
+    let few = ["touch_control_imagery", "--participants", "3"];
+    let few = design(&folder, &few).out();
+    for part in [
+        "vividness: a mean rating has an expected 95 % interval of ±",
+        "on its scale of 6 steps",
+        "vividness: a mean rating of 3 participants has an interval of ±",
+    ] {
+        assert!(few.contains(part), "no `{part}` in: {few}");
+    }
 }
 
 #[test]

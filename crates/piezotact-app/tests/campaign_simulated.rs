@@ -206,6 +206,17 @@ fn what_cannot_be_simulated_leaves_no_folder() {
         .run(&line.split(' ').collect::<Vec<_>>())
         .expect_failure(1, &["expected a sample of the twin", "found `S99`"]);
     assert!(!folder.path("made").exists());
+    // Own names: the refusal says which option gives them a surface.
+    folder.write("own.toml", two_sets().replace("\"S2\"", "\"felt\""));
+    let line = "campaign simulate own.toml --study made --participants 1 --seed 1";
+    run(&folder, line).expect_failure(
+        1,
+        &[
+            "the twin has no surface for felt of the protocol",
+            "--surface felt=S8",
+        ],
+    );
+    assert!(!folder.path("made").exists());
     let line = "campaign simulate isotropic_triplets --study made --participants 1 --seed 18446744073709551615 --panels 2";
     folder
         .run(&line.split(' ').collect::<Vec<_>>())

@@ -45,6 +45,7 @@ fn task(name: &str, task: TaskKind, repeats: usize, seconds_per_trial: f64) -> T
         task,
         repeats,
         seconds_per_trial,
+        played_s: 0.0,
         uncounted_trials: 0.0,
     }
 }
@@ -193,7 +194,17 @@ fn imagery() -> CampaignDescription {
         sets: Vec::new(),
         tasks: ["natural", "control", "imagery"]
             .iter()
-            .map(|name| task(name, TaskKind::Rate { trials: 3 }, 1, 120.0))
+            .map(|name| {
+                task(
+                    name,
+                    TaskKind::Rate {
+                        trials: 3,
+                        range: 6,
+                    },
+                    1,
+                    120.0,
+                )
+            })
             .collect(),
         task_orders: vec![
             words("natural control imagery"),
@@ -456,7 +467,8 @@ fn chapter_6_confounds_natural_touch_with_order() {
     good.counterbalanced[0].orders = 6;
     let report = design_findings(&good, 1).unwrap();
     assert!(report.faults.is_empty(), "{:?}", report.faults);
-    assert_eq!(report.criteria.len(), 3);
+    // The order, its cells and its power, and the mean rating of each of the three tasks.
+    assert_eq!(report.criteria.len(), 6);
     // Where the two others alone are compared, natural touch confounds nothing.
     let mut two = imagery();
     two.comparisons[0].tasks = words("control imagery");
@@ -610,8 +622,8 @@ fn bad_designs_are_refused() {
         (refused(&|c| c.sets.clear()), "no set of samples"),
         (refused(&|c| c.sets_shared_over = 0), "share the sets"),
         (
-            refused(&|c| c.participants = 1),
-            "number of participants is 1",
+            refused(&|c| c.participants = 0),
+            "number of participants is 0",
         ),
         (
             refused(&|c| c.tasks[0].repeats = 0),

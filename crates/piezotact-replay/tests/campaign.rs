@@ -139,13 +139,37 @@ fn with_somebody_elses_transfer_function_the_evidence_says_why_answers_are_wrong
     let plan = plan(&protocol, Sha::of(b"protocol"), request).unwrap();
     let missed = |volunteer| {
         let mut store = MemoryStore::new();
-        sit(&simulation, volunteer, &plan, &mut store).unwrap();
+        sit(&simulation, volunteer, &plan, &mut store, &mut |_| {}).unwrap();
         let state = state_of(&store, &protocol, &plan).unwrap();
         let trials = state.trials();
         let missed = trials.filter(|(_, of)| of.evidence.iter().any(|(_, one)| one.missed()));
         missed.count()
     };
     assert!(missed(&others) > missed(&own));
+}
+
+/// What is said of the progress: each trial is over once, and with the last of them all steps that were announced.
+#[test]
+fn the_steps_of_a_volunteer_are_announced_and_each_is_over_once() {
+    let protocol = two_sets();
+    let simulation = quick(&protocol, Judge::Thurstone);
+    let announced = simulation.steps().unwrap();
+    assert!(announced.iter().all(|size| *size > 0.0));
+    let (mut store, mut over, mut sessions, mut ready) = (MemoryStore::new(), Vec::new(), 0, 0);
+    simulation
+        .run::<CampaignError>(1..=1, &mut store, &mut |step| {
+            match step {
+                Arrival::Ready => ready += 1,
+                Arrival::Trial { trials } => over.push((sessions, trials)),
+                Arrival::Answered { .. } => sessions += 1,
+                _ => {}
+            }
+            Ok(())
+        })
+        .unwrap();
+    assert_eq!((ready, ready + over.len()), (1, announced.len()));
+    over.dedup();
+    assert_eq!(1 + over.len(), announced.len());
 }
 
 #[test]

@@ -39,8 +39,7 @@ impl RealTransform {
     /// As [`Self::forward`], of `x` less `mean`.
     pub(crate) fn forward_about(&mut self, x: &[f64], mean: f64) -> Vec<Complex<f64>> {
         let length = self.length;
-        let plan =
-            (self.forward).get_or_insert_with(|| RealPlanner::new().plan_fft_forward(length));
+        let plan = (self.forward).get_or_insert_with(|| piezotact_fourier::real_forward(length));
         self.input.clear();
         let kept = x.iter().take(length).map(|value| value - mean);
         self.input.extend(kept);
@@ -58,8 +57,7 @@ impl RealTransform {
     /// real (0 Hz, and Nyquist for even n) are dropped.
     pub(crate) fn inverse(&mut self, mut bins: Vec<Complex<f64>>) -> Vec<f64> {
         let length = self.length;
-        let plan =
-            (self.inverse).get_or_insert_with(|| RealPlanner::new().plan_fft_inverse(length));
+        let plan = (self.inverse).get_or_insert_with(|| piezotact_fourier::real_inverse(length));
         bins.resize(length / 2 + 1, Complex::default());
         bins[0].im = 0.0;
         if length.is_multiple_of(2) {

@@ -1,10 +1,13 @@
 //! A protocol as its design sees it.
 
 use super::design::{
-    Aims, CampaignDescription, Factor, SequenceRule, TaskDescription, TaskKind as Designed,
+    Aims, CampaignDescription, CompareAim, Factor, SequenceRule, TaskDescription,
+    TaskKind as Designed,
 };
 use super::plan::balanced_orders;
-use super::protocol::{Block, Method, OrderRule, Over, Protocol, Sequence, Task, TaskKind};
+use super::protocol::{
+    Block, Method, OrderRule, Over, Playing, Protocol, Sequence, Task, TaskKind,
+};
 
 /// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
 ///
@@ -116,7 +119,12 @@ fn described(
         false => 1.0,
     };
     let mut elements = 1.0;
-    let mut seconds_per_trial = task.seconds_per_trial;
+    let each_s = match protocol.rendering.as_ref().map(|one| one.playing) {
+        Some(Playing::Repeated { duration_s, .. }) => duration_s,
+        Some(Playing::Once) | None => 0.0,
+    };
+    let mut played_s = 0.0;
+    let mut seconds_beside = task.seconds_per_trial;
     let kind = match &task.kind {
         TaskKind::Touch { .. } => Designed::Touch { trials: singles },
         TaskKind::Identify { .. } => Designed::IdentifyFromMemory,
@@ -131,27 +139,42 @@ fn described(
         },
         TaskKind::Associate { sequence, .. } => {
             let (sequence, mean_length) = sequence_rule(protocol, sequence, sets);
-            seconds_per_trial /= mean_length;
+            seconds_beside /= mean_length;
+            played_s = each_s;
             elements = mean_length;
             Designed::Associate { sequence }
         }
-        TaskKind::Compare { method, .. } => Designed::Compare {
-            alternatives: 2,
-            trials: match method {
-                Method::Constant { pairs, repeats } => {
-                    (times * (2 * pairs.len() * *repeats as usize) as f64).round() as usize
-                }
+        TaskKind::Compare { method, .. } => {
+            played_s = 2.0 * each_s;
+            let (once, aim) = match method {
+                Method::Constant { pairs, repeats } => (
+                    2 * pairs.len() * *repeats as usize,
+                    CompareAim::Shares { pairs: pairs.len() },
+                ),
                 // All that it can have: a staircase may end before.
-                Method::Adaptive(adaptive) => {
-                    (times * f64::from(adaptive.rule.at_most())).round() as usize
-                }
-            },
-        },
+                Method::Adaptive(adaptive) => (
+                    adaptive.rule.at_most() as usize,
+                    CompareAim::Threshold {
+                        levels: adaptive.levels(),
+                        rule: adaptive.rule.clone(),
+                        largest_sd: adaptive.largest_sd,
+                    },
+                ),
+            };
+            Designed::Compare {
+                alternatives: 2,
+                trials: (times * once as f64).round() as usize,
+                aim,
+            }
+        }
         TaskKind::Categorise { descriptors, .. } => Designed::Categorise {
             categories: descriptors.len(),
             trials: singles,
         },
-        TaskKind::Rate { .. } => Designed::Rate { trials: singles },
+        TaskKind::Rate { from, to } => Designed::Rate {
+            trials: singles,
+            range: to.abs_diff(*from),
+        },
     };
     let repeats = match &task.kind {
         TaskKind::Identify { presentations } => *presentations as usize,
@@ -169,7 +192,8 @@ fn described(
         name: task.name.clone(),
         task: kind,
         repeats: repeats * block_repeats,
-        seconds_per_trial,
+        seconds_per_trial: seconds_beside + played_s,
+        played_s,
         uncounted_trials: elements * (training + catch * times * block_repeats as f64),
     }
 }

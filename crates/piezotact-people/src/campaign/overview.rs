@@ -1,6 +1,6 @@
 //! The design of a campaign as one value: what is asked of participants, what it can show, and its faults.
 
-use piezotact::criterion::Outcome;
+use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::document::Content;
 use piezotact::number::counted;
 use piezotact::page::{Cell, Column, Table};
@@ -8,10 +8,11 @@ use serde::{Deserialize, Serialize};
 
 use super::describe::describe;
 use super::design::{
-    CampaignDescription, DesignError, DesignReport, PairsWanted, PowerQuestion, PowerStudy,
-    SampleCount, TaskTime, design_findings, power_study, task_times,
+    BetterPlan, CampaignDescription, Change, DesignCriterion, DesignError, DesignReport, Fault,
+    FoundFault, PairsWanted, PowerQuestion, PowerStudy, SampleCount, TaskTime, design_findings,
+    power_study, task_times,
 };
-use super::protocol::{Protocol, SessionProtocol, When};
+use super::protocol::{Protocol, SessionProtocol, SourceTime, When};
 
 /// A task of a session, with its trials and its time for one participant.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,6 +39,37 @@ pub struct SessionTime {
     pub tasks: Vec<SessionTask>,
     /// Seconds.
     pub time_s: f64,
+    /// How long it takes by the source.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_time: Option<SourceTime>,
+}
+
+impl SessionTime {
+    /// Minutes in which textures play.
+    fn played_min(&self) -> f64 {
+        let tasks = self.tasks.iter();
+        tasks.map(|task| task.time.played_s).sum::<f64>() / 60.0
+    }
+
+    /// How its time agrees with that of the source, in one sentence; `None` where the source does not say.
+    fn source_sentence(&self) -> Option<String> {
+        let source = self.source_time.as_ref()?;
+        let of_source = f64::from(source.min);
+        let planned = self.time_s / 60.0;
+        let session = &self.session;
+        if (planned - of_source).abs() <= AGREES_SHARE * of_source {
+            return Some(format!(
+                "The source has {of_source:.0} min for {session}: as here."
+            ));
+        }
+        let why_not = match &source.why_not {
+            Some(why_not) => why_not.as_str(),
+            None => "The protocol does not say why.",
+        };
+        Some(format!(
+            "The source has {of_source:.0} min for {session}, not {planned:.0}. {why_not}"
+        ))
+    }
 }
 
 /// The design of a campaign.
@@ -99,6 +131,9 @@ pub fn campaign_design(protocol: &Protocol, seed: u64) -> Result<CampaignDesign,
     })
 }
 
+/// Up to this share of the source's time, a session takes as long as there.
+const AGREES_SHARE: f64 = 0.1;
+
 /// The time of a session, block by block: a task can stand in several blocks.
 fn session_time(
     protocol: &Protocol,
@@ -127,6 +162,7 @@ fn session_time(
         session: session.name.clone(),
         when: session.when,
         time_s: tasks.iter().map(|task| task.time.time_s).sum(),
+        source_time: session.source_time.clone(),
         tasks,
     })
 }
@@ -168,15 +204,58 @@ fn number(mean: f64) -> String {
 }
 
 impl CampaignDesign {
-    /// The design with the power for a stated difference.
+    /// The design with the power for a stated difference, and with the fault where it is found more rarely than is wanted.
     ///
     /// # Errors
     /// As [`power_study`].
     ///
     /// Source: [`power_study`].
     pub fn with_power(mut self, question: &PowerQuestion) -> Result<Self, DesignError> {
-        self.power = Some(power_study(&self.campaign, question, self.report.seed)?);
+        let study = power_study(&self.campaign, question, self.report.seed)?;
+        let (power_share, wanted_share) = (study.planned.power_share, study.wanted_share);
+        let between = question.difference.names().clone();
+        let what = DesignCriterion::DifferenceFound {
+            between: between.clone(),
+        };
+        // Judged by the share itself: what is found too rarely is never called enough for the interval of a simulation.
+        let limit = Limit::at_least(wanted_share);
+        let criterion = Criterion::new(what, "", power_share, None, limit);
+        self.report.criteria.push(criterion.clone());
+        if criterion.outcome == Outcome::NotMet {
+            let participants = study.planned.participants;
+            let better = study.participants_needed.map(|needed| BetterPlan {
+                change: Change::Participants {
+                    participants: needed,
+                },
+                sets: [self.sets_each(); 2],
+                participant_s: [self.report.participant_s; 2],
+                participants: [participants, needed],
+                sets_shared_by_two: None,
+                participant_shared_by_two_s: None,
+            });
+            let fault = Fault::DifferenceMissed {
+                between,
+                participants,
+                power_share,
+                wanted_share,
+            };
+            self.report.faults.push(FoundFault {
+                fault,
+                criterion,
+                better,
+            });
+        }
+        self.power = Some(study);
         Ok(self)
+    }
+
+    /// Sets of one participant.
+    fn sets_each(&self) -> usize {
+        let campaign = &self.campaign;
+        campaign
+            .sets
+            .len()
+            .div_ceil(campaign.sets_shared_over.max(1))
     }
 
     /// The outcome of all rules together; not decided where none was judged.
@@ -193,10 +272,6 @@ impl CampaignDesign {
     /// The conclusion in one sentence: how many faults, how many rules are met or not decided.
     #[must_use]
     pub fn sentence(&self) -> String {
-        let count = |outcome| {
-            let all = self.report.criteria.iter();
-            all.filter(|c| c.outcome == outcome).count()
-        };
         let rules = self.report.criteria.len();
         if rules == 0 {
             return "No rule applies to this design: nothing was judged.".into();
@@ -209,11 +284,31 @@ impl CampaignDesign {
                 counted(rules, "rule")
             ),
         };
-        let open = count(Outcome::NotDecided);
-        if open > 0 {
-            text += &format!("; {open} not decided");
+        let open = self.open();
+        if !open.is_empty() {
+            text += &format!("; {} not decided: {}", open.len(), open.join("; "));
         }
         text + "."
+    }
+
+    /// Each rule that is not decided, with what would decide it.
+    fn open(&self) -> Vec<String> {
+        let all = self.report.criteria.iter();
+        let open = all.filter(|one| one.outcome == Outcome::NotDecided);
+        open.map(|one| {
+            let decides = match &one.what {
+                _ if one.found.is_some() => {
+                    "the interval of the simulation holds the limit, and one participant or trial more or fewer decides"
+                }
+                DesignCriterion::FixedPositions { .. } => "the orders of the tasks decide",
+                DesignCriterion::ThresholdsDecided { .. } => {
+                    "it is too long to be simulated: fewer levels, thresholds or trials decide"
+                }
+                _ => "nothing was measured",
+            };
+            format!("{} ({decides})", one.what)
+        })
+        .collect()
     }
 
     /// What is asked in one sentence: participants, samples, sets, tray.
@@ -271,6 +366,7 @@ impl CampaignDesign {
             ("what is done", "title"),
             ("items", "items"),
             ("min", "time_min"),
+            ("of it playing", "played_min"),
         ];
         let mut table = Table::new(names.map(|(heading, name)| Column::new(heading, name)));
         for session in &self.sessions {
@@ -287,27 +383,41 @@ impl CampaignDesign {
                     Cell::from(task.title.as_str()),
                     Cell::from(number(task.time.trials)),
                     Cell::Number(task.time.time_s / 60.0),
+                    Cell::Number(task.time.played_s / 60.0),
                 ]);
             }
         }
         table
     }
 
-    /// The minutes of each session, in one sentence.
+    /// The minutes of each session, what plays in them, and how they agree with the source; a sentence each.
     #[must_use]
     pub fn time_sentence(&self) -> String {
         let sessions = self.sessions.iter();
         let parts: Vec<String> = sessions
-            .map(|session| format!("{} {} min", session.session, minutes(session.time_s)))
+            .map(|session| {
+                let playing = match session.played_min() {
+                    min if min > 0.0 => format!(" ({min:.1} min of it textures play)"),
+                    _ => String::new(),
+                };
+                let of_all = minutes(session.time_s);
+                format!("{} {of_all} min{playing}", session.session)
+            })
             .collect();
         let all: f64 = self.sessions.iter().map(|session| session.time_s).sum();
-        format!(
+        let mut said = vec![format!(
             "One participant: {}; {} min in all. {} together: {:.1} h. Arrival, consent and pauses are not counted.",
             parts.join(", "),
             minutes(all),
             counted(self.campaign.participants, "participant"),
             self.campaign.participants as f64 * all / 3600.0
-        )
+        )];
+        said.extend(
+            self.sessions
+                .iter()
+                .filter_map(SessionTime::source_sentence),
+        );
+        said.join(" ")
     }
 
     /// What chance reaches in each task whose answers are right or wrong; without columns that say nothing of any task.
@@ -405,6 +515,32 @@ impl CampaignDesign {
                 of.left_over
             )
         });
+        let aims = self.campaign.aims;
+        let ratings = self.report.ratings.iter().map(|of| {
+            format!(
+                "{}: a mean rating has an expected 95 % interval of ±{:.2} on its scale of {} (±{:.0} % of it) with {participants} \
+                 (Student's t; assumed: the median participant rates at {:.0} % of the scale, standard deviation over participants {} of \
+                 the logit).",
+                of.task,
+                of.half_width_share * of.range as f64,
+                counted(of.range as usize, "step"),
+                100.0 * of.half_width_share,
+                100.0 * aims.cell_share,
+                aims.logit_sd
+            )
+        });
+        let thresholds = self.report.thresholds.iter().map(|of| {
+            format!(
+                "{}: {:.0} % of {} simulated runs decide a threshold (assumed: answers as a Weibull function in dB says, with thresholds \
+                 from {} to {}).",
+                of.task,
+                100.0 * of.decided_share,
+                of.runs,
+                of.thresholds[0],
+                of.thresholds[1]
+            )
+        });
+        let cells = cells.chain(ratings).chain(thresholds);
         cells.chain(power).chain(crossing).collect()
     }
 
@@ -477,61 +613,4 @@ fn share_cell(share: f64) -> Cell {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::protocol::{LIBRARY, from_library, read};
-    use super::*;
-
-    fn design(name: &str) -> CampaignDesign {
-        campaign_design(&from_library(name).unwrap().unwrap(), 1).unwrap()
-    }
-
-    #[test]
-    fn the_time_of_every_session_is_counted() {
-        let found = design("isotropic_triplets");
-        let times: Vec<(&str, f64)> = (found.sessions.iter())
-            .map(|session| (session.session.as_str(), session.time_s))
-            .collect();
-        // 14 samples of 180 s; three orders of 300 s, 12 sets of 60 s and of a sequence of 100 s.
-        assert_eq!(times, [("measurement", 2520.0), ("discrimination", 2820.0)]);
-        assert!((found.report.participant_s - 2820.0).abs() < 1e-9);
-        let imagery = design("touch_control_imagery");
-        let all: f64 = imagery.sessions.iter().map(|session| session.time_s).sum();
-        assert!((imagery.report.participant_s - all).abs() < 1e-9);
-    }
-
-    #[test]
-    fn a_task_in_two_blocks_takes_its_time_twice() {
-        let (_, toml) = LIBRARY[1];
-        let (before, block) = toml.rsplit_once("[[sessions.blocks]]").unwrap();
-        let again = block.replacen("triplets", "again", 1);
-        let twice = format!("{before}[[sessions.blocks]]{block}\n[[sessions.blocks]]{again}");
-        let found = campaign_design(&read(&twice).unwrap(), 1).unwrap();
-        assert_eq!(found.sessions[1].tasks.len(), 5);
-        assert!((found.sessions[1].time_s - (900.0 + 2.0 * 1920.0)).abs() < 1e-9);
-    }
-
-    #[test]
-    fn no_fault_is_said_only_where_a_rule_was_judged() {
-        let mut found = design("periodic_pilot");
-        assert_eq!(found.outcome(), Outcome::NotMet);
-        found.report.faults.clear();
-        found.report.criteria.retain(|c| c.outcome == Outcome::Met);
-        assert_eq!(found.outcome(), Outcome::Met);
-        assert!(found.sentence().starts_with("No fault was found: "));
-        found.report.criteria[0].outcome = Outcome::NotDecided;
-        assert_eq!(found.outcome(), Outcome::NotDecided);
-        assert!(found.sentence().ends_with("; 1 not decided."));
-        found.report.criteria.clear();
-        assert_eq!(found.outcome(), Outcome::NotDecided);
-        assert!(found.sentence().contains("nothing was judged"));
-    }
-
-    #[test]
-    fn pairs_never_together_are_listed_from_both_sides() {
-        let table = design("isotropic_triplets").pairs_table().unwrap();
-        let never: usize = (table.rows.iter())
-            .map(|row| row[2].text().split_whitespace().count())
-            .sum();
-        assert_eq!((table.rows.len(), never), (13, 2 * 47));
-    }
-}
+mod tests;

@@ -247,7 +247,8 @@ pub struct Task {
     /// What the experimenter confirms before it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub checklist: Vec<String>,
-    /// How long one trial takes, in seconds, with the touching; for the plan of the time.
+    /// How long one trial takes, in seconds, for the plan of the time: touching and answering, beside one playing in full of each
+    /// texture, which is added; where textures are played once as they were stroked, with that.
     pub seconds_per_trial: f64,
     /// Trials before the counted ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -409,8 +410,23 @@ pub struct SessionProtocol {
     pub name: String,
     /// When, relative to the session before it.
     pub when: When,
+    /// How long it takes by the source; absent where the source does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source_time: Option<SourceTime>,
     /// Its blocks in their order.
     pub blocks: Vec<Block>,
+}
+
+/// How long a session takes by the source of a protocol.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct SourceTime {
+    /// Minutes.
+    pub min: u32,
+    /// Why the tasks take another time, as a sentence; absent where they take as long.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why_not: Option<String>,
 }
 
 /// When a session takes place.

@@ -18,8 +18,8 @@ use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::transfer::TransferFunction;
 use piezotact_people::association::{Answer, Declared, answers_of, declared};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, plan};
-use piezotact_people::campaign::protocol::{Protocol, TaskKind, TransferFunctionUse};
+use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, Presented, Trial, plan};
+use piezotact_people::campaign::protocol::{Playing, Protocol, TaskKind, TransferFunctionUse};
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
 use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
 use piezotact_session::{RunError, state_of};
@@ -31,6 +31,12 @@ use super::ReplayError;
 const SURFACES: [[&str; 2]; 3] = [["rough", "M8"], ["biomimetic", "BIO"], ["smooth", "M3"]];
 /// The strokes on each sample where the protocol does not say how many.
 const USUAL_STROKES: u32 = 10;
+/// About how long the steady part of a stroke is, s.
+const USUAL_STROKE_S: f64 = 1.8;
+/// About how many strokes can be played in the time that touching a sample and rendering its drive take.
+const STROKES_OF_A_DRIVE: f64 = 12.0;
+/// A trial in which nothing is played, compared with a stroke that is played.
+const SILENT_TRIAL: f64 = 0.1;
 
 /// A campaign to be simulated.
 #[derive(Clone, Debug)]
@@ -234,6 +240,45 @@ impl Simulation<'_> {
         Ok((declared(self.protocol), answers))
     }
 
+    /// What the steps of one volunteer take compared with each other: measuring and rendering first, then each trial as it is planned for
+    /// the first who comes. A stroke that is played is 1.
+    ///
+    /// # Errors
+    /// [`CampaignError::Plan`].
+    pub fn steps(&self) -> Result<Vec<f64>, CampaignError> {
+        let strokes = match self.protocol.rendering.as_ref().map(|one| one.playing) {
+            Some(Playing::Repeated {
+                pause_s,
+                duration_s,
+            }) if self.playings == Playings::Whole => {
+                (duration_s / (pause_s + USUAL_STROKE_S)).max(1.0)
+            }
+            _ => 1.0,
+        };
+        let textures = self.protocol.samples.len() + self.protocol.stimuli.len();
+        let mut steps = vec![STROKES_OF_A_DRIVE * textures as f64];
+        for session in &self.protocol.sessions {
+            let request = PlanRequest {
+                seed: self.seed,
+                participant: "P01",
+                session: &session.name,
+                completed: &[],
+            };
+            let plan = plan(self.protocol, self.protocol_sha, request)?;
+            let played = |trial: &Trial| match &trial.presented {
+                Presented::Rendered { stimuli } => stimuli.len() as f64,
+                Presented::Chosen { .. } => 2.0,
+                Presented::Sample { .. } | Presented::Tray { .. } => 0.0,
+            };
+            let sizes = plan
+                .trials
+                .iter()
+                .map(|trial| SILENT_TRIAL + strokes * played(trial));
+            steps.extend(sizes);
+        }
+        Ok(steps)
+    }
+
     /// The volunteers `numbers` come one after the other for all their sessions, and everything is kept in `store`. Each is planned on
     /// arrival. `step` is called before each step, and its error ends the simulation. A session that is complete in `store` is skipped; an
     /// interrupted one is continued.
@@ -261,12 +306,14 @@ impl Simulation<'_> {
                 let plan = plan.map_err(CampaignError::from)?;
                 if is_complete(self.protocol, store, &plan)? {
                     done.taken_up += 1;
+                    step(Arrival::TakenUp { plan: &plan })?;
                 } else {
                     if ready.is_none() {
                         step(Arrival::Measured {
                             pseudonym: &pseudonym,
                         })?;
                         ready = Some(volunteer(self, number, Whose::Own)?);
+                        step(Arrival::Ready)?;
                     }
                     if let Some(ready) = &ready {
                         step(Arrival::Planned {
@@ -274,7 +321,15 @@ impl Simulation<'_> {
                             volunteer: ready,
                         })?;
                         let whole = !is_begun(store, &plan)?;
-                        let answers = sit(self, ready, &plan, store)?;
+                        let mut error = None;
+                        let answers = sit(self, ready, &plan, store, &mut |trials| {
+                            if error.is_none() {
+                                error = step(Arrival::Trial { trials }).err();
+                            }
+                        })?;
+                        if let Some(error) = error {
+                            return Err(error);
+                        }
                         step(Arrival::Answered {
                             plan: &plan,
                             answers: &answers,
@@ -313,6 +368,15 @@ pub enum Arrival<'a> {
         plan: &'a Plan,
         volunteer: &'a VirtualVolunteer,
     },
+    /// All of it is rendered.
+    Ready,
+    /// A trial is over.
+    Trial {
+        /// How many trials of the session are over.
+        trials: usize,
+    },
+    /// A session was complete before.
+    TakenUp { plan: &'a Plan },
     /// A session is over.
     Answered {
         plan: &'a Plan,

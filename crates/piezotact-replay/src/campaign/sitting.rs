@@ -94,7 +94,7 @@ fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, CampaignError> {
 }
 
 /// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it. Gives
-/// what was felt with what was answered, of the trials that were answered now.
+/// what was felt with what was answered, of the trials that were answered now. `trial_over` is told after each trial how many are over.
 ///
 /// # Errors
 /// [`CampaignError`] with the first thing that cannot be.
@@ -103,6 +103,7 @@ pub fn sit(
     volunteer: &VirtualVolunteer,
     plan: &Plan,
     store: &mut dyn Store,
+    trial_over: &mut dyn FnMut(usize),
 ) -> Result<Answers, CampaignError> {
     let protocol = simulation.protocol;
     let mut felt = Felt {
@@ -169,7 +170,8 @@ pub fn sit(
         };
         scene.command(&mut all)
     })? {
-        if command == Command::Confirm {
+        let confirms = command == Command::Confirm;
+        if confirms {
             judgement += 1;
         }
         let trial = runner
@@ -185,6 +187,9 @@ pub fn sit(
                     why,
                 });
             }
+        }
+        if confirms {
+            trial_over(runner.state().confirmed());
         }
     }
     drop(runner);

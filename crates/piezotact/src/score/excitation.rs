@@ -1,7 +1,10 @@
 //! The excitation of a waveform, and its uncertainty from the variation between its parts.
 
+use std::cell::RefCell;
+use std::sync::Arc;
+
 use crate::discrimination::{Evidence, Excitation, ExcitationPlan, Model, Units};
-use crate::quantity::{Acceleration, Seconds};
+use crate::quantity::{Acceleration, SampleRate, Seconds};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, WelchPlan, segments_in};
 use crate::statistics::LevelSpread;
@@ -15,9 +18,38 @@ const FINE_PARTS: usize = 8;
 /// The fewest samples of a spectrum from which bands are computed.
 const SHORTEST: usize = 16;
 
+/// The plans of one comparison, one for each length of segments: both waveforms have the same ones.
+pub(super) struct Plans<'a> {
+    pub(super) model: &'a Model,
+    made: RefCell<Vec<(usize, f64, Arc<ExcitationPlan>)>>,
+}
+
+impl<'a> Plans<'a> {
+    pub(super) fn new(model: &'a Model) -> Self {
+        let made = RefCell::default();
+        Self { model, made }
+    }
+
+    /// For PSDs of segments of `segment` samples.
+    fn of(&self, segment: usize, rate: SampleRate) -> Arc<ExcitationPlan> {
+        let rate_hz = rate.hz();
+        let mut made = self.made.borrow_mut();
+        let known = made
+            .iter()
+            .find(|(n, hz, _)| (*n, *hz) == (segment, rate_hz));
+        if let Some((.., plan)) = known {
+            return Arc::clone(plan);
+        }
+        let plan = ExcitationPlan::new(self.model, segment / 2 + 1, rate_hz / segment as f64);
+        let plan = Arc::new(plan);
+        made.push((segment, rate_hz, Arc::clone(&plan)));
+        plan
+    }
+}
+
 /// The spectra of a waveform's segments, and what they excite.
 pub(super) struct Waveform {
-    plan: ExcitationPlan,
+    plan: Arc<ExcitationPlan>,
     psd: Vec<f64>,
     pub(super) mean: Excitation,
     each: Vec<Excitation>,
@@ -33,7 +65,7 @@ impl Waveform {
     /// `x` cut into the segments of `welch`.
     pub(super) fn of(
         x: &Series<Acceleration>,
-        model: &Model,
+        plans: &Plans<'_>,
         welch: &WelchConfig,
     ) -> Result<Self, EstimateError> {
         welch.fits(x.samples().len())?;
@@ -41,7 +73,7 @@ impl Waveform {
         let hop = welch.hop()?;
         let segments = segments_in(x.samples().len(), welch.segment, hop);
         let bins = welch.segment / 2 + 1;
-        let plan = ExcitationPlan::new(model, bins, x.rate().hz() / welch.segment as f64);
+        let plan = plans.of(welch.segment, x.rate());
         let mut psd = vec![0.0; bins];
         let mut each = Vec::with_capacity(segments);
         for i in 0..segments {
@@ -73,7 +105,7 @@ impl Waveform {
 pub(super) fn parts(
     x: &Series<Acceleration>,
     count: usize,
-    model: &Model,
+    plans: &Plans<'_>,
     welch: &WelchConfig,
 ) -> Result<Option<Vec<Excitation>>, EstimateError> {
     let length = x.samples().len() / count;
@@ -85,7 +117,7 @@ pub(super) fn parts(
         segment,
         ..welch.clone()
     };
-    let plan = ExcitationPlan::new(model, segment / 2 + 1, x.rate().hz() / segment as f64);
+    let plan = plans.of(segment, x.rate());
     let mut of_part = WelchPlan::new(&welch, x.rate())?;
     x.samples()
         .chunks_exact(length)
@@ -101,7 +133,7 @@ pub(super) fn parts(
 pub(super) fn evidence<'a>(
     [a, b]: [(&Series<Acceleration>, &'a Waveform); 2],
     extent: Extent,
-    model: &Model,
+    plans: &Plans<'_>,
     welch: &'a WelchConfig,
 ) -> Result<Vec<Evidence<'a>>, EstimateError> {
     let together = extent == Extent::SharedPart;
@@ -113,7 +145,7 @@ pub(super) fn evidence<'a>(
         }
     };
     let of_parts = |count: usize| -> Result<Option<Evidence<'a>>, EstimateError> {
-        let [a, b] = [a.0, b.0].map(|x| parts(x, count, model, welch));
+        let [a, b] = [a.0, b.0].map(|x| parts(x, count, plans, welch));
         Ok(match (a?, b?) {
             (Some(a), Some(b)) => Some(of([Units::independent(a), Units::independent(b)])),
             _ => None,
@@ -163,7 +195,7 @@ fn line_kinship(welch: &WelchConfig) -> [f64; 3] {
 /// The spread and the maximum of the excitation's level over windows of `window`; `None` with fewer than three of them.
 pub(super) fn spread(
     x: &Series<Acceleration>,
-    model: &Model,
+    plans: &Plans<'_>,
     window: Seconds,
 ) -> Result<Option<LevelSpread>, EstimateError> {
     let segment = x.rate().samples_in(window).max(16);
@@ -176,7 +208,7 @@ pub(super) fn spread(
         return Ok(None);
     }
     let mut plan = WelchPlan::new(&welch, x.rate())?;
-    let excited = ExcitationPlan::new(model, segment / 2 + 1, x.rate().hz() / segment as f64);
+    let excited = plans.of(segment, x.rate());
     let mut levels_db = Vec::with_capacity(count);
     for cut in x.samples().chunks_exact(segment) {
         let psd = plan.estimate::<Acceleration>(&[cut])?.values;

@@ -18,7 +18,7 @@ use crate::clipping::ClippingDoubt;
 use crate::spectrum::SpectrumDoubt;
 pub use document::ScoreDocument;
 pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
-use excitation::{Waveform as Segments, evidence, parts, spread};
+use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 
 pub use literature::{Literature, LiteratureConfig};
@@ -256,6 +256,29 @@ pub fn score(
     test: &Series<Acceleration>,
     config: &ScoreConfig,
 ) -> Result<Score, ScoreError> {
+    scored(reference, test, config, |a, b| {
+        literature::literature(a, b, config.literature).map(Some)
+    })
+}
+
+/// As [`score`], without the indices of the literature, which are no part of its verdict: for whoever scores every stroke.
+fn score_alone(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+) -> Result<Score, ScoreError> {
+    scored(reference, test, config, |_, _| Ok(None))
+}
+
+fn scored(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    config: &ScoreConfig,
+    indices: impl FnOnce(
+        &Series<Acceleration>,
+        &Series<Acceleration>,
+    ) -> Result<Option<Literature>, literature::LiteratureError>,
+) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut doubts = Doubts::new();
     let (mut waveform, mut shared) = (None, None);
@@ -282,8 +305,9 @@ pub fn score(
         return Err(ScoreError::NoBand { band: config.band });
     }
     let model = config.model();
+    let plans = Plans::new(&model);
     let [a, b] = [("the reference", reference), ("the test", test)].map(|(what, x)| {
-        let found = Segments::of(x, &model, &config.welch)?;
+        let found = Segments::of(x, &plans, &config.welch)?;
         if found.mean.total() > SILENT {
             Ok(found)
         } else {
@@ -295,13 +319,13 @@ pub fn score(
     });
     let (a, b) = (a?, b?);
     let segments = a.segments().min(b.segments());
-    let scales = evidence([(reference, &a), (test, &b)], extent, &model, &config.welch)?;
+    let scales = evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?;
     let (a, b) = (&a.mean, &b.mean);
     let found = differences(a, b, &model, &scales);
     let score = found.largest();
     let bands = band_scores(&bands, a, b, &found, &model);
-    let within_jnd = within(reference, test, &model, &config.welch)?;
-    let over_time = over_time(reference, test, &model)?;
+    let within_jnd = within(reference, test, &plans, &config.welch)?;
+    let over_time = over_time(reference, test, &plans)?;
     let criteria = verdict::criteria(
         score,
         (extent, within_jnd),
@@ -330,10 +354,10 @@ pub fn score(
             test_db,
         }));
     }
-    let literature = match literature::literature(reference, test, config.literature) {
+    let literature = match indices(reference, test) {
         Ok(literature) => {
-            doubts.extend(literature.doubts.clone());
-            Some(literature)
+            doubts.extend(literature.iter().flat_map(|found| found.doubts.clone()));
+            literature
         }
         Err(error) => {
             doubts.push(Doubt::from(ScoreDoubt::NoIndices { why: error.into() }));
@@ -443,12 +467,12 @@ fn level_db(power: f64) -> f64 {
 fn within(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
-    model: &Model,
+    plans: &Plans<'_>,
     welch: &WelchConfig,
 ) -> Result<Option<[f64; 2]>, ScoreError> {
     let of = |x| -> Result<Option<f64>, ScoreError> {
-        Ok(match parts(x, 2, model, welch)?.as_deref() {
-            Some([first, second]) => Some(model.distance_jnd(&first.sums, &second.sums)),
+        Ok(match parts(x, 2, plans, welch)?.as_deref() {
+            Some([first, second]) => Some(plans.model.distance_jnd(&first.sums, &second.sums)),
             _ => None,
         })
     };
@@ -542,9 +566,9 @@ fn doubts_about(
 fn over_time(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
-    model: &Model,
+    plans: &Plans<'_>,
 ) -> Result<Option<[LevelSpread; 2]>, ScoreError> {
-    let of = |x| spread(x, model, SHORT_TIME);
+    let of = |x| spread(x, plans, SHORT_TIME);
     Ok(of(reference)?.zip(of(test)?).map(|(a, b)| [a, b]))
 }
 

@@ -1,6 +1,6 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
-use super::{Score, ScoreConfig, ScoreDoubt, Verdict, score};
+use super::{Score, ScoreConfig, ScoreDoubt, Verdict, score_alone};
 use crate::criterion::Criterion;
 use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
@@ -12,7 +12,7 @@ use crate::verify::{Verification, VerifyCriterion};
 /// result states when the difference is below one JND. Nothing is added for quantities other than accelerations, for recordings
 /// too short to be scored, or if the score is not decided.
 ///
-/// Source: [`score`] over the band of the verification, of the two as they are compared there.
+/// Source: [`super::score`] over the band of the verification, of the two as they are compared there.
 #[must_use]
 pub fn with_perceptible_difference(verification: Verification) -> Verification {
     match criterion(&verification) {
@@ -24,7 +24,7 @@ pub fn with_perceptible_difference(verification: Verification) -> Verification {
 /// The doubts that target or measurement of `verification`, as they were compared, lie below the detection threshold: what meets every
 /// criterion there is not felt.
 ///
-/// Source: [`score`], as [`with_perceptible_difference`].
+/// Source: [`super::score`], as [`with_perceptible_difference`].
 #[must_use]
 pub fn doubts_of_feeling(verification: &Verification) -> Vec<Doubt> {
     let doubts = scored(verification).map(|(found, _)| found.doubts);
@@ -48,7 +48,7 @@ fn scored(verification: &Verification) -> Option<(Score, ScoreConfig)> {
     };
     let (target, measured) = (part(&verification.target)?, part(&verification.aligned)?);
     let config = ScoreConfig::over(verification.band_hz, verification.rate_hz);
-    let found = score(&target, &measured, &config).ok()?;
+    let found = score_alone(&target, &measured, &config).ok()?;
     Some((found, config))
 }
 

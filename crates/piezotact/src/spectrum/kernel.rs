@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use piezotact_fourier::{ComplexPlanner, Fft};
+use piezotact_fourier::Fft;
 
 use super::{Detrend, segments_in};
 use crate::statistics::sum;
@@ -35,7 +35,7 @@ impl std::fmt::Debug for SegmentTransform {
 
 impl SegmentTransform {
     pub(crate) fn new(window: Vec<f64>, detrend: Detrend) -> Self {
-        let fft = ComplexPlanner::new().plan_fft_forward(window.len());
+        let fft = piezotact_fourier::complex_forward(window.len());
         let scratch = vec![Complex::default(); fft.get_inplace_scratch_len()];
         Self {
             window,

@@ -85,11 +85,8 @@ impl FromStr for Shares {
 
 fn participants(text: &str) -> Result<u32, String> {
     match text.parse() {
-        Ok(number @ 2..=10_000) => Ok(number),
-        _ => Err(
-            "expected a whole number from 2 to 10000: fewer than two participants show no spread"
-                .into(),
-        ),
+        Ok(number @ 1..=10_000) => Ok(number),
+        _ => Err("expected a whole number from 1 to 10000".into()),
     }
 }
 

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
-use anyhow::anyhow;
+use anyhow::{Error, anyhow};
 use clap::Args;
 use piezotact::quantity::Decibels;
 use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
@@ -107,10 +107,18 @@ fn level(text: &str) -> Result<LevelRule, String> {
     }
 }
 
+/// What is over of a simulation.
+enum Over {
+    /// So many steps of the volunteer who is here.
+    Steps(usize),
+    /// The volunteer is gone.
+    Volunteer,
+}
+
 const SIMULATING: Words = Words {
     doing: "simulating",
     done: "simulated",
-    item: "volunteer",
+    item: "step",
     then: "comparing judges",
 };
 
@@ -124,12 +132,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .unwrap_or(study.campaign.protocol.panel.participants);
     let campaign = study.campaign.clone();
     let simulation = asked(args, &campaign, participants)?;
-    let work = Work::of_sizes(SIMULATING, vec![1.0; participants as usize]);
-    let between = Between::items("volunteer");
-    let done = simulated(args, &simulation, participants, &mut study, &|| {
-        work.one_more()
-    })?;
-    drop((work, between));
+    let done = shown(args, &simulation, participants, &mut study)?;
     print(&format!(
         "{}: {participants} virtual volunteers who judge as {}, {} sessions ({} of them were complete before)",
         args.study.display(),
@@ -153,6 +156,33 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "see what they answered: piezotact campaign export {study_at} --out FOLDER"
         )),
     }
+}
+
+/// The campaign, with its progress.
+fn shown(
+    args: &Arguments,
+    simulation: &Simulation<'_>,
+    participants: u32,
+    study: &mut Study,
+) -> Outcome<Simulated> {
+    let steps = simulation.steps()?;
+    let each = steps.len();
+    let work = Work::of_sizes(SIMULATING, steps.repeat(participants as usize));
+    let _between = Between::items("volunteer");
+    let mut gone = 0;
+    simulated(
+        args,
+        simulation,
+        participants,
+        study,
+        &mut |over| match over {
+            Over::Steps(steps) => work.up_to(gone * each + steps),
+            Over::Volunteer => {
+                gone += 1;
+                work.up_to(gone * each);
+            }
+        },
+    )
 }
 
 /// What is to be simulated, with the average of its panel where it is rendered with one.
@@ -194,8 +224,9 @@ fn simulated(
     simulation: &Simulation<'_>,
     participants: u32,
     study: &mut Study,
-    gone: &dyn Fn(),
+    over: &mut dyn FnMut(Over),
 ) -> Outcome<Simulated> {
+    let mut before = 0;
     let mut plans = StudyStore::open(&args.study)?;
     // Only where something is still to be done; what was answered is kept first.
     let goes_on = || match interrupted() {
@@ -207,6 +238,8 @@ fn simulated(
     let mut step = |arrival: Arrival<'_>| -> Outcome {
         match arrival {
             Arrival::Measured { pseudonym: _ } => goes_on()?,
+            Arrival::Ready => over(Over::Steps(before + 1)),
+            Arrival::Trial { trials } => over(Over::Steps(before + 1 + trials)),
             Arrival::Planned { plan, .. } => {
                 goes_on()?;
                 plans.write_plan(plan)?;
@@ -218,9 +251,15 @@ fn simulated(
             } => {
                 let participant = Pseudonym::new(&plan.participant)?;
                 plans.write_judged(&participant, &plan.session, answers)?;
+                before += plan.trials.len();
             }
-            Arrival::Answered { whole: false, .. } => {}
-            Arrival::Gone => gone(),
+            Arrival::Answered { plan, .. } | Arrival::TakenUp { plan } => {
+                before += plan.trials.len();
+            }
+            Arrival::Gone => {
+                before = 0;
+                over(Over::Volunteer);
+            }
         }
         Ok(())
     };
@@ -246,7 +285,12 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
     if !piezotact_dataset::reads::is_there(&args.study.join("campaign.json")) {
         let wanted = simulation(args, &protocol, Sha::of(text.as_bytes()));
         for name in &protocol.samples {
-            wanted.surface(name)?;
+            wanted.surface(name).map_err(|error| {
+                let todo = format!(
+                    "the twin has no surface for {name} of the protocol; state one for it, such as --surface {name}=S8"
+                );
+                Failure::Data(Error::new(error).context(todo))
+            })?;
         }
         let participants = args.participants.unwrap_or(protocol.panel.participants);
         let both = 1..=u64::from(participants);

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::super::adaptive::AdaptiveRule;
 use super::sequence::SequenceRule;
 
 /// Which pairs the sets are meant to compare.
@@ -24,6 +25,27 @@ pub enum Scoring {
     ByPosition,
     /// By that matrix, with pairwise dominance and Kendall's τ beside it.
     ByPositionAndDominance,
+}
+
+/// What comparisons are to find.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "find", rename_all = "snake_case", deny_unknown_fields)]
+pub enum CompareAim {
+    /// The share of answers to each pair.
+    Shares {
+        /// How many pairs.
+        pairs: usize,
+    },
+    /// The threshold of each participant.
+    Threshold {
+        /// The levels, in the unit of the rule.
+        levels: Vec<f64>,
+        /// The rule that chooses among them.
+        rule: AdaptiveRule,
+        /// The largest standard deviation with which a threshold is decided.
+        largest_sd: f64,
+    },
 }
 
 /// What a participant does in a task.
@@ -56,6 +78,8 @@ pub enum TaskKind {
         alternatives: usize,
         /// Trials of one participant.
         trials: usize,
+        /// What is to be found.
+        aim: CompareAim,
     },
     /// Assigns stimuli to categories.
     Categorise {
@@ -73,6 +97,8 @@ pub enum TaskKind {
     Rate {
         /// Trials of one participant.
         trials: usize,
+        /// From the lowest value of the scale to the highest, in whole numbers.
+        range: u64,
     },
 }
 
@@ -97,8 +123,10 @@ pub struct TaskDescription {
     pub task: TaskKind,
     /// How often each participant does all of it.
     pub repeats: usize,
-    /// Seconds of one trial: one order, one stimulus of a sequence, one sample named, one pair, one rating.
+    /// Seconds of one trial, with what is played: one order, one stimulus of a sequence, one sample named, one pair, one rating.
     pub seconds_per_trial: f64,
+    /// Seconds of it in which textures play, each once in full; 0 of textures that last as long as their stroke, which no design knows.
+    pub played_s: f64,
     /// Trials beside the counted ones, of one participant: training and catch trials, which take time and say nothing else.
     pub uncounted_trials: f64,
 }

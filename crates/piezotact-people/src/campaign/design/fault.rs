@@ -37,8 +37,23 @@ pub enum DesignCriterion {
         /// The tasks compared.
         tasks: Vec<String>,
     },
+    /// The power for a stated difference.
+    DifferenceFound {
+        /// What differs.
+        between: [String; 2],
+    },
     /// The half-width of the interval of a cell.
     HalfWidth {
+        /// The task.
+        task: String,
+    },
+    /// The half-width of the interval of a mean rating, as a share of its scale.
+    RatingHalfWidth {
+        /// The task.
+        task: String,
+    },
+    /// The share of simulated adaptive runs that decide a threshold.
+    ThresholdsDecided {
         /// The task.
         task: String,
     },
@@ -72,8 +87,18 @@ impl fmt::Display for DesignCriterion {
                 "participants left over when all cells are filled equally"
             ),
             Self::Power { tasks } => write!(f, "{}: power", tasks.join(", ")),
+            Self::DifferenceFound { between: [a, b] } => {
+                write!(f, "{a} and {b}: power for the stated difference")
+            }
             Self::HalfWidth { task } => {
                 write!(f, "{task}: half-width of the 95 % interval of a cell")
+            }
+            Self::RatingHalfWidth { task } => write!(
+                f,
+                "{task}: half-width of the 95 % interval of a mean rating, as a share of the scale"
+            ),
+            Self::ThresholdsDecided { task } => {
+                write!(f, "{task}: share of runs that decide a threshold")
             }
         }
     }
@@ -156,6 +181,39 @@ pub enum Fault {
         /// The power wanted.
         wanted_share: f64,
     },
+    /// The stated difference is found too rarely.
+    DifferenceMissed {
+        /// What differs.
+        between: [String; 2],
+        /// The number of participants; of each group where groups are compared.
+        participants: usize,
+        /// How often it is found.
+        power_share: f64,
+        /// The power wanted.
+        wanted_share: f64,
+    },
+    /// The interval of a mean rating is too wide.
+    RatingTooWide {
+        /// The task.
+        task: String,
+        /// The number of participants.
+        participants: usize,
+        /// The half-width, as a share of the scale.
+        half_width_share: f64,
+        /// The half-width wanted.
+        wanted_share: f64,
+    },
+    /// Too few runs decide a threshold.
+    ThresholdsOpen {
+        /// The task.
+        task: String,
+        /// The trials of a run at most.
+        trials: u32,
+        /// The share of runs that decide.
+        decided_share: f64,
+        /// The share wanted.
+        wanted_share: f64,
+    },
     /// The interval of a cell is too wide.
     IntervalTooWide {
         /// The task.
@@ -219,7 +277,8 @@ impl fmt::Display for Fault {
             } => {
                 write!(
                     f,
-                    "{participants} participants cannot fill {cells} cells equally."
+                    "{} cannot fill {cells} cells equally.",
+                    counted(*participants, "participant")
                 )
             }
             Self::PowerTooLow {
@@ -230,9 +289,46 @@ impl fmt::Display for Fault {
                 wanted_share,
             } => write!(
                 f,
-                "{}: {participants} participants have a power of {power_share:.2} for an effect of {effect_ratio:.2} standard \
+                "{}: {} {} a power of {power_share:.2} for an effect of {effect_ratio:.2} standard \
                  deviations, {wanted_share:.2} is wanted.",
-                tasks.join(", ")
+                tasks.join(", "),
+                counted(*participants, "participant"),
+                if *participants == 1 { "has" } else { "have" }
+            ),
+            Self::DifferenceMissed {
+                between: [a, b],
+                participants,
+                power_share,
+                wanted_share,
+            } => write!(
+                f,
+                "{a} and {b}: {} find the stated difference in {:.0} % of campaigns, {:.0} % is wanted.",
+                counted(*participants, "participant"),
+                100.0 * power_share,
+                100.0 * wanted_share
+            ),
+            Self::RatingTooWide {
+                task,
+                participants,
+                half_width_share,
+                wanted_share,
+            } => write!(
+                f,
+                "{task}: a mean rating of {} has an interval of ±{:.0} % of the scale, ±{:.0} % is wanted.",
+                counted(*participants, "participant"),
+                100.0 * half_width_share,
+                100.0 * wanted_share
+            ),
+            Self::ThresholdsOpen {
+                task,
+                trials,
+                decided_share,
+                wanted_share,
+            } => write!(
+                f,
+                "{task}: {:.0} % of runs of at most {trials} trials decide a threshold, {:.0} % is wanted.",
+                100.0 * decided_share,
+                100.0 * wanted_share
             ),
             Self::IntervalTooWide {
                 task,

@@ -21,13 +21,14 @@ pub use construct::{
 };
 pub use coverage::{PairCoverage, Together, pair_coverage};
 pub use description::{
-    Aims, CampaignDescription, Comparison, Factor, PairsWanted, Scoring, TaskDescription, TaskKind,
+    Aims, CampaignDescription, CompareAim, Comparison, Factor, PairsWanted, Scoring,
+    TaskDescription, TaskKind,
 };
 pub use error::DesignError;
 pub use fault::{BetterPlan, Change, DesignCriterion, Fault, FoundFault, SampleSetCount};
 pub use findings::{
-    ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, SampleCount, TaskChance,
-    TaskTime, design_findings, power_study, task_times,
+    ComparisonPower, DesignReport, PowerPoint, PowerQuestion, PowerStudy, RatingPrecision,
+    SampleCount, TaskChance, TaskTime, ThresholdShare, design_findings, power_study, task_times,
 };
 pub use orders::{
     Crossing, OrderBalance, balanced_latin_square, crossing, order_balance, williams_orders,

@@ -73,12 +73,12 @@ impl PowerPlan {
                 "at most 1",
             );
         }
-        if !(2..=MOST_PARTICIPANTS).contains(&self.participants) {
+        if !(1..=MOST_PARTICIPANTS).contains(&self.participants) {
             let found = self.participants as f64;
             return bad(
                 "the number of participants",
                 found,
-                "2 to 200 for its power",
+                "1 to 200 for its power",
             );
         }
         let counts = self.presentations.iter().flatten();
@@ -322,7 +322,7 @@ mod tests {
                 ..good.clone()
             },
             PowerPlan {
-                participants: 1,
+                participants: 0,
                 ..good.clone()
             },
             PowerPlan {

@@ -119,11 +119,11 @@ pub struct CellPrecision {
 
 /// The expected 95 % interval of a cell, over `studies` simulated studies of participants who differ (logit-normal), fewer where
 /// they would take more than 20 million presentations. The interval is that of an association matrix, [`clustered_interval`];
-/// where a matrix has none, with two participants, it is the whole range.
+/// where a matrix has none, with one or two participants, it is the whole range.
 ///
 /// # Errors
 ///
-/// Fewer than two participants, no presentation, a share not between 0 and 1, a negative or infinite spread, or fewer than
+/// No participant, no presentation, a share not between 0 and 1, a negative or infinite spread, or fewer than
 /// 100 studies.
 ///
 /// Source: [`clustered_interval`], simulated; decision 0063 of this project.
@@ -189,11 +189,11 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
             expected,
         })
     };
-    if !(2..=MOST_PARTICIPANTS).contains(&plan.participants) {
+    if !(1..=MOST_PARTICIPANTS).contains(&plan.participants) {
         return bad(
             "the number of participants",
             plan.participants as f64,
-            "2 to 10 000",
+            "1 to 10 000",
         );
     }
     if !(1..=1000).contains(&plan.presentations) {
@@ -235,8 +235,48 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
     Ok(())
 }
 
+/// The half-width of the 95 % interval of a mean rating over `participants` people, Student's t, as a share of a scale of `range`
+/// steps; half of the scale where that is less, and with one participant. Each person's rating is the whole number nearest to a share
+/// of the scale; the logit of that share is normal over people, with `share` as that of the median participant.
+///
+/// # Errors
+///
+/// No participant, no step, a share not between 0 and 1, a negative or infinite spread.
+///
+/// Source: Student (1908), Biometrika 6:1, with the standard deviation of the assumed ratings, integrated; decision 0063 of this project.
+pub(super) fn rating_half_width(
+    participants: usize,
+    range: u64,
+    share: f64,
+    logit_sd: f64,
+) -> Result<f64, DesignError> {
+    let plan = CellPlan {
+        participants,
+        presentations: 1,
+        share,
+        logit_sd,
+    };
+    check(&plan, FEWEST_STUDIES)?;
+    if range == 0 {
+        return Err(DesignError::OutOfRange {
+            what: "the steps of a scale",
+            found: 0.0,
+            expected: "1 or more",
+        });
+    }
+    let Some(quantile) = t_quantile(participants - 1) else {
+        return Ok(0.5);
+    };
+    let logit = (share / (1.0 - share)).ln();
+    let steps = range as f64;
+    let rating = |z: f64| (steps / (1.0 + (-logit - logit_sd * z).exp())).round() / steps;
+    let mean = expectation(rating);
+    let variance = expectation(|z| (rating(z) - mean).powi(2));
+    Ok((quantile * (variance / participants as f64).sqrt()).min(0.5))
+}
+
 /// A number above 0 and below 1, of 52 random bits.
-fn uniform(draws: &mut Stream) -> f64 {
+pub(super) fn uniform(draws: &mut Stream) -> f64 {
     (draws.below(1 << 52) as f64 + 0.5) * 2f64.powi(-52)
 }
 
@@ -315,11 +355,31 @@ mod tests {
         assert!((1.9..2.5).contains(&ratio), "{ratio}");
     }
 
+    /// Ratings of a scale of many steps are logit-normal; of one step they are a share, with p(1 − p) as variance.
+    #[test]
+    fn a_mean_rating_has_the_interval_of_its_spread() {
+        let of = |people, range| rating_half_width(people, range, 0.5, 0.9).unwrap();
+        // By SciPy: t.ppf(0.975, 9) = 2.262157; ratings of one step are 0 or 1, of variance 0.25.
+        let one_step = 2.262_157 * 0.5 / 10_f64.sqrt();
+        assert!((of(10, 1) - one_step).abs() < 1e-3, "{}", of(10, 1));
+        // Rounding to steps of 1/6 adds about 1/12 of its square to the variance (Sheppard).
+        let [fine, coarse] =
+            [of(10, 1000), of(10, 6)].map(|half| (half / 2.262_157).powi(2) * 10.0);
+        assert!(
+            (coarse - fine - 1.0 / (12.0 * 36.0)).abs() < 5e-4,
+            "{coarse}, {fine}"
+        );
+        assert!(of(40, 6) < of(10, 6) / 1.9);
+        assert_eq!((of(1, 6), of(2, 6)), (0.5, 0.5));
+        assert!(rating_half_width(10, 0, 0.5, 0.9).is_err());
+        assert!(rating_half_width(10, 6, 1.0, 0.9).is_err());
+    }
+
     #[test]
     fn bad_plans_are_refused() {
         for bad in [
             CellPlan {
-                participants: 1,
+                participants: 0,
                 ..PLAN
             },
             CellPlan {

@@ -593,7 +593,7 @@ mod tests {
         );
         says("name = \"A\"", "name = \"A/B\"", "`A/B` is no name");
         says(
-            "seconds_per_trial = 60",
+            "seconds_per_trial = 90",
             "seconds_per_trial = -1",
             "seconds_per_trial",
         );

@@ -108,7 +108,7 @@ fn panel(args: &Arguments, place: u32) -> Outcome<Panel> {
         .participants
         .unwrap_or(campaign.protocol.panel.participants);
     let simulation = asked(&own, &campaign, participants)?;
-    simulated(&own, &simulation, participants, &mut made, &|| {})?;
+    simulated(&own, &simulation, participants, &mut made, &mut |_| {})?;
     let (expected_percent, mut said) = found(&made)?;
     let mut judged = None;
     match which_of(&made)? {

@@ -71,6 +71,7 @@ impl Work<'_> {
             TaskKind::Compare {
                 alternatives: n,
                 trials,
+                ..
             }
             | TaskKind::Categorise {
                 categories: n,

@@ -69,13 +69,11 @@ pub(super) fn check_numbers(campaign: &CampaignDescription) -> Result<(), Design
             });
         }
     }
-    if campaign.participants < 2 {
-        let what = "the number of participants";
-        let found = campaign.participants as f64;
+    if campaign.participants == 0 {
         return Err(DesignError::OutOfRange {
-            what,
-            found,
-            expected: "2 or more",
+            what: "the number of participants",
+            found: 0.0,
+            expected: "1 or more",
         });
     }
     Ok(())

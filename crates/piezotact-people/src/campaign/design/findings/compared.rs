@@ -73,9 +73,8 @@ impl Work<'_> {
     pub(super) fn power(&mut self, comparison: &Comparison) {
         let participants = self.campaign.participants;
         let effect_ratio = comparison.smallest_effect_ratio;
-        let Some(power_share) = paired_power(participants, effect_ratio) else {
-            return;
-        };
+        // One participant shows no spread: nothing is found.
+        let power_share = paired_power(participants, effect_ratio).unwrap_or(0.0);
         let tasks = comparison.tasks.clone();
         self.report.power.push(ComparisonPower {
             tasks: tasks.clone(),

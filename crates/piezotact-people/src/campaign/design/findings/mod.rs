@@ -9,11 +9,15 @@ mod power;
 mod precision;
 mod presented;
 mod report;
+mod threshold;
 
 use piezotact::criterion::{Criterion, Outcome};
 
 pub use power::{PowerPoint, PowerQuestion, PowerStudy, power_study};
-pub use report::{ComparisonPower, DesignReport, SampleCount, TaskChance, TaskTime};
+pub use report::{
+    ComparisonPower, DesignReport, RatingPrecision, SampleCount, TaskChance, TaskTime,
+    ThresholdShare,
+};
 
 use super::coverage::pair_coverage;
 use super::description::{CampaignDescription, TaskDescription, TaskKind};
@@ -101,6 +105,8 @@ impl<'a> Work<'a> {
             crossing: None,
             power: Vec::new(),
             precision: Vec::new(),
+            ratings: Vec::new(),
+            thresholds: Vec::new(),
             criteria: Vec::new(),
             faults: Vec::new(),
             seed,
@@ -171,18 +177,20 @@ impl Work<'_> {
             TaskKind::Compare { trials, .. }
             | TaskKind::Categorise { trials, .. }
             | TaskKind::Touch { trials }
-            | TaskKind::Rate { trials } => *trials as f64,
+            | TaskKind::Rate { trials, .. } => *trials as f64,
         };
         Ok(once * task.repeats as f64)
     }
 
     fn time(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
         let trials = self.trials(task)?;
+        let all = trials + task.uncounted_trials;
         self.report.time.push(TaskTime {
             task: task.name.clone(),
             trials,
             uncounted: task.uncounted_trials,
-            time_s: (trials + task.uncounted_trials) * task.seconds_per_trial,
+            time_s: all * task.seconds_per_trial,
+            played_s: all * task.played_s,
         });
         Ok(())
     }

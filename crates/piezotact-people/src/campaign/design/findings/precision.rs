@@ -4,25 +4,89 @@ use std::collections::BTreeMap;
 
 use piezotact::criterion::{Criterion, Limit};
 
-use super::super::description::{TaskDescription, TaskKind};
+use super::super::description::{CompareAim, Scoring, TaskDescription, TaskKind};
 use super::super::error::DesignError;
 use super::super::fault::{BetterPlan, Change, DesignCriterion, Fault};
-use super::super::precision::{CellPlan, MOST_PRESENTED, cell_precision};
+use super::super::precision::{CellPlan, MOST_PRESENTED, cell_precision, rating_half_width};
+use super::super::sequence::SequenceRule;
 use super::presented::tests;
-use super::report::SampleCount;
+use super::report::{RatingPrecision, SampleCount};
 use super::{Work, fewest};
 
 /// Simulated studies for the precision of a cell.
 const STUDIES: usize = 1000;
 /// The largest number of presentations that is looked for.
 const MOST_PRESENTATIONS: usize = 60;
+/// The largest number of people that is looked for to rate.
+const MOST_RATERS: usize = 10_000;
 
 impl Work<'_> {
-    /// Fault 7: the interval of a cell.
+    /// Fault 7: the interval of a cell, of a mean rating, or the spread of thresholds.
     pub(super) fn precision(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
-        let (TaskKind::Associate { sequence }, false) = (&task.task, self.blocks.is_empty()) else {
-            return Ok(());
-        };
+        match &task.task {
+            TaskKind::Rate { range, .. } => self.rating(task, *range),
+            TaskKind::Compare {
+                aim:
+                    CompareAim::Threshold {
+                        levels,
+                        rule,
+                        largest_sd,
+                    },
+                ..
+            } => self.thresholds(task, (levels, rule), *largest_sd),
+            _ => match self.rarest_cell(task)? {
+                Some((sample, presentations)) => self.cell(task, sample, presentations),
+                None => Ok(()),
+            },
+        }
+    }
+
+    /// What is presented least often to a participant, and its mean number of presentations; `None` of tasks without answers, and of
+    /// orders that are scored by position.
+    fn rarest_cell(&self, task: &TaskDescription) -> Result<Option<(String, f64)>, DesignError> {
+        let all_alike = |what: &str, presentations| Ok(Some((what.to_owned(), presentations)));
+        match &task.task {
+            TaskKind::Associate { sequence } if !self.blocks.is_empty() => {
+                self.rarest_stimulus(task, sequence)
+            }
+            TaskKind::IdentifyFromMemory if !self.blocks.is_empty() => {
+                let sets = |place: usize| {
+                    let with = self.blocks.iter().filter(|block| block.contains(&place));
+                    with.count() as f64
+                };
+                let places = (0..self.campaign.samples.len()).map(|place| (place, sets(place)));
+                let shown = places.filter(|(_, sets)| *sets > 0.0);
+                let rarest = shown.min_by(|a, b| a.1.total_cmp(&b.1));
+                let times = self.share() * task.repeats as f64;
+                Ok(
+                    rarest
+                        .map(|(place, sets)| (self.campaign.samples[place].clone(), sets * times)),
+                )
+            }
+            TaskKind::Compare {
+                trials,
+                aim: CompareAim::Shares { pairs },
+                ..
+            } => all_alike(
+                "a pair",
+                (trials * task.repeats) as f64 / (*pairs).max(1) as f64,
+            ),
+            TaskKind::Categorise { .. } => all_alike("a sample", task.repeats as f64),
+            TaskKind::OrderAll { scoring, .. } | TaskKind::OrderSet { scoring }
+                if *scoring == Scoring::ByPositionAndDominance =>
+            {
+                all_alike("a pair", task.repeats as f64)
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// The stimulus of an association that is presented least often.
+    fn rarest_stimulus(
+        &self,
+        task: &TaskDescription,
+        sequence: &SequenceRule,
+    ) -> Result<Option<(String, f64)>, DesignError> {
         let tests = tests(&self.campaign.sets, sequence, self.blocks)?;
         // A row of the matrix for each stimulus, also where two are made from one sample.
         let mut counts: BTreeMap<&str, f64> = BTreeMap::new();
@@ -47,9 +111,15 @@ impl Work<'_> {
         let fewest = counts
             .into_iter()
             .min_by(|a, b| (a.1.total_cmp(&b.1)).then_with(|| key(a.0).cmp(&key(b.0))));
-        let Some((stimulus, presentations)) = fewest else {
-            return Ok(());
-        };
+        Ok(fewest.map(|(stimulus, presentations)| (stimulus.to_owned(), presentations)))
+    }
+
+    fn cell(
+        &mut self,
+        task: &TaskDescription,
+        sample: String,
+        presentations: f64,
+    ) -> Result<(), DesignError> {
         let aims = self.campaign.aims;
         let plan = CellPlan {
             participants: self.campaign.participants,
@@ -58,7 +128,6 @@ impl Work<'_> {
             logit_sd: aims.logit_sd,
         };
         let precision = cell_precision(&plan, STUDIES, self.seed)?;
-        let sample = stimulus.to_owned();
         self.report.precision.push(SampleCount {
             task: task.name.clone(),
             sample: sample.clone(),
@@ -80,6 +149,42 @@ impl Work<'_> {
                 wanted_share: aims.half_width_share,
             };
             Ok((fault, work.narrower(task, &plan)?))
+        })
+    }
+
+    /// The interval of a mean rating.
+    fn rating(&mut self, task: &TaskDescription, range: u64) -> Result<(), DesignError> {
+        let (aims, participants) = (self.campaign.aims, self.campaign.participants);
+        let of = |people| rating_half_width(people, range, aims.cell_share, aims.logit_sd);
+        let half_width_share = of(participants)?;
+        let task = task.name.clone();
+        self.report.ratings.push(RatingPrecision {
+            task: task.clone(),
+            range,
+            half_width_share,
+        });
+        let what = DesignCriterion::RatingHalfWidth { task: task.clone() };
+        let wanted_share = aims.half_width_share;
+        let limit = Limit::at_most(wanted_share);
+        let criterion = Criterion::new(what, "", half_width_share, None, limit);
+        self.judge(criterion, |work| {
+            let wide = |people| Ok(of(people)? > wanted_share);
+            let better = match wide(MOST_RATERS)? {
+                true => None,
+                false => {
+                    let participants = fewest(participants, MOST_RATERS, wide)?;
+                    let mut better = work.plan(Change::Participants { participants });
+                    better.participants[1] = participants;
+                    Some(better)
+                }
+            };
+            let fault = Fault::RatingTooWide {
+                task,
+                participants,
+                half_width_share,
+                wanted_share,
+            };
+            Ok((fault, better))
         })
     }
 

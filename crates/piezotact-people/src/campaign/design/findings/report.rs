@@ -51,6 +51,8 @@ pub struct TaskTime {
     pub uncounted: f64,
     /// Seconds, with them.
     pub time_s: f64,
+    /// Seconds of them in which textures play.
+    pub played_s: f64,
 }
 
 /// A stimulus and how often one participant meets it in a task of association.
@@ -65,6 +67,32 @@ pub struct SampleCount {
     pub presentations: f64,
     /// The precision of one of its cells.
     pub precision: CellPrecision,
+}
+
+/// The precision of a mean rating over the participants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RatingPrecision {
+    /// The task.
+    pub task: String,
+    /// From the lowest value of the scale to the highest.
+    pub range: u64,
+    /// The half-width of the 95 % interval of a mean rating, as a share of the scale.
+    pub half_width_share: f64,
+}
+
+/// How many adaptive runs decide a threshold, by simulation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct ThresholdShare {
+    /// The task.
+    pub task: String,
+    /// The number of simulated runs.
+    pub runs: usize,
+    /// The share of them that decide.
+    pub decided_share: f64,
+    /// The thresholds that were assumed: from and to.
+    pub thresholds: [f64; 2],
 }
 
 /// The power of a comparison.
@@ -103,6 +131,12 @@ pub struct DesignReport {
     pub power: Vec<ComparisonPower>,
     /// The precision of the least presented sample of each task of association.
     pub precision: Vec<SampleCount>,
+    /// The precision of mean ratings.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub ratings: Vec<RatingPrecision>,
+    /// How many adaptive runs decide a threshold.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub thresholds: Vec<ThresholdShare>,
     /// Every rule that was judged.
     pub criteria: Vec<Criterion<DesignCriterion>>,
     /// The faults: criteria that are not met.

@@ -270,6 +270,13 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
             return Err(number(place, "0 to 87600, ten years", found));
         }
     }
+    for session in &protocol.sessions {
+        let min = session.source_time.as_ref().map_or(1, |of| of.min);
+        if !(1..=1440).contains(&min) {
+            let place = format!("session {}: source_time.min", session.name);
+            return Err(number(&place, "1 to 1440, a day", min));
+        }
+    }
     for stimulus in &protocol.stimuli {
         let gain_db = stimulus.gain_db.unwrap_or(0.0);
         if !(-120.0..=120.0).contains(&gain_db) {
@@ -354,6 +361,16 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
             _ => {}
         }
     }
+    for session in &protocol.sessions {
+        if let Some(why_not) = session
+            .source_time
+            .as_ref()
+            .and_then(|of| of.why_not.as_deref())
+        {
+            let place = format!("session {}: source_time.why_not", session.name);
+            check_long(why_not).map_err(said(place))?;
+        }
+    }
     for panel in &protocol.panel.disjoint_from {
         check_line(panel).map_err(said("panel.disjoint_from".to_owned()))?;
     }
@@ -403,6 +420,11 @@ mod tests {
                 "participants = 10",
                 "participants = 4000000000",
                 "at most 2000",
+            ),
+            (
+                "source_time = { min = 60,",
+                "source_time = { min = 0,",
+                "source_time.min: expected 1 to 1440",
             ),
             ("title = \"", "title = \"a\\u001b[2K", "U+001B"),
             ("title = \"", "title = \"a\\u202e", "U+202E"),
