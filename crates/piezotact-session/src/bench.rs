@@ -138,7 +138,8 @@ impl BenchStimulator<'_> {
     }
 }
 
-/// Refuses a playing of which samples were not played in time: the participant felt something else. What was recorded of it is kept.
+/// Refuses a playing of which samples were not played in time, as the participant felt something else, and one of which samples were not
+/// recorded, as what was felt is not known. What was recorded is kept.
 fn whole(recording: &Recording) -> Result<(), PlayError> {
     let doubts = recording.about.doubts.iter();
     let broken = doubts.filter_map(Doubt::kind).find_map(|kind| match kind {
@@ -146,16 +147,17 @@ fn whole(recording: &Recording) -> Result<(), PlayError> {
             played,
             expected,
             underruns,
-        } => Some((played, expected, underruns)),
-        _ => None,
-    });
-    match broken {
-        Some((played, expected, underruns)) => Err(PlayError::Device(format!(
+        } => Some(format!(
             "the playback was interrupted: {played} of {expected} samples were played, and the output was interrupted {}; close other programs",
             counted(underruns, "time")
-        ))),
-        None => Ok(()),
-    }
+        )),
+        RunDoubt::SamplesLost { samples, .. } => Some(format!(
+            "{} of each channel were lost while it was recorded; close other programs",
+            counted(samples as usize, "sample")
+        )),
+        _ => None,
+    });
+    broken.map_or(Ok(()), |why| Err(PlayError::Device(why)))
 }
 
 fn prepared<'a>(

@@ -126,7 +126,7 @@ pub struct Rendering {
     pub stroke: StrokeChoice,
     /// How a stimulus is played.
     pub playing: Playing,
-    /// The largest age of a drive at its session, in hours.
+    /// The largest age at its session of a drive and of what it was measured and made from, in hours.
     pub max_age_hours: f64,
 }
 
