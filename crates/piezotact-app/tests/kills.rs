@@ -24,7 +24,7 @@ struct Case {
     command: &'static str,
 }
 
-const CASES: [Case; 5] = [
+const CASES: [Case; 8] = [
     Case {
         name: "twin record",
         prepare: &[],
@@ -57,12 +57,36 @@ const CASES: [Case; 5] = [
         ],
         command: "render S8.wav S3.wav --transfer tf.json --mode texture --bench twin:participant=1,seed=7 --level fit --iterations 2 --out drives",
     },
+    Case {
+        name: "characterise, repeated and recorded",
+        prepare: &[],
+        command: "characterise --bench twin:participant=1,seed=7 --seconds 8 --repeats 3 --record raw.parquet --out tf.json",
+    },
+    Case {
+        name: "prepare",
+        prepare: &TOUCHED,
+        command: "prepare S1.parquet S11.parquet --transfer tf.json --bench twin:participant=2,seed=7 --out ready",
+    },
+    Case {
+        name: "prepare in a closed loop",
+        prepare: &TOUCHED,
+        command: "prepare S1.parquet S11.parquet --transfer tf.json --bench twin:participant=2,seed=7 --mode texture --iterations 1 --out ready",
+    },
+];
+/// The strokes of somebody on two samples, and the transfer function of the finger.
+const TOUCHED: [&str; 3] = [
+    "twin record --bench acttouch --sample S1 --participant 2 --seed 7 --strokes 4 --out S1.parquet",
+    "twin record --bench acttouch --sample S11 --participant 2 --seed 7 --strokes 4 --out S11.parquet",
+    "characterise --bench twin:participant=2,seed=7 --seconds 20 --out tf.json",
 ];
 
 impl Case {
     /// Whether it continues with what it measured before it was killed.
     fn continues(&self) -> bool {
-        self.command.starts_with("panel") || self.command.starts_with("render")
+        ["panel", "render"]
+            .iter()
+            .any(|name| self.command.starts_with(name))
+            || self.command.starts_with("prepare") && self.command.contains("--mode")
     }
 }
 

@@ -11,7 +11,7 @@ use piezotact_dataset::{PanelFolder, TransferDocument, function_of_any_unit, rea
 use super::open_or_begin;
 use crate::cli::panel::Add;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document};
+use crate::output::{print, print_document, say};
 
 pub(crate) fn run(args: &Add) -> Outcome {
     require_finite(args)?;
@@ -26,14 +26,22 @@ pub(crate) fn run(args: &Add) -> Outcome {
     } else {
         folder.read()?.panel
     };
+    let there = entries.len();
     let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
     for (path, mut document) in documents {
         let filing = filing_of(args, path, &mut document, &folder, &filed)?;
-        entries.push(Entry {
-            filing: filing.clone(),
-            function: function_of_any_unit(document.clone(), path)?,
-        });
-        filed.push((filing, document));
+        let function = function_of_any_unit(document.clone(), path)?;
+        let entry = Entry { filing, function };
+        if let Some(same) = entries[..there].iter().find(|one| is_same(one, &entry)) {
+            say(&format!(
+                "{} is there already as {}",
+                path.display(),
+                same.filing
+            ));
+            continue;
+        }
+        filed.push((entry.filing.clone(), document));
+        entries.push(entry);
     }
     Panel::<Uncalibrated, Uncalibrated>::new(entries)
         .with_context(|| args.folder.display().to_string())?;
@@ -51,6 +59,18 @@ pub(crate) fn run(args: &Add) -> Outcome {
         print(&format!("added as {filing}"))?;
     }
     Ok(())
+}
+
+/// Whether `there` is the measurement `new`, which a command that was killed had added.
+fn is_same(
+    there: &Entry<Uncalibrated, Uncalibrated>,
+    new: &Entry<Uncalibrated, Uncalibrated>,
+) -> bool {
+    let (a, b) = (&there.filing, &new.filing);
+    a.participant == b.participant
+        && a.cell.is(b.cell)
+        && a.placement == b.placement
+        && there.function.response() == new.function.response()
 }
 
 fn require_finite(args: &Add) -> Outcome {

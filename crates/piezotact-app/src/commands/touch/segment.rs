@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
     if let (Some(path), [take]) = (&args.write_cuts, takes.as_slice()) {
         let recording = recording_checksum(Path::new(&take.file))?;
         let rate = take.recording.rate();
-        write_text(path, &cuts_text(&take.segmentation, rate, recording))?;
+        write_cuts(path, &cuts_text(&take.segmentation, rate, recording))?;
     }
     write_table(args.csv.as_deref(), &cuts_table(&takes))?;
     if let Some(path) = &args.report {
@@ -52,12 +52,17 @@ fn check(args: &Segment) -> Outcome {
             args.takes.recordings.len()
         )));
     }
-    check_outputs(&args.takes, &[&args.write_cuts, &args.csv, &args.report])?;
-    match &args.write_cuts {
-        Some(path) if path.exists() => Err(usage(anyhow!(
+    check_outputs(&args.takes, &[&args.write_cuts, &args.csv, &args.report])
+}
+
+/// Writes cuts, which replace no others, asked for or not: a person may have edited them.
+fn write_cuts(path: &Path, text: &str) -> Outcome {
+    match std::fs::read(path) {
+        Ok(found) if found == text.as_bytes() => Ok(()),
+        Ok(_) => Err(usage(anyhow!(
             "{} already exists and may contain cuts edited by hand: give another name, or move it away",
             path.display()
         ))),
-        _ => Ok(()),
+        Err(_none) => write_text(path, text),
     }
 }
