@@ -399,6 +399,14 @@ fn a_command_replaces_what_it_wrote_itself() {
     run(&folder, &format!("{analyse} --high-pass none"))
         .expect_failure(2, &["figures/", "already exists", "from line 1 on"]);
     assert_eq!(std::fs::read(&all[0]).unwrap(), b"mine");
+    // Cuts are written again where they are the same, and never replaced.
+    let cuts = "segment texture.wav --scale 1m/s2 --write-cuts t.cuts";
+    run(&folder, cuts).expect_success();
+    run(&folder, cuts).expect_success();
+    folder.write("t.cuts", "edited");
+    for line in [cuts.to_owned(), format!("{cuts} --force")] {
+        run(&folder, &line).expect_failure(2, &["t.cuts already exists", "edited by hand"]);
+    }
     let document = "spectrum texture.wav psd.json --scale 1m/s2 --json";
     run(&folder, document).expect_success();
     run(&folder, &format!("{document} --segment 512")).expect_success();

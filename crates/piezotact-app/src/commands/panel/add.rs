@@ -26,23 +26,7 @@ pub(crate) fn run(args: &Add) -> Outcome {
     } else {
         folder.read()?.panel
     };
-    let there = entries.len();
-    let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
-    for (path, mut document) in documents {
-        let filing = filing_of(args, path, &mut document, &folder, &filed)?;
-        let function = function_of_any_unit(document.clone(), path)?;
-        let entry = Entry { filing, function };
-        if let Some(same) = entries[..there].iter().find(|one| is_same(one, &entry)) {
-            say(&format!(
-                "{} is there already as {}",
-                path.display(),
-                same.filing
-            ));
-            continue;
-        }
-        filed.push((entry.filing.clone(), document));
-        entries.push(entry);
-    }
+    let filed = new_of(args, documents, &folder, &mut entries)?;
     Panel::<Uncalibrated, Uncalibrated>::new(entries)
         .with_context(|| args.folder.display().to_string())?;
     for (filing, document) in &filed {
@@ -59,6 +43,33 @@ pub(crate) fn run(args: &Add) -> Outcome {
         print(&format!("added as {filing}"))?;
     }
     Ok(())
+}
+
+/// The transfer functions among `documents` that the panel has not yet, added to its `entries`.
+fn new_of(
+    args: &Add,
+    documents: Vec<(&Path, TransferDocument)>,
+    folder: &PanelFolder,
+    entries: &mut Vec<Entry<Uncalibrated, Uncalibrated>>,
+) -> Outcome<Vec<(Filing, TransferDocument)>> {
+    let there = entries.len();
+    let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
+    for (path, mut document) in documents {
+        let filing = filing_of(args, path, &mut document, folder, &filed)?;
+        let function = function_of_any_unit(document.clone(), path)?;
+        let entry = Entry { filing, function };
+        if let Some(same) = entries[..there].iter().find(|one| is_same(one, &entry)) {
+            say(&format!(
+                "{} is there already as {}",
+                path.display(),
+                same.filing
+            ));
+            continue;
+        }
+        filed.push((entry.filing.clone(), document));
+        entries.push(entry);
+    }
+    Ok(filed)
 }
 
 /// Whether `there` is the measurement `new`, which a command that was killed had added.

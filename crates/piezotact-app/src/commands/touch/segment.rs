@@ -5,13 +5,13 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::doubt::merged;
 use piezotact::study::{CutsDocument, cuts_table};
-use piezotact_dataset::{cuts_text, recording_checksum};
+use piezotact_dataset::{cuts_text, keep_as_it_is, recording_checksum};
 use piezotact_report::touch;
 
 use super::{check_outputs, take_all, write_table, wrote};
 use crate::advice::{OptionWords, merged_text};
 use crate::cli::Segment;
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say, write_text};
 
@@ -57,12 +57,12 @@ fn check(args: &Segment) -> Outcome {
 
 /// Writes cuts, which replace no others, asked for or not: a person may have edited them.
 fn write_cuts(path: &Path, text: &str) -> Outcome {
-    match std::fs::read(path) {
-        Ok(found) if found == text.as_bytes() => Ok(()),
-        Ok(_) => Err(usage(anyhow!(
+    keep_as_it_is(path);
+    write_text(path, text).map_err(|failure| match failure {
+        Failure::Usage(_) => usage(anyhow!(
             "{} already exists and may contain cuts edited by hand: give another name, or move it away",
             path.display()
-        ))),
-        Err(_none) => write_text(path, text),
-    }
+        )),
+        other => other,
+    })
 }
