@@ -168,6 +168,10 @@ pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
     let parts = called.parts.of_report(html)?;
     let is_part = |file: &Path| parts.iter().any(|(part, _)| part == file);
     called.writing.refuse_others(&is_part)?;
+    // Before the new report says that they are of this command.
+    parts
+        .iter()
+        .try_for_each(|(part, _)| called.writing.refuse_existing(part))?;
     let rerun = command_line(&["rerun".to_owned(), name(path)]);
     let again = format!("{rerun} does it again and compares every value.");
     write_text(path, &with_invocation(html, &invocation, &again)?)?;

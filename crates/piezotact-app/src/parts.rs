@@ -9,7 +9,6 @@ use piezotact_report::parts::{Columns, FigurePart, figures, tables};
 
 use crate::arguments::Arguments;
 use crate::failure::Outcome;
-use crate::invocation::refuse_existing;
 use crate::output::write_bytes;
 
 /// Commands that always write a report.
@@ -108,13 +107,12 @@ impl Parts {
         Ok(files)
     }
 
-    /// Writes `files`, which replace nothing but what this command wrote.
+    /// Writes `files`.
     pub(crate) fn write(&self, files: &[(PathBuf, Vec<u8>)]) -> Outcome {
         for folder in self.figures.iter().chain(&self.tables) {
             made(folder)?;
         }
         for (path, bytes) in files {
-            refuse_existing(path)?;
             write_bytes(path, bytes)?;
         }
         Ok(())
