@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::anyhow;
 use piezotact::document::FailedFile;
+use piezotact_dataset::WriteError;
 
 use crate::advice::options_for;
 use crate::interrupt;
@@ -31,7 +32,12 @@ pub(crate) type Outcome<T = ()> = Result<T, Failure>;
 
 impl<E: Into<anyhow::Error>> From<E> for Failure {
     fn from(error: E) -> Self {
-        Self::Data(error.into())
+        let error = error.into();
+        match error.downcast_ref() {
+            // Another name helps, or `--force`.
+            Some(WriteError::Differs { .. }) => Self::Usage(error),
+            _ => Self::Data(error),
+        }
     }
 }
 

@@ -176,13 +176,19 @@ pub(crate) fn add_to(document: &mut Value, path: Option<&Path>) -> Outcome {
 
 /// Writes a report to `path`, with how it was made; and its figures and tables, where they are asked for.
 pub(crate) fn write_report(path: &Path, html: &str) -> Outcome {
-    if let Some(called) = CALLED.get() {
-        called.parts.write(html)?;
-    }
-    let Some(invocation) = of_results(html, Some(path)) else {
+    let Some((called, invocation)) = CALLED.get().zip(of_results(html, Some(path))) else {
         return write_text(path, html);
     };
+    let parts = called.parts.of_report(html)?;
+    let is_part = |file: &Path| parts.iter().any(|(part, _)| part == file);
+    called.writing.refuse_others(&is_part)?;
+    // Before the new report says that they are of this command.
+    parts
+        .iter()
+        .try_for_each(|(part, _)| called.writing.refuse_existing(part))?;
     let rerun = command_line(&["rerun".to_owned(), name(path)]);
     let again = format!("{rerun} does it again and compares every value.");
-    write_text(path, &with_invocation(html, &invocation, &again)?)
+    write_text(path, &with_invocation(html, &invocation, &again)?)?;
+    // Behind the report, which says whose they are where the command is killed in between.
+    called.parts.write(&parts)
 }

@@ -14,13 +14,14 @@ use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::RunKeeper;
 use piezotact_dataset::reads::found;
 use piezotact_dataset::sidecar::{Rendering, sidecar_path};
-use piezotact_dataset::{JournalSink, RunFolder, keep_before};
+use piezotact_dataset::{JournalSink, RunFolder, keep_before, stays_as_it_is};
 
 use serde::{Deserialize, Serialize};
 
 use crate::commands::bench_failure;
 use crate::dashboard::{Counts, Dashboard};
 use crate::failure::{Failure, Outcome};
+use crate::interrupt::interrupted;
 use crate::invocation;
 use crate::live::Showing;
 use crate::output::say;
@@ -36,9 +37,9 @@ pub(crate) struct Earlier {
 }
 
 impl Earlier {
-    /// What stands at `place`, with its sidecar, kept under a free name.
+    /// What stands at `place`, with its sidecar, kept under a free name; unless the same is to be written there again.
     pub(crate) fn at(place: &Path, said: &'static str) -> Outcome<Self> {
-        let kept = if place.is_file() {
+        let kept = if place.is_file() && !stays_as_it_is(place) {
             keep_before(place)?
         } else {
             None
@@ -167,6 +168,9 @@ impl Keeper<'_> {
     pub(crate) fn failure(&self, error: ProcedureError) -> Failure {
         let kept = error.continues() && !matches!(error, ProcedureError::Keep(_));
         match self.left().filter(|_| kept) {
+            Some(left) if interrupted() => {
+                Failure::Data(anyhow!("{error}; {left}; give the same command again"))
+            }
             Some(left) => Failure::Data(anyhow!("{error}; {left}")),
             None => bench_failure(error),
         }

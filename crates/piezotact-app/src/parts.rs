@@ -5,13 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::builder::PossibleValuesParser;
 use clap::{Arg, Command, value_parser};
-use piezotact_report::parts::{Columns, figures, tables};
+use piezotact_report::parts::{Columns, FigurePart, figures, tables};
 
 use crate::arguments::Arguments;
 use crate::failure::Outcome;
-#[cfg(feature = "full")]
 use crate::output::write_bytes;
-use crate::output::write_text;
 
 /// Commands that always write a report.
 const REPORTING: [&str; 2] = ["demo", "replay"];
@@ -87,37 +85,51 @@ impl Parts {
         }
     }
 
-    /// Writes the parts of the report `html` that are asked for.
-    pub(crate) fn write(&self, html: &str) -> Outcome {
+    /// The parts of the report `html` that are asked for: their files with what is in them.
+    pub(crate) fn of_report(&self, html: &str) -> Outcome<Vec<(PathBuf, Vec<u8>)>> {
+        let mut files = Vec::new();
         if let Some(folder) = &self.figures {
-            made(folder)?;
             let drawn = figures(html, self.columns);
-            for figure in &drawn {
-                write_text(&folder.join(format!("{}.svg", figure.name)), &figure.svg)?;
-            }
+            let file = |figure: &FigurePart| folder.join(format!("{}.svg", figure.name));
             #[cfg(feature = "full")]
-            pictures(folder, &drawn)?;
+            files.extend(pictures(folder, &drawn)?);
+            files.extend(
+                drawn
+                    .into_iter()
+                    .map(|figure| (file(&figure), figure.svg.into_bytes())),
+            );
         }
         if let Some(folder) = &self.tables {
+            let file = |name: &str| folder.join(format!("{name}.csv"));
+            let drawn = tables(html)?.into_iter();
+            files.extend(drawn.map(|table| (file(&table.name), table.csv.into_bytes())));
+        }
+        Ok(files)
+    }
+
+    /// Writes `files`.
+    pub(crate) fn write(&self, files: &[(PathBuf, Vec<u8>)]) -> Outcome {
+        for folder in self.figures.iter().chain(&self.tables) {
             made(folder)?;
-            for table in tables(html)? {
-                write_text(&folder.join(format!("{}.csv", table.name)), &table.csv)?;
-            }
+        }
+        for (path, bytes) in files {
+            write_bytes(path, bytes)?;
         }
         Ok(())
     }
 }
 
-/// Writes `figures` as PNG and PDF.
+/// `figures` as PNG and PDF.
 #[cfg(feature = "full")]
-fn pictures(folder: &Path, figures: &[piezotact_report::parts::FigurePart]) -> Outcome {
+fn pictures(folder: &Path, figures: &[FigurePart]) -> Outcome<Vec<(PathBuf, Vec<u8>)>> {
     let pictures = crate::pictures::Pictures::new()?;
+    let mut files = Vec::new();
     for figure in figures {
         let file = |ending: &str| folder.join(format!("{}.{ending}", figure.name));
-        write_bytes(&file("pdf"), &pictures.pdf(&figure.svg)?)?;
-        write_bytes(&file("png"), &pictures.png(&figure.svg)?)?;
+        files.push((file("pdf"), pictures.pdf(&figure.svg)?));
+        files.push((file("png"), pictures.png(&figure.svg)?));
     }
-    Ok(())
+    Ok(files)
 }
 
 fn made(folder: &Path) -> Outcome {

@@ -1,12 +1,14 @@
-//! What may stand where a command writes: nothing, what the command wrote before, or what `--force` gives up.
+//! What may stand where a command writes: nothing, what the command wrote before, the same bytes, or what `--force` gives up.
 //!
-//! Recordings and transfer functions that were measured are never replaced: what stood there is kept as `NAME.before-N`.
+//! Recordings and transfer functions that were measured are never replaced: what stood there is kept as `NAME.before-N`. So the same
+//! command goes on after a kill, whatever it had written.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::invocation::{Invocation, Setting};
+use piezotact_dataset::keep_as_it_is;
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
 use crate::commands::rerun::Made;
@@ -59,27 +61,47 @@ pub(crate) struct Writing {
 /// What becomes of files that a command did not write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
-    /// They are refused.
+    /// They are refused before anything is measured.
     Refused,
+    /// They stay where the same is written again; anything else is refused when it is known.
+    Compared,
     /// They are replaced.
     Replaced,
 }
 
 impl Writing {
-    /// Refuses folders for figures and tables that hold anything else.
+    /// Refuses folders for figures and tables that hold anything that cannot be one of them.
     pub(crate) fn check(&self) -> Outcome {
+        let endings: &[&str] = match self.existing {
+            Existing::Compared => &["svg", "png", "pdf", "csv"],
+            _ => &[],
+        };
+        let is_own = |path: &Path| {
+            let ending = path.extension().and_then(OsStr::to_str);
+            path.is_file() && ending.is_some_and(|ending| endings.contains(&ending))
+        };
+        self.refuse_others(&is_own)
+    }
+
+    /// Refuses folders for figures and tables that hold anything but what `is_own` accepts and hidden files, as a killed command leaves
+    /// them.
+    pub(crate) fn refuse_others(&self, is_own: &dyn Fn(&Path) -> bool) -> Outcome {
+        let is_hidden = |path: &Path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with('.')
+        };
         for output in &self.outputs {
-            let holds = |folder: &Path| {
-                std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
-            };
+            let folder = &output.path;
+            let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+            let mut entries = entries.map(|entry| entry.path());
             if matches!(output.setting.as_str(), "figures" | "tables")
-                && holds(&output.path)
-                && !self.may_replace(&output.path)
+                && entries.any(|path| !is_own(&path) && !is_hidden(&path))
+                && !self.may_replace(folder)
             {
                 return Err(usage(anyhow!(
                     "{}: expected a new or empty folder, found one that holds other files; give another one, or add to it with \
                      --force",
-                    output.path.display()
+                    folder.display()
                 )));
             }
         }
@@ -96,10 +118,15 @@ impl Writing {
         own.map_or(Ok(()), |(_, _, endings)| require_ending(path, endings))
     }
 
-    /// Refuses a file at `path` that this command did not write and does not keep, and a name with an ending that is not its own.
+    /// Refuses a file at `path` that this command did not write and does not keep, and a name with an ending that is not its own. One
+    /// that could be what is written now is compared when it is.
     pub(crate) fn refuse_existing(&self, path: &Path) -> Outcome {
         self.require_its_ending(path)?;
         if !path.is_file() || self.may_replace(path) || self.is_kept(path) {
+            return Ok(());
+        }
+        if self.existing == Existing::Compared && !is_of_another(path) {
+            keep_as_it_is(path);
             return Ok(());
         }
         Err(usage(anyhow!(
@@ -128,8 +155,11 @@ impl Writing {
         let is_of_loop = runs(path) || beside_sidecar(path).is_some_and(|file| runs(&file));
         let is_measured_in =
             self.command == "prepare" && path.extension() == Some(OsStr::new("parquet"));
+        // A drive that is corrected on a bench.
+        let is_corrected = known == ["render", "out"] && self.existing == Existing::Refused;
         MEASURED.contains(&known)
             || is_measured_in
+            || is_corrected
             || CONTINUED.contains(&known)
             || is_state
             || is_journal
@@ -145,8 +175,14 @@ impl Writing {
         }
         let name = path.to_string_lossy();
         self.outputs.iter().find_map(|output| {
-            let more = name.strip_prefix(&*output.path.to_string_lossy())?;
-            more.starts_with('.').then(|| (output, more.to_owned()))
+            if let Some(more) = name.strip_prefix(&*output.path.to_string_lossy()) {
+                return more.starts_with('.').then(|| (output, more.to_owned()));
+            }
+            // Each of several recordings has its number in its name.
+            let stem = output.path.with_extension("");
+            let more = name.strip_prefix(&*stem.to_string_lossy())?;
+            let is_numbered = output.setting == "record" && more.starts_with('-');
+            is_numbered.then(|| (output, more.to_owned()))
         })
     }
 
@@ -186,6 +222,12 @@ impl Writing {
             here.starts_with(&there) || here == with(&there, ".json")
         })
     }
+}
+
+/// Whether what stands at `path` says that another command made it, so that it cannot be what is written now. A report always says it.
+fn is_of_another(path: &Path) -> bool {
+    let ending = path.extension().and_then(OsStr::to_str);
+    matches!(ending, Some("html" | "htm")) || made_at(path).is_some()
 }
 
 /// How the report or document at `path` was made; `None` for what does not say.

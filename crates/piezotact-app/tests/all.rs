@@ -11,6 +11,7 @@ mod bids_refused;
 mod campaign;
 mod campaign_answers;
 mod campaign_drives;
+mod campaign_places;
 mod campaign_server;
 mod campaign_session;
 mod campaign_simulated;

@@ -238,6 +238,15 @@ fn a_study_is_exported_without_a_fault_and_without_who_somebody_is() {
             ["bids", "again"].map(|root| std::fs::read(folder.path(root).join(&path)).unwrap());
         assert!(one == other, "{}", path.display());
     }
+    // The same at the same place is done, and anything else is refused with what differs.
+    run(folder, &EXPORT.replace("--out bids", "--out again")).expect_success();
+    let fewer = EXPORT
+        .replace("--out bids", "--out again")
+        .replace(" S9.parquet", "");
+    run(folder, &fewer).expect_failure(1, &["again: expected no folder", "nothing is overwritten"]);
+    std::fs::write(folder.path("again/notes.txt"), "mine").unwrap();
+    run(folder, &EXPORT.replace("--out bids", "--out again"))
+        .expect_failure(1, &["notes.txt beside them", "nothing is overwritten"]);
 }
 
 #[test]
@@ -347,11 +356,22 @@ fn what_is_imported_is_what_was_exported() {
         "analyse imported/recordings/sub-P01_ses-measurement_task-measure_acq-S2_run-1.parquet",
     )
     .expect_success();
+    // The same again is done; what a person changed since is not overwritten.
+    run(folder, "bids import bids --out imported").expect_success();
+    let answers = folder.path("imported/answers.csv");
+    let changed = std::fs::read_to_string(&answers).unwrap() + "mine\n";
+    std::fs::write(&answers, &changed).unwrap();
     let again = run(folder, "bids import bids --out imported");
     again.expect_failure(
         1,
-        &["imported", "expected no folder", "nothing is overwritten"],
+        &[
+            "imported",
+            "expected no folder",
+            "another answers.csv, which differs from line",
+            "nothing is overwritten",
+        ],
     );
+    assert_eq!(std::fs::read_to_string(&answers).unwrap(), changed);
 }
 
 /// The 18 breaks of a data set that official validators find in part, each with what is found and in which file.
@@ -544,11 +564,13 @@ fn every_break_is_found_with_its_file_and_line() {
 fn what_is_no_data_set_of_touch_is_refused_by_name() {
     let folder = exported();
     let root = folder.path("bids");
-    run(folder, EXPORT).expect_failure(
+    std::fs::create_dir(folder.path("photographs")).unwrap();
+    folder.write("photographs/S2.png", "mine");
+    run(folder, &EXPORT.replace("--out bids", "--out photographs")).expect_failure(
         1,
         &[
-            "bids",
-            "found a folder with files",
+            "photographs",
+            "found a folder with files and without",
             "nothing is overwritten",
         ],
     );

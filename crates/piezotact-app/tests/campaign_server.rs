@@ -82,7 +82,7 @@ fn two_stations_have_the_matrix_of_one() {
     }
 
     here.write("secret.txt", "four words of wood\n");
-    there.write("secret.txt", "other words\n");
+    there.write("secret.txt", "other words of stone\n");
     for folder in [&here, &there] {
         let line = "campaign identity study P01 --contact none --passphrase secret.txt --name Rosa";
         done(folder, line);

@@ -205,6 +205,28 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
         ],
     );
     run(&folder, "campaign export study --out exported").expect_success();
+    // The same again is done, also after a kill; a table that a person changed is not replaced unasked.
+    let answers = folder.path("exported/answers.csv");
+    let written = std::fs::read_to_string(&answers).unwrap();
+    std::fs::remove_file(folder.path("exported/trials.csv")).unwrap();
+    let again = "campaign export study --out exported";
+    run(&folder, again).expect_success();
+    std::fs::write(&answers, format!("{written}mine\n")).unwrap();
+    run(&folder, again).expect_failure(
+        2,
+        &[
+            "exported/answers.csv already exists",
+            "differs from it from line",
+            "--force",
+        ],
+    );
+    assert!(
+        std::fs::read_to_string(&answers)
+            .unwrap()
+            .ends_with("mine\n")
+    );
+    run(&folder, "campaign export study --out exported --force").expect_success();
+    assert_eq!(std::fs::read_to_string(&answers).unwrap(), written);
     let trials = table(&folder.path("exported/trials.csv"));
     let second = &trials[1];
     assert_eq!(second["presented"], "K3");
@@ -659,6 +681,11 @@ fn an_identity_forges_no_line_and_keeps_a_signed_consent() {
         let more = [&["--contact", "room 7", "--passphrase", "secret.txt"], more].concat();
         folder.run_as_given(&[&known[..], &more].concat())
     };
+    folder.write("secret.txt", "a");
+    let weak = identity("Rosa", &[]);
+    weak.expect_failure(1, &["12 characters or more, found 1"]);
+    assert!(!folder.path("study/identity.age").exists());
+    folder.write("secret.txt", "four words of wood");
     let refused = identity("Rosa\nP02: Quentin, room 8, no consent signed", &[]);
     refused.expect_failure(1, &["found U+000A"]);
     let said = identity("Rosa", &["--signed", "2"]).out();

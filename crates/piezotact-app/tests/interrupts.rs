@@ -211,15 +211,15 @@ fn a_batch_ends_between_two_drives() {
     // Each drive with its sidecar, and nothing else.
     assert_eq!(written.len(), 2 * drives.len(), "{written:?}");
     let expected = format!(
-        "piezotact: stopped by hand: {} of 6 were rendered; their drives are written; give the same command again with --force \
-         to render all, or name the others",
+        "piezotact: stopped by hand: {} of 6 were rendered; their drives are written; give the same command again to render the \
+         others too",
         drives.len()
     );
     assert_eq!(ended.said.lines().last(), Some(expected.as_str()));
     for drive in drives {
         run(&folder, &format!("info drives/{drive}"));
     }
-    run(&folder, &format!("{line} --force"));
+    run(&folder, &line);
     assert!(folder.path("drives/t5.wav").is_file());
 }
 
@@ -301,10 +301,73 @@ fn the_demo_ends_between_two_steps() {
     let last = ended.said.lines().last().unwrap();
     assert!(
         last.starts_with("piezotact: interrupted: ")
-            && last.ends_with(" done, whose files are in d; give the same command again with --force, which starts from the beginning"),
+            && last.ends_with(" done, whose files are in d; give the same command again, which starts from the beginning"),
         "{last}"
     );
     assert!(!folder.path("d/report.html").exists());
-    run(&folder, "demo --out d --seed 7 --force");
+    run(&folder, "demo --out d --seed 7");
     assert!(folder.path("d/report.html").is_file());
+}
+
+/// Of several measurements that are recorded, the one that runs is stopped; the command that the screen names goes on.
+#[test]
+fn a_characterisation_goes_on_with_the_same_command() {
+    let folder = Folder::new();
+    let line = "characterise --bench twin:participant=1,seed=7 --seconds 20 --repeats 6 --record raw.parquet --out tf.json";
+    let running = Running::start(&folder, line);
+    wait_until("no measurement is complete", || {
+        folder.path("raw-1.parquet").is_file()
+    });
+    running.signal("-INT");
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130), "{}", ended.said);
+    let last = ended.said.lines().last().unwrap_or_default();
+    assert!(last.ends_with("; give the same command again"), "{last}");
+    run(&folder, line);
+    assert!(folder.path("raw-6.parquet").is_file() && folder.path("tf.json").is_file());
+}
+
+/// What `prepare` did before it was stopped stays, and the command that the screen names prepares the rest.
+#[test]
+fn a_preparation_goes_on_with_the_same_command() {
+    let folder = Folder::new();
+    let mut names = Vec::new();
+    for sample in ["S1", "S2", "S3", "S4", "S5", "S6", "S7", "S8", "S9"] {
+        let name = format!("{sample}.parquet");
+        run(
+            &folder,
+            &format!(
+                "twin record --bench acttouch --sample {sample} --participant 2 --seed 7 --strokes 2 --out {name}"
+            ),
+        );
+        names.push(name);
+    }
+    run(
+        &folder,
+        "characterise --bench twin:participant=2,seed=7 --seconds 12 --out tf.json",
+    );
+    let line = format!(
+        "prepare {} --transfer tf.json --bench twin:participant=2,seed=7 --out ready",
+        names.join(" ")
+    );
+    let running = Running::start(&folder, &line);
+    wait_until("nothing is measured", || {
+        folder.path("ready/measured/S1.parquet").is_file()
+    });
+    running.signal("-INT");
+    let ended = running.end();
+    assert_eq!(ended.code, Some(130), "{}", ended.said);
+    let last = ended.said.lines().last().unwrap_or_default();
+    assert!(
+        last.ends_with("what is done stays; give the same command again: all textures are prepared, at one level"),
+        "{last}"
+    );
+    let words: Vec<&str> = line.split(' ').collect();
+    let again = folder.run_as_given(&words);
+    // Whether every drive passes is not asked here.
+    assert!(matches!(again.code(), Some(0 | 3..=5)), "{}", again.err());
+    assert!(folder.path("ready/measured/S9.parquet").is_file());
+    // What was prepared before has the same bytes, and is not kept twice.
+    assert_eq!(files(&folder.path("ready/drives")).len(), 18);
+    assert_eq!(files(&folder.path("ready/measured")).len(), 9);
 }

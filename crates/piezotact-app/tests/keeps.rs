@@ -312,7 +312,7 @@ fn with_bench() -> Folder {
     folder
 }
 
-/// Another file of that name is refused before it is touched, and replaced on request alone.
+/// Another file of that name is refused before it is touched, and replaced on request alone; the same bytes are written again.
 #[test]
 fn what_another_left_is_not_replaced_silently() {
     let folder = with_bench();
@@ -322,17 +322,30 @@ fn what_another_left_is_not_replaced_silently() {
         let before = folder.names();
         let refused = run(&folder, &line);
         refused.expect_failure(2, &[name, "already exists", "--force"]);
+        // A report carries its date, and says who made it.
+        let is_report = name.ends_with(".html");
+        assert_eq!(refused.err().contains("differs"), !is_report, "{line}");
         assert_eq!(
             std::fs::read(folder.path(name)).unwrap(),
             b"of somebody else"
         );
         assert_eq!(folder.names(), before, "{line}");
         run(&folder, &format!("{line} --force")).expect_success();
-        assert_ne!(
-            std::fs::read(folder.path(name)).unwrap(),
-            b"of somebody else"
-        );
+        let written = std::fs::read(folder.path(name)).unwrap();
+        assert_ne!(written, b"of somebody else");
+        run(&folder, &line).expect_success();
+        if is_report {
+            continue;
+        }
+        assert_eq!(std::fs::read(folder.path(name)).unwrap(), written, "{line}");
+        // Killed before its end, a command goes on: with what it had not written, and without unfinished files.
+        folder.write(&format!(".piezotact-unfinished-{name}-abc123.tmp"), "half");
+        let sidecar = folder.path(&format!("{name}.json"));
+        let _none = std::fs::remove_file(&sidecar);
+        run(&folder, &line).expect_success();
+        assert_eq!(std::fs::read(folder.path(name)).unwrap(), written, "{line}");
     }
+    assert!(folder.names().iter().all(|name| !name.starts_with('.')));
     folder.write("kept.wav.json", "{}");
     let sidecar = "manipulate texture.wav --scale 1m/s2 --gain -3dB --out kept.wav";
     run(&folder, sidecar).expect_failure(2, &["kept.wav.json already exists"]);
@@ -360,6 +373,40 @@ fn a_command_replaces_what_it_wrote_itself() {
     run(&folder, &analyse.replace("r.csv", "s.csv")).expect_failure(2, &["s.csv already exists"]);
     run(&folder, &format!("{score} s.html --figures figures"))
         .expect_failure(2, &["figures", "other files", "--force"]);
+    assert!(!folder.path("s.html").exists());
+    // Killed while it wrote the figures, with the report written or not, the same command goes on; a file of somebody else is refused.
+    let figures = || {
+        let entries = std::fs::read_dir(folder.path("figures")).unwrap();
+        let paths = entries.map(|entry| entry.unwrap().path());
+        let mut paths: Vec<_> = paths
+            .filter(|path| path.extension().unwrap() == "svg")
+            .collect();
+        paths.sort();
+        paths
+    };
+    let all = figures();
+    for report in [true, false] {
+        std::fs::remove_file(&all[0]).unwrap();
+        folder.write("figures/.piezotact-unfinished-01-abc123.tmp", "half");
+        if !report {
+            std::fs::remove_file(folder.path("r.html")).unwrap();
+        }
+        run(&folder, &format!("{analyse} --high-pass none")).expect_success();
+        assert_eq!(figures(), all);
+    }
+    std::fs::remove_file(folder.path("r.html")).unwrap();
+    std::fs::write(&all[0], "mine").unwrap();
+    run(&folder, &format!("{analyse} --high-pass none"))
+        .expect_failure(2, &["figures/", "already exists", "from line 1 on"]);
+    assert_eq!(std::fs::read(&all[0]).unwrap(), b"mine");
+    // Cuts are written again where they are the same, and never replaced.
+    let cuts = "segment texture.wav --scale 1m/s2 --write-cuts t.cuts";
+    run(&folder, cuts).expect_success();
+    run(&folder, cuts).expect_success();
+    folder.write("t.cuts", "edited");
+    for line in [cuts.to_owned(), format!("{cuts} --force")] {
+        run(&folder, &line).expect_failure(2, &["t.cuts already exists", "edited by hand"]);
+    }
     let document = "spectrum texture.wav psd.json --scale 1m/s2 --json";
     run(&folder, document).expect_success();
     run(&folder, &format!("{document} --segment 512")).expect_success();

@@ -270,9 +270,27 @@ fn what_does_not_belong_in_a_panel_is_refused() {
         .expect_failure(1, &["cannot mix participants", "P01", "P02"]);
     run(&folder, "panel add panel b.json --load 0.4")
         .expect_failure(1, &["measured at 20°, 0.2 N"]);
-    run(&folder, "panel add panel a.json --repeat 1")
+    // The same again is there already; the same as another placement, or another measurement in its place, is refused.
+    for line in [
+        "panel add panel a.json",
+        "panel add panel a.json --repeat 1",
+    ] {
+        let again = run(&folder, line);
+        again.expect_success();
+        assert!(
+            again
+                .err()
+                .contains("a.json is there already as participant P01"),
+            "{}",
+            again.err()
+        );
+    }
+    run(&folder, "panel add panel a.json --placement 2")
+        .expect_failure(1, &["bit-identical", "placement 2"]);
+    let line = "characterise --bench twin:participant=1,seed=8 --seconds 4 --out again.json";
+    run(&folder, line).expect_success();
+    run(&folder, "panel add panel again.json --repeat 1")
         .expect_failure(1, &["participant P01", "twice"]);
-    run(&folder, "panel add panel a.json").expect_failure(1, &["bit-identical", "repeat 2"]);
     changed(&folder.path("b.json"), &folder.path("bare.json"), |d| {
         d.about.condition = piezotact::recording::Condition::default();
     });

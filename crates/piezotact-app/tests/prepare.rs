@@ -119,15 +119,33 @@ fn what_is_measured_is_kept_and_drives_are_not_replaced_unasked() {
     let folder = session();
     let command = format!("S11.parquet --bench {BENCH} --out ready");
     prepare(&folder, &command).expect_success();
-    let bare: Vec<&str> = ["prepare", "--transfer", "tf.json"]
-        .into_iter()
-        .chain(command.split(' '))
-        .collect();
-    let refused = folder.run_as_given(&bare);
-    assert_eq!(refused.code(), Some(2));
-    assert!(refused.err().contains("--force"), "{}", refused.err());
-    // At another level the measurement differs, and the earlier one is kept.
+    let bare = |rest: &str| {
+        let words = ["prepare", "--transfer", "tf.json"].into_iter();
+        let words: Vec<&str> = words.chain(rest.split(' ')).collect();
+        folder.run_as_given(&words)
+    };
+    // The same again: the same files, none of them twice.
+    let again = bare(&command);
+    assert_eq!(again.code(), Some(0), "{}", again.err());
+    let measured = std::fs::read_dir(folder.path("ready/measured")).unwrap();
+    assert_eq!(measured.count(), 1);
+    // Another level is another drive, which nothing plays unasked.
     let other = format!("S11.parquet --level -3 --bench {BENCH} --out ready");
+    let drive = std::fs::read(folder.path("ready/drives/S11.wav")).unwrap();
+    let refused = bare(&other);
+    refused.expect_failure(3, &[]);
+    assert!(
+        refused.out().contains("drives/S11.wav already exists")
+            && refused.out().contains("--force"),
+        "{}{}",
+        refused.out(),
+        refused.err()
+    );
+    assert_eq!(
+        std::fs::read(folder.path("ready/drives/S11.wav")).unwrap(),
+        drive
+    );
+    // Asked for, the measurement differs, and the earlier one is kept.
     prepare(&folder, &other).expect_success();
     let kept = std::fs::read_dir(folder.path("ready/measured")).unwrap();
     let names: Vec<_> = kept.map(|entry| entry.unwrap().file_name()).collect();

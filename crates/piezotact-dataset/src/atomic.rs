@@ -1,7 +1,7 @@
 //! Atomic file writes: a file is either completely written or not present.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufRead as _, BufReader, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use crate::error::WriteError;
 ///
 /// # Errors
 /// [`WriteError::Io`] when the operating system refuses, [`WriteError::Content`] when a folder stands there,
-/// and whatever `write` returns; the file at `path` is then as it was.
+/// [`WriteError::Differs`] after [`keep_as_it_is`], and whatever `write` returns; the file at `path` is then as it was.
 pub fn write_atomically(
     path: &Path,
     write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
@@ -82,6 +82,12 @@ impl Prepared {
         fill(side.file.as_file(), path, write)?;
         let flushed = side.file.as_file().sync_all();
         flushed.map_err(WriteError::io(path))?;
+        if stays_as_it_is(path)
+            && let Some(at) = difference(side.file.path(), &place).map_err(WriteError::io(path))?
+        {
+            let path = path.to_owned();
+            return Err(WriteError::Differs { path, at });
+        }
         Ok(Self {
             side: Some(side),
             place,
@@ -126,6 +132,59 @@ pub(crate) fn led_to(path: &Path) -> PathBuf {
         Ok(target) => folder_of(path).join(target),
         Err(_no_link) => path.to_owned(),
     })
+}
+
+/// Where this program writes only what stands there already.
+static AS_IT_IS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// Lets this program write at `path` only what stands there already: anything else is refused by [`WriteError::Differs`].
+pub fn keep_as_it_is(path: &Path) {
+    let mut kept = AS_IT_IS.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.push(led_to(path));
+}
+
+/// Whether [`keep_as_it_is`] was asked for `path`.
+#[must_use]
+pub fn stays_as_it_is(path: &Path) -> bool {
+    let kept = AS_IT_IS.lock().unwrap_or_else(PoisonError::into_inner);
+    kept.contains(&led_to(path))
+}
+
+/// Where the files `new` and `old` differ, in words; `None` where they have the same bytes. Nothing at `old` differs in nothing.
+pub(crate) fn difference(new: &Path, old: &Path) -> std::io::Result<Option<String>> {
+    let lengths = match std::fs::metadata(old) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        found => [std::fs::metadata(new)?.len(), found?.len()],
+    };
+    let mut files = [
+        BufReader::new(File::open(new)?),
+        BufReader::new(File::open(old)?),
+    ];
+    let (mut byte, mut line, mut is_text) = (1_u64, 1_u64, true);
+    loop {
+        let [new, old] = files.each_mut().map(BufReader::fill_buf);
+        let (new, old) = (new?, old?);
+        let common = new.len().min(old.len());
+        let same = new
+            .iter()
+            .zip(old)
+            .take_while(|(new, old)| new == old)
+            .count();
+        is_text &= !new[..same].contains(&0);
+        byte += same as u64;
+        line += new[..same].iter().filter(|byte| **byte == b'\n').count() as u64;
+        if same < common || common == 0 {
+            if common == 0 && new.len() == old.len() {
+                return Ok(None);
+            }
+            let of = format!("({} bytes now, {} there)", lengths[0], lengths[1]);
+            return Ok(Some(match is_text && !new[same..].contains(&0) {
+                true => format!("from line {line} on {of}"),
+                false => format!("from byte {byte} on {of}"),
+            }));
+        }
+        files.iter_mut().for_each(|file| file.consume(common));
+    }
 }
 
 /// What this program has written so far.
@@ -414,6 +473,43 @@ mod tests {
         })
         .unwrap();
         assert!(listed() == 0 && written().any);
+    }
+
+    #[test]
+    fn what_stays_as_it_is_takes_the_same_again_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.csv");
+        let old = "a,b\n1,2\n".repeat(5000);
+        let write = |text: &str| {
+            write_atomically(&path, |out| {
+                out.write_all(text.as_bytes())
+                    .map_err(WriteError::io(&path))
+            })
+        };
+        write(&old).unwrap();
+        keep_as_it_is(&path);
+        write(&old).unwrap();
+        let changed = format!("{}x", &old[..old.len() - 1]);
+        for (new, at) in [
+            (
+                changed.as_str(),
+                "from line 10000 on (40000 bytes now, 40000 there)",
+            ),
+            ("a,b\n", "from line 2 on (4 bytes now, 40000 there)"),
+            (
+                &format!("{old}1,2\n"),
+                "from line 10001 on (40004 bytes now, 40000 there)",
+            ),
+            ("a\0b", "from byte 2 on (3 bytes now, 40000 there)"),
+        ] {
+            let refused = write(new).unwrap_err().to_string();
+            assert!(refused.contains(at), "{refused}");
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), old);
+        }
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        // What is moved away is not in the way.
+        std::fs::remove_file(&path).unwrap();
+        write("other").unwrap();
     }
 
     #[test]

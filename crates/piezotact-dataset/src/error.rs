@@ -115,6 +115,13 @@ pub enum WriteError {
         found: String,
         todo: String,
     },
+    /// Something else stands there, which is not replaced unasked.
+    #[error("{} already exists, and what is written now differs from it {at}: give another name, move it away, or replace it with --force", path.display())]
+    Differs {
+        path: PathBuf,
+        /// Where: "from line 3 on".
+        at: String,
+    },
 }
 
 impl WriteError {

@@ -43,7 +43,9 @@ mod version;
 pub mod wav;
 
 pub use answers::{AnswersFile, read_answers};
-pub use atomic::{EndWriting, check_place, end_writing, write_atomically};
+pub use atomic::{
+    EndWriting, check_place, end_writing, keep_as_it_is, stays_as_it_is, write_atomically,
+};
 pub use contact_map::read_contact_map;
 pub use cuts_file::{cuts_path, cuts_text, read_cuts, read_cuts_of, recording_checksum};
 pub use device_file::read_device;

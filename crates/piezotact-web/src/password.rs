@@ -1,16 +1,12 @@
 //! The experimenter's password on a network. Only its hash is kept.
 
-use std::collections::BTreeSet;
 use std::sync::{Mutex, PoisonError};
 
 use argon2::Argon2;
 use argon2::password_hash::phc::PasswordHash;
 use argon2::password_hash::{PasswordHasher as _, PasswordVerifier as _};
+use piezotact_people::campaign::text::{SecretError, check_secret};
 
-/// The fewest characters of a password.
-const SHORTEST: usize = 12;
-/// The fewest different characters among them.
-const FEWEST: usize = 5;
 /// The most bytes.
 const LONGEST: usize = 1024;
 
@@ -18,18 +14,8 @@ const LONGEST: usize = 1024;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PasswordError {
     /// Too easy to guess.
-    #[error(
-        "expected a password of 12 characters or more, found {found}; four words that do not belong together are good"
-    )]
-    Short { found: usize },
-    /// The same characters again and again.
-    #[error(
-        "expected a password with 5 different characters or more, found {found}; four words that do not belong together are good"
-    )]
-    Even {
-        /// How many of its characters differ.
-        found: usize,
-    },
+    #[error("the password: {0}")]
+    Weak(#[from] SecretError),
     /// Too long to be typed.
     #[error("expected a password of at most 1024 bytes")]
     Long,
@@ -57,15 +43,7 @@ impl Password {
     /// # Errors
     /// [`PasswordError`].
     pub fn new(password: &str) -> Result<Self, PasswordError> {
-        let found = password.chars().count();
-        if found < SHORTEST {
-            return Err(PasswordError::Short { found });
-        }
-        let different: BTreeSet<char> = password.chars().collect();
-        if different.len() < FEWEST {
-            let found = different.len();
-            return Err(PasswordError::Even { found });
-        }
+        check_secret(password)?;
         if password.len() > LONGEST {
             return Err(PasswordError::Long);
         }

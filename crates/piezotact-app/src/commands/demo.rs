@@ -244,7 +244,7 @@ impl<'a> Steps<'a> {
         let done = format!("{done}, whose files are in {}", self.out.display());
         Err(interrupt::failure(
             &done,
-            "give the same command again with --force, which starts from the beginning",
+            "give the same command again, which starts from the beginning",
         ))
     }
 }

@@ -85,10 +85,11 @@ pub(crate) fn run(words: &[OsString]) -> Outcome {
     let cli = Cli::from_arg_matches(&matches);
     let cli = cli.unwrap_or_else(|error| refused(&error.format(&mut command)));
     let arguments = Arguments::of(&command, &matches);
-    let existing = if cli.force {
-        Existing::Replaced
-    } else {
-        Existing::Refused
+    let existing = match arguments.value("bench") {
+        _ if cli.force => Existing::Replaced,
+        // Nobody sits at a bench for what is refused at the end. What `prepare` computes is compared before it is played.
+        Some(_) if arguments.names != ["prepare"] => Existing::Refused,
+        _ => Existing::Compared,
     };
     invocation::begin(words, &arguments, cli.date.as_deref(), existing)?;
     let _shown = Work::one(format!("piezotact {}", arguments.names.join(" ")));

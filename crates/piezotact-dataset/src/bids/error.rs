@@ -11,11 +11,8 @@ use crate::error::{ReadError, WriteError};
 #[derive(Debug, thiserror::Error)]
 pub enum BidsError {
     /// Something stands where it is to be written.
-    #[error("{}: expected no folder, or an empty one, found {found}; give another folder: nothing is overwritten", folder.display())]
-    Exists {
-        folder: PathBuf,
-        found: &'static str,
-    },
+    #[error("{}: expected no folder, an empty one, or the same files, found {found}; give another folder: nothing is overwritten", folder.display())]
+    Exists { folder: PathBuf, found: String },
     /// The place is inside the study or data set that is read.
     #[error("{}: expected a folder outside the data set or study that is read, found one in it; give another folder", folder.display())]
     Inside { folder: PathBuf },

@@ -9,12 +9,12 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::error::BidsError;
-use crate::atomic::{UNFINISHED, sync_folder};
+use crate::atomic::{UNFINISHED, difference, sync_folder};
 use crate::input::open_input;
 use crate::lock::{Lock, LockError, LockFile};
 use crate::reads::{hexadecimal, sha256_of_file};
 
-/// A folder that is being filled; without [`Self::commit`] nothing is left of it.
+/// A folder that is being filled; without [`Self::commit`] nothing is left of it. Where the same folder stands already, it stays.
 #[derive(Debug)]
 pub struct NewFolder {
     place: PathBuf,
@@ -23,16 +23,43 @@ pub struct NewFolder {
     _alone: Lock,
 }
 
-/// What stands at `place`; `None` for nothing, or an empty folder.
-fn found_at(place: &Path) -> Option<&'static str> {
+/// What stands at a place.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum There {
+    /// Nothing, or an empty folder.
+    Nothing,
+    Folder,
+    Other,
+}
+
+fn found_at(place: &Path) -> There {
     match std::fs::symlink_metadata(place) {
-        Err(_none) => None,
+        Err(_none) => There::Nothing,
         Ok(found) if found.is_dir() => {
-            let mut entries = std::fs::read_dir(place).ok()?;
-            entries.next().map(|_| "a folder with files")
+            match std::fs::read_dir(place).is_ok_and(|mut entries| entries.next().is_none()) {
+                true => There::Nothing,
+                false => There::Folder,
+            }
         }
-        Ok(_) => Some("a file or a link"),
+        Ok(_) => There::Other,
     }
+}
+
+/// The files below `folder` from there, with slashes; what is neither a file nor a folder counts as a file.
+fn files_below(folder: &Path) -> std::io::Result<Vec<String>> {
+    let (mut files, mut open) = (Vec::new(), vec![(folder.to_owned(), String::new())]);
+    while let Some((folder, name)) = open.pop() {
+        for entry in std::fs::read_dir(&folder)? {
+            let entry = entry?;
+            let name = format!("{name}{}", entry.file_name().to_string_lossy());
+            match entry.file_type()?.is_dir() {
+                true => open.push((entry.path(), format!("{name}/"))),
+                false => files.push(name),
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
 }
 
 /// Refuses a `place` inside `folder`, which is read.
@@ -67,14 +94,15 @@ impl NewFolder {
     /// Begins a folder that will stand at `place`. What a killed program left of it is removed.
     ///
     /// # Errors
-    /// [`BidsError::Exists`] where something stands there, [`BidsError::Held`] while another program writes it, [`BidsError::Write`].
+    /// [`BidsError::Exists`] where something other than a folder stands there, [`BidsError::Held`] while another program writes it,
+    /// [`BidsError::Write`].
     pub fn beside(place: &Path) -> Result<Self, BidsError> {
-        let taken = |found| BidsError::Exists {
+        let taken = |found: &str| BidsError::Exists {
             folder: place.to_owned(),
-            found,
+            found: found.to_owned(),
         };
-        if let Some(found) = found_at(place) {
-            return Err(taken(found));
+        if found_at(place) == There::Other {
+            return Err(taken("a file or a link"));
         }
         let Some(name) = place.file_name().and_then(|name| name.to_str()) else {
             return Err(taken("no name for one"));
@@ -114,7 +142,44 @@ impl NewFolder {
         })
     }
 
-    /// Writes the file `name` (from the root, with slashes), which must not be there yet, flushed to the disk.
+    /// Refuses the file `name` where another one stands in its place.
+    fn require_same(&self, name: &str) -> Result<(), BidsError> {
+        if found_at(&self.place) == There::Nothing {
+            return Ok(());
+        }
+        let there = self.place.join(name);
+        let found = match std::fs::symlink_metadata(&there) {
+            Ok(found) if found.is_file() => {
+                let at = difference(&self.side.path().join(name), &there);
+                match at.map_err(BidsError::io(&there))? {
+                    None => return Ok(()),
+                    Some(at) => format!("another {name}, which differs {at}"),
+                }
+            }
+            _ => format!("a folder with files and without {name}"),
+        };
+        Err(BidsError::Exists {
+            folder: self.place.clone(),
+            found,
+        })
+    }
+
+    /// Refuses what stands in the place of the folder, unless it is the same.
+    fn require_same_folder(&self) -> Result<(), BidsError> {
+        let files = files_below(self.side.path()).map_err(BidsError::io(self.side.path()))?;
+        files.iter().try_for_each(|name| self.require_same(name))?;
+        let there = files_below(&self.place).map_err(BidsError::io(&self.place))?;
+        match there.iter().find(|name| !files.contains(name)) {
+            None => Ok(()),
+            Some(other) => Err(BidsError::Exists {
+                folder: self.place.clone(),
+                found: format!("{other} beside them"),
+            }),
+        }
+    }
+
+    /// Writes the file `name` (from the root, with slashes), which must not be there yet, flushed to the disk. One that differs from
+    /// what stands in its place is refused at once.
     pub(super) fn put(
         &mut self,
         name: &str,
@@ -134,7 +199,7 @@ impl NewFolder {
         file.sync_data().map_err(BidsError::io(Path::new(name)))?;
         self.sums
             .insert(name.to_owned(), hexadecimal(&sum.finalize()));
-        Ok(())
+        self.require_same(name)
     }
 
     /// Writes the text file `name` (from the root, with slashes), flushed to the disk.
@@ -229,17 +294,11 @@ impl NewFolder {
         Ok(path)
     }
 
-    /// Puts the folder in its place.
+    /// Puts the folder in its place. The same folder that stands there stays.
     ///
     /// # Errors
-    /// [`BidsError::Exists`] where something came to stand there, [`BidsError::Write`].
+    /// [`BidsError::Exists`] where something else stands there, [`BidsError::Write`].
     pub fn commit(self) -> Result<PathBuf, BidsError> {
-        if let Some(found) = found_at(&self.place) {
-            return Err(BidsError::Exists {
-                folder: self.place,
-                found,
-            });
-        }
         if let Some(lost) = self
             .sums
             .keys()
@@ -249,6 +308,10 @@ impl NewFolder {
                 std::io::ErrorKind::NotFound,
                 "expected this file, which was written, found none: another program removed it; write it again",
             )));
+        }
+        if found_at(&self.place) != There::Nothing {
+            self.require_same_folder()?;
+            return Ok(self.place);
         }
         readable(self.side.path())?;
         std::fs::rename(self.side.path(), &self.place).map_err(BidsError::io(&self.place))?;
@@ -329,5 +392,35 @@ mod tests {
         assert!(emptied.commit().is_err());
         let mut twice = begun();
         assert!(twice.put_text("a", "b").is_err());
+    }
+
+    #[test]
+    fn the_same_folder_again_is_done_and_another_one_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("bids");
+        let written = |files: &[(&str, &str)]| {
+            let mut new = NewFolder::beside(&place)?;
+            for (name, text) in files {
+                new.put_text(name, text)?;
+            }
+            // As somebody else writes it.
+            let by_hand = new.path("sub/c").unwrap();
+            std::fs::write(by_hand, "c").unwrap();
+            new.commit()
+        };
+        let files = [("a", "1\n2\n"), ("sub/b", "b")];
+        written(&files).unwrap();
+        assert_eq!(written(&files).unwrap(), place);
+        let refused = |files: &[(&str, &str)]| written(files).unwrap_err().to_string();
+        let changed = refused(&[("a", "1\n3\n"), ("sub/b", "b")]);
+        assert!(
+            changed.contains("another a, which differs from line 2 on"),
+            "{changed}"
+        );
+        assert!(refused(&[("a", "1\n2\n"), ("d", "")]).contains("without d"));
+        assert!(refused(&[("a", "1\n2\n")]).contains("sub/b beside them"));
+        std::fs::write(place.join("sub/c"), "mine").unwrap();
+        assert!(refused(&files).contains("another sub/c"));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
 }

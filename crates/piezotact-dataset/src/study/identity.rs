@@ -6,10 +6,10 @@ use std::fs::File;
 use std::io::{Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
-use age::secrecy::SecretString;
+use age::secrecy::{ExposeSecret as _, SecretString};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::StoreError;
-use piezotact_people::campaign::text::{TextError, check_line};
+use piezotact_people::campaign::text::{SecretError, TextError, check_line, check_secret};
 use serde::{Deserialize, Serialize};
 
 use super::error::{StudyError, advice_on_io};
@@ -59,6 +59,14 @@ impl Passphrase {
             secret: text.into(),
             work: WORK,
         })
+    }
+
+    /// Whether it can be chosen for new identities. An earlier one that cannot still opens the file that was written with it.
+    ///
+    /// # Errors
+    /// [`SecretError`].
+    pub fn check(&self) -> Result<(), SecretError> {
+        check_secret(self.secret.expose_secret())
     }
 
     /// The same with another work factor of scrypt, log2 N from 1 to 22: a low one is for tests.
@@ -142,6 +150,9 @@ pub enum IdentityError {
     /// No passphrase.
     #[error("expected a passphrase, found none; give one of several words")]
     Empty,
+    /// It is too easy to guess.
+    #[error("the passphrase: {0}")]
+    Weak(#[from] SecretError),
     /// Another passphrase.
     #[error("{}: expected the passphrase that the file was written with, found another one (or its first lines are damaged); type it again, or restore the file from a copy", path.display())]
     Passphrase { path: PathBuf },
@@ -218,7 +229,7 @@ impl StudyStore {
     }
 
     /// Stores who `participant` is, in place of what was stored before; a consent that was signed stays where `person` brings none.
-    /// The first identity decides the passphrase.
+    /// The first identity decides the passphrase, which [`Passphrase::check`] accepts.
     ///
     /// # Errors
     /// [`IdentityError`]; the file is then as it was.
@@ -238,6 +249,9 @@ impl StudyStore {
         if self.read(async |database| has_withdrawn(database, name).await)? {
             let participant = name.to_owned();
             return Err(IdentityError::Withdrawn { participant });
+        }
+        if !are_there(&self.folder)? {
+            passphrase.check()?;
         }
         let mut identities = read(&self.folder, passphrase)?;
         participant.check_among(identities.people.keys().map(String::as_str))?;

@@ -1,5 +1,6 @@
 //! Opening the database of a study: what it is, what state it is in, and its tables where there are none yet.
 
+use std::fs::File;
 use std::path::Path;
 use std::time::Duration;
 
@@ -16,6 +17,41 @@ use super::seal::{Found, Sealed};
 pub(super) enum Begin {
     Create,
     Open,
+}
+
+/// Whether a study can be changed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Access {
+    Written,
+    /// Its folder or its file can only be read, as on a disk for reading or for somebody else's account.
+    OnlyRead,
+}
+
+/// Whether the database at `path` can be changed.
+///
+/// # Errors
+/// [`StudyError::Place`] where it can only be read, and a log that is not moved into it yet holds its last changes.
+pub(super) fn access(path: &Path) -> Result<Access, StudyError> {
+    use std::io::ErrorKind::{PermissionDenied, ReadOnlyFilesystem};
+    let file = File::options().write(true).open(path).map(drop);
+    // The log and its index stand beside it.
+    let beside = tempfile::tempfile_in(path.parent().unwrap_or(path)).map(drop);
+    let is_refused = |tried: std::io::Result<()>| {
+        tried.is_err_and(|error| matches!(error.kind(), PermissionDenied | ReadOnlyFilesystem))
+    };
+    if !is_refused(file) && !is_refused(beside) {
+        return Ok(Access::Written);
+    }
+    let mut log = path.as_os_str().to_owned();
+    log.push("-wal");
+    match std::fs::metadata(&log) {
+        Ok(found) if found.len() > 0 => Err(StudyError::Place {
+            path: path.to_owned(),
+            why: "expected a study that was closed, as it can only be read, found changes in its write-ahead log".into(),
+            advice: "make the folder and its files writable for this user, or open a copy of the whole folder",
+        }),
+        _ => Ok(Access::OnlyRead),
+    }
 }
 
 pub(super) fn lost(folder: &Path, acknowledged: u64, found: u64) -> StudyError {
@@ -50,7 +86,7 @@ pub(super) fn check_file(folder: &Path, path: &Path, begin: Begin) -> Result<(),
 /// Opens the database, and makes the tables where there are none yet.
 pub(super) async fn connect(
     path: &Path,
-    begin: Begin,
+    (begin, access): (Begin, Access),
     patience: Duration,
     seal: &Found,
 ) -> Result<(SqliteConnection, Sealed), StudyError> {
@@ -64,9 +100,14 @@ pub(super) async fn connect(
         .pragma("secure_delete", "ON")
         // What is rewritten is never written to a folder of temporary files.
         .pragma("temp_store", "MEMORY");
+    let options = match access {
+        Access::Written => options,
+        // Without a log and its index, which could not be made.
+        Access::OnlyRead => options.read_only(true).immutable(true),
+    };
     let connecting = options.connect().await;
     let mut connection = connecting.map_err(StudyError::database(path))?;
-    match sealed(&mut connection, path, begin, seal).await {
+    match sealed(&mut connection, path, (begin, access), seal).await {
         Ok(sealed) => Ok((connection, sealed)),
         Err(error) => {
             closed(connection).await;
@@ -85,7 +126,7 @@ pub(super) async fn closed(connection: SqliteConnection) {
 async fn sealed(
     connection: &mut SqliteConnection,
     path: &Path,
-    begin: Begin,
+    (begin, access): (Begin, Access),
     seal: &Found,
 ) -> Result<Sealed, StudyError> {
     let folder = path.parent().unwrap_or(path);
@@ -116,14 +157,8 @@ async fn sealed(
     if let (true, Found::Whole(sealed)) = (blank, seal) {
         return Err(lost(folder, sealed.changes, 0));
     }
-    let mode = sqlx::query_scalar("PRAGMA journal_mode = WAL");
-    let mode: String = mode.fetch_one(&mut *connection).await.map_err(failed())?;
-    if mode != "wal" {
-        return Err(StudyError::Place {
-            path: path.to_owned(),
-            why: format!("expected a write-ahead log, found journal mode `{mode}`"),
-            advice: "copy the folder to a local disk",
-        });
+    if access == Access::Written {
+        write_ahead(connection, path).await?;
     }
     if blank {
         make_tables(connection).await.map_err(failed())?;
@@ -137,6 +172,21 @@ async fn sealed(
         study,
         changes: changes.unsigned_abs(),
     })
+}
+
+/// Turns the write-ahead log on.
+async fn write_ahead(connection: &mut SqliteConnection, path: &Path) -> Result<(), StudyError> {
+    let mode = sqlx::query_scalar("PRAGMA journal_mode = WAL");
+    let mode = mode.fetch_one(connection).await;
+    let mode: String = mode.map_err(StudyError::database(path))?;
+    match mode.as_str() {
+        "wal" => Ok(()),
+        _ => Err(StudyError::Place {
+            path: path.to_owned(),
+            why: format!("expected a write-ahead log, found journal mode `{mode}`"),
+            advice: "copy the folder to a local disk",
+        }),
+    }
 }
 
 /// Application, version, and number of tables.

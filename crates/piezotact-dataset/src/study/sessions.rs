@@ -6,7 +6,7 @@ use piezotact_people::campaign::store::{
 };
 
 use super::database::{Database, Value};
-use super::error::damaged;
+use super::error::{Kept, damaged};
 use super::pseudonym::{Pseudonym, PseudonymError};
 use super::store::{Changed, StudyStore};
 
@@ -197,6 +197,46 @@ impl StudyStore {
         Ok(stored)
     }
 
+    /// The time of the newest event or withdrawal, in ms since 1970-01-01 00:00 UTC; `None` before the first.
+    ///
+    /// # Errors
+    /// [`StoreError::Place`].
+    pub fn newest_ms(&self) -> Result<Option<i64>, StoreError> {
+        self.read(async |database| {
+            let newest = "SELECT max(at_ms) FROM (SELECT at_ms FROM events UNION ALL SELECT at_ms FROM withdrawals) AS all_times";
+            let (newest,): (Option<i64>,) = database.one(newest, &[]).await?;
+            Ok(newest)
+        })
+    }
+
+    /// How many of the changes that the study counted are no session that was begun, no event and no withdrawal that was given once: the
+    /// last events of sessions that were removed, or withdrawals that were given again. 0 where a server keeps the study, which counts
+    /// plans too.
+    ///
+    /// # Errors
+    /// [`StoreError::Place`].
+    pub fn unexplained_changes(&self) -> Result<u64, StoreError> {
+        let unexplained = self.counted()?.unexplained();
+        Ok(unexplained.max(0).unsigned_abs())
+    }
+
+    fn counted(&self) -> Result<Counted, StoreError> {
+        if self.kept() == Kept::OnServer {
+            return Ok(Counted::default());
+        }
+        self.read(async |database| {
+            let counts = "SELECT changes, (SELECT count(*) FROM sessions), (SELECT count(*) FROM events), \
+                (SELECT count(*) FROM withdrawals) FROM study";
+            let (changes, sessions, events, withdrawals) = database.one(counts, &[]).await?;
+            Ok(Counted {
+                changes,
+                sessions,
+                events,
+                withdrawals,
+            })
+        })
+    }
+
     /// Whether a participant has withdrawn, with sessions or before the first.
     pub(super) fn is_withdrawn(&self, participant: &Pseudonym) -> Result<bool, StoreError> {
         self.read(async |database| has_withdrawn(database, participant.as_str()).await)
@@ -250,14 +290,57 @@ impl Store for StudyStore {
         self.erase_payloads(participant, at_ms)
     }
 
-    /// Verifies the file and the chains of all sessions; gives their number.
+    /// Verifies the file, the chains of all sessions, and how much of them is there; gives their number.
     fn verify(&self) -> Result<usize, StoreError> {
         self.read(async |database| database.check().await)?;
         let sessions = self.sessions()?;
         for entry in &sessions {
             entry.verify(&self.events(&entry.key)?)?;
         }
+        self.counted()?.verify()?;
         Ok(sessions.len())
+    }
+}
+
+/// How many changes a study counted, and what it holds of them.
+#[derive(Default)]
+struct Counted {
+    changes: i64,
+    sessions: i64,
+    events: i64,
+    withdrawals: i64,
+}
+
+impl Counted {
+    /// The steps of a withdrawal: it is intended, files are erased, the database is rewritten.
+    const STEPS: i64 = 3;
+
+    /// The changes that nothing explains; fewer than 0 where withdrawals had fewer steps.
+    fn unexplained(&self) -> i64 {
+        self.changes - self.sessions - self.events - Self::STEPS * self.withdrawals
+    }
+
+    /// Refuses what no withdrawal explains, even one that was given again. What was removed from the end of a journal is found here, as the
+    /// rest of a chain verifies.
+    fn verify(&self) -> Result<(), StoreError> {
+        let Self {
+            changes,
+            sessions,
+            events,
+            withdrawals,
+        } = self;
+        let unexplained = self.unexplained();
+        let again = *withdrawals > 0 && unexplained % Self::STEPS == 0;
+        let what = match unexplained {
+            missing if missing > 0 && !again => {
+                "the last events of sessions, or sessions, were removed"
+            }
+            _ if *changes < sessions + events + withdrawals => "some were added by another program",
+            _ => return Ok(()),
+        };
+        Err(damaged(format!(
+            "the study counted {changes} changes, and holds {sessions} sessions, {events} events and {withdrawals} withdrawals: {what}"
+        )))
     }
 }
 

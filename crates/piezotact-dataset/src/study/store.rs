@@ -10,7 +10,7 @@ use tokio::runtime::Runtime;
 
 use super::database::{Database, Remains};
 use super::error::{Kept, StudyError, advice_on_io, damaged, lost};
-use super::opening::{Begin, check_file, connect};
+use super::opening::{Access, Begin, access, check_file, connect};
 use super::postgres::{ANSWERING, DatabaseUrl, End, REWRITING, Server};
 use super::pseudonym::Pseudonym;
 use super::seal::{self, Found, SEAL, Seal, Sealed};
@@ -31,7 +31,8 @@ pub struct StudyStore {
     study: String,
     /// How many changes were acknowledged.
     changes: Cell<u64>,
-    seal: Seal,
+    /// `None` where the folder can only be read.
+    seal: Option<Seal>,
     /// Changes that are stored and not sealed, as the seal could not be written.
     unsealed: Option<u64>,
     pub(super) notices: Vec<Notice>,
@@ -101,7 +102,8 @@ impl StudyStore {
         Self::on_server(folder, url, Begin::Open)
     }
 
-    /// Opens the study in `folder`. What a crash has left is put in order, and a withdrawal that was interrupted completed.
+    /// Opens the study in `folder`. What a crash has left is put in order, and a withdrawal that was interrupted completed. One that
+    /// can only be read is opened as it is, and refuses changes.
     ///
     /// # Errors
     /// [`StudyError`]; [`StudyError::Lost`] where the folder holds less than was acknowledged.
@@ -150,10 +152,14 @@ impl StudyStore {
         let runtime = runtime(&folder)?;
         // Before the database is read: the seal never is ahead of it.
         let found = seal::find(&folder).map_err(StudyError::io(&folder.join(SEAL)))?;
-        let opening = connect(&path, begin, patience, &found);
+        let access = match begin {
+            Begin::Open => access(&path)?,
+            Begin::Create => Access::Written,
+        };
+        let opening = connect(&path, (begin, access), patience, &found);
         let (connection, sealed) = runtime.block_on(opening)?;
         let database = Database::File(connection);
-        Self::sealed(folder, runtime, database, (found, sealed), None)
+        Self::sealed(folder, runtime, database, (found, sealed, access), None)
     }
 
     fn on_server(folder: &Path, url: &DatabaseUrl, begin: Begin) -> Result<Self, StudyError> {
@@ -169,7 +175,8 @@ impl StudyStore {
             locks: RefCell::default(),
         };
         let database = Database::Server(server);
-        Self::sealed(folder, runtime, database, (found, sealed), Some(line))
+        let found = (found, sealed, Access::Written);
+        Self::sealed(folder, runtime, database, found, Some(line))
     }
 
     /// The study whose database holds everything that was acknowledged.
@@ -177,10 +184,12 @@ impl StudyStore {
         folder: PathBuf,
         runtime: Runtime,
         database: Database,
-        (found, sealed): (Found, Sealed),
+        (found, sealed, access): (Found, Sealed, Access),
         line: Option<Line>,
     ) -> Result<Self, StudyError> {
-        let seal = match acknowledged(&folder, line.as_ref(), &found, &sealed) {
+        let seal = match acknowledged(&folder, line.as_ref(), &found, &sealed)
+            .and_then(|()| written_seal(&folder, access, &sealed))
+        {
             Ok(seal) => seal,
             Err(error) => {
                 runtime.block_on(database.close());
@@ -199,7 +208,9 @@ impl StudyStore {
             unsealed: Some(sealed.changes),
             notices: Vec::new(),
         };
-        store.complete_withdrawals()?;
+        if access == Access::Written {
+            store.complete_withdrawals()?;
+        }
         Ok(store)
     }
 
@@ -304,9 +315,15 @@ impl StudyStore {
         &mut self,
         act: impl AsyncFnOnce(&mut Database) -> Result<T, StoreError>,
     ) -> Result<Changed<T>, StoreError> {
+        let Some(seal) = &mut self.seal else {
+            return Err(StoreError::Place {
+                why: format!("{}: this study can only be read", self.folder.display()),
+                advice: "copy its folder to a disk that can be written",
+            });
+        };
         // What is acknowledged next stands on what could not be sealed.
         if let Some(changes) = self.unsealed {
-            self.seal.set(changes).map_err(seal_error)?;
+            seal.set(changes).map_err(seal_error)?;
             self.unsealed = None;
         }
         let (done, changes) = self.read(async |database| {
@@ -343,7 +360,8 @@ impl StudyStore {
     /// Notes that `changes` are stored: where the seal cannot be written, it is before the next change.
     pub(super) fn seal_changes(&mut self, changes: u64) {
         self.changes.set(changes);
-        if self.seal.set(changes).is_err() {
+        let sealed = self.seal.as_mut().map(|seal| seal.set(changes));
+        if sealed.is_some_and(|sealed| sealed.is_err()) {
             self.unsealed = Some(changes);
         }
     }
@@ -366,44 +384,52 @@ fn runtime(folder: &Path) -> Result<Runtime, StudyError> {
     runtime.map_err(StudyError::io(folder))
 }
 
-/// The seal of the study in `folder`, which holds everything that was acknowledged.
+/// Refuses a study in `folder` that does not hold everything that was acknowledged.
 fn acknowledged(
     folder: &Path,
     line: Option<&Line>,
     found: &Found,
     sealed: &Sealed,
-) -> Result<Seal, StudyError> {
+) -> Result<(), StudyError> {
     match (found, line) {
         (Found::Whole(found), Some(line)) if found.study != sealed.study => {
-            return Err(StudyError::Server {
+            Err(StudyError::Server {
                 url: line.url.to_string(),
                 why: "expected the study of this folder, found another one".into(),
                 advice: "correct the URL in study.url, or restore the database from a backup",
-            });
+            })
         }
-        (Found::Damaged, _) => {
-            let path = folder.join(SEAL);
-            return Err(StudyError::Seal { path });
-        }
-        (Found::Whole(found), None) if found.study != sealed.study => {
-            let path = folder.join(SEAL);
-            return Err(StudyError::Seal { path });
-        }
-        (Found::Whole(found), line) if found.changes > sealed.changes => {
-            return Err(StudyError::Lost {
-                folder: folder.to_owned(),
-                kept: line.map_or(Kept::InFolder, |_| Kept::OnServer),
-                acknowledged: found.changes,
-                found: sealed.changes,
-            });
-        }
-        _ => {}
+        (Found::Damaged, _) => Err(StudyError::Seal {
+            path: folder.join(SEAL),
+        }),
+        (Found::Whole(found), None) if found.study != sealed.study => Err(StudyError::Seal {
+            path: folder.join(SEAL),
+        }),
+        (Found::Whole(found), line) if found.changes > sealed.changes => Err(StudyError::Lost {
+            folder: folder.to_owned(),
+            kept: line.map_or(Kept::InFolder, |_| Kept::OnServer),
+            acknowledged: found.changes,
+            found: sealed.changes,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The seal of the study in `folder`, where it can be written.
+fn written_seal(
+    folder: &Path,
+    access: Access,
+    sealed: &Sealed,
+) -> Result<Option<Seal>, StudyError> {
+    if access == Access::OnlyRead {
+        return Ok(None);
     }
     let participants = folder.join(PARTICIPANTS);
     if !participants.exists() {
         std::fs::create_dir_all(&participants).map_err(StudyError::io(&participants))?;
     }
-    Seal::open(folder, sealed).map_err(StudyError::io(&folder.join(SEAL)))
+    let seal = Seal::open(folder, sealed).map_err(StudyError::io(&folder.join(SEAL)))?;
+    Ok(Some(seal))
 }
 
 /// What `act` gives, and how many changes there are with it. The count comes last: a transaction that failed within refuses it.

@@ -145,6 +145,87 @@ fn a_withdrawal_and_what_is_erased_belong_together() {
     );
 }
 
+/// Somebody who removes the triggers, and events from the end of a journal, whose rest is a chain that verifies.
+#[test]
+fn last_events_that_were_removed_are_found_by_the_count() {
+    let changed = |withdrawn: bool, statements: &[&'static str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let (mut store, _) = study(folder.path());
+        let other = SessionKey::new("P02", "discrimination");
+        store.begin(&other, Purpose::Volunteer).unwrap();
+        store.append(&other, 0, event("{}")).unwrap();
+        if withdrawn {
+            let passphrase = Some(passphrase());
+            let name = Pseudonym::new("P02").unwrap();
+            store
+                .withdraw(&name, event("").at_ms + 1, passphrase.as_ref())
+                .unwrap();
+        }
+        for trigger in ["DROP TRIGGER events_stay", "DROP TRIGGER sessions_stay"] {
+            assert_eq!(refusal(&store, trigger), "");
+        }
+        for statement in statements {
+            assert_eq!(refusal(&store, statement), "");
+        }
+        drop(store);
+        let store = StudyStore::open(folder.path()).unwrap();
+        let verified = store.verify().map_err(|error| error.to_string());
+        (
+            verified.err().unwrap_or_default(),
+            store.unexplained_changes().unwrap(),
+        )
+    };
+    assert_eq!(changed(false, &[]), (String::new(), 0));
+    assert_eq!(changed(true, &[]), (String::new(), 0));
+    let last = "DELETE FROM events WHERE participant = 'P01' AND number = 1";
+    let (found, unexplained) = changed(false, &[last]);
+    assert_eq!(
+        found,
+        "what is stored was changed or damaged: the study counted 5 changes, and holds 2 sessions, 2 events and 0 withdrawals: the last \
+         events of sessions, or sessions, were removed; restore the whole folder from a copy"
+    );
+    assert_eq!(unexplained, 1);
+    assert!(changed(true, &[last]).0.contains("were removed"));
+    let session = [
+        "DELETE FROM events WHERE participant = 'P01'",
+        "DELETE FROM sessions WHERE participant = 'P01'",
+    ];
+    assert!(
+        changed(false, &session)
+            .0
+            .contains("holds 1 sessions, 1 events")
+    );
+    // As many as the steps of a withdrawal that was given again: said, as nothing tells them apart.
+    assert_eq!(changed(true, &session), (String::new(), 3));
+    let session =
+        "INSERT INTO sessions (participant, session, purpose) VALUES ('P03', 'x', 'volunteer')";
+    assert!(
+        changed(false, &[session])
+            .0
+            .contains("added by another program")
+    );
+}
+
+#[test]
+fn the_newest_time_is_that_of_the_last_event_of_any_session() {
+    let folder = tempfile::tempdir().unwrap();
+    assert_eq!(
+        StudyStore::create(folder.path())
+            .unwrap()
+            .newest_ms()
+            .unwrap(),
+        None
+    );
+    let other = tempfile::tempdir().unwrap();
+    let (mut store, key) = study(other.path());
+    let late = NewEvent {
+        at_ms: event("").at_ms + 900,
+        ..event("{}")
+    };
+    store.append(&key, 2, late).unwrap();
+    assert_eq!(store.newest_ms().unwrap(), Some(event("").at_ms + 900));
+}
+
 #[test]
 fn pseudonyms_are_checked_where_a_session_begins() {
     let folder = tempfile::tempdir().unwrap();

@@ -65,6 +65,51 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
     );
 }
 
+/// `a` encrypts no names; a file that an earlier version wrote with it is still read, changed and erased with it.
+#[test]
+fn the_first_identity_wants_a_passphrase_that_is_not_guessed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut store = study(folder.path(), 1);
+    let of = |text: &str| Passphrase::new(text.into()).unwrap().with_work_factor(2);
+    let person = || PersonalData {
+        name: "Rosa".into(),
+        contact: "room 7".into(),
+        consent: None,
+    };
+    for (weak, found) in [
+        ("a", "12 characters or more, found 1"),
+        ("aaaaaaaaaaaaaaaa", "found 1"),
+    ] {
+        let refused = store.set_identity(&name("P01"), person(), &of(weak));
+        let refused = refused.unwrap_err().to_string();
+        assert!(
+            refused.starts_with("the passphrase: ") && refused.contains(found),
+            "{refused}"
+        );
+        assert!(!folder.path().join("identity.age").exists());
+    }
+    store
+        .set_identity(&name("P01"), person(), &passphrase())
+        .unwrap();
+    let written = std::fs::read(folder.path().join("identity.age")).unwrap();
+    // As an earlier version wrote it.
+    let earlier = of("a");
+    let plain = age::decrypt(
+        &age::scrypt::Identity::new("four words of wood".to_owned().into()),
+        &written,
+    )
+    .unwrap();
+    let mut recipient = age::scrypt::Recipient::new("a".to_owned().into());
+    recipient.set_work_factor(2);
+    let again = age::encrypt(&recipient, &plain).unwrap();
+    std::fs::write(folder.path().join("identity.age"), again).unwrap();
+    assert_eq!(store.identities(&earlier).unwrap()["P01"].name, "Rosa");
+    store
+        .set_identity(&name("P02"), person(), &earlier)
+        .unwrap();
+    assert!(earlier.check().is_err());
+}
+
 #[test]
 fn a_text_that_would_forge_a_line_of_the_list_is_refused() {
     let folder = tempfile::tempdir().unwrap();

@@ -183,6 +183,12 @@ fn a_process_of_other_tests() {
         Ok(store) => store,
         Err(error) => return say(&format!("refused {error}")),
     };
+    if task == "look" {
+        let events = whole(&store);
+        say(&format!("looked {} {events}", store.verify().unwrap()));
+        let refused = append(&mut store, &key(), events).unwrap_err();
+        return say(&format!("refused {refused}"));
+    }
     if task == "withdraw" {
         let done = store.withdraw(&name("P01"), AT_MS, Some(&passphrase()));
         return say(&format!("withdrawn {}", done.is_ok()));

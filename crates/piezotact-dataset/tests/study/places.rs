@@ -78,44 +78,74 @@ fn soak_store_full_disk() {
     assert!(whole.is_ok(), "{last}");
 }
 
-/// A folder that this user may read and not write: another user where the tests run as root, whom no permission binds.
+/// A folder that this user may read and not write, to another user where the tests run as root, whom no permission binds: it is looked
+/// at, and takes nothing. One that was not closed has changes that cannot be read there.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_study_that_cannot_be_written_is_refused_with_what_to_do() {
+fn a_study_that_cannot_be_written_is_looked_at_and_refuses_changes() {
     use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
     use std::os::unix::process::CommandExt as _;
     let top = tempfile::tempdir().unwrap();
     let folder = top.path().join("study");
-    drop(study(&folder, 3));
+    let open = study(&folder, 3);
+    let unclosed = top.path().join("unclosed");
+    std::fs::create_dir(&unclosed).unwrap();
+    for entry in std::fs::read_dir(&folder).unwrap().map(Result::unwrap) {
+        if entry.path().is_file() {
+            std::fs::copy(entry.path(), unclosed.join(entry.file_name())).unwrap();
+        }
+    }
+    drop(open);
     let mode = |path: &Path, mode: u32| {
         std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
     };
     let program = top.path().join("program");
     std::fs::copy(std::env::current_exe().unwrap(), &program).unwrap();
-    for (path, bits) in [(top.path(), 0o755), (&program, 0o755), (&folder, 0o555)] {
-        mode(path, bits);
+    for path in [top.path(), &program] {
+        mode(path, 0o755);
     }
-    for entry in std::fs::read_dir(&folder).unwrap() {
-        let path = entry.unwrap().path();
-        mode(&path, if path.is_dir() { 0o555 } else { 0o444 });
-    }
-    let mut command = process(&program, "open", &folder, "exec \"$0\" \"$@\"");
-    if std::fs::metadata(top.path()).unwrap().uid() == 0 {
-        command.uid(65534).gid(65534);
-    }
-    let said = lines(command.current_dir("/").spawn().unwrap());
-    mode(&folder, 0o755);
-    let last = said.iter().find(|line| line.starts_with("refused"));
-    let last = last.unwrap_or_else(|| panic!("{said:?}"));
-    assert!(
-        last.contains("make the folder and its files writable"),
-        "{last}"
+    let looked_at = |folder: &Path| {
+        let modes = |of_folder: u32, of_file: u32| {
+            for entry in std::fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                mode(&path, if path.is_dir() { of_folder } else { of_file });
+            }
+            mode(folder, of_folder);
+        };
+        modes(0o555, 0o444);
+        let mut command = process(&program, "look", folder, "exec \"$0\" \"$@\"");
+        if std::fs::metadata(top.path()).unwrap().uid() == 0 {
+            command.uid(65534).gid(65534);
+        }
+        let said = lines(command.current_dir("/").spawn().unwrap());
+        modes(0o755, 0o644);
+        said
+    };
+    let names = || {
+        let entries = std::fs::read_dir(&folder).unwrap();
+        let mut names: Vec<_> = entries.map(|entry| entry.unwrap().file_name()).collect();
+        names.sort();
+        names
+    };
+    let before = names();
+    let said = looked_at(&folder);
+    assert!(said.contains(&"looked 1 3".to_owned()), "{said:?}");
+    let refused = |said: &[String], part: &str| {
+        let last = said.iter().find(|line| line.starts_with("refused"));
+        let last = last.unwrap_or_else(|| panic!("{said:?}"));
+        assert!(last.contains(part), "{last}");
+    };
+    refused(
+        &said,
+        "this study can only be read; copy its folder to a disk that can be written",
     );
-    for entry in std::fs::read_dir(&folder).unwrap() {
-        let path = entry.unwrap().path();
-        mode(&path, if path.is_dir() { 0o755 } else { 0o644 });
-    }
+    assert_eq!(names(), before);
     assert_eq!(whole(&StudyStore::open(&folder).unwrap()), 3);
+    refused(
+        &looked_at(&unclosed),
+        "make the folder and its files writable for this user, or open a copy of the whole folder",
+    );
+    assert_eq!(whole(&StudyStore::open(&unclosed).unwrap()), 3);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Texts that people type and others read: in lists, tables and files that spreadsheet programs open.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 
 /// The largest number of characters of a name or a short text.
 const MOST_OF_SHORT: usize = 200;
@@ -8,6 +9,47 @@ const MOST_OF_SHORT: usize = 200;
 const MOST_OF_LONG: usize = 10_000;
 /// With these a spreadsheet program takes a cell for a formula, the wide ones where they are typed in Japanese or Chinese.
 const FORMULA: [char; 8] = ['=', '+', '-', '@', '＝', '＋', '－', '＠'];
+
+/// The fewest characters of a password or passphrase.
+const SHORTEST_SECRET: usize = 12;
+/// The fewest different characters among them.
+const FEWEST_DIFFERENT: usize = 5;
+
+/// Why a password or passphrase is too easy to guess.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SecretError {
+    /// Too few characters.
+    #[error(
+        "expected {SHORTEST_SECRET} characters or more, found {found}; four words that do not belong together are good"
+    )]
+    Short { found: usize },
+    /// The same characters again and again.
+    #[error(
+        "expected {FEWEST_DIFFERENT} different characters or more, found {found}; four words that do not belong together are good"
+    )]
+    Even {
+        /// How many of its characters differ.
+        found: usize,
+    },
+}
+
+/// Checks a password or passphrase that a person chooses: at least 12 characters, of which at least 5 differ.
+///
+/// # Errors
+/// [`SecretError`].
+///
+/// Source: decisions 0066 and 0079 of this project.
+pub fn check_secret(text: &str) -> Result<(), SecretError> {
+    let found = text.chars().count();
+    if found < SHORTEST_SECRET {
+        return Err(SecretError::Short { found });
+    }
+    let different: BTreeSet<char> = text.chars().collect();
+    match different.len() {
+        found if found < FEWEST_DIFFERENT => Err(SecretError::Even { found }),
+        _ => Ok(()),
+    }
+}
 
 /// Why a text is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -127,6 +169,20 @@ fn check(text: &str, most: usize, refused: impl Fn(char) -> bool) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_secret_has_12_characters_of_which_5_differ() {
+        assert_eq!(check_secret("four words of wood"), Ok(()));
+        assert_eq!(check_secret("éàü éàü éàüx"), Ok(()));
+        for (text, refused) in [
+            ("a", SecretError::Short { found: 1 }),
+            ("éàü éàü éàü", SecretError::Short { found: 11 }),
+            ("            ", SecretError::Even { found: 1 }),
+            ("abcdabcdabcdabcd", SecretError::Even { found: 4 }),
+        ] {
+            assert_eq!(check_secret(text), Err(refused));
+        }
+    }
 
     #[test]
     fn what_forges_a_line_is_refused_and_written_out_when_shown() {

@@ -15,6 +15,7 @@ use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_report::report;
 
 use super::study::Study;
+use crate::commands::outputs;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
 use crate::output::{document_text, print, say_doubts, write_text};
@@ -45,8 +46,11 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         ]
         .as_slice(),
     )?;
-    for (name, text) in files(&study, &live, &states)? {
-        write_text(&args.out.join(name), &text)?;
+    let files = files(&study, &live, &states)?;
+    let paths: Vec<PathBuf> = files.iter().map(|(name, _)| args.out.join(name)).collect();
+    outputs(&[], &paths.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    for (path, (_, text)) in paths.iter().zip(&files) {
+        write_text(path, text)?;
     }
     let rehearsals = states
         .iter()

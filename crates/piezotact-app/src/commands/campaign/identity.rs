@@ -12,7 +12,7 @@ use piezotact_people::campaign::text::shown;
 use super::study::{Study, now_ms, open_store, said};
 use super::withdraw::passphrase;
 use crate::failure::{Outcome, usage};
-use crate::output::print;
+use crate::output::{print, say};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -22,7 +22,7 @@ pub(crate) struct Arguments {
     /// The participant's pseudonym; without it, all identities are printed.
     #[arg(requires_all = ["name", "contact"])]
     participant: Option<String>,
-    /// The file with the passphrase, in its first line. The first identity decides it; who loses it loses the names.
+    /// The file with the passphrase, in its first line: 12 characters or more. The first identity decides it; who loses it loses the names.
     #[arg(long, value_name = "FILE")]
     passphrase: PathBuf,
     /// The person's name.
@@ -38,11 +38,27 @@ pub(crate) struct Arguments {
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
     let passphrase = passphrase(&args.passphrase)?;
-    let (Some(participant), Some(name), Some(contact)) =
-        (&args.participant, &args.name, &args.contact)
-    else {
-        return listed(args, &passphrase);
-    };
+    match (&args.participant, &args.name, &args.contact) {
+        (Some(participant), Some(name), Some(contact)) => {
+            stored(args, &passphrase, [participant, name, contact])?;
+        }
+        _ => listed(args, &passphrase)?,
+    }
+    if let Err(weak) = passphrase.check() {
+        say(&format!(
+            "warning: the passphrase of the identities, which an earlier version accepted, is easy to guess: {weak}; encrypt \
+             identity.age anew: age --decrypt identity.age | age --passphrase > new.age, then rename new.age"
+        ));
+    }
+    Ok(())
+}
+
+/// Stores who a participant is.
+fn stored(
+    args: &Arguments,
+    passphrase: &Passphrase,
+    [participant, name, contact]: [&String; 3],
+) -> Outcome {
     let mut study = Study::open(&args.study)?;
     let participant = study.participant(participant)?;
     let consent = signed(args, &study.campaign)?;
@@ -51,9 +67,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         contact: contact.clone(),
         consent,
     };
-    let consent = study
-        .store
-        .set_identity(&participant, person, &passphrase)?;
+    let consent = study.store.set_identity(&participant, person, passphrase)?;
     let consent = match consent {
         ConsentStored::Given => "the consent is signed",
         ConsentStored::Kept => "the consent that was signed before is kept",

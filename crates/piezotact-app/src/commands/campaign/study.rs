@@ -268,7 +268,7 @@ pub(super) fn open_store(folder: &Path) -> Outcome<StudyStore> {
 }
 
 /// The time now, in ms since 1970-01-01 00:00 UTC.
-pub(super) fn now_ms() -> i64 {
+pub(crate) fn now_ms() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |since| {
         i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
@@ -277,7 +277,10 @@ pub(super) fn now_ms() -> i64 {
 
 /// `at_ms` as date and time in UTC: `2026-03-01 10:22`.
 pub(crate) fn said(at_ms: i64) -> String {
-    let at = UNIX_EPOCH + std::time::Duration::from_millis(at_ms.max(0).unsigned_abs());
+    // The end of the year 9999: later ones have no date.
+    const LATEST_MS: i64 = 253_402_300_799_000;
+    let at_ms = at_ms.clamp(0, LATEST_MS).unsigned_abs();
+    let at = UNIX_EPOCH + std::time::Duration::from_millis(at_ms);
     let text = humantime::format_rfc3339_seconds(at).to_string();
     text.replace('T', " ").chars().take(16).collect()
 }

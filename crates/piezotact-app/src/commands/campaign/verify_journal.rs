@@ -29,9 +29,21 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let sessions = study.store.verify()?;
     let checked = each_session(&study)?;
     print(&format!(
-        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed from the middle. Missing sessions, missing last events and rewritten journals are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
-        args.study.display()
+        "{}: the journals of {sessions} sessions verify: none of their events was changed, reordered, or removed{} are found only by comparing the checksums above with a copy of them: keep one outside the study. Drives are not checked.",
+        args.study.display(),
+        match study.store.kept() {
+            Kept::InFolder =>
+                ", by the changes that the study counted. Journals that were rewritten together with that number",
+            Kept::OnServer =>
+                " from the middle. Missing sessions, missing last events and rewritten journals",
+        }
     ))?;
+    let unexplained = study.store.unexplained_changes()?;
+    if unexplained > 0 {
+        say(&format!(
+            "warning: {unexplained} of the changes that the study counted are not there: a withdrawal was given again, or last events were removed; compare the checksums above with a copy of them"
+        ));
+    }
     if checked.elsewhere > 0 {
         say(&format!(
             "{} recordings of what was played are not in this folder: they were made at other stations, or are missing; verify them there",

@@ -11,7 +11,7 @@ use piezotact_dataset::{PanelFolder, TransferDocument, function_of_any_unit, rea
 use super::open_or_begin;
 use crate::cli::panel::Add;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document};
+use crate::output::{print, print_document, say};
 
 pub(crate) fn run(args: &Add) -> Outcome {
     require_finite(args)?;
@@ -26,15 +26,7 @@ pub(crate) fn run(args: &Add) -> Outcome {
     } else {
         folder.read()?.panel
     };
-    let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
-    for (path, mut document) in documents {
-        let filing = filing_of(args, path, &mut document, &folder, &filed)?;
-        entries.push(Entry {
-            filing: filing.clone(),
-            function: function_of_any_unit(document.clone(), path)?,
-        });
-        filed.push((filing, document));
-    }
+    let filed = new_of(args, documents, &folder, &mut entries)?;
     Panel::<Uncalibrated, Uncalibrated>::new(entries)
         .with_context(|| args.folder.display().to_string())?;
     for (filing, document) in &filed {
@@ -51,6 +43,45 @@ pub(crate) fn run(args: &Add) -> Outcome {
         print(&format!("added as {filing}"))?;
     }
     Ok(())
+}
+
+/// The transfer functions among `documents` that the panel has not yet, added to its `entries`.
+fn new_of(
+    args: &Add,
+    documents: Vec<(&Path, TransferDocument)>,
+    folder: &PanelFolder,
+    entries: &mut Vec<Entry<Uncalibrated, Uncalibrated>>,
+) -> Outcome<Vec<(Filing, TransferDocument)>> {
+    let there = entries.len();
+    let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
+    for (path, mut document) in documents {
+        let filing = filing_of(args, path, &mut document, folder, &filed)?;
+        let function = function_of_any_unit(document.clone(), path)?;
+        let entry = Entry { filing, function };
+        if let Some(same) = entries[..there].iter().find(|one| is_same(one, &entry)) {
+            say(&format!(
+                "{} is there already as {}",
+                path.display(),
+                same.filing
+            ));
+            continue;
+        }
+        filed.push((entry.filing.clone(), document));
+        entries.push(entry);
+    }
+    Ok(filed)
+}
+
+/// Whether `there` is the measurement `new`, which a command that was killed had added.
+fn is_same(
+    there: &Entry<Uncalibrated, Uncalibrated>,
+    new: &Entry<Uncalibrated, Uncalibrated>,
+) -> bool {
+    let (a, b) = (&there.filing, &new.filing);
+    a.participant == b.participant
+        && a.cell.is(b.cell)
+        && a.placement == b.placement
+        && there.function.response() == new.function.response()
 }
 
 fn require_finite(args: &Add) -> Outcome {

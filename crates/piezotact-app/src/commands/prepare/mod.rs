@@ -133,7 +133,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if interrupted() {
         return Err(interrupt::failure(
             &found.sentence,
-            "what is done stays; give the same command again with --force: all textures are prepared again, at one level",
+            "what is done stays; give the same command again: all textures are prepared, at one level",
         ));
     }
     outcome(&found)

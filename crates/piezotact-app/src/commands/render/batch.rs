@@ -183,8 +183,10 @@ impl<'a> Batch<'a> {
         if self.jobs.iter().all(|job| job.runs.is_none()) {
             return match self.renderings.len() {
                 0 => "nothing was written; give the same command again".into(),
-                _ => "their drives are written; give the same command again with --force to render all, or name the others"
-                    .into(),
+                _ => {
+                    "their drives are written; give the same command again to render the others too"
+                        .into()
+                }
             };
         }
         format!(

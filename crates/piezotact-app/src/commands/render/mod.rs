@@ -29,7 +29,7 @@ use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording
 use crate::cli::{InverseName, Level, PhaseName, Render};
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
-use crate::keeping::{Purpose, go_on, runs_of};
+use crate::keeping::{Earlier, Purpose, go_on, runs_of};
 use crate::memory::fits;
 use crate::output::{print, say_doubts};
 use crate::progress::{Words, Work};
@@ -243,6 +243,10 @@ impl Job<'_> {
             function: &function,
             config: &config_of(args)?,
         };
+        // What was corrected on a bench is a measurement. The best drive of a loop that goes on is replaced by a better one.
+        let completed = self.runs.as_ref().filter(|runs| !runs.is_interrupted());
+        let earlier = completed.map(|_| Earlier::at(&self.out, "the earlier drive"));
+        let earlier = earlier.transpose()?;
         let (level, (mut drive, corrected)) = asked.at_its_level(&texture)?;
         self.trace(
             &mut drive,
@@ -251,6 +255,7 @@ impl Job<'_> {
         );
         let rendering = Rendering::of(&drive, &name(self.target), level);
         write_drive(&self.out, &drive, args.rate, rendering.clone())?;
+        earlier.map_or(Ok(()), Earlier::settle)?;
         if let (Some(path), Some(corrected)) = (&self.record, &corrected) {
             corrected.keep(path, rendering)?;
         }

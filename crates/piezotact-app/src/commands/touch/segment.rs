@@ -5,13 +5,13 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::doubt::merged;
 use piezotact::study::{CutsDocument, cuts_table};
-use piezotact_dataset::{cuts_text, recording_checksum};
+use piezotact_dataset::{cuts_text, keep_as_it_is, recording_checksum};
 use piezotact_report::touch;
 
 use super::{check_outputs, take_all, write_table, wrote};
 use crate::advice::{OptionWords, merged_text};
 use crate::cli::Segment;
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say, write_text};
 
@@ -21,7 +21,7 @@ pub(crate) fn run(args: &Segment) -> Outcome {
     if let (Some(path), [take]) = (&args.write_cuts, takes.as_slice()) {
         let recording = recording_checksum(Path::new(&take.file))?;
         let rate = take.recording.rate();
-        write_text(path, &cuts_text(&take.segmentation, rate, recording))?;
+        write_cuts(path, &cuts_text(&take.segmentation, rate, recording))?;
     }
     write_table(args.csv.as_deref(), &cuts_table(&takes))?;
     if let Some(path) = &args.report {
@@ -52,12 +52,17 @@ fn check(args: &Segment) -> Outcome {
             args.takes.recordings.len()
         )));
     }
-    check_outputs(&args.takes, &[&args.write_cuts, &args.csv, &args.report])?;
-    match &args.write_cuts {
-        Some(path) if path.exists() => Err(usage(anyhow!(
+    check_outputs(&args.takes, &[&args.write_cuts, &args.csv, &args.report])
+}
+
+/// Writes cuts, which replace no others, asked for or not: a person may have edited them.
+fn write_cuts(path: &Path, text: &str) -> Outcome {
+    keep_as_it_is(path);
+    write_text(path, text).map_err(|failure| match failure {
+        Failure::Usage(_) => usage(anyhow!(
             "{} already exists and may contain cuts edited by hand: give another name, or move it away",
             path.display()
-        ))),
-        _ => Ok(()),
-    }
+        )),
+        other => other,
+    })
 }

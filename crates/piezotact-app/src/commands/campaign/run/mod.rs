@@ -1,5 +1,6 @@
 //! `piezotact campaign run`: a session with a participant on the terminal.
 
+mod clock;
 mod drives;
 mod shown;
 mod terminal;
@@ -145,6 +146,7 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     if study.not_erased()?.contains(participant.as_str()) {
         return Err(Failure::Data(anyhow!(withdrawn(args))));
     }
+    clock::check(&study.store)?;
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let given = args.leading.drives.as_deref();
