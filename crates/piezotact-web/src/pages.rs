@@ -169,9 +169,13 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
                 ol.slots aria-live="polite" {
                     @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
                 }
-                div.choices role="group" aria-label=(w(form.ask)) {
+                @let are_numbers = keys == Keys::Own && form.count == [1, 1] && form.choices.iter().all(|choice| choice.parse::<i64>().is_ok());
+                div.choices role="group" aria-label=(w(form.ask)) data-numbers[are_numbers] {
+                    @if let Some([from, to]) = form.number {
+                        input.number type="number" inputmode="numeric" step="1" min=(from) max=(to) data-number="" aria-label=(w(form.ask));
+                    }
                     @for (i, choice) in form.choices.iter().enumerate() {
-                        @let key = key(i, &form.choices).filter(|_| keys == Keys::Own);
+                        @let key = key(i, &form.choices).filter(|_| keys == Keys::Own && !are_numbers);
                         button.choice type="button" data-choice=(choice) data-key=[key.clone()] {
                             (choice)
                             @if let Some(key) = key { @if key != choice.to_lowercase() { kbd aria-hidden="true" { (key) } } }

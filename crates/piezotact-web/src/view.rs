@@ -108,6 +108,8 @@ pub struct Form {
     pub more: Text,
     /// What can be chosen.
     pub choices: Vec<String>,
+    /// The lowest and the highest number, where there are too many to be chosen from: one is typed.
+    pub number: Option<[i64; 2]>,
     /// The smallest and the largest number of choices.
     pub count: [usize; 2],
     /// Whether each can be chosen once only.
@@ -422,6 +424,10 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
     let choices: Vec<String> = choices.map(|(said, _)| said).collect();
     let elements = of.plays.len();
     let is_played = is_rendered(trial);
+    let typed = match &trial.answer {
+        AnswerForm::Scale { from, to } if to.abs_diff(*from) >= MOST_BUTTONS => Some([*from, *to]),
+        _ => None,
+    };
     let (ask, more, choices, count, repeats) = match &trial.answer {
         AnswerForm::Done => (
             Word::TouchNow,
@@ -475,11 +481,13 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
             )
         }
         AnswerForm::Scale { from, to } => {
-            let numbers = (*from..=*to).map(|number| number.to_string());
-            let numbers = numbers.take(MOST_NUMBERS).collect();
+            let numbers = match typed {
+                Some(_) => Vec::new(),
+                None => (*from..=*to).map(|number| number.to_string()).collect(),
+            };
             (
                 Word::ANumber,
-                Text::default(),
+                format!("{from} – {to}").into(),
                 numbers,
                 [1, 1],
                 Repeats::Once,
@@ -490,6 +498,7 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
         ask,
         more,
         choices,
+        number: typed,
         count,
         repeats,
         felt: match is_played && played_by == PlayedBy::Bench {
@@ -507,8 +516,8 @@ fn is_rendered(trial: &Trial) -> bool {
     )
 }
 
-/// Scales have at most so many numbers on a page.
-const MOST_NUMBERS: usize = 101;
+/// At most so many numbers are buttons; of a wider scale one is typed.
+const MOST_BUTTONS: u64 = 21;
 
 fn closed_step(
     state: &State<'_>,

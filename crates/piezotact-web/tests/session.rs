@@ -1,8 +1,8 @@
 //! A session over the pages: each answer once, what participants are sent, and pages that come late or hang.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact_people::campaign::plan::{Plan, Presented};
-use piezotact_people::campaign::session::Event;
+use piezotact_people::campaign::plan::{AnswerForm, Plan, Presented};
+use piezotact_people::campaign::session::{Answer, Event};
 
 use crate::client::{Page, Pages, with_pages, with_pages_after};
 use crate::support::{Bed, isotropic};
@@ -334,6 +334,55 @@ fn a_participant_plays_what_is_played_only() {
         assert_eq!(pages.ask(&participant, play).status, 204);
         assert!(pages.shown(&participant).contains("felt 2×"));
     });
+}
+
+/// Keys are values: the buttons of a rating have none of their own, and of a wide scale a number is typed.
+#[test]
+fn ratings_are_numbers() {
+    let (protocol, mut plan) = isotropic();
+    for (trial, to) in plan.trials.iter_mut().zip([10, 1000]) {
+        trial.answer = AnswerForm::Scale { from: 0, to };
+    }
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let page = pages.experimenter();
+        let shown = || {
+            while step(pages, &page) {}
+            let shown = pages.shown(&page);
+            let (_, draft) = shown.split_once("data-most=").unwrap();
+            draft.split_once("data-undo").unwrap().0.to_owned()
+        };
+        let few = shown();
+        assert!(
+            few.contains("0 – 10") && few.contains("data-numbers"),
+            "{few}"
+        );
+        assert_eq!(few.matches("data-choice=").count(), 11, "{few}");
+        assert!(!few.contains("data-key"), "{few}");
+        let said = |what: &str, status| {
+            let answer = format!(r#""do":"answer","words":["{what}"]"#);
+            assert_eq!(pages.ask(&page, &answer).status, status, "{what}");
+        };
+        said("11", 422);
+        said("10", 204);
+        assert_eq!(pages.ask(&page, r#""do":"confirm""#).status, 204);
+        let wide = shown();
+        assert!(
+            wide.contains("max=\"1000\"") && !wide.contains("data-choice"),
+            "{wide}"
+        );
+        said("1001", 422);
+        said("750", 204);
+    });
+    let answers = bed
+        .events(&plan)
+        .into_iter()
+        .filter_map(|event| match event {
+            Event::Answered { answer, .. } => Some(answer),
+            _ => None,
+        });
+    let expected = [Answer::Number(10), Answer::Number(750)];
+    assert_eq!(answers.collect::<Vec<_>>(), expected);
 }
 
 /// A bench that fails while a texture plays: the trial is void, which the page says, and is presented again.

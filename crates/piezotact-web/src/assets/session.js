@@ -193,10 +193,26 @@ function drawDraft(draft) {
     // Not disabled: the focus stays where it is, so that a key that bounces chooses nothing else.
     choice.setAttribute("aria-disabled", used || words.length >= most);
   }
+  const number = draft.querySelector("[data-number]");
+  if (number && document.activeElement !== number) number.value = words[0] ?? "";
   const send = draft.querySelector("[data-send]");
   draft.querySelector("[data-undo]").disabled = words.length === 0;
   send.disabled = words.length < least;
 }
+
+// A number is typed as it is: 1 and then 0 are 10, where 10 can be chosen.
+function typed(draft, digit) {
+  const all = [...draft.querySelectorAll("[data-choice]")].map((one) => one.dataset.choice);
+  const said = [(chosen(draft)[0] ?? "") + digit, digit].find((one) => all.includes(one));
+  if (said !== undefined) choose(draft, [said]);
+}
+
+page.addEventListener("input", (event) => {
+  const number = event.target.closest("[data-number]");
+  if (!number) return;
+  const isIt = number.value !== "" && number.checkValidity();
+  choose(number.closest("[data-draft]"), isIt ? [String(number.valueAsNumber)] : []);
+});
 
 // ---- What is pressed.
 
@@ -253,6 +269,7 @@ function isShown(one) {
 // Escape stops what plays, whatever has the focus. Arrows move between what can be pressed, Enter presses, Backspace takes back; a choice has a key of its own.
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape" && !event.repeat) page.querySelector("[data-stop]")?.click();
+  if (event.key === "Enter" && event.target.closest("[data-number]")) event.target.closest("[data-draft]").querySelector("[data-send]").click();
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
   const draft = [...page.querySelectorAll("[data-draft]")].find(isShown);
   if (event.key === "Backspace" && draft) {
@@ -286,6 +303,11 @@ document.addEventListener("keydown", (event) => {
   }
   if (!draft || event.key.length !== 1) return;
   const key = event.key.toLowerCase();
+  if (/^[0-9-]$/.test(key) && draft.querySelector("[data-numbers]")) {
+    event.preventDefault();
+    typed(draft, key);
+    return;
+  }
   const choice = [...draft.querySelectorAll("[data-key]")].find((one) => one.dataset.key === key);
   if (!choice) return;
   event.preventDefault();

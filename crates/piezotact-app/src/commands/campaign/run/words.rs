@@ -97,7 +97,9 @@ fn words(line: &str, choices: &[(String, String)]) -> Vec<String> {
     let words: Vec<String> = line.split_whitespace().map(str::to_owned).collect();
     let letters = line.chars().filter(|c| !c.is_whitespace());
     let letters: Vec<String> = letters.map(String::from).collect();
-    let is_lettered = choices.iter().all(|(said, _)| said.chars().count() == 1);
+    // A number has no choices, and its digits are not letters.
+    let is_lettered =
+        !choices.is_empty() && choices.iter().all(|(said, _)| said.chars().count() == 1);
     let stand_together = is_lettered || letters.iter().all(|letter| said(letter));
     match words.iter().all(|word| said(word)) || !stand_together {
         true => words,
@@ -214,6 +216,9 @@ mod tests {
         assert_eq!(words("c a b", &letters), ["c", "a", "b"]);
         // Told by the letter that is none.
         assert_eq!(words("cad", &letters), ["c", "a", "d"]);
+        for number in ["10", "-5", "750"] {
+            assert_eq!(words(number, &[]), [number]);
+        }
         let names: Vec<(String, String)> = ["S1", "S2 INVERTED"]
             .map(|c| (c.to_owned(), c.to_owned()))
             .to_vec();
