@@ -393,7 +393,7 @@ async function stopped(browser) {
     await sleep(500);
     const before = await mark(page);
     await main(page).click();
-    await Promise.all([page, second, participant].map((one) => one.waitForSelector("[data-playing]", { timeout: 5000 })));
+    await Promise.all([page, second, participant].map((one) => one.waitForSelector("#page [data-playing]", { timeout: 5000 })));
     await picture(page, "experimenter-playing");
     await picture(participant, "participant-playing");
     if (way === "a pause") {
@@ -401,7 +401,7 @@ async function stopped(browser) {
       await page.fill("form.note input", "quiet");
       await page.click("form.note button");
       await page.waitForSelector("#sending:not([hidden])", { timeout: 200 });
-      expect(await page.$("[data-playing]"), "a note ended the texture");
+      expect(await page.$("#page [data-playing]"), "a note ended the texture");
     }
     await act();
     const own = way.includes("participant") ? participant : page;
@@ -411,7 +411,7 @@ async function stopped(browser) {
     } else if (way === "the network lost") {
       await sleep(6000);
       await context.setOffline(false);
-    } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("[data-playing]"), null, { timeout: 200 });
+    } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("#page [data-playing]"), null, { timeout: 200 });
     // Longer than any stop, shorter than any texture.
     await moved(page, before, 5000);
     const shown = await page.textContent(".step");
@@ -426,7 +426,7 @@ async function stopped(browser) {
   const ended = server.ended;
   // A texture that plays ends with the program.
   await main(page).click();
-  await page.waitForSelector("[data-playing]", { timeout: 5000 });
+  await page.waitForSelector("#page [data-playing]", { timeout: 5000 });
   server.child.kill("SIGINT");
   const began = Date.now();
   await ended;

@@ -247,6 +247,7 @@ mod tests {
     const INPUTS: &[&str] = &[
         "answers",
         "against",
+        "at_rest",
         "drive",
         "electrodes",
         "events",

@@ -109,10 +109,14 @@ mod tests {
     #[test]
     fn short_passwords_and_foreign_hashes_are_refused() {
         let short = Password::new("éàü éàü éàü").unwrap_err();
-        assert_eq!(short, PasswordError::Short { found: 11 });
+        assert_eq!(short, PasswordError::Weak(SecretError::Short { found: 11 }));
         for (even, found) in [("            ", 1), ("abcdabcdabcdabcd", 4)] {
             let refused = Password::new(even).unwrap_err();
-            assert_eq!(refused, PasswordError::Even { found }, "{even}");
+            assert_eq!(
+                refused,
+                PasswordError::Weak(SecretError::Even { found }),
+                "{even}"
+            );
         }
         for phc in [
             "",
