@@ -112,7 +112,6 @@ pub(crate) struct Keeper<'a> {
     pub(crate) files: Vec<PathBuf>,
     /// Where the last run is kept, and how many samples of it were acquired.
     last: Option<(PathBuf, Rc<Cell<u64>>)>,
-    dated: Dated,
 }
 
 /// How the progress of runs is shown.
@@ -134,15 +133,6 @@ impl<'a> Keeper<'a> {
             reused: 0,
             files: Vec::new(),
             last: None,
-            dated: Dated::Real,
-        }
-    }
-
-    /// The same for runs that measure drives for a session.
-    pub(crate) fn of_session(self) -> Self {
-        Self {
-            dated: Dated::All,
-            ..self
         }
     }
 }
@@ -177,27 +167,18 @@ impl Keeper<'_> {
     }
 }
 
-/// When a run on a bench of `kind` begins. What is simulated has no time of day, so that the same command gives the same bytes,
-/// except where a drive is measured for a session, which asks how old it is.
-pub(crate) fn began(kind: BenchKind, dated: Dated) -> Option<StartTime> {
-    match (kind, dated) {
-        (BenchKind::Hardware, _) | (_, Dated::All) => invocation::now(),
-        (BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted, Dated::Real) => None,
+/// When a run on a bench of `kind` begins. What is simulated has no time of day but a stated one, so that the same command gives the same
+/// bytes.
+pub(crate) fn began(kind: BenchKind) -> Option<StartTime> {
+    match kind {
+        BenchKind::Hardware => invocation::now(),
+        BenchKind::Twin | BenchKind::Measured | BenchKind::Scripted => invocation::stated(),
     }
-}
-
-/// Which runs state when they begin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Dated {
-    /// Those of real devices.
-    Real,
-    /// Simulated ones too: drives for a session are measured.
-    All,
 }
 
 impl RunKeeper for Keeper<'_> {
     fn now(&self, kind: BenchKind) -> Option<StartTime> {
-        began(kind, self.dated)
+        began(kind)
     }
 
     fn completed(&mut self, start: &RunStart) -> Result<Option<Recording>, SinkError> {

@@ -125,11 +125,7 @@ pub(crate) fn play(
     (place, what): (Place<'_>, &str),
 ) -> Outcome<Recording> {
     let what = |_: &RunStart| what.to_owned();
-    let is_rendered = matches!(place, Place::File(_, Some(_)));
     let mut keeper = Keeper::new(place, Shown::Each(&what, drive.duration()));
-    if is_rendered {
-        keeper = keeper.of_session();
-    }
     let recorded = play_and_record(bench, drive, setup, run, &mut keeper, None);
     let mut recording = recorded.map_err(|error| keeper.failure(error))?;
     let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.about.provenance));

@@ -22,7 +22,7 @@ use crate::cli::twin::{DirectionName, speed};
 use crate::dashboard::{Counts, Dashboard};
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt;
-use crate::keeping::{Dated, began, say_moved};
+use crate::keeping::{began, say_moved};
 use crate::live::{Live, Showing};
 use crate::output::{print, print_document, say_doubts};
 use crate::progress;
@@ -296,7 +296,7 @@ impl Stated<'_> {
         let mut start = start.clone();
         start.about.condition = self.condition(&start.about.condition);
         let kind = start.about.provenance.bench;
-        start.annotations.started_at = kind.and_then(|kind| began(kind, Dated::Real));
+        start.annotations.started_at = kind.and_then(began);
         self.silent = start
             .channels
             .iter()

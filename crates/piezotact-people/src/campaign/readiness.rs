@@ -407,8 +407,12 @@ fn of_drive(
     found
 }
 
-/// What is wrong with the age of a part. The recording that a drive was verified with must be dated; the others may come from
-/// systems that state no date. An average is not measured anew for each session.
+fn is_simulated(bench: Option<BenchKind>) -> bool {
+    bench.is_some_and(|bench| bench != BenchKind::Hardware)
+}
+
+/// What is wrong with the age of a part. The recording that a drive was verified with must be dated, unless it was simulated; the others
+/// may come from systems that state no date. An average is not measured anew for each session.
 fn age(rendering: &Rendering, facts: &RenderingFacts, part: Part, now_ms: i64) -> Option<NotReady> {
     let is_average = matches!(
         rendering.transfer_function,
@@ -428,7 +432,7 @@ fn age(rendering: &Rendering, facts: &RenderingFacts, part: Part, now_ms: i64) -
         }),
         // A minute, for two clocks that differ.
         Some(hours) if hours >= -1.0 / 60.0 => None,
-        None if part != Part::Measurement => None,
+        None if part != Part::Measurement || is_simulated(facts.measurement.bench) => None,
         ahead => Some(NotReady::Undated {
             stimulus,
             part,

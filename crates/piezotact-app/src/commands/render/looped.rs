@@ -59,7 +59,7 @@ pub(super) fn run(
     let runs = asked.runs_at(&bench, &run)?;
     let config = loop_config(asked, mode, run);
     let place = runs.map_or(Place::Nowhere, Place::Continued);
-    let mut keeper = Keeper::new(place, Shown::Nothing).of_session();
+    let mut keeper = Keeper::new(place, Shown::Nothing);
     let looped = closed_loop(
         &mut bench,
         target,

@@ -99,8 +99,16 @@ fn a_session_with_everything_begins_and_each_thing_that_is_wrong_is_said() {
     assert!(matches!(with(&future)[..], [NotReady::Undated { .. }]));
     let no_time = |one: &mut RenderingFacts| one.measurement.at_ms = Some(i64::MIN);
     assert!(matches!(with(&no_time)[..], [NotReady::TooOld { .. }]));
-    let undated = |one: &mut RenderingFacts| one.measurement.at_ms = None;
-    assert!(matches!(with(&undated)[..], [NotReady::Undated { .. }]));
+    let is_undated = |one: &NotReady| matches!(one, NotReady::Undated { .. });
+    let undated = |one: &mut RenderingFacts| {
+        (one.measurement.at_ms, one.measurement.bench) = (None, Some(BenchKind::Hardware));
+    };
+    assert!(with(&undated).iter().any(is_undated));
+    // What is simulated has no time of day, and does not age.
+    let simulated = |one: &mut RenderingFacts| {
+        (one.measurement.at_ms, one.measurement.bench) = (None, Some(BenchKind::Twin));
+    };
+    assert!(!with(&simulated).iter().any(is_undated));
 }
 
 #[test]

@@ -39,7 +39,7 @@ use crate::cli::Finger;
 use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::stops;
-use crate::keeping::{Dated, began};
+use crate::keeping::began;
 use crate::live::Showing;
 use crate::output::say;
 use drives::Drives;
@@ -448,7 +448,7 @@ struct Kept {
 
 impl RunKeeper for Kept {
     fn now(&self, kind: BenchKind) -> Option<StartTime> {
-        began(kind, Dated::All)
+        began(kind)
     }
 
     fn sink(&mut self, _start: &RunStart) -> Result<Box<dyn Sink + '_>, SinkError> {
