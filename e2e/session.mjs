@@ -389,6 +389,24 @@ async function stopped(browser) {
     "all pages closed": () => Promise.all([page.goto("about:blank"), second.goto("about:blank")]),
     "the network lost": () => context.setOffline(true),
   };
+  // From a press to its visible answer, by the clock of the page.
+  const answeredMs = [];
+  for (const one of [page, second, participant]) {
+    await one.evaluate(() => {
+      globalThis.answered = [];
+      const pressed = () => {
+        if (!document.querySelector("#page [data-playing]")) return;
+        const at = performance.now();
+        const look = new MutationObserver(() => {
+          if (document.getElementById("sending").hidden && document.querySelector("#page [data-playing]")) return;
+          look.disconnect();
+          answered.push(performance.now() - at);
+        });
+        look.observe(document.body, { subtree: true, childList: true, attributes: true });
+      };
+      for (const kind of ["click", "keydown"]) document.addEventListener(kind, pressed, true);
+    });
+  }
   for (const [way, act] of Object.entries(ways)) {
     await sleep(500);
     const before = await mark(page);
@@ -400,18 +418,19 @@ async function stopped(browser) {
       // A note does not stop it, and is seen to be taken.
       await page.fill("form.note input", "quiet");
       await page.click("form.note button");
-      await page.waitForSelector("#sending:not([hidden])", { timeout: 200 });
+      await page.waitForSelector("#sending:not([hidden])", { timeout: 2000 });
       expect(await page.$("#page [data-playing]"), "a note ended the texture");
     }
     await act();
-    const own = way.includes("participant") ? participant : page;
+    const own = way.includes("participant") ? participant : way.includes("second") ? second : page;
     if (way === "all pages closed") {
       await sleep(4500);
       await Promise.all([page, second].map((one) => one.goto(new URL("/experimenter", server.experimenter).href)));
     } else if (way === "the network lost") {
       await sleep(6000);
       await context.setOffline(false);
-    } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("#page [data-playing]"), null, { timeout: 200 });
+    } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("#page [data-playing]"), null, { timeout: 2000 }).catch((error) => { throw new Error(`${way}: ${error.message}`); });
+    answeredMs.push(...(await own.evaluate(() => answered.splice(0))));
     // Longer than any stop, shorter than any texture.
     await moved(page, before, 5000);
     const shown = await page.textContent(".step");
@@ -436,7 +455,7 @@ async function stopped(browser) {
   const [names, ...rows] = trials;
   const voided = rows.filter((row) => row[names.indexOf("participant")] === "P02").reduce((sum, row) => sum + Number(row[names.indexOf("voided")]), 0);
   expect(voided === Object.keys(ways).length + 1, `${voided} void trials after ${Object.keys(ways).length + 1} stops`);
-  console.log(`a texture that plays is stopped in ${voided} ways`);
+  console.log(`a texture that plays is stopped in ${voided} ways; ${answeredMs.length} presses had a visible answer within ${Math.ceil(Math.max(...answeredMs))} ms`);
 }
 
 /// The files of a ZIP file with their contents, by its central directory.

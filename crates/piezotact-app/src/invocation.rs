@@ -79,14 +79,12 @@ fn rfc3339(time: SystemTime) -> String {
 
 /// When something begins that is recorded now: the date that is stated, else that of the clock, in UTC.
 pub(crate) fn now() -> Option<StartTime> {
-    let text = || humantime::format_rfc3339_millis(SystemTime::now()).to_string();
-    stated().or_else(|| StartTime::try_from(text()).ok())
-}
-
-/// The date that is stated for this command.
-pub(crate) fn stated() -> Option<StartTime> {
-    let called = CALLED.get().filter(|called| called.dated)?;
-    StartTime::try_from(called.date.clone()).ok()
+    let stated = CALLED.get().filter(|called| called.dated);
+    let text = stated.map_or_else(
+        || humantime::format_rfc3339_millis(SystemTime::now()).to_string(),
+        |called| called.date.clone(),
+    );
+    StartTime::try_from(text).ok()
 }
 
 /// A date as it was stated, as RFC 3339 in UTC.

@@ -6,6 +6,9 @@
 use std::sync::OnceLock;
 use std::time::{Duration, SystemTime};
 
+use piezotact::recording::StartTime;
+use piezotact_dataset::{ReadOptions, read_recording, write_measurement};
+
 use crate::campaign_session::{holds, run, session, until, whole};
 use crate::support::session::{table, two_sets};
 use crate::support::{BENCH, Folder, copy};
@@ -171,13 +174,14 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
         file.set_modified(at).unwrap();
     };
     let date = |date: &str| {
-        let line = format!(
-            "--force --date {date} play drives/drives/S4.wav --bench {BENCH} --record drives/measured/S4.parquet"
-        );
-        run(&folder, &line).expect_success();
+        let file = measured("S4");
+        let mut read = read_recording(&file, &ReadOptions::default()).unwrap();
+        read.recording.annotations.started_at = StartTime::try_from(date.to_owned()).ok();
+        let (setup, rendering) = (read.setup.as_ref(), read.rendering.as_ref());
+        write_measurement(&file, &read.recording, setup, rendering).unwrap();
         touch(SystemTime::now());
     };
-    date("2024-03-01");
+    date("2024-03-01T00:00:00Z");
     refused(
         &on_bench,
         1,
@@ -186,7 +190,7 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
             "for the reason above",
         ],
     );
-    date("2999-01-01");
+    date("2999-01-01T00:00:00Z");
     refused(
         &on_bench,
         1,

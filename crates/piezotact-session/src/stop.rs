@@ -12,7 +12,17 @@ const ENDED: &str = "the program was ended while it was played";
 #[derive(Clone, Debug, Default)]
 pub struct PlayStop {
     for_good: StopHandle,
-    now: Arc<Mutex<Option<Now>>>,
+    state: Arc<Mutex<Stops>>,
+}
+
+#[derive(Debug, Default)]
+struct Stops {
+    /// How often it was asked to stop, with the last reason.
+    asked: u64,
+    last: String,
+    /// How often that was when what comes next was asked for.
+    known: Option<u64>,
+    now: Option<Now>,
 }
 
 /// A trial that is being played.
@@ -25,8 +35,10 @@ struct Now {
 impl PlayStop {
     /// Stops what is played now, because of `why`, which is journalled; the first reason counts. Gives whether anything was played.
     pub fn stop(&self, why: &str) -> bool {
-        let mut now = self.now();
-        let Some(now) = now.as_mut() else {
+        let mut state = self.state();
+        state.asked += 1;
+        why.clone_into(&mut state.last);
+        let Some(now) = state.now.as_mut() else {
             return false;
         };
         now.why.get_or_insert_with(|| why.to_owned());
@@ -34,10 +46,21 @@ impl PlayStop {
         true
     }
 
+    /// How often it was asked to stop until now.
+    #[must_use]
+    pub fn asked(&self) -> u64 {
+        self.state().asked
+    }
+
+    /// What is played next was asked for when there had been so many stops: one that came since ends it before its first sound.
+    pub fn plays_after(&self, asked: u64) {
+        self.state().known = Some(asked);
+    }
+
     /// Whether a trial is being played.
     #[must_use]
     pub fn is_playing(&self) -> bool {
-        self.now().is_some()
+        self.state().now.is_some()
     }
 
     /// The handle that stops what is played now, and whatever would be played after it: for the end of the program.
@@ -49,15 +72,22 @@ impl PlayStop {
     /// A trial is played from now on, until what is given here is dropped.
     pub(crate) fn begin(&self) -> Playing<'_> {
         let stop = self.for_good.child();
-        *self.now() = Some(Now {
+        let mut state = self.state();
+        let late = state.known.take().is_some_and(|known| known != state.asked);
+        let why = late.then(|| state.last.clone());
+        if late {
+            stop.stop();
+        }
+        state.now = Some(Now {
             stop: stop.clone(),
-            why: None,
+            why,
         });
+        drop(state);
         Playing { of: self, stop }
     }
 
-    fn now(&self) -> MutexGuard<'_, Option<Now>> {
-        self.now.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, Stops> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -74,13 +104,13 @@ impl Playing<'_> {
         if !self.stop.is_stopped() {
             return None;
         }
-        let why = self.of.now().as_ref().and_then(|now| now.why.clone());
+        let why = self.of.state().now.as_ref().and_then(|now| now.why.clone());
         Some(why.unwrap_or_else(|| ENDED.to_owned()))
     }
 }
 
 impl Drop for Playing<'_> {
     fn drop(&mut self) {
-        *self.of.now() = None;
+        self.of.state().now = None;
     }
 }

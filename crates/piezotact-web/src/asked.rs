@@ -151,6 +151,10 @@ impl What {
             Self::Silence | Self::Pause => Command::Pause,
             Self::GoOn => Command::GoOn,
             Self::Note { text } => Command::Note { text },
+            // A stop is never refused for want of a reason.
+            Self::Stop { why } if why.trim().is_empty() => Command::Stop {
+                why: "no reason was stated".to_owned(),
+            },
             Self::Stop { why } => Command::Stop { why },
             Self::Withdraw => Command::Withdraw,
             Self::End => Command::End,

@@ -10,10 +10,12 @@ use std::time::Duration;
 
 use piezotact_people::campaign::session::{Command, Event, Evidence, Stage};
 use piezotact_people::campaign::store::StoreError;
-use piezotact_session::{Given, PlayError, Played, RunError, Runner, Stimulator, StopHandle};
+use piezotact_session::{
+    Given, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
+};
 use tokio::sync::{oneshot, watch};
 
-use crate::view::{OpenStep, PlayedBy, View};
+use crate::view::{OpenStep, PlayedBy, View, words_of};
 use crate::words::Word;
 
 /// As many of the last events are listed.
@@ -32,6 +34,8 @@ pub(crate) struct Request {
     pub(crate) at: Option<String>,
     /// How many events were stored when the page showed it.
     pub(crate) seen: Option<u64>,
+    /// How many stops there had been when it came.
+    pub(crate) stops: u64,
     pub(crate) command: Command,
     pub(crate) reply: oneshot::Sender<Reply>,
 }
@@ -69,6 +73,7 @@ pub struct Desk {
     /// What was stored before this program began, in order: requests of pages that were cut off then are known by it.
     earlier: Vec<Event>,
     notice: Option<(Word, String)>,
+    stop: PlayStop,
 }
 
 /// Where a stimulator shows what it plays: on the pages of a desk, as soon as there is one.
@@ -118,7 +123,7 @@ impl Desk {
     pub(crate) fn new(
         view: View,
         consent: Option<String>,
-        played_by: PlayedBy,
+        (played_by, stop): (PlayedBy, PlayStop),
         earlier: Vec<(i64, Event)>,
     ) -> (Self, Asking) {
         let (requests, received) = channel();
@@ -141,6 +146,7 @@ impl Desk {
             earlier: earlier.into_iter().map(|(_, event)| event).collect(),
             answered: VecDeque::new(),
             notice: None,
+            stop,
         };
         (desk, asking)
     }
@@ -219,6 +225,7 @@ impl Desk {
         if is_over(stage) {
             return Ok(Reply::Refused("the session is over".to_owned()));
         }
+        self.stop.plays_after(request.stops);
         let given = runner.give(request.command.clone());
         let at_ms = runner.state().last_ms().unwrap_or_default();
         match given {
@@ -255,14 +262,14 @@ fn is_of(event: &Event, command: &Command) -> bool {
     match (event, command) {
         (Event::Note { text }, Command::Note { text: asked }) => text == asked,
         (
-            Event::Corrected { trial, why, .. },
+            Event::Corrected { trial, answer, why },
             Command::Correct {
                 trial: asked,
+                words,
                 why: because,
-                ..
             },
-        ) => trial == asked && why == because,
-        (Event::Stopped { .. }, Command::Stop { .. }) | (Event::Paused, Command::Pause) => true,
+        ) => trial == asked && why == because && words_of(answer) == *words,
+        (Event::Stopped { .. }, Command::Stop { .. }) => true,
         _ => false,
     }
 }

@@ -108,7 +108,7 @@ impl Site {
         study: Arc<dyn StudyPages>,
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
-        let (desk, asking) = Desk::new(view, consent, played_by, earlier);
+        let (desk, asking) = Desk::new(view, consent, (played_by, stop.clone()), earlier);
         let led = server::Led {
             asking,
             consent: sha,

@@ -169,7 +169,7 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
                 ol.slots aria-live="polite" {
                     @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
                 }
-                @let are_numbers = keys == Keys::Own && form.count == [1, 1] && form.choices.iter().all(|choice| choice.parse::<i64>().is_ok());
+                @let are_numbers = keys == Keys::Own && form.ask == Word::ANumber;
                 div.choices role="group" aria-label=(w(form.ask)) data-numbers[are_numbers] {
                     @if let Some([from, to]) = form.number {
                         input.number type="number" inputmode="numeric" step="1" min=(from) max=(to) data-number="" aria-label=(w(form.ask));
@@ -382,7 +382,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                 ClosedStep::Play(count) => {
                     (instruction(open, language))
                     (own_order(closed, language))
-                    p.big { (w(Word::TexturesOnDevice)) " " (count) @if sight == Sight::Open { ": " (closed.presented.join(", ")) } }
+                    p.big data-sounds="" { (w(Word::TexturesOnDevice)) " " (count) @if sight == Sight::Open { ": " (closed.presented.join(", ")) } }
                     (ask(present, w(Word::PlayThem), "main"))
                 },
                 ClosedStep::PlayByHand(names) => {

@@ -414,6 +414,7 @@ struct Follower {
     around: watch::Receiver<u64>,
     ends: watch::Receiver<bool>,
     last: String,
+    next_beat: tokio::time::Instant,
     _counted: Option<Counted>,
 }
 
@@ -434,6 +435,7 @@ fn follow(
         page,
         drawn,
         last: String::new(),
+        next_beat: tokio::time::Instant::now(),
         _counted: counted,
     };
     let steps = unfold(follower, async |mut follower| {
@@ -463,7 +465,8 @@ fn follow(
             let beats = follower.page.role == Role::Experimenter
                 && matches!(follower.views.borrow().open.step, OpenStep::Playing(_));
             tokio::select! {
-                () = tokio::time::sleep(EVERY), if beats => {
+                () = tokio::time::sleep_until(follower.next_beat), if beats => {
+                    follower.next_beat = tokio::time::Instant::now() + EVERY;
                     return Some((Ok(Sent::default().event("beat").data("")), follower));
                 },
                 changed = follower.views.changed() => if changed.is_err() { return None },
@@ -486,12 +489,15 @@ async fn ask(
     if !asked.what.is_whole() {
         return (StatusCode::UNPROCESSABLE_ENTITY, "the text is empty").into_response();
     }
-    if let Some(why) = asked.what.silences(page.role) {
-        // Before its turn: what plays is silent when it comes.
-        led.stop.stop(why);
-    }
+    // Before its turn: what plays is silent when it comes.
+    let silences = asked.what.silences(page.role);
+    let was_playing = silences.is_some_and(|why| led.stop.stop(why));
     if asked.what == What::Silence {
-        return StatusCode::NO_CONTENT.into_response();
+        return match was_playing {
+            true => StatusCode::NO_CONTENT.into_response(),
+            // It was over, and counts; or it had not begun, and does not begin.
+            false => StatusCode::CONFLICT.into_response(),
+        };
     }
     let (reply, answered) = oneshot::channel();
     let mut asked = asked;
@@ -509,6 +515,7 @@ async fn ask(
         id: format!("{} {}", crate::access::second_mark(&page.cookie), asked.id),
         at: (!asked.what.fits_any_step()).then_some(asked.at),
         seen: asked.seen,
+        stops: led.stop.asked(),
         command: asked.what.command(led.consent),
         reply,
     };

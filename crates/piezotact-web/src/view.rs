@@ -591,7 +591,7 @@ fn answered(state: &State<'_>) -> Vec<Answered> {
 }
 
 /// The words of an answer: the participant's own letters stay letters.
-fn words_of(answer: &Answer) -> Vec<String> {
+pub(crate) fn words_of(answer: &Answer) -> Vec<String> {
     match answer {
         Answer::Done => Vec::new(),
         Answer::Number(number) => vec![number.to_string()],

@@ -11,7 +11,9 @@ const alerts = (name, shown) => { document.getElementById(name).hidden = !shown;
 // Of this page in this session: yesterday's is not sent today.
 const own = meta("mark").slice(0, 16);
 const PENDING = `piezotact pending ${own}`;
-let pending = JSON.parse(sessionStorage.getItem(PENDING) || "[]");
+// What makes a sound begins when it is pressed, or not at all: it is not sent again.
+const isKept = (one) => !one.sounds && one.do !== "silence";
+let pending = JSON.parse(sessionStorage.getItem(PENDING) || "[]").filter(isKept);
 let waiting = null;
 let pairing = false;
 // What is on its way now, by id.
@@ -23,16 +25,18 @@ const fitsAnyStep = (one) => [...STOPS, "note", "correct"].includes(one.do);
 
 function keep(next) {
   pending = next;
-  sessionStorage.setItem(PENDING, JSON.stringify(pending));
+  sessionStorage.setItem(PENDING, JSON.stringify(pending.filter(isKept)));
   page.classList.toggle("busy", pending.some((one) => !fitsAnyStep(one)));
-  setTimeout(sayPending, 100);
+  // What is stored within a moment needs no word.
+  if (pending.some((one) => STOPS.includes(one.do))) sayPending();
+  else setTimeout(sayPending, 100);
 }
 
 // That a press was taken is to be seen, also where its answer takes as long as a texture plays.
 function sayPending() {
   const shown = document.getElementById("sending");
   const isPlaying = Boolean(page.querySelector("[data-playing]"));
-  const late = pending.filter((one) => !(isPlaying && ["present", "present_instead", "play"].includes(one.do)));
+  const late = pending.filter((one) => !(isPlaying && one.sounds));
   shown.hidden = late.length === 0;
   if (!shown.hidden) shown.textContent = shown.dataset[late.some((one) => STOPS.includes(one.do)) ? "stopping" : isPlaying ? "playing" : "sending"];
 }
@@ -47,12 +51,17 @@ function ask(what, form) {
     if (bound.at !== mark()) waiting = { at: mark(), what };
     return;
   }
-  // A second press of what is on its way.
-  if (pending.some((one) => one.do === what.do && STOPS.includes(what.do))) return;
+  // A second press of what is on its way sends it at once.
+  const same = pending.find((one) => one.do === what.do && STOPS.includes(what.do));
+  if (same) {
+    send(same, form);
+    return;
+  }
   for (const one of ["moved-on", "refused"]) alerts(one, false);
   const id = [...crypto.getRandomValues(new Uint8Array(12))].map((b) => b.toString(16).padStart(2, "0")).join("");
   const { events } = page.querySelector("[data-mark]").dataset;
-  const one = { id, at: mark(), ...(events ? { seen: Number(events) } : {}), ...what };
+  const sounds = what.do === "play" || (what.do.startsWith("present") && Boolean(page.querySelector("[data-sounds]")));
+  const one = { id, at: mark(), sounds, pressedAt: performance.now(), ...(events ? { seen: Number(events) } : {}), ...what };
   keep([...pending, one]);
   send(one, form);
 }
@@ -63,11 +72,15 @@ async function send(one, form) {
   onItsWay.add(one.id);
   const done = () => keep(pending.filter((other) => other.id !== one.id));
   let again = 0;
+  // A texture that is shown to play was begun: nothing more is waited for, and the connection is free for a stop.
+  const begun = new AbortController();
+  if (one.sounds) begins.set(one.id, begun);
   try {
     const reply = await fetch("/ask", {
       method: "POST",
       headers: { "content-type": "application/json", "x-piezotact-mark": meta("mark") },
       body: JSON.stringify(one),
+      signal: begun.signal,
     });
     alerts("not-connected", false);
     alerts("not-stored", false);
@@ -82,7 +95,7 @@ async function send(one, form) {
       document.querySelector("#not-stored span").textContent = await reply.text();
       alerts("not-stored", true);
       again = 2000;
-    } else if (reply.status === 503) {
+    } else if (reply.status >= 500 || reply.status === 408 || reply.status === 429) {
       again = 1000;
     } else if (reply.status === 401 || reply.status === 403) {
       done();
@@ -94,10 +107,20 @@ async function send(one, form) {
       alerts("refused", true);
     }
   } catch (_) {
-    alerts("not-connected", true);
-    again = 1000;
+    if (begun.signal.aborted) done();
+    else {
+      alerts("not-connected", true);
+      again = 1000;
+    }
   }
   onItsWay.delete(one.id);
+  begins.delete(one.id);
+  // A silence that found no way for so long: the program has ended the texture by itself.
+  if (again && (one.sounds || (one.do === "silence" && performance.now() - one.pressedAt > 3000))) {
+    again = 0;
+    done();
+    alerts("moved-on", true);
+  }
   if (again) setTimeout(() => send(one, form), again);
   else if (waiting && !pending.some((other) => !fitsAnyStep(other))) {
     const { at, what } = waiting;
@@ -106,6 +129,7 @@ async function send(one, form) {
   }
 }
 
+const begins = new Map();
 const sendAll = () => pending.forEach((one) => send(one));
 
 // ---- The steps.
@@ -148,7 +172,10 @@ function show(html) {
   const focus = page.contains(active) && active.form ? nameOf(active) : null;
   page.innerHTML = html;
   const isSame = before === mark();
-  if (!isSame) changedAt = performance.now();
+  if (!isSame) {
+    changedAt = performance.now();
+    prefix = "";
+  }
   for (const details of page.querySelectorAll("details")) {
     if (open.includes(summaryOf(details)) && (isSame || !details.closest(".step"))) details.open = true;
   }
@@ -157,6 +184,7 @@ function show(html) {
     if (focus && nameOf(field) === focus) field.focus();
   }
   ready();
+  if (page.querySelector("[data-playing]")) for (const begun of begins.values()) begun.abort();
   sayPending();
 }
 
@@ -201,10 +229,13 @@ function drawDraft(draft) {
 }
 
 // A number is typed as it is: 1 and then 0 are 10, where 10 can be chosen.
+let prefix = "";
 function typed(draft, digit) {
   const all = [...draft.querySelectorAll("[data-choice]")].map((one) => one.dataset.choice);
-  const said = [(chosen(draft)[0] ?? "") + digit, digit].find((one) => all.includes(one));
-  if (said !== undefined) choose(draft, [said]);
+  const text = [prefix + digit, digit].find((text) => all.some((one) => one.startsWith(text)));
+  if (text === undefined) return;
+  prefix = text;
+  choose(draft, all.includes(text) ? [text] : []);
 }
 
 page.addEventListener("input", (event) => {
@@ -221,6 +252,7 @@ page.addEventListener("click", (event) => {
   if (button && isSettling() && button.dataset.stop === undefined) return;
   if (!button || button.disabled || button.getAttribute("aria-disabled") === "true" || button.type === "submit") return;
   const draft = button.closest("[data-draft]");
+  if (draft) prefix = "";
   if (button.dataset.choice !== undefined) choose(draft, [...chosen(draft), button.dataset.choice]);
   else if (button.dataset.undo !== undefined) choose(draft, chosen(draft).slice(0, -1));
   else if (button.dataset.send !== undefined) ask({ do: "answer", words: chosen(draft) });
