@@ -400,7 +400,7 @@ async function stopped(browser) {
         const look = new MutationObserver(() => {
           if (document.getElementById("sending").hidden && document.querySelector("#page [data-playing]")) return;
           look.disconnect();
-          answered.push(performance.now() - at);
+          globalThis.answered.push(performance.now() - at);
         });
         look.observe(document.body, { subtree: true, childList: true, attributes: true });
       };
@@ -430,7 +430,7 @@ async function stopped(browser) {
       await sleep(6000);
       await context.setOffline(false);
     } else await own.waitForFunction(() => !document.getElementById("sending").hidden || !document.querySelector("#page [data-playing]"), null, { timeout: 2000 }).catch((error) => { throw new Error(`${way}: ${error.message}`); });
-    answeredMs.push(...(await own.evaluate(() => answered.splice(0))));
+    answeredMs.push(...(await own.evaluate(() => globalThis.answered?.splice(0) ?? [])));
     // Longer than any stop, shorter than any texture.
     await moved(page, before, 5000);
     const shown = await page.textContent(".step");
