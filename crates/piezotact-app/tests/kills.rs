@@ -262,7 +262,7 @@ fn killed_at_any_moment_nothing_is_lost() {
 
 /// 40 kills of each command but those that prepare and repeat.
 #[test]
-#[ignore = "takes minutes: ./x soak kills"]
+#[ignore = "takes minutes: ./x soak kill"]
 fn soak_kill_commands() {
     for (case, seed) in CASES.iter().zip(101..).take(5) {
         kill(case, 40, seed);
@@ -271,7 +271,7 @@ fn soak_kill_commands() {
 
 /// 40 kills of `prepare`, with and without a closed loop, and of measurements that are repeated and recorded.
 #[test]
-#[ignore = "takes minutes: ./x soak kills"]
+#[ignore = "takes minutes: ./x soak kill"]
 fn soak_kill_preparations() {
     for (case, seed) in CASES.iter().zip(101..).skip(5) {
         kill(case, 40, seed);

@@ -412,7 +412,7 @@ fn is_simulated(bench: Option<BenchKind>) -> bool {
 }
 
 /// What is wrong with the age of a part. The recording that a drive was verified with must be dated, unless it was simulated; the others
-/// may come from systems that state no date. An average is not measured anew for each session.
+/// may come from systems that state no date. An averaged transfer function has no age: it is not measured for each session.
 fn age(rendering: &Rendering, facts: &RenderingFacts, part: Part, now_ms: i64) -> Option<NotReady> {
     let is_average = matches!(
         rendering.transfer_function,

@@ -93,8 +93,8 @@ fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, CampaignError> {
     Ok(store.events(&key)?.last().map_or(0, |event| event.at_ms))
 }
 
-/// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it. Gives
-/// what was felt with what was answered, of the trials that were answered now. `trial_over` is told after each trial how many are over.
+/// Everything that happens in the session of `plan` with `volunteer` at the device: begun, or gone on with where `store` has it. Returns
+/// what was felt and answered in the trials of this run. `trial_over` is called after each trial with the number of trials done.
 ///
 /// # Errors
 /// [`CampaignError`] with the first thing that cannot be.
