@@ -1,7 +1,7 @@
 //! What a page may ask for, by its role.
 
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::session::Command;
+use piezotact_people::campaign::session::{Command, UNKNOWN, letters};
 use serde::Deserialize;
 
 use crate::access::Role;
@@ -73,7 +73,12 @@ impl What {
             Role::Participant => {
                 matches!(
                     self,
-                    Self::Answer { .. } | Self::Confirm | Self::Play { .. } | Self::Pause
+                    Self::Consent
+                        | Self::RefuseConsent
+                        | Self::Answer { .. }
+                        | Self::Confirm
+                        | Self::Play { .. }
+                        | Self::Pause
                 )
             }
             Role::Viewer => false,
@@ -111,7 +116,7 @@ impl What {
         }
     }
 
-    /// The samples that lie in `places`, instead of their numbers, which a participant answers with.
+    /// The samples that lie in `places`, instead of their letters, which a participant answers with.
     pub(crate) fn name_places(&mut self, places: &[String]) {
         let Self::Answer { words } = self else {
             return;
@@ -119,11 +124,13 @@ impl What {
         if places.is_empty() {
             return;
         }
+        if *words == [UNKNOWN] {
+            return;
+        }
         for word in words {
-            let number = word.parse::<usize>().ok();
-            let place = number.and_then(|number| places.get(number.checked_sub(1)?));
+            let at = letters().take(places.len()).position(|one| one == *word);
             // A name that is typed past the page is not taken.
-            *word = place.cloned().unwrap_or_default();
+            *word = at.map_or_else(String::new, |at| places[at].clone());
         }
     }
 

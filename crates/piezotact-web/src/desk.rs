@@ -4,18 +4,19 @@
 //! page that was away has nothing to catch up with, and one that hangs keeps only its own view waiting.
 
 use std::collections::VecDeque;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use piezotact_people::campaign::session::{Command, Event, Evidence, Stage};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_session::{
     Given, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
 };
 use tokio::sync::{oneshot, watch};
 
-use crate::view::{OpenStep, PlayedBy, View, words_of};
+use crate::view::{OpenStep, PlayedBy, Text, View, is_rendered, next_after, shown_as, words_of};
 use crate::words::Word;
 
 /// As many of the last events are listed.
@@ -73,7 +74,13 @@ pub struct Desk {
     /// What was stored before this program began, in order: requests of pages that were cut off then are known by it.
     earlier: Vec<Event>,
     notice: Option<(Word, String)>,
+    /// The right answer to the last trial, where the protocol has it said.
+    feedback: Option<Text>,
+    /// When the next trial begins by itself, and how many stops there had been when that was settled.
+    next: Option<(Instant, u64)>,
     stop: PlayStop,
+    /// How many pages of experimenters are open: nothing begins by itself where nobody could stop it.
+    experimenters: Arc<AtomicUsize>,
 }
 
 /// Where a stimulator shows what it plays: on the pages of a desk, as soon as there is one.
@@ -125,6 +132,7 @@ impl Desk {
         consent: Option<String>,
         (played_by, stop): (PlayedBy, PlayStop),
         earlier: Vec<(i64, Event)>,
+        experimenters: Arc<AtomicUsize>,
     ) -> (Self, Asking) {
         let (requests, received) = channel();
         let (views, seen) = watch::channel(view);
@@ -146,9 +154,17 @@ impl Desk {
             earlier: earlier.into_iter().map(|(_, event)| event).collect(),
             answered: VecDeque::new(),
             notice: None,
+            feedback: None,
+            next: None,
             stop,
+            experimenters,
         };
         (desk, asking)
+    }
+
+    /// Says on the pages that the clock of the computer is behind, in so many words, until the next step.
+    pub fn clock_is_behind(&mut self, why: String) {
+        self.notice = Some((Word::ClockBehind, why));
     }
 
     /// Answers requests with `runner` until `is_over` or all pages are closed. What is refused or cannot be stored leaves the session
@@ -165,7 +181,10 @@ impl Desk {
         while !is_over() {
             let request = match self.requests.recv_timeout(LOOK) {
                 Ok(request) => request,
-                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Timeout) => {
+                    self.begin_next(runner)?;
+                    continue;
+                }
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             };
             let reply = match self.known(&request) {
@@ -206,6 +225,8 @@ impl Desk {
         let mut view = View::of(runner.state(), self.consent.as_deref(), self.played_by);
         view.closed.log = self.log.iter().cloned().collect();
         view.closed.notice.clone_from(&self.notice);
+        view.open.feedback.clone_from(&self.feedback);
+        view.open.begins = self.next.is_some();
         self.views.send_if_modified(|shown| {
             let is_new = *shown != view;
             *shown = view;
@@ -226,11 +247,66 @@ impl Desk {
             return Ok(Reply::Refused("the session is over".to_owned()));
         }
         self.stop.plays_after(request.stops);
-        let given = runner.give(request.command.clone());
+        let given = self.done(runner, request.command.clone(), request.stops)?;
+        let is_answer = matches!(request.command, Command::Answer { .. });
+        if given == Reply::Stored && is_answer && pace(runner).is_some() {
+            // One press for each answer. Where it cannot be stored the page asks for it.
+            let _asked_for_then = self.done(runner, Command::Confirm, request.stops)?;
+        }
+        Ok(given)
+    }
+
+    /// Begins the next trial when its time has come, where a page is open that can stop it.
+    fn begin_next(&mut self, runner: &mut Runner<'_>) -> Result<(), RunError> {
+        let Some((at, stops)) = self.next else {
+            return Ok(());
+        };
+        let is_watched = self.experimenters.load(Ordering::Relaxed) > 0;
+        if self.stop.asked() != stops || !is_watched {
+            self.next = None;
+        } else if Instant::now() < at {
+            return Ok(());
+        } else {
+            self.stop.plays_after(stops);
+            let evidence = Vec::new();
+            let given = self.done(runner, Command::Present { evidence }, stops)?;
+            if let Reply::Refused(why) | Reply::NotStored(why) = given {
+                self.notice = Some((Word::NotBegunItself, why));
+            }
+        }
+        self.show(runner);
+        Ok(())
+    }
+
+    /// Gives `command` to `runner`, with what follows from it for the pages; there had been `stops` when it was asked for.
+    fn done(
+        &mut self,
+        runner: &mut Runner<'_>,
+        command: Command,
+        stops: u64,
+    ) -> Result<Reply, RunError> {
+        let keeps = matches!(command, Command::Note { .. } | Command::Correct { .. });
+        if !keeps {
+            self.next = None;
+        }
+        let now_ms = runner.now_ms();
+        let too_soon = runner.state().too_soon(now_ms);
+        if let Some(refusal) = too_soon.filter(|_| command == Command::Confirm) {
+            return Ok(Reply::Refused(refusal.to_string()));
+        }
+        let given = runner.give(command);
         let at_ms = runner.state().last_ms().unwrap_or_default();
         match given {
             Ok(Given::Done(event)) => {
-                self.notice = notice(runner, &event);
+                if !keeps {
+                    (self.notice, self.feedback) = notice(runner, &event).unzip();
+                }
+                if matches!(event, Event::Confirmed { .. })
+                    && let Some(pause) = pace(runner).filter(|_| is_next_played(runner))
+                    && self.played_by == PlayedBy::Bench
+                {
+                    self.next = Some((Instant::now() + pause, stops));
+                }
                 self.keep(at_ms, words(&event));
                 Ok(Reply::Stored)
             }
@@ -288,8 +364,23 @@ fn is_over(stage: Stage) -> bool {
     matches!(stage, Stage::Stopped | Stage::Ended | Stage::Withdrawn)
 }
 
-/// What is to be known at once after `event`.
-fn notice(runner: &Runner<'_>, event: &Event) -> Option<(Word, String)> {
+/// The pause after which the next trial begins by itself; none where the experimenter begins it.
+fn pace(runner: &Runner<'_>) -> Option<Duration> {
+    let (trial, _) = runner.state().current()?;
+    let after_s = next_after(runner.state().protocol().task(&trial.task))?;
+    Duration::try_from_secs_f64(after_s).ok()
+}
+
+/// Whether textures are played next that were not played before. What was cut off is begun by the experimenter.
+fn is_next_played(runner: &Runner<'_>) -> bool {
+    matches!(
+        runner.state().step(),
+        Step::Present { trial, attempt: 1 } if is_rendered(trial)
+    )
+}
+
+/// What is to be known at once after `event`, by the experimenter and by the participant.
+fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, String), Text)> {
     let Event::Confirmed { trial } = event else {
         return None;
     };
@@ -297,10 +388,9 @@ fn notice(runner: &Runner<'_>, event: &Event) -> Option<(Word, String)> {
     let trial = trials.find(|one| one.name == *trial)?;
     let right = runner.state().feedback(trial)?;
     let number = runner.state().number(&trial.name);
-    Some((
-        Word::RightAnswer,
-        format!("{} (#{number})", right.join(", ")),
-    ))
+    let said = format!("{} (#{number})", right.join(", "));
+    let shown = shown_as(runner.state(), trial, right);
+    Some(((Word::RightAnswer, said), shown))
 }
 
 /// An event in a few words: its kind, its trial, and what it says, never what was presented.
@@ -312,7 +402,7 @@ fn words(event: &Event) -> String {
         Event::Checked { item, .. } => format!("checked: {item}"),
         Event::Presented { trial, instead, .. } => match instead {
             None => format!("presented: {trial}"),
-            Some(_) => format!("presented, others than planned: {trial}"),
+            Some(names) => format!("{} handed over instead: {trial}", names.join(", ")),
         },
         Event::PlayBegan { trial, element } => format!("begins: {trial}, {}", element + 1),
         Event::Voided { trial, .. } => format!("void: {trial}"),

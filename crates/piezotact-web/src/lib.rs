@@ -23,8 +23,8 @@ mod view;
 mod words;
 
 use std::net::{SocketAddr, TcpListener};
-use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, Mutex};
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::Event;
@@ -108,13 +108,21 @@ impl Site {
         study: Arc<dyn StudyPages>,
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
-        let (desk, asking) = Desk::new(view, consent, (played_by, stop.clone()), earlier);
+        let experimenters = Arc::new(AtomicUsize::new(0));
+        let (desk, asking) = Desk::new(
+            view,
+            consent,
+            (played_by, stop.clone()),
+            earlier,
+            Arc::clone(&experimenters),
+        );
         let led = server::Led {
             asking,
             consent: sha,
             stop,
-            experimenters: AtomicUsize::new(0),
+            experimenters,
             participants: AtomicUsize::new(0),
+            draft: Mutex::default(),
             beat: Beat::default(),
         };
         let mut site = Self::empty(access);

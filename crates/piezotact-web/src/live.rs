@@ -17,6 +17,7 @@ use serde::Serialize;
 use serde_json::Value;
 use tokio::sync::watch;
 
+use crate::access::Role;
 use crate::entrance::{Page, Site, now_ms};
 
 /// How often traces are drawn.
@@ -180,14 +181,6 @@ pub(crate) async fn whole(
     sent(site, page, Part::Whole)
 }
 
-/// The force alone, for the participant: nothing else follows from what is played.
-pub(crate) async fn force(
-    Shared(site): Shared<Site>,
-    Extension(page): Extension<Page>,
-) -> Response {
-    sent(site, page, Part::Force)
-}
-
 fn sent(site: Site, page: Page, part: Part) -> Response {
     match site.live.clone() {
         Some(pictures) => Sse::new(stream(site, page, pictures.0, part))
@@ -204,23 +197,23 @@ fn stream(
     pictures: watch::Receiver<Arc<Picture>>,
     part: Part,
 ) -> impl Stream<Item = Result<Sent, Infallible>> {
-    let following = Following {
-        ends: site.ends.clone(),
-        site,
-        page,
-        pictures,
-        part,
-        sent: (0, 0),
-        last: String::new(),
-    };
+    let following = Following::new(site, page, pictures, part);
     unfold(following, async |mut following| {
         let event = following.next().await?;
         Some((Ok(event), following))
     })
 }
 
+/// The next event of what a page of a session follows; never where it follows nothing.
+pub(crate) async fn next(following: &mut Option<Following>) -> Option<Sent> {
+    match following {
+        Some(following) => following.next().await,
+        None => std::future::pending().await,
+    }
+}
+
 /// A page that follows.
-struct Following {
+pub(crate) struct Following {
     site: Site,
     page: Page,
     pictures: watch::Receiver<Arc<Picture>>,
@@ -233,6 +226,29 @@ struct Following {
 }
 
 impl Following {
+    /// What a page of a session follows, where a bench shows what it acquires: the participant the force alone, as nothing else follows
+    /// from what is played.
+    pub(crate) fn of_session(site: &Site, page: &Page) -> Option<Self> {
+        let part = match page.role {
+            Role::Participant => Part::Force,
+            Role::Experimenter | Role::Viewer => Part::Whole,
+        };
+        let pictures = site.live.clone()?;
+        Some(Self::new(Arc::clone(site), page.clone(), pictures.0, part))
+    }
+
+    fn new(site: Site, page: Page, pictures: watch::Receiver<Arc<Picture>>, part: Part) -> Self {
+        Self {
+            ends: site.ends.clone(),
+            site,
+            page,
+            pictures,
+            part,
+            sent: (0, 0),
+            last: String::new(),
+        }
+    }
+
     /// The next event; `None` at the end of the program, and where the page is let in no more.
     async fn next(&mut self) -> Option<Sent> {
         loop {

@@ -2,11 +2,12 @@
 
 use maud::{DOCTYPE, Markup, html};
 use piezotact::criterion::Outcome;
+use piezotact_people::campaign::session::UNKNOWN;
 
 use crate::access::{Role, second_mark};
 use crate::study;
 use crate::view::{
-    Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, View,
+    Closed, ClosedStep, Form, Heading, Measured, Open, OpenStep, PlayedBy, Repeats, Text, View,
 };
 use crate::words::{Language, Word};
 
@@ -77,7 +78,7 @@ pub(crate) fn enter(language: Language, door: Door, code: &str, refused: Option<
 pub(crate) fn frame(
     (role, cookie): (Role, &str),
     language: Language,
-    (stream, live): (&str, Option<&str>),
+    (stream, is_live): (&str, bool),
     step: &Markup,
 ) -> Markup {
     let w = |word: Word| word.in_language(language);
@@ -89,7 +90,7 @@ pub(crate) fn frame(
         meta name="piezotact-mark" content=(second_mark(cookie));
         meta name="piezotact-stream" content=(stream);
         script src="/assets/session.js" defer {}
-        @if live.is_some() { script src="/assets/live.js" defer {} }
+        @if is_live { script src="/assets/live.js" defer {} }
     };
     let class = match role {
         Role::Participant => "participant",
@@ -101,12 +102,12 @@ pub(crate) fn frame(
             p #not-stored hidden { (w(Word::NotStored)) " " span {} }
             p #moved-on hidden { (w(Word::MovedOn)) }
             p #not-yours hidden { (w(Word::NotYours)) }
-            p #refused hidden {}
+            p #refused hidden data-plain=(w(Word::NotTaken)) {}
         }
         p #sending role="status" hidden data-playing=(w(Word::AfterTexture)) data-sending=(w(Word::Sending)) data-stopping=(w(Word::Stopping)) {}
         div #page class=(class) { (step) }
-        @if let Some(live) = live {
-            section #gauge hidden aria-label=(w(Word::ForceWord)) data-live=(live) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
+        @if is_live {
+            section #gauge hidden aria-label=(w(Word::ForceWord)) data-low=(w(Word::ForceLow)) data-high=(w(Word::ForceHigh)) data-good=(w(Word::ForceGood)) {
                 p { (w(Word::ForceWord)) " " output #gauge-now {} " " b #gauge-word {} }
                 meter #gauge-meter min="0" max="2" value="0" aria-label=(w(Word::ForceWord)) {}
                 button #gauge-tone type="button" aria-pressed="false" { (w(Word::ForceTone)) }
@@ -162,28 +163,36 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
             }
         }
         @if most == 0 {
+            p.ask { (form.more.in_language(language)) }
             (ask(r#"{"do":"confirm"}"#, w(Word::DoneWord), "main"))
         } @else {
-            div.draft data-draft=(mark) data-noted=(form.noted.join("\n")) data-least=(least) data-most=(most) data-choose=(distinct) {
+            div.draft data-draft=(mark) data-final[form.is_final] data-noted=(form.noted.join("\n")) data-least=(least) data-most=(most) data-choose=(distinct) {
                 p.ask { (w(form.ask)) " " (form.more.in_language(language)) }
-                ol.slots aria-live="polite" {
-                    @for i in 0..most.min(60) { li data-slot=(i) { "–" } }
+                @if !form.is_final {
+                    // A place that is pressed is filled next: one of them is changed in one step.
+                    ol.slots aria-live="polite" {
+                        @for i in 0..most.min(60) { li { button type="button" data-slot=(i) { "–" } } }
+                    }
                 }
                 @let are_numbers = keys == Keys::Own && form.ask == Word::ANumber;
                 div.choices role="group" aria-label=(w(form.ask)) data-numbers[are_numbers] {
                     @if let Some([from, to]) = form.number {
                         input.number type="number" inputmode="numeric" step="1" min=(from) max=(to) data-number="" aria-label=(w(form.ask));
                     }
-                    @for (i, choice) in form.choices.iter().enumerate() {
+                    @for (i, (choice, shown)) in form.choices.iter().enumerate() {
                         @let key = key(i, &form.choices).filter(|_| keys == Keys::Own && !are_numbers);
-                        button.choice type="button" data-choice=(choice) data-key=[key.clone()] {
-                            (choice)
+                        @let shown = shown.in_language(language);
+                        button.choice type="button" data-choice=(choice) data-label=(shown) data-key=[key.clone()] {
+                            (shown)
                             @if let Some(key) = key { @if key != choice.to_lowercase() { kbd aria-hidden="true" { (key) } } }
                         }
                     }
                 }
                 div.ends {
                     button type="button" data-undo="" disabled { (w(Word::Undo)) }
+                    @if form.may_not_know {
+                        button type="button" data-ask=(format!(r#"{{"do":"answer","words":["{UNKNOWN}"]}}"#)) { (w(Word::DoNotKnow)) }
+                    }
                     button.main type="button" data-send="" disabled { (w(Word::ThisIsIt)) }
                 }
             }
@@ -192,20 +201,16 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
 }
 
 /// The key of choice `i`: its own letter where all choices are letters, else 1, 2, 3 …
-fn key(i: usize, choices: &[String]) -> Option<String> {
-    match choices.iter().all(|choice| choice.chars().count() == 1) {
-        true => choices.get(i).map(|choice| choice.to_lowercase()),
+fn key(i: usize, choices: &[(String, Text)]) -> Option<String> {
+    match choices.iter().all(|(one, _)| one.chars().count() == 1) {
+        true => choices.get(i).map(|(one, _)| one.to_lowercase()),
         false => KEYS.chars().nth(i).map(String::from),
     }
 }
 
 /// The participant's step, on one of so many open `pages`. It is made from what the participant may see, and from nothing else.
 pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Markup {
-    let language = open
-        .language
-        .as_deref()
-        .and_then(Language::of)
-        .unwrap_or(language);
+    let language = of_participant(open, language);
     let w = |word: Word| word.in_language(language);
     let [done, all] = open.progress;
     html! {
@@ -213,11 +218,17 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
             h1.quiet { (w(Word::Progress)) (colon(language)) (done) " " (w(Word::Of)) " " (all) }
             progress value=(done) max=(all.max(1)) aria-label=(w(Word::Progress)) {}
             @if pages > 1 { p.alert role="alert" { (w(Word::OpenTwice)) } }
+            @if let Some(right) = open.feedback.as_ref().filter(|_| !matches!(open.step, OpenStep::Playing(_))) {
+                p.notice role="status" { (w(Word::RightAnswer)) " " b { (right.in_language(language)) } }
+            }
             @match &open.step {
+                OpenStep::Wait if open.begins => { p.big { (w(Word::NextBegins)) } },
                 OpenStep::Wait | OpenStep::Consent(None) => { p.big { (w(Word::Wait)) } },
                 OpenStep::Consent(Some(text)) => {
                     div.consent tabindex="0" { @for line in text.lines() { p { (line) } } }
-                    p.big { (w(Word::AskConsent)) }
+                    p.big { (w(Word::AskYourConsent)) }
+                    (ask_twice(r#"{"do":"consent"}"#, w(Word::IConsent), w(Word::PressAgain)))
+                    (ask(r#"{"do":"refuse_consent"}"#, w(Word::IDoNotConsent), "grave"))
                 },
                 OpenStep::Pause => { p.big { (w(Word::InPause)) } },
                 OpenStep::Over => { p.big { (w(Word::Over)) } },
@@ -228,7 +239,7 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
                     p.soft { (w(Word::KeysHelp)) }
                 },
                 OpenStep::Confirm { said, form: answer } => {
-                    p.big { (w(Word::Noted)) " " b { (said) } }
+                    p.big { (w(Word::Noted)) " " b { (said.in_language(language)) } }
                     @if answer.repeats == Repeats::Once { p.soft { (answer.more.in_language(language)) } }
                     (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                     details {
@@ -243,6 +254,12 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
             }
         }
     }
+}
+
+/// The language of the participant, or that of the page where none is stated.
+pub(crate) fn of_participant(open: &Open, language: Language) -> Language {
+    let stated = open.language.as_deref();
+    stated.and_then(Language::of).unwrap_or(language)
 }
 
 /// Which texture of the trial is played: on the participant's page too, who answers for each of them.
@@ -266,7 +283,7 @@ pub(crate) fn experimenter(
     sight: Sight,
     language: Language,
     role: Role,
-    (pairing, pages): (&Pairing, usize),
+    (pairing, pages, draft): (&Pairing, usize, &[String]),
 ) -> Markup {
     let w = |word: Word| word.in_language(language);
     let View { open, closed } = view;
@@ -290,6 +307,7 @@ pub(crate) fn experimenter(
                     p.big { (sentence(closed, open, language)) }
                 } @else {
                     (step(closed, open, sight, language))
+                    @if !draft.is_empty() { p.soft.drafted { (w(Word::DraftOf)) " " b { (draft.join(", ")) } } }
                 }
             }
             @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Stopped | ClosedStep::Withdrawn) {
@@ -314,7 +332,7 @@ fn title(heading: &Heading, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     html! {
         h2 data-trial=(heading.number) {
-            (w(Word::Trial)) " " (heading.number) " " (w(Word::Of)) " " (heading.of) " · " (heading.task)
+            (w(Word::Trial)) " " (heading.number) " " (w(Word::Of)) " " (heading.of) " · " (heading.task.in_language(language))
             @if let Some(set) = &heading.set { " · " (w(Word::Set)) " " (set) }
             @if heading.is_training { " · " (w(Word::Training)) }
             @if heading.attempt > 1 { " · #" (heading.attempt) }
@@ -327,9 +345,13 @@ fn sentence(closed: &Closed, open: &Open, language: Language) -> String {
     let w = |word: Word| word.in_language(language);
     match (&closed.step, &closed.answer) {
         _ if open.step == OpenStep::Pause => w(Word::InPause).to_owned(),
-        (_, Some((_, Some(said)))) => format!("{} {said}", w(Word::Noted)),
+        (_, Some((_, Some(said)))) => {
+            format!("{} {}", w(Word::Noted), said.in_language(language))
+        }
         (ClosedStep::Consent(_), _) => w(Word::AskConsent).to_owned(),
-        (ClosedStep::Check(item), _) => format!("{} {item}", w(Word::Check)),
+        (ClosedStep::Check(item), _) => {
+            format!("{} {}", w(Word::Check), item.in_language(language))
+        }
         (ClosedStep::LayOut(samples), _) => format!("{} {}", w(Word::LayOut), samples.join(", ")),
         (ClosedStep::HandOver(sample), _) => format!("{} {sample}", w(Word::HandOver)),
         (ClosedStep::Play(count), _) => format!("{} {count}", w(Word::TexturesOnDevice)),
@@ -363,7 +385,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     (ask(r#"{"do":"refuse_consent"}"#, w(Word::No), ""))
                 },
                 ClosedStep::Check(item) => {
-                    p.big { (w(Word::Check)) " " (item) }
+                    p.big { (w(Word::Check)) " " (item.in_language(language)) }
                     (ask(r#"{"do":"check"}"#, w(Word::ItIsSo), "main"))
                 },
                 ClosedStep::LayOut(samples) => {
@@ -383,6 +405,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     (instruction(open, language))
                     (own_order(closed, language))
                     p.big data-sounds="" { (w(Word::TexturesOnDevice)) " " (count) @if sight == Sight::Open { ": " (closed.presented.join(", ")) } }
+                    @if open.begins { p { (w(Word::NextBegins)) } }
                     (ask(present, w(Word::PlayThem), "main"))
                 },
                 ClosedStep::PlayByHand(names) => {
@@ -419,25 +442,27 @@ fn turned(closed: &Closed, sample: &str) -> Markup {
     html! { @if let Some(turned) = turned { " " span.soft { "(" (turned) ")" } } }
 }
 
-/// What is played: by hand it is needed to play it again, and on a bench it is shown where it was asked for.
-fn played(closed: &Closed, sight: Sight) -> Markup {
-    let is_shown = match closed.played_by {
-        Some(PlayedBy::Hand) => true,
-        Some(PlayedBy::Bench) => sight == Sight::Open,
-        None => false,
-    };
-    html! { @if is_shown { ol.tray { @for name in &closed.presented { li { (name) } } } } }
+/// What is played, where it was asked for: names beside an answer could be told. By hand it is needed to play it again, and is folded away.
+fn played(closed: &Closed, sight: Sight, language: Language) -> Markup {
+    let names = html! { ol.tray { @for name in &closed.presented { li { (name) } } } };
+    html! {
+        @match (closed.played_by, sight) {
+            (Some(PlayedBy::Hand), _) => { details { summary { (Word::ShowPlayed.in_language(language)) } (names) } },
+            (Some(PlayedBy::Bench), Sight::Open) => { (names) },
+            (Some(PlayedBy::Bench), Sight::Blind) | (None, _) => {},
+        }
+    }
 }
 
 fn answer(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     html! {
         (own_order(closed, language))
-        (played(closed, sight))
+        (played(closed, sight, language))
         @match &closed.answer {
             Some((answer, None)) => { (form(answer, &open.mark, language, Keys::Own)) },
             Some((answer, Some(said))) => {
-                p.big { (w(Word::Noted)) " " b { (said) } }
+                p.big { (w(Word::Noted)) " " b { (said.in_language(language)) } }
                 (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                 details { summary { (w(Word::Change)) } (form(answer, &open.mark, language, Keys::Own)) }
             },
@@ -534,7 +559,7 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
         }
         @if !closed.evidence.is_empty() {
             h2 { (w(Word::LastStimulus)) }
-            ul.evidence { @for one in &closed.evidence { (measured(one, language)) } }
+            ul.evidence { @for one in &closed.evidence { (measured(one, sight, language)) } }
         }
         @if !closed.answered.is_empty() {
             details {
@@ -563,7 +588,8 @@ fn facts(closed: &Closed, sight: Sight, role: Role, language: Language) -> Marku
     }
 }
 
-fn measured(one: &Measured, language: Language) -> Markup {
+/// What was measured of a stimulus; a level could tell which one it was.
+fn measured(one: &Measured, sight: Sight, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     let (class, reached) = match one.reached {
         Outcome::Met => ("", Word::TargetMet),
@@ -573,7 +599,7 @@ fn measured(one: &Measured, language: Language) -> Markup {
     html! {
         li class=(class) {
             (w(Word::Texture)) " " (one.element) (colon(language)) (w(reached))
-            @if let Some(level) = one.level_db { ", " (w(Word::Level)) " " (decibels(level)) }
+            @if let Some(level) = one.level_db.filter(|_| sight == Sight::Open) { ", " (w(Word::Level)) " " (decibels(level)) }
             @if let Some(force) = one.force_n { ", " (w(Word::ForceWord)) " " (format!("{force:.2} N")) }
         }
     }

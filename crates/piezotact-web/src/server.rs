@@ -1,8 +1,8 @@
 //! The routes, who may use them, and their handlers.
 
 use std::convert::Infallible;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use axum::extract::{DefaultBodyLimit, FromRequestParts, Json, Query, State as Shared};
@@ -40,12 +40,23 @@ pub(crate) struct Led {
     /// Stops what is played.
     pub(crate) stop: PlayStop,
     /// How many pages of each are open.
-    pub(crate) experimenters: AtomicUsize,
+    pub(crate) experimenters: Arc<AtomicUsize>,
     pub(crate) participants: AtomicUsize,
+    /// What is chosen on the participant's page and not sent yet, with the mark of its step.
+    pub(crate) draft: Mutex<(String, Vec<String>)>,
     pub(crate) beat: Beat,
 }
 
 impl Led {
+    /// The participant's draft at the step with this mark.
+    fn draft(&self, mark: &str) -> Vec<String> {
+        let draft = self.draft.lock().unwrap_or_else(PoisonError::into_inner);
+        match draft.0 == mark {
+            true => draft.1.clone(),
+            false => Vec::new(),
+        }
+    }
+
     /// How many pages of `role` are open, where they are counted.
     fn open(&self, role: Role) -> Option<&AtomicUsize> {
         match role {
@@ -185,6 +196,12 @@ pub const ROUTES: &[Route] = &[
     },
     Route {
         method: "POST",
+        path: "/draft",
+        whose: For::Roles(FEELING),
+        handler: |r| guarded(r, post(draft)),
+    },
+    Route {
+        method: "POST",
         path: "/beat",
         whose: For::Roles(LEADING),
         handler: |r| guarded(r, post(beat)),
@@ -255,12 +272,6 @@ pub const ROUTES: &[Route] = &[
         whose: For::Roles(LOOKING),
         handler: |r| guarded(r, get(live::whole)),
     },
-    Route {
-        method: "GET",
-        path: "/participant/force",
-        whose: For::Roles(FEELING),
-        handler: |r| guarded(r, get(live::force)),
-    },
 ];
 
 /// The router of [`ROUTES`].
@@ -305,7 +316,8 @@ fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
             is_paired: site.access.has_participant(now_ms()),
         };
         let open = led.experimenters.load(Ordering::Relaxed);
-        pages::experimenter(view, sight, language, role, (&pairing, open)).into_string()
+        let draft = led.draft(&view.open.mark);
+        pages::experimenter(view, sight, language, role, (&pairing, open, &draft)).into_string()
     })
 }
 
@@ -324,11 +336,17 @@ fn framed(
     drawn: &Drawn,
 ) -> Html<String> {
     let step = maud::PreEscaped(drawn(site, led, &led.asking.views.borrow()));
-    let live = site.live.is_some().then_some(match page.role {
-        Role::Participant => "/participant/force",
-        Role::Experimenter | Role::Viewer => "/live",
-    });
-    let framed = pages::frame((page.role, &page.cookie), language, (stream, live), &step);
+    let is_live = site.live.is_some();
+    let language = match page.role {
+        Role::Participant => pages::of_participant(&led.asking.views.borrow().open, language),
+        Role::Experimenter | Role::Viewer => language,
+    };
+    let framed = pages::frame(
+        (page.role, &page.cookie),
+        language,
+        (stream, is_live),
+        &step,
+    );
     Html(framed.into_string())
 }
 
@@ -415,6 +433,8 @@ struct Follower {
     ends: watch::Receiver<bool>,
     last: String,
     next_beat: tokio::time::Instant,
+    /// What is acquired, on the same connection: a browser opens six to one address.
+    live: Option<live::Following>,
     _counted: Option<Counted>,
 }
 
@@ -430,6 +450,7 @@ fn follow(
         views: led.asking.views.clone(),
         around: site.around.subscribe(),
         ends: site.ends.clone(),
+        live: live::Following::of_session(&site, &page),
         site,
         led,
         page,
@@ -469,6 +490,7 @@ fn follow(
                     follower.next_beat = tokio::time::Instant::now() + EVERY;
                     return Some((Ok(Sent::default().event("beat").data("")), follower));
                 },
+                event = live::next(&mut follower.live) => return Some((Ok(event?), follower)),
                 changed = follower.views.changed() => if changed.is_err() { return None },
                 changed = follower.around.changed() => if changed.is_err() { return None },
                 changed = follower.ends.changed() => if changed.is_err() { return None },
@@ -537,6 +559,23 @@ async fn ask(
         Reply::Refused(why) => for_all(StatusCode::UNPROCESSABLE_ENTITY, why),
         Reply::NotStored(why) => for_all(StatusCode::INSUFFICIENT_STORAGE, why),
     }
+}
+
+/// What is chosen on the participant's page and not sent yet, for the experimenter to see.
+#[derive(Debug, Deserialize)]
+struct Draft {
+    at: String,
+    words: Vec<String>,
+}
+
+async fn draft(
+    Shared(site): Shared<Site>,
+    OfSession(led): OfSession,
+    Json(draft): Json<Draft>,
+) -> StatusCode {
+    *led.draft.lock().unwrap_or_else(PoisonError::into_inner) = (draft.at, draft.words);
+    site.around.send_modify(|around| *around += 1);
+    StatusCode::NO_CONTENT
 }
 
 /// An experimenter's page says that it is there while a texture plays.

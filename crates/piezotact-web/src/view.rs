@@ -4,8 +4,11 @@ use std::collections::BTreeMap;
 
 use piezotact::criterion::Outcome;
 use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
-use piezotact_people::campaign::protocol::{Task, TaskWords};
-use piezotact_people::campaign::session::{Answer, Stage, State, Step, TrialState, letters};
+use piezotact_people::campaign::protocol::{Task, TaskKind, TaskWords};
+use piezotact_people::campaign::session::{
+    Answer, Stage, State, Step, TrialState, UNKNOWN, letters,
+};
+use piezotact_people::campaign::text::part_in;
 
 use crate::words::{Language, Word};
 
@@ -32,6 +35,10 @@ pub struct Open {
     pub step: OpenStep,
     /// Whether a pause can be asked for.
     pub can_pause: bool,
+    /// The right answer to the last trial, where the protocol has it said.
+    pub feedback: Option<Text>,
+    /// The next trial begins by itself.
+    pub begins: bool,
 }
 
 /// A step as the participant sees it.
@@ -48,7 +55,7 @@ pub enum OpenStep {
     /// An answer is noted, and can be changed.
     Confirm {
         /// As it was said.
-        said: String,
+        said: Text,
         /// How it is changed.
         form: Form,
     },
@@ -85,6 +92,32 @@ impl Text {
         Self { own, others }
     }
 
+    /// The words of pages for it.
+    fn of_word(own: &str, word: Word) -> Self {
+        let each = Language::ALL.into_iter();
+        Self {
+            own: own.to_owned(),
+            others: each
+                .map(|one| (one, word.in_language(one).to_owned()))
+                .collect(),
+        }
+    }
+
+    /// All of `texts` with ", " between.
+    fn joined<'a>(texts: impl Iterator<Item = &'a Self> + Clone) -> Self {
+        let list = |language| {
+            let each = texts.clone().map(|text| match language {
+                Some(language) => text.in_language(language),
+                None => text.own.as_str(),
+            });
+            each.collect::<Vec<_>>().join(", ")
+        };
+        Self {
+            own: list(None),
+            others: Language::ALL.map(|one| (one, list(Some(one)))).to_vec(),
+        }
+    }
+
     /// It in `language`, or in its own.
     #[must_use]
     pub fn in_language(&self, language: Language) -> &str {
@@ -106,8 +139,12 @@ pub struct Form {
     pub ask: Word,
     /// More of it: the ends of an order, or how many at most.
     pub more: Text,
-    /// What can be chosen.
-    pub choices: Vec<String>,
+    /// What can be chosen: as it is noted, and as it is shown.
+    pub choices: Vec<(String, Text)>,
+    /// Whether "I do not know" is an answer.
+    pub may_not_know: bool,
+    /// Whether an answer is final when it is pressed.
+    pub is_final: bool,
     /// The lowest and the highest number, where there are too many to be chosen from: one is typed.
     pub number: Option<[i64; 2]>,
     /// The smallest and the largest number of choices.
@@ -144,7 +181,7 @@ pub struct Closed {
     pub heading: Option<Heading>,
     pub step: ClosedStep,
     /// How the trial is answered, and what is noted, by names.
-    pub answer: Option<(Form, Option<String>)>,
+    pub answer: Option<(Form, Option<Text>)>,
     /// What lies in each place of the tray, which the participant names by its number.
     pub places: Vec<String>,
     /// Where the participant's own letters lie.
@@ -176,7 +213,7 @@ pub struct Heading {
     pub number: usize,
     pub of: usize,
     /// The title of its task.
-    pub task: String,
+    pub task: Text,
     pub set: Option<String>,
     pub is_training: bool,
     /// Which attempt, from 1.
@@ -189,7 +226,7 @@ pub enum ClosedStep {
     /// The participant is asked for consent, with this text.
     Consent(Option<String>),
     /// An item of a checklist.
-    Check(String),
+    Check(Text),
     /// The samples are laid out.
     LayOut(Vec<String>),
     /// A sample is handed over.
@@ -250,6 +287,9 @@ impl View {
     #[must_use]
     pub fn of(state: &State<'_>, consent: Option<&str>, played_by: PlayedBy) -> Self {
         let step = state.step();
+        // Of consent the participant reads the part in the own language.
+        let stated = state.participant().language.as_deref();
+        let consent = consent.map(|text| part_in(text, stated));
         let progress = state.progress();
         let sum = |of: fn(&(usize, usize)) -> usize| progress.values().map(of).sum();
         let current = state.current();
@@ -267,6 +307,8 @@ impl View {
             }),
             step: open_step(state, &step, consent, played_by),
             can_pause: runs && trial.is_some(),
+            feedback: None,
+            begins: false,
         };
         let own_order =
             trial.filter(|trial| runs && matches!(trial.answer, AnswerForm::EachOfOrder { .. }));
@@ -332,7 +374,8 @@ fn mark(state: &State<'_>) -> String {
     )
 }
 
-/// The samples on the tray that are put in order, from the left. On the participant's page they are numbers: their names stand for an order.
+/// The samples on the tray that are put in order, from the left. On the participant's page they are letters: their names stand for an order,
+/// and numbers are its ranks.
 fn places(state: &State<'_>, trial: &Trial) -> Vec<String> {
     match (&trial.presented, &trial.answer) {
         (Presented::Tray { .. }, AnswerForm::Order { .. }) => state.presented(trial),
@@ -340,13 +383,14 @@ fn places(state: &State<'_>, trial: &Trial) -> Vec<String> {
     }
 }
 
-/// The numbers of `names` among `places`, from 1; as they are where there are no places.
-fn numbered(places: &[String], names: &[String]) -> Vec<String> {
-    let number = |name: &String| match places.iter().position(|place| place == name) {
-        Some(at) => (at + 1).to_string(),
-        None => name.clone(),
+/// The letters of `names` among `places`, from A; as they are where there are no places.
+fn lettered(places: &[String], names: &[String]) -> Vec<String> {
+    let letter = |name: &String| {
+        let at = places.iter().position(|place| place == name);
+        at.and_then(|at| letters().nth(at))
+            .unwrap_or_else(|| name.clone())
     };
-    names.iter().map(number).collect()
+    names.iter().map(letter).collect()
 }
 
 /// How the trial is answered, and what is noted, by names.
@@ -354,13 +398,13 @@ fn named_answer(
     state: &State<'_>,
     step: &Step<'_>,
     played_by: PlayedBy,
-) -> Option<(Form, Option<String>)> {
+) -> Option<(Form, Option<Text>)> {
     let on_tray = |trial: &Trial, of: &TrialState| {
         let mut form = form(state, trial, of, played_by);
         let places = places(state, trial);
         if !places.is_empty() {
             // As they lie: the list of the protocol is their order.
-            form.choices = places;
+            form.choices = as_said(places);
         }
         form
     };
@@ -368,21 +412,21 @@ fn named_answer(
         Step::Answer { trial, state: of } => Some((on_tray(trial, of), None)),
         Step::Confirm { trial, answer } => {
             let (_, of) = state.current()?;
-            Some((on_tray(trial, of), Some(said(answer))))
+            let form = on_tray(trial, of);
+            let said = said(&form, answer);
+            Some((form, Some(said)))
         }
         _ => None,
     }
 }
 
-/// `form` with the numbers of places, where samples on the tray are put in order.
-fn with_numbers(state: &State<'_>, trial: &Trial, mut form: Form) -> Form {
+/// `form` with the letters of places, where samples on the tray are put in order.
+fn with_letters(state: &State<'_>, trial: &Trial, mut form: Form) -> Form {
     let places = places(state, trial);
     if !places.is_empty() {
         form.ask = Word::PutPlacesInOrder;
-        form.noted = numbered(&places, &form.noted);
-        form.choices = (1..=places.len())
-            .map(|number| number.to_string())
-            .collect();
+        form.noted = lettered(&places, &form.noted);
+        form.choices = as_said(letters().take(places.len()));
     }
     form
 }
@@ -398,21 +442,22 @@ fn open_step(
         Step::Begin | Step::Check { .. } | Step::Present { .. } | Step::End => OpenStep::Wait,
         Step::Answer { trial, state: of } => {
             let form = form(state, trial, of, played_by);
-            OpenStep::Answer(with_numbers(state, trial, form))
+            OpenStep::Answer(with_letters(state, trial, form))
         }
         Step::Confirm { trial, answer } => {
             let Some((_, of)) = state.current() else {
                 return OpenStep::Wait;
             };
-            let said = match answer {
-                Answer::Names(names) => numbered(&places(state, trial), names).join(", "),
-                other => said(other),
-            };
             let form = form(state, trial, of, played_by);
-            OpenStep::Confirm {
-                said,
-                form: with_numbers(state, trial, form),
-            }
+            let form = with_letters(state, trial, form);
+            let said = match answer {
+                Answer::Names(names) => {
+                    let names = lettered(&places(state, trial), names);
+                    said(&form, &Answer::Names(names))
+                }
+                other => said(&form, other),
+            };
+            OpenStep::Confirm { said, form }
         }
         Step::GoOn => OpenStep::Pause,
         Step::Nothing => OpenStep::Over,
@@ -420,8 +465,13 @@ fn open_step(
 }
 
 fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) -> Form {
-    let choices = state.choices(trial).into_iter();
-    let choices: Vec<String> = choices.map(|(said, _)| said).collect();
+    let task = state.protocol().task(&trial.task);
+    let choices = state.choices(trial).into_iter().enumerate();
+    let choices = choices.map(|(i, (said, _))| {
+        let shown = shown(task, i, &said);
+        (said, shown)
+    });
+    let choices: Vec<(String, Text)> = choices.collect();
     let elements = of.plays.len();
     let is_played = is_rendered(trial);
     let typed = match &trial.answer {
@@ -431,7 +481,7 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
     let (ask, more, choices, count, repeats) = match &trial.answer {
         AnswerForm::Done => (
             Word::TouchNow,
-            Text::default(),
+            strokes(task),
             choices,
             [0, 0],
             Repeats::Once,
@@ -464,7 +514,7 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
                 let (from, to) = (words.from.as_ref()?, words.to.as_ref()?);
                 Some(format!("{from} → {to}"))
             };
-            let ends = match state.protocol().task(&trial.task) {
+            let ends = match task {
                 Some(task) => Text::of(task, ends, in_other),
                 None => ends.into(),
             };
@@ -483,11 +533,11 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
         AnswerForm::Scale { from, to } => {
             let numbers = match typed {
                 Some(_) => Vec::new(),
-                None => (*from..=*to).map(|number| number.to_string()).collect(),
+                None => as_said((*from..=*to).map(|number| number.to_string())),
             };
             (
                 Word::ANumber,
-                format!("{from} – {to}").into(),
+                scale(task, [*from, *to]),
                 numbers,
                 [1, 1],
                 Repeats::Once,
@@ -498,6 +548,8 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
         ask,
         more,
         choices,
+        may_not_know: state.may_not_know(trial) && trial.answer != AnswerForm::Done,
+        is_final: next_after(task).is_some(),
         number: typed,
         count,
         repeats,
@@ -509,7 +561,95 @@ fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) 
     }
 }
 
-fn is_rendered(trial: &Trial) -> bool {
+/// What is noted and shown alike.
+fn as_said(words: impl IntoIterator<Item = String>) -> Vec<(String, Text)> {
+    let each = words.into_iter();
+    each.map(|word| (word.clone(), word.into())).collect()
+}
+
+/// Choice `i` of `task`, which is noted as `said`, as it is shown.
+fn shown(task: Option<&Task>, i: usize, said: &str) -> Text {
+    let own = || said.to_owned();
+    match task.map(|task| (task, &task.kind)) {
+        Some((task, TaskKind::Categorise { .. })) => {
+            Text::of(task, own(), |words| words.descriptors.get(i).cloned())
+        }
+        Some((_, TaskKind::Compare { question, .. })) => {
+            use piezotact_people::campaign::protocol::Question;
+            let words = match question {
+                Question::SameDifferent => [Word::Same, Word::Different],
+                Question::Rougher | Question::Stronger => [Word::First, Word::Second],
+            };
+            words
+                .get(i)
+                .map_or_else(|| own().into(), |word| Text::of_word(said, *word))
+        }
+        _ => own().into(),
+    }
+}
+
+/// How many strokes are asked for in a trial of touch.
+fn strokes(task: Option<&Task>) -> Text {
+    match task.map(|task| &task.kind) {
+        Some(TaskKind::Touch { strokes }) => {
+            let of = |word: Word, language| format!("{} {strokes}", word.in_language(language));
+            let each = Language::ALL.map(|one| (one, of(Word::StrokesWanted, one)));
+            Text {
+                own: of(Word::StrokesWanted, Language::English),
+                others: each.to_vec(),
+            }
+        }
+        _ => Text::default(),
+    }
+}
+
+/// A scale with what its ends stand for.
+fn scale(task: Option<&Task>, [from, to]: [i64; 2]) -> Text {
+    let ends = |lowest: Option<&str>, highest: Option<&str>| {
+        let end = |number: i64, word: Option<&str>| match word {
+            Some(word) => format!("{number} ({word})"),
+            None => number.to_string(),
+        };
+        format!("{} – {}", end(from, lowest), end(to, highest))
+    };
+    match task.map(|task| (task, &task.kind)) {
+        Some((
+            task,
+            TaskKind::Rate {
+                lowest, highest, ..
+            },
+        )) => Text::of(task, ends(lowest.as_deref(), highest.as_deref()), |words| {
+            Some(ends(words.from.as_deref(), words.to.as_deref()))
+        }),
+        _ => ends(None, None).into(),
+    }
+}
+
+/// After how many seconds the next trial of `task` begins by itself; none where the experimenter begins it.
+pub(crate) fn next_after(task: Option<&Task>) -> Option<f64> {
+    match &task?.kind {
+        TaskKind::Compare { next_after_s, .. } => *next_after_s,
+        _ => None,
+    }
+}
+
+/// The choices that `names` are, as they are shown for `trial`.
+pub(crate) fn shown_as(state: &State<'_>, trial: &Trial, names: &[String]) -> Text {
+    let task = state.protocol().task(&trial.task);
+    let choices = state.choices(trial);
+    let each: Vec<Text> = names
+        .iter()
+        .map(
+            |name| match choices.iter().position(|(said, _)| said == name) {
+                Some(i) => shown(task, i, name),
+                None => name.clone().into(),
+            },
+        )
+        .collect();
+    Text::joined(each.iter())
+}
+
+pub(crate) fn is_rendered(trial: &Trial) -> bool {
     matches!(
         trial.presented,
         Presented::Rendered { .. } | Presented::Chosen { .. }
@@ -527,7 +667,17 @@ fn closed_step(
 ) -> ClosedStep {
     match step {
         Step::Begin | Step::AskConsent => ClosedStep::Consent(consent.map(str::to_owned)),
-        Step::Check { item, .. } => ClosedStep::Check((*item).to_owned()),
+        Step::Check { task, item } => {
+            let task = state.protocol().task(task);
+            let item = (*item).to_owned();
+            ClosedStep::Check(match task {
+                Some(task) => {
+                    let at = task.checklist.iter().position(|one| *one == item);
+                    Text::of(task, item, |words| words.checklist.get(at?).cloned())
+                }
+                None => item.into(),
+            })
+        }
         Step::Present { trial, .. } => match &trial.presented {
             Presented::Tray { samples } => ClosedStep::LayOut(samples.clone()),
             Presented::Sample { sample } => ClosedStep::HandOver(sample.clone()),
@@ -552,7 +702,10 @@ fn heading(state: &State<'_>, trial: &Trial, of: &TrialState) -> Heading {
     Heading {
         number: state.number(&trial.name),
         of: state.plan().trials.len(),
-        task: task.map_or_else(|| trial.task.clone(), |task| task.title.clone()),
+        task: match task {
+            Some(task) => Text::of(task, task.title.clone(), |words| words.title.clone()),
+            None => trial.task.clone().into(),
+        },
         set: trial.set.clone(),
         // A catch trial is not to be known as one.
         is_training: matches!(trial.kind, TrialKind::Training { .. }),
@@ -581,7 +734,7 @@ fn answered(state: &State<'_>) -> Vec<Answered> {
             number: at + 1,
             name: trial.name.clone(),
             task: trial.task.clone(),
-            said: said(answer),
+            said: noted(answer),
             is_corrected: !of.corrections.is_empty(),
         })
     });
@@ -594,6 +747,7 @@ fn answered(state: &State<'_>) -> Vec<Answered> {
 pub(crate) fn words_of(answer: &Answer) -> Vec<String> {
     match answer {
         Answer::Done => Vec::new(),
+        Answer::Unknown => vec![UNKNOWN.to_owned()],
         Answer::Number(number) => vec![number.to_string()],
         Answer::Names(names) => names.clone(),
         Answer::Places(places) => {
@@ -603,10 +757,28 @@ pub(crate) fn words_of(answer: &Answer) -> Vec<String> {
     }
 }
 
-/// An answer as it was said.
-fn said(answer: &Answer) -> String {
+/// An answer as it was noted.
+fn noted(answer: &Answer) -> String {
     match answer {
         Answer::Done => "✓".to_owned(),
         other => words_of(other).join(", "),
     }
+}
+
+/// An answer to `form` as it was said.
+fn said(form: &Form, answer: &Answer) -> Text {
+    if *answer == Answer::Unknown {
+        return Text::of_word(UNKNOWN, Word::DoNotKnow);
+    }
+    if *answer == Answer::Done {
+        return noted(answer).into();
+    }
+    let words = words_of(answer).into_iter();
+    let shown = words.map(|word| {
+        let mut choices = form.choices.iter();
+        let found = choices.find(|(said, _)| *said == word);
+        found.map_or_else(|| word.clone().into(), |(_, text)| text.clone())
+    });
+    let shown: Vec<Text> = shown.collect();
+    Text::joined(shown.iter())
 }

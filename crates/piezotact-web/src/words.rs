@@ -74,12 +74,28 @@ words! {
     ParticipantWord: "Participant", "Participant", "Partecipante";
     Set: "set", "groupe", "gruppo";
     Rehearsal: "rehearsal", "essai à blanc", "prova generale";
-    Training: "training", "entraînement", "allenamento";
+    Training: "training", "familiarisation", "familiarizzazione";
     Progress: "Progress", "Avancement", "Avanzamento";
     Trial: "Trial", "Essai", "Prova";
     Of: "of", "sur", "di";
     EventsStored: "Events stored", "Événements enregistrés", "Eventi salvati";
     LastAt: "the last at", "le dernier à", "l'ultimo alle";
+    First: "first", "première", "prima";
+    Second: "second", "seconde", "seconda";
+    Same: "same", "identiques", "uguali";
+    Different: "different", "différentes", "diverse";
+    DoNotKnow: "I do not know", "Je ne sais pas", "Non lo so";
+    StrokesWanted: "Strokes asked for:", "Nombre de passages demandés :", "Passate richieste:";
+    NextBegins: "The next one begins by itself in a moment.", "Le suivant commence de lui-même dans un instant.",
+        "Il prossimo comincia da solo tra un momento.";
+    DraftOf: "On the participant's page:", "Sur la page du participant :", "Sulla pagina del partecipante:";
+    AskYourConsent: "Do you consent to take part?", "Consentez-vous à participer ?", "Acconsente a partecipare?";
+    IConsent: "I consent", "Je consens", "Acconsento";
+    IDoNotConsent: "I do not consent", "Je ne consens pas", "Non acconsento";
+    NotTaken: "This was not taken. Look at the page, and try again; if it does not help, tell the experimenter.",
+        "Ceci n'a pas été pris en compte. Regardez la page et réessayez ; si cela ne suffit pas, dites-le à l'expérimentateur.",
+        "Non è stato accettato. Guardi la pagina e riprovi; se non basta, lo dica allo sperimentatore.";
+    ClockBehind: "THE CLOCK OF THE COMPUTER IS BEHIND.", "L'HORLOGE DE L'ORDINATEUR RETARDE.", "L'OROLOGIO DEL COMPUTER È INDIETRO.";
     AskConsent: "Does the participant consent?", "Le participant consent-il ?", "Il partecipante dà il consenso?";
     ConsentInWords: "Ask the participant for consent, in your own words.",
         "Demandez le consentement du participant avec vos propres mots.",
@@ -100,8 +116,8 @@ words! {
     KeepNote: "Keep the note", "Garder la note", "Conservare la nota";
     Pause: "Pause", "Pause", "Pausa";
     GoOn: "Go on", "Reprendre", "Riprendere";
-    InPause: "The session is paused.", "La session est en pause.", "La sessione è in pausa.";
-    Stop: "Stop the session", "Arrêter la session", "Fermare la sessione";
+    InPause: "The session is paused.", "La séance est en pause.", "La sessione è in pausa.";
+    Stop: "Stop the session", "Arrêter la séance", "Fermare la sessione";
     Why: "Why", "Pourquoi", "Perché";
     Withdraw: "The participant withdraws", "Le participant se retire", "Il partecipante si ritira";
     TexturesOnDevice: "Textures on the device:", "Textures sur le dispositif :", "Texture sul dispositivo:";
@@ -132,9 +148,9 @@ words! {
         "Per ogni texture, nell'ordine in cui sono state sentite, scelga un campione del suo ordine (A è il primo):";
     PutInOrder: "Put them in order, from the first to the last:", "Mettez-les dans l'ordre, du premier au dernier :",
         "Li metta in ordine, dal primo all'ultimo:";
-    PutPlacesInOrder: "Put the samples in order. The numbers are their places on the tray, from the left:",
-        "Mettez les échantillons dans l'ordre. Les nombres sont leurs places sur le plateau, de gauche à droite :",
-        "Metta i campioni in ordine. I numeri sono i loro posti sul vassoio, da sinistra:";
+    PutPlacesInOrder: "Put the samples in order. The letters are their places on the tray, from the left:",
+        "Mettez les échantillons dans l'ordre. Les lettres sont leurs places sur le plateau, de gauche à droite :",
+        "Metta i campioni in ordine. Le lettere sono i loro posti sul vassoio, da sinistra:";
     ChooseUpTo: "Choose up to", "Choisissez au plus", "Scelga al massimo";
     ANumber: "Choose a number:", "Choisissez un nombre :", "Scelga un numero:";
     DoneWord: "Done", "Fait", "Fatto";
@@ -144,8 +160,8 @@ words! {
     Final: "It is final", "C'est définitif", "È definitivo";
     Change: "Change it", "Changer", "Cambiare";
     AllDone: "All trials are done.", "Tous les essais sont faits.", "Tutte le prove sono fatte.";
-    EndSession: "End the session", "Terminer la session", "Terminare la sessione";
-    Over: "The session is over. Thank you.", "La session est terminée. Merci.", "La sessione è terminata. Grazie.";
+    EndSession: "End the session", "Terminer la séance", "Terminare la sessione";
+    Over: "The session is over. Thank you.", "La séance est terminée. Merci.", "La sessione è terminata. Grazie.";
     StoppedEarly: "The session was stopped before its end. What was answered is stored.",
         "La séance a été arrêtée avant la fin. Les réponses données sont enregistrées.",
         "La sessione è stata fermata prima della fine. Le risposte date sono salvate.";
@@ -211,10 +227,10 @@ words! {
         "NON ENREGISTRÉ. Votre saisie est gardée sur cette page et sera renvoyée.",
         "NON SALVATO. L'inserimento è conservato su questa pagina e viene inviato di nuovo.";
     MovedOn: "The session has moved on meanwhile: look at what is noted, and enter it again where it is missing.",
-        "La session a avancé entre-temps : regardez ce qui est noté, et saisissez à nouveau ce qui manque.",
+        "La séance a avancé entre-temps : regardez ce qui est noté, et saisissez à nouveau ce qui manque.",
         "La sessione è andata avanti nel frattempo: guardi che cosa è annotato, e inserisca di nuovo ciò che manca.";
     NotYours: "This page belongs to another session or was replaced by another device. Ask the experimenter for a new code.",
-        "Cette page appartient à une autre session ou a été remplacée par un autre appareil. Demandez un nouveau code à l'expérimentateur.",
+        "Cette page appartient à une autre séance ou a été remplacée par un autre appareil. Demandez un nouveau code à l'expérimentateur.",
         "Questa pagina appartiene a un'altra sessione o è stata sostituita da un altro dispositivo. Chieda un nuovo codice allo sperimentatore.";
     Code: "Code", "Code", "Codice";
     Enter: "Enter", "Entrer", "Entrare";
@@ -234,6 +250,7 @@ words! {
         "Ouvrez cette adresse une seule fois sur l'appareil du participant, ou photographiez le code avec lui :",
         "Apra questo indirizzo una sola volta sul dispositivo del partecipante, o inquadri il codice con esso:";
     CodeAsPicture: "The address as a QR code", "L'adresse en code QR", "L'indirizzo come codice QR";
+    NotBegunItself: "The trial did not begin by itself:", "L'essai n'a pas commencé de lui-même :", "La prova non è cominciata da sola:";
     Void: "THE TRIAL IS VOID and is presented again:", "L'ESSAI EST NUL et sera présenté à nouveau :",
         "LA PROVA È NULLA e viene presentata di nuovo:";
     KeysHelp: "Keys: arrows move, Enter chooses, Backspace takes back.",
@@ -300,6 +317,9 @@ mod tests {
             let long = word.in_language(Language::English).len() > 12;
             let same = word.in_language(Language::French) == word.in_language(Language::English);
             assert!(!(long && same), "{word:?} is not translated");
+            // One word for a session.
+            let french = word.in_language(Language::French).to_lowercase();
+            assert!(!french.contains("session"), "{word:?}: séance");
         }
     }
 

@@ -164,8 +164,6 @@ fn a_participant_and_who_looks_on_command_nothing() {
         let viewer = pages.enter(&pages.viewer);
         let before = pages.mark(&experimenter);
         for what in [
-            r#""do":"consent""#,
-            r#""do":"refuse_consent""#,
             r#""do":"check""#,
             r#""do":"present""#,
             r#""do":"present_instead","names":["S1"]"#,

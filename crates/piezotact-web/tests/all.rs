@@ -3,6 +3,7 @@
 mod access;
 mod client;
 mod console;
+mod pages;
 mod session;
 mod stopping;
 #[path = "../../piezotact-session/tests/support/mod.rs"]

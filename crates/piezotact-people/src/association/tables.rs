@@ -144,6 +144,7 @@ pub(super) fn noted(answer: Option<&Noted>, names: &dyn Fn(&Noted) -> Vec<String
         Some(answer @ (Noted::Names(_) | Noted::Places(_))) => names(answer).join("|"),
         Some(Noted::Number(number)) => number.to_string(),
         Some(Noted::Done) => "done".to_owned(),
+        Some(Noted::Unknown) => "n/a".to_owned(),
     }
 }
 

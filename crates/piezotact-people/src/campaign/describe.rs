@@ -171,7 +171,7 @@ fn described(
             categories: descriptors.len(),
             trials: singles,
         },
-        TaskKind::Rate { from, to } => Designed::Rate {
+        TaskKind::Rate { from, to, .. } => Designed::Rate {
             trials: singles,
             range: to.abs_diff(*from),
         },

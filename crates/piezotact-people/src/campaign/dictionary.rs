@@ -449,7 +449,7 @@ impl<'a> Described<'a> {
                     "Descriptors chosen, at most {at_most}, with | between; each is one of the levels."
                 ))
             },
-            TaskKind::Rate { from, to } => ColumnMeaning {
+            TaskKind::Rate { from, to, .. } => ColumnMeaning {
                 units: Some("1".into()),
                 ..text(&format!("Rating, a whole number from {from} to {to}."))
             },

@@ -256,22 +256,34 @@ pub struct Task {
     /// Trials whose answer is known, among the counted ones.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub catch: Option<Catch>,
+    /// Whether "I do not know" is an answer. It is noted, and counts in no matrix. An adaptive comparison has none: the participant guesses.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub may_not_know: bool,
     /// What it asks.
     #[serde(flatten)]
     pub kind: TaskKind,
 }
 
-/// What a participant reads of a task in another language. Answers are noted in the words of the task itself.
+/// What pages show of a task in another language. Answers are noted in the words of the task itself.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct TaskWords {
     /// What the participant is asked, word for word.
     pub instruction: String,
-    /// The first end of an order.
+    /// The title.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub title: Option<String>,
+    /// The items of the checklist, in the same order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub checklist: Vec<String>,
+    /// The descriptors, in the same order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub descriptors: Vec<String>,
+    /// The first end of an order, or what the lowest rating stands for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
-    /// The other end.
+    /// The other end, or what the highest rating stands for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to: Option<String>,
 }
@@ -326,6 +338,10 @@ pub enum TaskKind {
         question: Question,
         /// How the stimuli are chosen.
         method: Method,
+        /// The pause from an answer to the next trial, which then begins by itself on the pages of a session, in seconds; absent where
+        /// the experimenter begins each. An answer is final when it is pressed then.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        next_after_s: Option<f64>,
     },
     /// Descriptors are chosen for each sample.
     Categorise {
@@ -340,6 +356,12 @@ pub enum TaskKind {
         from: i64,
         /// The highest value.
         to: i64,
+        /// What the lowest value stands for: `not at all`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        lowest: Option<String>,
+        /// What the highest value stands for.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        highest: Option<String>,
     },
 }
 

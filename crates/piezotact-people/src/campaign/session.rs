@@ -14,7 +14,7 @@ mod named;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use adaptive::{CatchCount, Threshold};
-pub use answer::{Answer, AnswerError, letters};
+pub use answer::{Answer, AnswerError, UNKNOWN, letters};
 pub use decide::{Command, Refusal};
 pub use doubt::CampaignDoubt;
 pub use event::{Event, Evidence, Participant, sha_of_samples};

@@ -51,6 +51,43 @@ pub fn check_secret(text: &str) -> Result<(), SecretError> {
     }
 }
 
+/// The part of `text` that is in the language with the tag `tag`, as in BCP 47. A part begins with a line that holds its tag in brackets,
+/// `[fr]`. Where no part is in that language it is the first one; a text without such lines is given as a whole.
+#[must_use]
+pub fn part_in<'a>(text: &'a str, tag: Option<&str>) -> &'a str {
+    let base = |tag: &str| {
+        tag.split(['-', '_'])
+            .next()
+            .unwrap_or_default()
+            .to_lowercase()
+    };
+    // Where each part begins and ends, with its tag; what is before the first has none.
+    let mut parts: Vec<(Option<&str>, usize, usize)> = vec![(None, 0, text.len())];
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let begins = line.trim().strip_prefix('[');
+        let is_tag =
+            |tag: &&str| (2..=12).contains(&tag.len()) && !tag.contains(char::is_whitespace);
+        if let Some(tag) = begins
+            .and_then(|rest| rest.strip_suffix(']'))
+            .filter(is_tag)
+        {
+            if let Some(last) = parts.last_mut() {
+                last.2 = at;
+            }
+            parts.push((Some(tag), at + line.len(), text.len()));
+        }
+        at += line.len();
+    }
+    let of = |part: &(Option<&str>, usize, usize)| text[part.1..part.2].trim();
+    let wanted = tag.map(base);
+    let found = parts
+        .iter()
+        .find(|(one, ..)| wanted.is_some() && one.map(base) == wanted);
+    let first = parts.iter().find(|part| !of(part).is_empty());
+    found.or(first).map_or(text, of)
+}
+
 /// Why a text is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TextError {
@@ -169,6 +206,22 @@ fn check(text: &str, most: usize, refused: impl Fn(char) -> bool) -> Result<(), 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_part_of_a_text_is_that_of_the_language_or_the_first() {
+        let whole = "I take part.\nFor [fr] ask.\n";
+        assert_eq!(part_in(whole, Some("fr")), whole.trim());
+        let parts = "[en]\nI take part.\n\n[fr]\nJe participe.\nOui.\n[it]\n";
+        for (tag, found) in [
+            (Some("fr-CH"), "Je participe.\nOui."),
+            (Some("EN"), "I take part."),
+            (Some("ja"), "I take part."),
+            (None, "I take part."),
+        ] {
+            assert_eq!(part_in(parts, tag), found, "{tag:?}");
+        }
+        assert_eq!(part_in("", Some("fr")), "");
+    }
 
     #[test]
     fn a_secret_has_12_characters_of_which_5_differ() {

@@ -60,10 +60,7 @@ if (gauge) {
     gauge.classList.toggle("bad-force", !inBand);
     tone.sound(share, inBand);
   };
-  const { live } = gauge.dataset;
-  followLive(live, {
-    fast: (view) => show(view.force_now, view.label && !view.ended),
-    slow: () => {},
-    force: (force) => show(force.now, force.runs),
-  });
+  // They come with the steps of the session.
+  document.addEventListener("fast", ({ detail }) => show(detail.force_now, detail.label && !detail.ended));
+  document.addEventListener("force", ({ detail }) => show(detail.now, detail.runs));
 }

@@ -103,7 +103,7 @@ async function send(one, form) {
     } else {
       done();
       const why = document.getElementById("refused");
-      why.textContent = (await reply.text()) || "–";
+      why.textContent = (await reply.text()) || why.dataset.plain;
       alerts("refused", true);
     }
   } catch (_) {
@@ -143,6 +143,8 @@ let stream;
 function follow() {
   stream = new EventSource(meta("stream"));
   stream.addEventListener("step", (event) => { alerts("not-connected", false); show(event.data); });
+  // What a bench acquires, for the gauge of the force.
+  for (const name of ["fast", "force"]) stream.addEventListener(name, (event) => document.dispatchEvent(new CustomEvent(name, { detail: JSON.parse(event.data) })));
   stream.addEventListener("open", () => { alerts("not-connected", false); sendAll(); });
   // While a texture plays the program looks whether a page is there that can stop it. It asks, as timers of hidden pages are slow.
   stream.addEventListener("beat", () => fetch("/beat", { method: "POST", headers: { "x-piezotact-mark": meta("mark") } }).catch(() => {}));
@@ -204,22 +206,54 @@ function chosen(draft) {
   const kept = JSON.parse(sessionStorage.getItem(DRAFT) || "null");
   return kept && kept.at === draft.dataset.draft ? kept.words : draft.dataset.noted.split("\n").filter(Boolean);
 }
+// Where nothing stands yet between others a place is empty: it is filled before the answer is sent.
 function choose(draft, words) {
+  if (draft.dataset.final !== undefined && words.length > 0) {
+    ask({ do: "answer", words });
+    return;
+  }
   sessionStorage.setItem(DRAFT, JSON.stringify({ at: draft.dataset.draft, words }));
   drawDraft(draft);
+  // The experimenter sees what is being answered.
+  if (page.classList.contains("participant")) {
+    fetch("/draft", {
+      method: "POST",
+      headers: { "content-type": "application/json", "x-piezotact-mark": meta("mark") },
+      body: JSON.stringify({ at: draft.dataset.draft, words }),
+    }).catch(() => {});
+  }
+}
+
+// The place that was pressed is filled next; where each stands once, what stood there takes the place of the other.
+function chooseNext(draft, choice) {
+  const words = chosen(draft);
+  const { at } = draft.dataset;
+  if (at === undefined) {
+    choose(draft, [...words, choice]);
+    return;
+  }
+  delete draft.dataset.at;
+  const other = draft.dataset.choose === "once" ? words.indexOf(choice) : -1;
+  if (other >= 0) words[other] = words[Number(at)];
+  words[Number(at)] = choice;
+  choose(draft, words);
 }
 
 function drawDraft(draft) {
   const words = chosen(draft);
   const [least, most] = [Number(draft.dataset.least), Number(draft.dataset.most)];
+  const label = (word) => [...draft.querySelectorAll("[data-choice]")].find((one) => one.dataset.choice === word)?.dataset.label ?? word;
+  const { at } = draft.dataset;
   draft.querySelectorAll("[data-slot]").forEach((slot, i) => {
-    slot.textContent = words[i] ?? "–";
-    slot.classList.toggle("next", i === words.length);
+    slot.textContent = i < words.length ? label(words[i]) : "–";
+    slot.disabled = i >= words.length;
+    slot.setAttribute("aria-pressed", at === String(i));
+    slot.classList.toggle("next", at === undefined ? i === words.length : at === String(i));
   });
   for (const choice of draft.querySelectorAll("[data-choice]")) {
     const used = draft.dataset.choose === "once" && words.includes(choice.dataset.choice);
     // Not disabled: the focus stays where it is, so that a key that bounces chooses nothing else.
-    choice.setAttribute("aria-disabled", used || words.length >= most);
+    choice.setAttribute("aria-disabled", at === undefined && (used || words.length >= most));
   }
   const number = draft.querySelector("[data-number]");
   if (number && document.activeElement !== number) number.value = words[0] ?? "";
@@ -253,8 +287,15 @@ page.addEventListener("click", (event) => {
   if (!button || button.disabled || button.getAttribute("aria-disabled") === "true" || button.type === "submit") return;
   const draft = button.closest("[data-draft]");
   if (draft) prefix = "";
-  if (button.dataset.choice !== undefined) choose(draft, [...chosen(draft), button.dataset.choice]);
-  else if (button.dataset.undo !== undefined) choose(draft, chosen(draft).slice(0, -1));
+  if (button.dataset.choice !== undefined) chooseNext(draft, button.dataset.choice);
+  else if (button.dataset.slot !== undefined) {
+    if (draft.dataset.at === button.dataset.slot) delete draft.dataset.at;
+    else draft.dataset.at = button.dataset.slot;
+    drawDraft(draft);
+  } else if (button.dataset.undo !== undefined) {
+    delete draft.dataset.at;
+    choose(draft, chosen(draft).slice(0, -1));
+  }
   else if (button.dataset.send !== undefined) ask({ do: "answer", words: chosen(draft) });
   else if (button.dataset.post) post(button.dataset.post);
   else if (button.dataset.twice && !button.dataset.pressed) {

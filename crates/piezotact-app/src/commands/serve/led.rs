@@ -137,6 +137,9 @@ impl Front for Pages {
                 site.showing(pictures)
             }
         };
+        if let Some(why) = about.clock {
+            desk.clock_is_behind(why.to_owned());
+        }
         self.screen.shows(&desk);
         let said = door.said(
             codes,

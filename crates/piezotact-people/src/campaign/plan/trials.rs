@@ -304,7 +304,9 @@ impl Place<'_> {
                     add(name, Presented::Rendered { stimuli }, answer.clone());
                 }
             }
-            TaskKind::Compare { question, method } => {
+            TaskKind::Compare {
+                question, method, ..
+            } => {
                 let choices = question.choices().map(str::to_owned).to_vec();
                 let form = || AnswerForm::OneOf {
                     choices: choices.clone(),
@@ -360,7 +362,7 @@ impl Place<'_> {
                     );
                 }
             }
-            TaskKind::Rate { from, to } => {
+            TaskKind::Rate { from, to, .. } => {
                 for sample in shuffled(samples) {
                     let answer = AnswerForm::Scale {
                         from: *from,

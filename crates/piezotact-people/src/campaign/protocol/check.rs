@@ -5,7 +5,7 @@ mod limits;
 
 use std::collections::BTreeSet;
 
-use super::{Block, FORM, Labels, Over, Protocol, Sequence, Task, TaskKind};
+use super::{Block, FORM, Labels, Method, Over, Protocol, Sequence, Task, TaskKind};
 
 /// Why a text is no protocol that can be run.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -260,6 +260,19 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
         });
     }
     compare::beside(protocol, &place, task)?;
+    let is_adaptive = matches!(
+        &task.kind,
+        TaskKind::Compare {
+            method: Method::Adaptive(_),
+            ..
+        }
+    );
+    if task.may_not_know && is_adaptive {
+        return Err(ProtocolError::NoKnownAnswer {
+            place: format!("{place}: may_not_know"),
+            what: "an adaptive method needs an answer in each trial: leave it out, and ask the participant to guess",
+        });
+    }
     match &task.kind {
         TaskKind::Touch { strokes } => count(&format!("{place}: strokes"), *strokes),
         TaskKind::Identify { presentations } => {
@@ -275,7 +288,17 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             }
             check_sequence(protocol, &place, sequence)
         }
-        TaskKind::Compare { question, method } => {
+        TaskKind::Compare {
+            question,
+            method,
+            next_after_s,
+        } => {
+            if let Some(pause_s) = next_after_s
+                && !(*pause_s >= 0.5 && *pause_s <= 60.0)
+            {
+                let place = format!("{place}: next_after_s");
+                return Err(number(&place, "0.5 to 60", pause_s));
+            }
             compare::method(protocol, &place, *question, method)
         }
         TaskKind::Categorise {
@@ -289,7 +312,7 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
             }
             Ok(())
         }
-        TaskKind::Rate { from, to } if from >= to => {
+        TaskKind::Rate { from, to, .. } if from >= to => {
             Err(number(&format!("{place}: to"), "more than `from`", to))
         }
         TaskKind::Rate { .. } => Ok(()),

@@ -18,7 +18,12 @@ pub enum Answer {
     Places(Vec<usize>),
     /// A number.
     Number(i64),
+    /// The participant does not know.
+    Unknown,
 }
+
+/// How "I do not know" is typed and sent.
+pub const UNKNOWN: &str = "?";
 
 /// A, B, C … Z, AA, AB …
 ///
@@ -54,9 +59,9 @@ pub enum AnswerError {
 }
 
 /// The answer that `words` give to a trial that is answered in `form`, where `choices` are what may be said with what it stands for
-/// and `elements` is the number of elements presented.
+/// and `elements` is the number of elements presented; `may_not_know` says whether "I do not know" is an answer.
 pub(super) fn understand(
-    form: &AnswerForm,
+    (form, may_not_know): (&AnswerForm, bool),
     choices: &[(String, String)],
     elements: usize,
     words: &[String],
@@ -85,6 +90,9 @@ pub(super) fn understand(
         true => named(),
         false => Err(count(wanted.to_string())),
     };
+    if may_not_know && *form != AnswerForm::Done && words == [UNKNOWN] {
+        return Ok(Answer::Unknown);
+    }
     match form {
         AnswerForm::Done => match words {
             [] => Ok(Answer::Done),

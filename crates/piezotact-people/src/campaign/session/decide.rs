@@ -1,7 +1,10 @@
 //! What a command of the experimenter makes happen.
 
+use piezotact::number::counted;
+
 use super::super::chain::Sha;
 use super::super::plan::{AnswerForm, Presented, Trial};
+use super::super::protocol::TaskKind;
 use super::super::store::Purpose;
 use super::super::text::{TextError, check_long};
 use super::answer::{letters, understand};
@@ -108,10 +111,22 @@ pub enum Refusal {
     /// A note or a reason that cannot be shown.
     #[error(transparent)]
     Text(#[from] TextError),
+    /// The strokes of a trial take longer.
+    #[error(
+        "{strokes} take {least_s:.1} s at least, and {passed_s:.1} s have passed since the sample was handed over: go on with the trial"
+    )]
+    TooSoon {
+        strokes: String,
+        least_s: f64,
+        passed_s: f64,
+    },
     /// A reason is missing.
     #[error("say why in a few words")]
     NoReason,
 }
+
+/// The shortest time of a stroke and its return, s: five in a second are more than a finger makes on a sample.
+const SHORTEST_STROKE_S: f64 = 0.2;
 
 impl State<'_> {
     /// The event that `command` makes happen. It is stored first, and then taken up with [`State::apply`].
@@ -258,10 +273,37 @@ impl State<'_> {
             });
         }
         let elements = state.plays.len();
-        let answer = understand(&trial.answer, &self.choices(trial), elements, words)?;
+        let form = (&trial.answer, self.may_not_know(trial));
+        let answer = understand(form, &self.choices(trial), elements, words)?;
         Ok(Event::Answered {
             trial: name.to_owned(),
             answer,
+        })
+    }
+
+    /// Whether "I do not know" answers `trial`.
+    #[must_use]
+    pub fn may_not_know(&self, trial: &Trial) -> bool {
+        let task = self.protocol.task(&trial.task);
+        task.is_some_and(|task| task.may_not_know)
+    }
+
+    /// Why the current trial cannot be done yet at `now_ms`, in ms since 1970-01-01 00:00 UTC: its strokes take longer than it runs. None
+    /// where it can.
+    #[must_use]
+    pub fn too_soon(&self, now_ms: i64) -> Option<Refusal> {
+        let (trial, state) = self.current()?;
+        let TaskKind::Touch { strokes } = self.protocol.task(&trial.task)?.kind else {
+            return None;
+        };
+        let least_s = f64::from(strokes) * SHORTEST_STROKE_S;
+        // A clock that jumped back says nothing.
+        let passed_ms = now_ms.checked_sub(state.at_ms[0]?).filter(|ms| *ms >= 0)?;
+        let passed_s = passed_ms as f64 / 1000.0;
+        (passed_s < least_s).then(|| Refusal::TooSoon {
+            strokes: counted(strokes as usize, "stroke"),
+            least_s,
+            passed_s,
         })
     }
 
@@ -281,12 +323,8 @@ impl State<'_> {
         if why.trim().is_empty() {
             return Err(Refusal::NoReason);
         }
-        let answer = understand(
-            &trial.answer,
-            &self.choices(trial),
-            state.plays.len(),
-            words,
-        )?;
+        let form = (&trial.answer, self.may_not_know(trial));
+        let answer = understand(form, &self.choices(trial), state.plays.len(), words)?;
         Ok(Event::Corrected {
             trial: name.to_owned(),
             answer,
@@ -367,10 +405,14 @@ fn expected(step: &Step<'_>) -> String {
         Step::Begin => "begin the session".to_owned(),
         Step::AskConsent => "ask for consent".to_owned(),
         Step::Check { item, .. } => format!("confirm: {item}"),
-        Step::Present { trial, .. } if trial.presented.names().is_empty() => {
-            "present the two stimuli that the answers so far choose".to_owned()
-        }
-        Step::Present { trial, .. } => format!("present {}", trial.presented.names().join(", ")),
+        Step::Present { trial, .. } => match &trial.presented {
+            Presented::Tray { samples } => format!("present {}", samples.join(", ")),
+            Presented::Sample { sample } => format!("present {sample}"),
+            // Which textures they are is not said: the experimenter is blind, too.
+            Presented::Rendered { .. } | Presented::Chosen { .. } => {
+                "play the textures of the trial".to_owned()
+            }
+        },
         Step::Answer { trial, .. } => match trial.answer {
             AnswerForm::Done => "say when it is done".to_owned(),
             _ => "an answer is awaited".to_owned(),
@@ -382,6 +424,7 @@ fn expected(step: &Step<'_>) -> String {
                 format!("confirm or revise the answer {}", said.join(" "))
             }
             Answer::Number(number) => format!("confirm or revise the answer {number}"),
+            Answer::Unknown => "confirm or revise the answer: not known".to_owned(),
             Answer::Done => "confirm that it is done".to_owned(),
         },
         Step::GoOn => "end the pause".to_owned(),

@@ -145,6 +145,6 @@ fn names_of(answer: &Answer, choices: impl FnOnce() -> Vec<(String, String)>) ->
             let named = places.iter().filter_map(|place| choices.get(*place));
             named.map(|(_, named)| named.clone()).collect()
         }
-        Answer::Done | Answer::Number(_) => Vec::new(),
+        Answer::Done | Answer::Number(_) | Answer::Unknown => Vec::new(),
     }
 }

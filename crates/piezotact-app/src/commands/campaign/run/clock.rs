@@ -9,13 +9,14 @@ use crate::output::say;
 /// Two clocks that are set may differ by so much, ms.
 const APART_MS: i64 = 60_000;
 
-/// Says where the clock is behind what is stored already.
-pub(crate) fn check(store: &StudyStore) -> Outcome {
+/// Says where the clock is behind what is stored already, and gives what it said.
+pub(crate) fn check(store: &StudyStore) -> Outcome<Option<String>> {
     let newest_ms = store.newest_ms()?;
-    if let Some(warning) = newest_ms.and_then(|newest_ms| behind(now_ms(), newest_ms)) {
-        say(&warning);
+    let warning = newest_ms.and_then(|newest_ms| behind(now_ms(), newest_ms));
+    if let Some(warning) = &warning {
+        say(&format!("warning: {warning}"));
     }
-    Ok(())
+    Ok(warning)
 }
 
 /// What is to be known of a clock at `now_ms` in a study whose newest event is of `newest_ms`.
@@ -29,7 +30,7 @@ fn behind(now_ms: i64, newest_ms: i64) -> Option<String> {
     };
     (behind_ms > APART_MS).then(|| {
         format!(
-            "warning: the clock of this computer says {} (UTC), {how_far} before the newest event of the study ({}): times and ages would be \
+            "the clock of this computer says {} (UTC), {how_far} before the newest event of the study ({}): times and ages would be \
              wrong; leave the session, set the clock, and give the same command again",
             said(now_ms),
             said(newest_ms)

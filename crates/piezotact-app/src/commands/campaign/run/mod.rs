@@ -130,6 +130,8 @@ pub(crate) trait Front {
 /// What a front end shows of a session beside its state.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct About<'a> {
+    /// What is to be said of the clock of the computer, where it is behind what is stored.
+    pub(crate) clock: Option<&'a str>,
     /// The text that consent is given to.
     pub(crate) consent: Option<&'a str>,
     /// The folder of the session.
@@ -146,12 +148,14 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     if study.not_erased()?.contains(participant.as_str()) {
         return Err(Failure::Data(anyhow!(withdrawn(args))));
     }
-    clock::check(&study.store)?;
+    let clock = clock::check(&study.store)?;
     let plan = planned(&study, &participant, &args.session)?;
     let folder = study.store.session_folder(&participant, &args.session)?;
     let given = args.leading.drives.as_deref();
     let mut drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
+    // Before the bench is opened: it belongs to whoever leads the session.
+    let _alone = study.store.run_alone(&participant, &args.session)?;
     let mut bench = args
         .leading
         .bench
@@ -164,18 +168,18 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let here = bench.as_ref().map(|bench| bench_now(&drives, bench));
     let here = here.filter(|_| !stimuli_of(&plan).is_empty());
     ready((&study, &plan), &drives, args, begun, here.as_ref())?;
-    let _alone = study.store.run_alone(&participant, &args.session)?;
     if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
-    played((&mut study, &plan), args, (bench, drives, &folder), front)
+    let here = (folder.as_path(), clock.as_deref());
+    played((&mut study, &plan), args, (bench, drives, here), front)
 }
 
 /// The session of `plan` with its stimuli on `bench`.
 fn played(
     (study, plan): (&mut Study, &Plan),
     args: &Arguments,
-    (bench, drives, folder): (Option<Bench>, Drives, &Path),
+    (bench, drives, (folder, clock)): (Option<Bench>, Drives, (&Path, Option<&str>)),
     front: &mut dyn Front,
 ) -> Outcome {
     let taken = drives.given.clone();
@@ -209,6 +213,7 @@ fn played(
     drives::keep(&taken, folder)?;
     let consent = consent.as_deref();
     let about = About {
+        clock,
         consent,
         folder,
         stop: &stop,
@@ -494,8 +499,21 @@ pub(crate) fn status(runner: &Runner<'_>) -> String {
     tasks.join(", ")
 }
 
-/// That the session is left before its end.
+/// That the session is left before its end, or how it ended.
 pub(crate) fn left(runner: &Runner<'_>) -> String {
+    let ended = match runner.state().stage() {
+        Stage::Withdrawn => Some(
+            "the participant has withdrawn: erase everything now with `piezotact campaign withdraw`",
+        ),
+        Stage::Stopped => Some(
+            "the session was stopped before its end and does not go on; everything that was noted is stored",
+        ),
+        Stage::Ended => Some("the session was ended without consent"),
+        Stage::New | Stage::Consent | Stage::Running | Stage::Paused => None,
+    };
+    if let Some(ended) = ended {
+        return format!("{ended} ({})", status(runner));
+    }
     let quoted = |word: String| match word.contains(char::is_whitespace) {
         true => format!("\"{word}\""),
         false => word,

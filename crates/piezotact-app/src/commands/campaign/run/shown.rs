@@ -1,7 +1,12 @@
 //! What the experimenter sees at each step of a session.
 
+use piezotact::number::counted;
 use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
-use piezotact_people::campaign::session::{Answer, Evidence, State, Step, TrialState, letters};
+use piezotact_people::campaign::protocol::TaskKind;
+use piezotact_people::campaign::session::{
+    Answer, Evidence, State, Step, TrialState, UNKNOWN, letters,
+};
+use piezotact_people::campaign::text::part_in;
 
 /// Lines on a screen with this many columns.
 const WIDTH: usize = 78;
@@ -26,7 +31,11 @@ pub(super) fn shown(state: &State<'_>, consent: Option<&str>, played_by: PlayedB
     match state.step() {
         Step::Begin => plain(&["The session begins."], "Enter>"),
         Step::AskConsent => {
-            let text = consent.unwrap_or("Ask the participant for consent, in your own words.");
+            let stated = state.participant().language.as_deref();
+            let text = consent.map_or(
+                "Ask the participant for consent, in your own words.",
+                |text| part_in(text, stated),
+            );
             let mut lines = vec![rule("consent")];
             lines.extend(text.lines().flat_map(wrapped));
             lines.push("Does the participant consent? yes or no".to_owned());
@@ -190,7 +199,12 @@ fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
         .collect();
     let count = of.plays.len();
     let ask = match &trial.answer {
-        AnswerForm::Done => "Enter when it is done".to_owned(),
+        AnswerForm::Done => match state.protocol().task(&trial.task).map(|task| &task.kind) {
+            Some(TaskKind::Touch { strokes }) => {
+                format!("{}, then Enter", counted(*strokes as usize, "stroke"))
+            }
+            _ => "Enter when it is done".to_owned(),
+        },
         AnswerForm::OneOf { .. } => format!("one of {}", choices.join(" ")),
         AnswerForm::Each { .. } | AnswerForm::EachOfOrder { .. } => {
             format!("for each of the {count}, one of {}", choices.join(" "))
@@ -204,7 +218,17 @@ fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
         AnswerForm::Some { at_most, .. } => {
             format!("up to {at_most} of {}", choices.join(", "))
         }
-        AnswerForm::Scale { from, to } => format!("a number from {from} to {to}"),
+        AnswerForm::Scale { from, to } => {
+            let [lowest, highest] = ends(state, trial).map(|end| match end {
+                Some(end) => format!(" ({end})"),
+                None => String::new(),
+            });
+            format!("a number from {from}{lowest} to {to}{highest}")
+        }
+    };
+    let ask = match state.may_not_know(trial) {
+        true => format!("{ask}, or {UNKNOWN} when it is not known"),
+        false => ask,
     };
     lines.extend(wrapped(&ask).into_iter().map(|line| format!("  {line}")));
     Shown {
@@ -213,26 +237,35 @@ fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
     }
 }
 
-/// What was measured while an element was played; never which stimulus it was.
+/// What the lowest and the highest rating stand for, where the protocol says it.
+fn ends<'a>(state: &'a State<'_>, trial: &Trial) -> [Option<&'a str>; 2] {
+    let task = state.protocol().task(&trial.task);
+    match task.map(|task| &task.kind) {
+        Some(TaskKind::Rate {
+            lowest, highest, ..
+        }) => [lowest.as_deref(), highest.as_deref()],
+        _ => [None, None],
+    }
+}
+
+/// What was measured while an element was played; never which stimulus it was, nor its level, by which it could be known.
 fn played(element: usize, evidence: &Evidence) -> String {
     let mut parts = vec![format!("texture {}", element + 1)];
     parts.push(match evidence.missed() {
         true => "MISSED ITS TARGET".to_owned(),
         false => format!("target {}", evidence.reached.word()),
     });
-    if let Some(level) = evidence.level_re_target_db {
-        parts.push(format!("level {level:+.1} dB"));
-    }
     if let Some(force) = evidence.normal_force_n {
         parts.push(format!("force {force:.2} N"));
     }
-    format!("  {}", parts.join(", ")).replace(" -", " −")
+    format!("  {}", parts.join(", "))
 }
 
 /// An answer as it was said.
 pub(super) fn said(state: &State<'_>, trial: &Trial, answer: &Answer) -> String {
     match answer {
         Answer::Done => "done".to_owned(),
+        Answer::Unknown => "not known".to_owned(),
         Answer::Number(number) => number.to_string(),
         Answer::Names(names) => names.join(" "),
         Answer::Places(places) => {

@@ -170,6 +170,13 @@ fn not_stated(participant: &Participant) -> Vec<&'static str> {
 
 /// Gives `command`; what is refused, cannot be played or cannot be stored is said, and the session waits at the same step.
 fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outcome {
+    let now_ms = runner.now_ms();
+    let too_soon = runner.state().too_soon(now_ms);
+    // A script has no strokes to be waited for.
+    let too_soon = too_soon.filter(|_| command == Command::Confirm && terminal.is_keyboard());
+    if let Some(refusal) = too_soon {
+        return terminal.say(&format!("  {refusal}"));
+    }
     let before = noted(runner.state());
     match runner.give(command) {
         Ok(Given::Done(Event::Corrected { trial, .. })) => {

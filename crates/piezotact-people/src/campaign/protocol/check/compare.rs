@@ -179,9 +179,9 @@ pub(super) fn beside(protocol: &Protocol, place: &str, task: &Task) -> Result<()
         }
         let known = match &task.kind {
             TaskKind::Associate { .. } => true,
-            TaskKind::Compare { question, method } => {
-                *question == Question::SameDifferent || matches!(method, Method::Adaptive(_))
-            }
+            TaskKind::Compare {
+                question, method, ..
+            } => *question == Question::SameDifferent || matches!(method, Method::Adaptive(_)),
             _ => false,
         };
         if training.feedback && !known {

@@ -290,7 +290,7 @@ pub(super) fn numbers(protocol: &Protocol) -> Result<(), ProtocolError> {
 /// Refuses levels, steps, thresholds and ends of scales that no task has.
 fn levels(task: &Task) -> Result<(), ProtocolError> {
     let found: Vec<f64> = match &task.kind {
-        TaskKind::Rate { from, to } => vec![*from as f64, *to as f64],
+        TaskKind::Rate { from, to, .. } => vec![*from as f64, *to as f64],
         TaskKind::Compare {
             method: Method::Adaptive(adaptive),
             ..
@@ -341,8 +341,30 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
         for (tag, words) in &task.in_language {
             let place = |what: &str| place(&format!("in_language.{tag}.{what}"));
             check_long(&words.instruction).map_err(said(place("instruction")))?;
-            for (what, end) in [("from", &words.from), ("to", &words.to)] {
-                check_line(end.as_deref().unwrap_or("–")).map_err(said(place(what)))?;
+            let lines = [
+                ("title", words.title.iter().collect()),
+                ("checklist", words.checklist.iter().collect()),
+                ("descriptors", words.descriptors.iter().collect()),
+                ("from", words.from.iter().collect()),
+                ("to", words.to.iter().collect::<Vec<_>>()),
+            ];
+            for (what, lines) in lines {
+                for line in lines {
+                    check_line(line).map_err(said(place(what)))?;
+                }
+            }
+            let each = [
+                ("checklist", &words.checklist, &task.checklist[..]),
+                ("descriptors", &words.descriptors, descriptors(&task.kind)),
+            ];
+            for (what, found, expected) in each {
+                if !found.is_empty() && found.len() != expected.len() {
+                    return Err(ProtocolError::Number {
+                        place: place(what),
+                        expected: "as many as in the task itself, in the same order",
+                        found: found.len().to_string(),
+                    });
+                }
             }
         }
         for item in &task.checklist {
@@ -352,6 +374,13 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
             TaskKind::Order { from, to, .. } => {
                 check_line(from).map_err(said(place("from")))?;
                 check_line(to).map_err(said(place("to")))?;
+            }
+            TaskKind::Rate {
+                lowest, highest, ..
+            } => {
+                for (what, end) in [("lowest", lowest), ("highest", highest)] {
+                    check_line(end.as_deref().unwrap_or("–")).map_err(said(place(what)))?;
+                }
             }
             TaskKind::Categorise { descriptors, .. } => {
                 for one in descriptors {
@@ -387,6 +416,14 @@ pub(super) fn texts(protocol: &Protocol) -> Result<(), ProtocolError> {
     Ok(())
 }
 
+/// The descriptors of a task that has them.
+fn descriptors(kind: &TaskKind) -> &[String] {
+    match kind {
+        TaskKind::Categorise { descriptors, .. } => descriptors,
+        _ => &[],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::super::{LIBRARY, from_library, read};
@@ -404,6 +441,11 @@ mod tests {
     #[test]
     fn what_no_campaign_has_is_refused_with_the_limit() {
         for (from, to, said) in [
+            (
+                r#"title = "Passages sur chaque échantillon", checklist = ["mains lavées au savon et séchées", "#,
+                r#"title = "Passages sur chaque échantillon", checklist = ["#,
+                "in_language.fr.checklist: expected as many",
+            ),
             ("max_age_hours = 720", "max_age_hours = 1e300", "0 to 87600"),
             ("max_age_hours = 720", "max_age_hours = nan", "more than 0"),
             (
