@@ -1,6 +1,6 @@
 // A whole session on two pages: node session.mjs PROGRAM [FOLDER for pictures]. What was answered on the pages must be what is stored.
 import { execFileSync, spawn } from "node:child_process";
-import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { inflateRawSync } from "node:zlib";
@@ -72,8 +72,17 @@ let checked = 0;
 async function picture(page, name) {
   if (seen.has(name)) return;
   seen.add(name);
-  for (const [width, height] of [[1366, 768], [1024, 768], [390, 844]]) {
+  for (const [width, height] of [[1366, 768], [1024, 600], [390, 844]]) {
     await page.setViewportSize({ width, height });
+    // On the smallest screen that a laboratory has, whatever the step needs is in view.
+    if (height === 600 && !["matrix", "study", "viewer"].includes(name)) {
+      const below = await page.evaluate(() => {
+        scrollTo(0, 0);
+        const all = [...document.querySelectorAll(".step > button, .step .draft button, main > button, main > .draft button, .always button")];
+        return all.filter((one) => one.checkVisibility() && one.getBoundingClientRect().bottom > innerHeight).map((one) => `${one.textContent.trim()} at ${Math.round(one.getBoundingClientRect().bottom)} px`);
+      });
+      expect(below.length === 0, `${name}: out of view at 1024 × 600: ${below.join(", ")}`);
+    }
     const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
     // Reports are measured by run.mjs.
     if (name !== "matrix") expect(wide <= 0, `${name} scrolls sideways at ${width} px, by ${wide} px`);
@@ -81,8 +90,11 @@ async function picture(page, name) {
   }
   if (name !== "matrix") {
     await page.evaluate(axe);
-    const found = await page.evaluate(async () => (await globalThis.axe.run(document)).violations.map((one) => `${one.impact}: ${one.help}: ${one.nodes[0].html}`));
-    for (const fault of found) { console.error(`${name}: ${fault}`); process.exitCode = 1; }
+    for (const [width, height] of [[1366, 768], [1024, 600], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      const found = await page.evaluate(async () => (await globalThis.axe.run(document)).violations.map((one) => `${one.impact}: ${one.help}: ${one.nodes[0].html}`));
+      for (const fault of found) { console.error(`${name} at ${width} px: ${fault}`); process.exitCode = 1; }
+    }
     checked += 1;
   }
   await page.setViewportSize({ width: 1366, height: 768 });
@@ -197,7 +209,7 @@ async function main(browser) {
 
   const said = [];
   let tray;
-  const done = { reload: false, offline: false, pause: false, change: false, instead: false, keys: false };
+  const done = { reload: false, offline: false, pause: false, change: false, step: false, folded: false, keys: false };
   for (let steps = 0; steps < 2000; steps += 1) {
     const before = await mark(page);
     if (before === "over") break;
@@ -251,6 +263,8 @@ async function main(browser) {
       // Both pages are loaded again in the middle of an answer: it is still there.
       done.reload = true;
       await own.locator(`.draft [data-choice="${all[0]}"]:visible`).first().click();
+      // What the participant has chosen is seen by the experimenter, and is not on another page of the same role.
+      if (own === participant) await page.waitForSelector(`.drafted:has-text("${all[0]}")`, { timeout: 2000 });
       await Promise.all([page.reload(), participant.reload()]);
       await own.waitForSelector(".draft");
       expect((await own.locator("[data-slot='0']").first().textContent()) === all[0], "an answer that was begun is lost by a reload");
@@ -275,7 +289,27 @@ async function main(browser) {
     await picture(page, `experimenter-noted-${all.length}`);
     await picture(participant, `participant-noted-${all.length}`);
     let final = all;
-    if (!done.change && all.length > 2) {
+    if (!done.folded) {
+      // What is folded away takes no keys: nothing is answered anew.
+      done.folded = true;
+      const events = await page.getAttribute("main", "data-events");
+      for (const key of ["1", "Backspace", "2", "a"]) { await page.keyboard.press(key); await participant.keyboard.press(key); }
+      await sleep(300);
+      expect((await mark(page)) === noted && (await page.getAttribute("main", "data-events")) === events, "a key in a form that is folded away did something");
+    }
+    if (!done.step && all.length > 2 && own === participant) {
+      // One item among many is changed in one step: its place, and what stands there instead.
+      done.step = true;
+      await own.click("summary:visible >> nth=0");
+      const once = (await own.getAttribute(".draft", "data-choose")) === "once";
+      const [was, other] = [all[1], once ? all[0] : (await own.$$eval(".draft [data-choice]", (all) => all.map((one) => one.dataset.choice))).find((one) => one !== all[1])];
+      await own.locator("[data-slot='1']:visible").first().click();
+      await own.locator(`.draft [data-choice="${other}"]:visible`).first().click();
+      final = all.map((word, i) => (i === 1 ? other : once && word === other ? was : word));
+      const before = await mark(page);
+      await own.locator("[data-send]:visible").first().click();
+      await moved(page, before);
+    } else if (!done.change && all.length > 2) {
       done.change = true;
       await own.click("summary:visible >> nth=0");
       final = await words(own);
@@ -286,7 +320,7 @@ async function main(browser) {
     await moved(page, last);
     // The participant names places on the tray, the experimenter samples.
     const trial = Number(heading);
-    if (own === participant && tray) final = final.map((place) => tray[Number(place) - 1]);
+    if (own === participant && tray) final = final.map((place) => tray[place.charCodeAt(0) - 65]);
     said.push(final);
     expect(said.length === trial, `trial ${trial} after ${said.length - 1} answers`);
     tray = undefined;
@@ -323,7 +357,7 @@ async function main(browser) {
   expect(killedAt === kills, `${killedAt} kills of ${kills} before the session was over`);
   await picture(page, "experimenter-over");
   await picture(participant, "participant-over");
-  expect(Object.values(done).filter(Boolean).length >= 5, `not all incidents came: ${JSON.stringify(done)}`);
+  expect(Object.values(done).every(Boolean), `not all incidents came: ${JSON.stringify(done)}`);
   const viewer = await enter(browser, server.viewer);
   expect((await viewer.page.$$(".step button, .aside")).length === 0, "who looks on can press something");
   await picture(viewer.page, "viewer");
@@ -458,6 +492,57 @@ async function stopped(browser) {
   console.log(`a texture that plays is stopped in ${voided} ways; ${answeredMs.length} presses had a visible answer within ${Math.ceil(Math.max(...answeredMs))} ms`);
 }
 
+/// A comparison: one press for each answer, by keys of the participant or the experimenter, and the next begins by itself.
+async function compared(browser) {
+  const levels = Array.from({ length: 14 }, (_, i) => `S8 increment ${2 * i - 26}`);
+  const names = ["S8", ...levels];
+  run("campaign new jnd --protocol roughness_jnd --seed 3");
+  // All drives are that of S8: what is tried here is the page.
+  for (const name of names) for (const [part, ending] of [["targets", "wav"], ["drives", "wav"], ["measured", "parquet"]]) {
+    mkdirSync(join(folder, "increments", part), { recursive: true });
+    for (const side of ["", ".json"]) {
+      const from = join(folder, `drives/${part}/S8.${ending}${side}`);
+      if (existsSync(from)) copyFileSync(from, join(folder, `increments/${part}/${name.replaceAll(" ", "_")}.${ending}${side}`));
+    }
+  }
+  const server = await serve("serve jnd P01 discrimination --rehearsal --real-time --language it --drives increments --bench twin:participant=1,seed=7 --port 0");
+  const { page } = await enter(browser, server.experimenter, { locale: "fr-FR" });
+  await page.click("details:has([data-post='/pairing']) > summary");
+  await page.click("[data-post='/pairing']");
+  const { page: participant } = await enter(browser, await page.locator(".facts code").textContent(), { locale: "en-GB" });
+  await picture(participant, "compared-consent");
+  const main = () => page.locator(".step > button.main").first();
+  while (!(await participant.$("[data-final]"))) {
+    const before = await mark(page);
+    await picture(page, `compared-${JSON.parse(await main().getAttribute("data-ask")).do}`);
+    await main().click();
+    if (await main().getAttribute("data-twice").catch(() => null)) { await sleep(450); await main().click(); }
+    await moved(page, before);
+  }
+  const answers = 4;
+  for (let i = 0; i < answers; i += 1) {
+    await participant.waitForSelector("[data-final]", { timeout: 60_000 });
+    await sleep(600);
+    await picture(participant, "compared-answer");
+    await picture(page, "compared-answer-experimenter");
+    const shown = await participant.textContent(".choices");
+    expect(/prima/.test(shown) && /seconda/.test(shown), `choices in Italian: ${shown}`);
+    const before = await mark(page);
+    if (i % 2) await page.keyboard.press("1");
+    else await participant.locator("[data-choice=second]").click();
+    await moved(page, before);
+    await picture(participant, "compared-feedback");
+    expect(!(await participant.content()).includes("increment") && !(await page.content()).includes("increment"), "a page names what is played");
+  }
+  server.child.kill("SIGINT");
+  await server.ended;
+  run("campaign export jnd --out jnd-tables");
+  const [head, ...rows] = readFileSync(join(folder, "jnd-tables/trials.csv"), "utf8").trim().split("\n").map(cells);
+  const given = rows.map((row) => row[head.indexOf("answer")]).filter(Boolean);
+  expect(given.join(" ") === "second first second first", `one press for each answer: ${given}`);
+  console.log(`${answers} comparisons with one press each`);
+}
+
 /// The files of a ZIP file with their contents, by its central directory.
 function unpacked(zip) {
   const files = new Map();
@@ -524,6 +609,7 @@ const browser = await chromium.launch({
 try {
   await main(browser);
   await stopped(browser);
+  await compared(browser);
   rmSync(folder, { recursive: true });
 } catch (error) {
   console.error(`${error.stack}\nthe study is in ${folder}`);
