@@ -448,6 +448,11 @@ async function stopped(browser) {
     await Promise.all([page, second, participant].map((one) => one.waitForSelector("#page [data-playing]", { timeout: 5000 })));
     await picture(page, "experimenter-playing");
     await picture(participant, "participant-playing");
+    if (way === "a press in a second tab") {
+      // Nothing stops it while a page is there, for longer than the program waits for one.
+      await sleep(5000);
+      expect(await page.$("#page [data-playing]"), "a texture ended by itself while a page was open");
+    }
     if (way === "a pause") {
       // A note does not stop it, and is seen to be taken.
       await page.fill("form.note input", "quiet");

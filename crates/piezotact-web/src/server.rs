@@ -488,7 +488,8 @@ fn follow(
             tokio::select! {
                 () = tokio::time::sleep_until(follower.next_beat), if beats => {
                     follower.next_beat = tokio::time::Instant::now() + EVERY;
-                    return Some((Ok(Sent::default().event("beat").data("")), follower));
+                    // Browsers drop an event without data.
+                    return Some((Ok(Sent::default().event("beat").data("beat")), follower));
                 },
                 event = live::next(&mut follower.live) => return Some((Ok(event?), follower)),
                 changed = follower.views.changed() => if changed.is_err() { return None },

@@ -154,8 +154,6 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let given = args.leading.drives.as_deref();
     let mut drives = Drives::of((&study.campaign.protocol, &plan), &folder, given)?;
     let begun = begun(&study, &plan)?;
-    // Before the bench is opened: it belongs to whoever leads the session.
-    let _alone = study.store.run_alone(&participant, &args.session)?;
     let mut bench = args
         .leading
         .bench
@@ -168,6 +166,7 @@ pub(crate) fn lead(args: &Arguments, front: &mut dyn Front) -> Outcome {
     let here = bench.as_ref().map(|bench| bench_now(&drives, bench));
     let here = here.filter(|_| !stimuli_of(&plan).is_empty());
     ready((&study, &plan), &drives, args, begun, here.as_ref())?;
+    let _alone = study.store.run_alone(&participant, &args.session)?;
     if begun.is_none() {
         study.store.write_plan(&plan)?;
     }
