@@ -21,6 +21,9 @@ const MOST_KEPT: usize = 192;
 /// Those of one address.
 const MOST_KEPT_OF_ONE: usize = 64;
 
+/// So many of a browser are not held against its address.
+const BROWSER: usize = 6;
+
 /// What a connection has shown, in the order in which connections make room.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Standing {
@@ -99,7 +102,10 @@ fn make_room(all: &mut All, of: impl Fn(IpAddr) -> bool) -> Option<()> {
         let own = (network(other.from), Some(other.from));
         *counts.entry(own).or_default() += 1;
     }
-    let count = |near, own| counts.get(&(near, own)).copied().unwrap_or_default();
+    let count = |near, own| {
+        let count = counts.get(&(near, own)).copied().unwrap_or_default();
+        count.saturating_sub(BROWSER)
+    };
     let first = all.iter().filter(|(_, other)| loose(other));
     let (number, _) = first.max_by_key(|(_, other)| {
         let near = network(other.from);
@@ -241,6 +247,22 @@ mod tests {
         assert!(of_one.count() <= MOST_OF_ONE);
         let near = all.values().filter(|one| network(one.from) == at(1, 0));
         assert!(near.count() <= MOST_OF_NETWORK);
+    }
+
+    #[test]
+    fn a_browser_among_many_addresses_is_served() {
+        let places = Places::default();
+        let all = |of: std::ops::Range<u8>| -> Vec<Place> {
+            of.map(|own| places.take(at(1, own)).unwrap()).collect()
+        };
+        let before = all(0..128);
+        let browser: Vec<Place> = (0..BROWSER)
+            .map(|_| places.take(at(1, 250)).unwrap())
+            .collect();
+        let after = all(128..228);
+        assert!(browser.iter().chain(&after).all(is_there));
+        let left = before.iter().filter(|one| is_there(one)).count();
+        assert_eq!(left, MOST_OF_NETWORK - BROWSER - 100, "the oldest go");
     }
 
     #[test]
