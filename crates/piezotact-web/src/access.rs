@@ -12,7 +12,7 @@ use piezotact_people::campaign::chain::Sha;
 use serde::{Deserialize, Serialize};
 
 use crate::password::Password;
-use crate::tries::{Tried, Tries};
+use crate::tries::{Network, Queue, Tried, Tries, Turn};
 
 /// The most pages of a role that are known at once.
 const MOST_PAGES: usize = 32;
@@ -109,6 +109,15 @@ pub enum Key<'a> {
     Password(&'a str),
 }
 
+impl Key<'_> {
+    fn tried(self) -> Tried {
+        match self {
+            Self::Code(_) => Tried::Code,
+            Self::Password(_) => Tried::Password,
+        }
+    }
+}
+
 impl fmt::Debug for Key<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // What is secret stays out of messages.
@@ -127,6 +136,7 @@ pub struct Access {
     pages: Mutex<Pages>,
     codes: Mutex<Codes>,
     tries: Mutex<Tries>,
+    queue: Queue,
     password: Option<Password>,
     keep: KeepPages,
 }
@@ -146,6 +156,9 @@ pub enum AccessError {
     /// Too many wrong codes.
     #[error("too many wrong codes: wait a minute")]
     TooMany,
+    /// Too many passwords wait for their check.
+    #[error("many passwords are tried at this moment: try again in a few seconds")]
+    Busy,
     /// No random numbers, or the file of pages could not be written.
     #[error("the page could not be let in: {0}; try again")]
     NotKept(String),
@@ -179,6 +192,7 @@ impl Access {
                 participant: None,
             }),
             tries: Mutex::default(),
+            queue: Queue::default(),
             password: None,
             keep,
         })
@@ -258,12 +272,48 @@ impl Access {
         from: IpAddr,
         now_ms: i64,
     ) -> Result<(Role, String), AccessError> {
-        let tried = match key {
-            Key::Code(_) => Tried::Code,
-            Key::Password(_) => Tried::Password,
-        };
+        let _network = self.counts(key.tried(), from, now_ms)?;
+        self.checks(key, from, now_ms)
+    }
+
+    /// Counts a try as wrong, until it is found right.
+    fn counts(&self, tried: Tried, from: IpAddr, now_ms: i64) -> Result<Network, AccessError> {
         let counted = locked(&self.tries).count(tried, from, now_ms);
-        counted.ok_or(AccessError::TooMany)?;
+        counted.ok_or(AccessError::TooMany)
+    }
+
+    /// The turn of `from` to have a password checked, when it comes. It is counted as a wrong one.
+    ///
+    /// # Errors
+    /// [`AccessError`] at once where `from` may try none now.
+    pub(crate) async fn turn(&self, from: IpAddr, now_ms: i64) -> Result<Turn, AccessError> {
+        let network = self.counts(Tried::Password, from, now_ms)?;
+        let turn = self.queue.turn(from, network).await;
+        turn.ok_or_else(|| {
+            locked(&self.tries).takes_back(Tried::Password, from);
+            AccessError::Busy
+        })
+    }
+
+    /// As [`Self::enter`], for a password whose turn it is.
+    pub(crate) fn enter_in_turn(
+        &self,
+        password: &str,
+        from: IpAddr,
+        now_ms: i64,
+        turn: Turn,
+    ) -> Result<(Role, String), AccessError> {
+        let entered = self.checks(Key::Password(password), from, now_ms);
+        drop(turn);
+        entered
+    }
+
+    fn checks(
+        &self,
+        key: Key<'_>,
+        from: IpAddr,
+        now_ms: i64,
+    ) -> Result<(Role, String), AccessError> {
         let role = match key {
             Key::Code(given) => locked(&self.codes).role_of(&given.trim().to_lowercase(), now_ms),
             Key::Password(given) => {
@@ -272,7 +322,7 @@ impl Access {
             }
         };
         let role = role.ok_or(AccessError::WrongCode)?;
-        locked(&self.tries).was_right(tried, from);
+        locked(&self.tries).takes_back(key.tried(), from);
         let mark = hex(&random::<32>()?);
         let mut pages = locked(&self.pages);
         let mut after = pages.clone();

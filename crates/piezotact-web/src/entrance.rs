@@ -8,7 +8,7 @@ use axum::body::Body;
 use axum::extract::{Form, Query, Request as HttpRequest, State as Shared};
 use axum::http::header::{
     ACCEPT_LANGUAGE, CACHE_CONTROL, CONTENT_SECURITY_POLICY, COOKIE as COOKIES, HOST, LOCATION,
-    ORIGIN, REFERRER_POLICY, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
+    ORIGIN, REFERRER_POLICY, RETRY_AFTER, SET_COOKIE, X_CONTENT_TYPE_OPTIONS,
 };
 use axum::http::{HeaderMap, HeaderName, HeaderValue, StatusCode};
 use axum::middleware::{Next, from_fn};
@@ -168,6 +168,11 @@ pub(crate) async fn known_host(
     if has_origin && !origin.is_some_and(is_own) {
         return (StatusCode::FORBIDDEN, "from another site").into_response();
     }
+    if let Some(From(_, place)) = request.extensions().get()
+        && !pages_of(&site, request.headers()).is_empty()
+    {
+        place.let_in();
+    }
     request.extensions_mut().insert(site);
     next.run(request).await
 }
@@ -238,7 +243,7 @@ pub(crate) async fn enter_page(
 
 pub(crate) async fn enter(
     Shared(site): Shared<Site>,
-    Extension(From(from)): Extension<From>,
+    Extension(From(from, _)): Extension<From>,
     headers: HeaderMap,
     Form(entering): Form<Entering>,
 ) -> Response {
@@ -253,15 +258,19 @@ pub(crate) async fn enter(
     let entered = match entering.password {
         None => site.access.enter(Key::Code(&entering.code), from, now_ms()),
         Some(password) => {
-            // It takes long, and nobody else waits for it.
-            let site = Arc::clone(&site);
-            let checked = tokio::task::spawn_blocking(move || {
-                let key = Key::Password(&password);
-                site.access.enter(key, from, now_ms())
-            });
-            match checked.await {
-                Ok(entered) => entered,
-                Err(_panicked) => return StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+            match site.access.turn(from, now_ms()).await {
+                Err(refused) => Err(refused),
+                Ok(turn) => {
+                    // It takes long, and nobody else waits for it.
+                    let site = Arc::clone(&site);
+                    let checked = tokio::task::spawn_blocking(move || {
+                        site.access.enter_in_turn(&password, from, now_ms(), turn)
+                    });
+                    match checked.await {
+                        Ok(entered) => entered,
+                        Err(_panicked) => return StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+                    }
+                }
             }
         }
     };
@@ -288,7 +297,14 @@ pub(crate) async fn enter(
                 .into_response()
         }
         Err(AccessError::WrongCode) => refused(StatusCode::FORBIDDEN, wrong),
-        Err(AccessError::TooMany) => refused(StatusCode::TOO_MANY_REQUESTS, Word::TooMany),
+        Err(error @ (AccessError::TooMany | AccessError::Busy)) => {
+            let (later, word) = match error {
+                AccessError::Busy => ("3", Word::Busy),
+                _ => ("60", Word::TooMany),
+            };
+            let page = refused(StatusCode::TOO_MANY_REQUESTS, word);
+            ([(RETRY_AFTER, later)], page).into_response()
+        }
         Err(error @ AccessError::NotKept(_)) => {
             (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response()
         }

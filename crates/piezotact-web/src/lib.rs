@@ -202,7 +202,7 @@ impl Site {
         };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
-            // Each thread that has checked a password keeps its memory.
+            // Reports, tables and one password at a time.
             .max_blocking_threads(BLOCKING)
             .build()?;
         let thread = std::thread::Builder::new()

@@ -189,11 +189,11 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
                     }
                 }
                 div.ends {
-                    button type="button" data-undo="" disabled { (w(Word::Undo)) }
+                    button type="button" data-undo="" disabled hidden[form.is_final] { (w(Word::Undo)) }
                     @if form.may_not_know {
                         button type="button" data-ask=(format!(r#"{{"do":"answer","words":["{UNKNOWN}"]}}"#)) { (w(Word::DoNotKnow)) }
                     }
-                    button.main type="button" data-send="" disabled { (w(Word::ThisIsIt)) }
+                    button.main type="button" data-send="" disabled hidden[form.is_final] { (w(Word::ThisIsIt)) }
                 }
             }
         }

@@ -2,13 +2,15 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use argon2::Argon2;
-use argon2::password_hash::phc::PasswordHash;
-use argon2::password_hash::{PasswordHasher as _, PasswordVerifier as _};
+use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
+use argon2::{ARGON2ID_IDENT, Algorithm, Argon2, Block, Params, Version};
 use piezotact_people::campaign::text::{SecretError, check_secret};
 
 /// The most bytes.
 const LONGEST: usize = 1024;
+/// Memory is asked for in pieces of at least so many bytes, of which a hash uses 19 MiB. Allocators keep what is smaller for later, glibc
+/// up to 32 MiB and for each thread anew; what is larger goes back to the system with the hash.
+const LARGE: usize = 33 << 20;
 
 /// A password that is not accepted.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,8 +49,19 @@ impl Password {
         if password.len() > LONGEST {
             return Err(PasswordError::Long);
         }
-        let hash = Argon2::default().hash_password(password.as_bytes());
-        let hash = hash.map_err(|error| PasswordError::NotHashed(error.to_string()))?;
+        let failed = |error: &dyn std::fmt::Display| PasswordError::NotHashed(error.to_string());
+        let mut salt = [0; Salt::RECOMMENDED_LENGTH];
+        getrandom::fill(&mut salt).map_err(|error| failed(&error))?;
+        let argon = Argon2::default();
+        let output = output(&argon, (password, &salt), Params::DEFAULT_OUTPUT_LEN);
+        let params = ParamsString::try_from(argon.params());
+        let hash = PasswordHash {
+            algorithm: ARGON2ID_IDENT,
+            version: Some(Version::default().into()),
+            params: params.map_err(|error| failed(&error))?,
+            salt: Some(Salt::new(&salt).map_err(|error| failed(&error))?),
+            hash: Some(output.map_err(|error| failed(&error))?),
+        };
         Self::of_hash(&hash.to_string())
     }
 
@@ -81,16 +94,45 @@ impl Password {
             return false;
         }
         let _one = self.one.lock().unwrap_or_else(PoisonError::into_inner);
-        PasswordHash::new(&self.phc).is_ok_and(|hash| {
-            Argon2::default()
-                .verify_password(given.as_bytes(), &hash)
-                .is_ok()
-        })
+        is_of(given, &self.phc).unwrap_or_default()
     }
+}
+
+/// Whether `given` has the hash `phc`; `None` of a hash that cannot be made again.
+fn is_of(given: &str, phc: &str) -> Option<bool> {
+    let hash = PasswordHash::new(phc).ok()?;
+    let (salt, own) = (hash.salt?, hash.hash?);
+    let version = hash
+        .version
+        .map_or(Ok(Version::default()), Version::try_from);
+    let params = Params::try_from(&hash).ok()?;
+    let argon = Argon2::new(Algorithm::Argon2id, version.ok()?, params);
+    let found = output(&argon, (given, &salt), own.len()).ok()?;
+    Some(found == own)
+}
+
+/// The hash of a password with its salt, in `len` bytes.
+fn output(
+    argon: &Argon2<'_>,
+    (password, salt): (&str, &[u8]),
+    len: usize,
+) -> Result<Output, String> {
+    let blocks = argon.params().block_count();
+    let mut memory: Vec<Block> = Vec::new();
+    let reserved = memory.try_reserve_exact(blocks.max(LARGE / Block::SIZE));
+    reserved.map_err(|error| error.to_string())?;
+    memory.resize(blocks, Block::new());
+    let mut bytes = vec![0; len];
+    argon
+        .hash_password_into_with_memory(password.as_bytes(), salt, &mut bytes, memory)
+        .map_err(|error| error.to_string())?;
+    Output::new(&bytes).map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
 mod tests {
+    use argon2::password_hash::{PasswordHasher as _, PasswordVerifier as _};
+
     use super::*;
 
     #[test]
@@ -104,6 +146,14 @@ mod tests {
         assert!(!kept.is(&"w".repeat(1 << 20)));
         let same = Password::new("four words of wood").unwrap();
         assert_ne!(password.hash(), same.hash(), "each has its own salt");
+        // As it was made by `argon2` itself, which studies keep.
+        let hash = Argon2::default().hash_password(b"four words of wood");
+        let kept = Password::of_hash(&hash.unwrap().to_string()).unwrap();
+        assert!(kept.is("four words of wood"));
+        assert!(!kept.is("four words of iron"));
+        let theirs = PasswordHash::new(password.hash()).unwrap();
+        let verified = Argon2::default().verify_password(b"four words of wood", &theirs);
+        assert!(verified.is_ok(), "{verified:?}");
     }
 
     #[test]

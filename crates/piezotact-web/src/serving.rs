@@ -1,37 +1,39 @@
 //! Connections: how many, how long, and encrypted on a network.
 
-use std::collections::BTreeMap;
-use std::net::{IpAddr, SocketAddr};
-use std::sync::{Arc, Mutex, PoisonError};
+mod places;
+
+use std::net::IpAddr;
+use std::sync::Arc;
 use std::time::Duration;
 
 use axum::{Extension, Router};
 use hyper::server::conn::http1;
+use hyper::service::{Service as _, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt as _};
 use tokio::net::{TcpListener, TcpStream};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::watch;
 use tokio::task::JoinSet;
-use tokio::time::timeout;
+use tokio::time::{Instant, timeout, timeout_at};
 use tokio_rustls::TlsAcceptor;
 
-/// Connections at once; more wait.
-const MOST: usize = 512;
-/// Connections of one address at once; more are closed.
-const MOST_OF_ONE: usize = 128;
-/// A connection is encrypted, and says what it asks for, within this time.
+use places::{Place, Places};
+
+/// A connection is encrypted within this time, and then says within the same time what it asks for, also after an earlier answer.
 const SLOW: Duration = Duration::from_secs(10);
 /// Connections that still work have this long to end.
 const GRACE: Duration = Duration::from_millis(500);
 /// Where the system has no more connections, the next try.
 const LATER: Duration = Duration::from_millis(100);
+/// The longest head of a request, and what is kept of an answer until it is sent, in bytes.
+const BUFFER: usize = 32 * 1024;
 /// The first byte of an encrypted connection.
 const HANDSHAKE: u8 = 22;
 
-/// The address that a request comes from.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct From(pub(crate) IpAddr);
+/// The address that a request comes from, and its connection.
+#[derive(Clone, Debug)]
+pub(crate) struct From(pub(crate) IpAddr, pub(crate) Arc<Place>);
 
 /// How connections are answered.
 #[derive(Clone)]
@@ -46,81 +48,46 @@ pub(crate) struct Answering {
 
 /// Answers connections until the program ends. An error of a connection ends that connection only.
 pub(crate) async fn serve(listener: TcpListener, answering: Answering) {
-    let permits = Arc::new(Semaphore::new(MOST));
-    let counted = Arc::new(Mutex::new(BTreeMap::new()));
+    let places = Places::default();
     let mut connections = JoinSet::new();
     let mut ends = answering.ends.clone();
     loop {
         while connections.try_join_next().is_some() {}
-        let next = async {
-            let permit = Arc::clone(&permits).acquire_owned().await;
-            (permit, listener.accept().await)
-        };
-        let (permit, accepted) = tokio::select! {
-            next = next => next,
+        let accepted = tokio::select! {
+            accepted = listener.accept() => accepted,
             _ = ends.wait_for(|ends| *ends) => break,
         };
-        let (Ok(permit), Ok((stream, from))) = (permit, accepted) else {
+        let Ok((stream, from)) = accepted else {
             tokio::time::sleep(LATER).await;
             continue;
         };
-        let Some(one) = One::of(&counted, from) else {
+        let Some(place) = places.take(from.ip()) else {
             continue;
         };
-        let answering = answering.clone();
-        connections.spawn(async move {
-            let _held = (permit, one);
-            connection(stream, from.ip(), answering).await;
-        });
+        let place = Arc::new(place);
+        let from = From(from.ip(), Arc::clone(&place));
+        let task = connections.spawn(connection(stream, from, answering.clone()));
+        place.held_by(task);
     }
     drop(listener);
     let all = async { while connections.join_next().await.is_some() {} };
     let _late_ones_are_cut = timeout(GRACE, all).await;
 }
 
-type Counts = Arc<Mutex<BTreeMap<IpAddr, usize>>>;
-
-/// A connection of an address, as long as it lives.
-struct One(Counts, IpAddr);
-
-impl One {
-    fn of(counts: &Counts, from: SocketAddr) -> Option<Self> {
-        let mut all = counts.lock().unwrap_or_else(PoisonError::into_inner);
-        let count = all.entry(from.ip()).or_default();
-        if *count >= MOST_OF_ONE {
-            return None;
-        }
-        *count += 1;
-        drop(all);
-        Some(Self(Arc::clone(counts), from.ip()))
-    }
-}
-
-impl Drop for One {
-    fn drop(&mut self) {
-        let mut all = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(count) = all.get_mut(&self.1) {
-            *count -= 1;
-            if *count == 0 {
-                all.remove(&self.1);
-            }
-        }
-    }
-}
-
-async fn connection(stream: TcpStream, from: IpAddr, answering: Answering) {
+async fn connection(stream: TcpStream, from: From, answering: Answering) {
     let _slower = stream.set_nodelay(true);
     let Some(tls) = &answering.tls else {
         return requests(stream, from, answering).await;
     };
+    let until = Instant::now() + SLOW;
     let mut first = [0];
-    let Ok(Ok(1)) = timeout(SLOW, stream.peek(&mut first)).await else {
+    let Ok(Ok(1)) = timeout_at(until, stream.peek(&mut first)).await else {
         return;
     };
     if first[0] != HANDSHAKE {
         return lead_to(stream, &answering.address).await;
     }
-    if let Ok(Ok(encrypted)) = timeout(SLOW, tls.accept(stream)).await {
+    if let Ok(Ok(encrypted)) = timeout_at(until, tls.accept(stream)).await {
         requests(encrypted, from, answering).await;
     }
 }
@@ -162,16 +129,27 @@ async fn lead_to(mut stream: TcpStream, address: &str) {
     let _gone = timeout(SLOW, written).await;
 }
 
-async fn requests<S>(stream: S, from: IpAddr, answering: Answering)
+async fn requests<S>(stream: S, from: From, answering: Answering)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
-    let router = answering.router.layer(Extension(From(from)));
+    let place = Arc::clone(&from.1);
+    let router = TowerToHyperService::new(answering.router.layer(Extension(from)));
+    let service = service_fn(move |request| {
+        let (place, answer) = (Arc::clone(&place), router.call(request));
+        async move {
+            place.asks();
+            let answer = answer.await;
+            place.answered();
+            answer
+        }
+    });
     let mut ends = answering.ends;
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(SLOW)
-        .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
+        .max_buf_size(BUFFER)
+        .serve_connection(TokioIo::new(stream), service);
     tokio::pin!(connection);
     tokio::select! {
         _done = connection.as_mut() => return,

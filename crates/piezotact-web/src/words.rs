@@ -244,6 +244,8 @@ words! {
         "Ce code n'est pas (ou plus) valable. Le programme affiche celui de l'expérimentateur, la page de l'expérimentateur crée ceux du participant : chacun est valable une fois, pendant 15 minutes.",
         "Questo codice non è (più) valido. Il programma mostra quello dello sperimentatore, la pagina dello sperimentatore crea quelli del partecipante: ciascuno è valido una volta, per 15 minuti.";
     WrongPassword: "This is not the password of these pages.", "Ce n'est pas le mot de passe de ces pages.", "Non è la password di queste pagine.";
+    Busy: "Many passwords are being tried: try again in a few seconds.", "Beaucoup de mots de passe sont essayés : réessayez dans quelques secondes.",
+        "Si stanno provando molte password: riprovi tra qualche secondo.";
     TooMany: "Too many wrong tries: wait a minute.", "Trop d'essais erronés : attendez une minute.",
         "Troppi tentativi errati: attenda un minuto.";
     PairingFromNetwork: "Open this address once on the participant's device, or take a picture of the code with it:",

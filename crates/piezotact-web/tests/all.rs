@@ -3,6 +3,8 @@
 mod access;
 mod client;
 mod console;
+#[cfg(target_os = "linux")]
+mod flood;
 mod pages;
 mod session;
 mod stopping;

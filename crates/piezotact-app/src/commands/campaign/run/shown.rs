@@ -201,7 +201,10 @@ fn answer(state: &State<'_>, trial: &Trial, of: &TrialState) -> Shown {
     let ask = match &trial.answer {
         AnswerForm::Done => match state.protocol().task(&trial.task).map(|task| &task.kind) {
             Some(TaskKind::Touch { strokes }) => {
-                format!("{}; Enter when it is done", counted(*strokes as usize, "stroke"))
+                format!(
+                    "{}; Enter when it is done",
+                    counted(*strokes as usize, "stroke")
+                )
             }
             _ => "Enter when it is done".to_owned(),
         },
