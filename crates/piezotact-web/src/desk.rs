@@ -16,6 +16,7 @@ use piezotact_session::{
 };
 use tokio::sync::{oneshot, watch};
 
+use crate::asked::What;
 use crate::view::{OpenStep, PlayedBy, Text, View, is_rendered, next_after, shown_as, words_of};
 use crate::words::Word;
 
@@ -38,6 +39,8 @@ pub(crate) struct Request {
     /// How many stops there had been when it came.
     pub(crate) stops: u64,
     pub(crate) command: Command,
+    /// As the page sent it.
+    pub(crate) sent: What,
     pub(crate) reply: oneshot::Sender<Reply>,
 }
 
@@ -70,7 +73,7 @@ pub struct Desk {
     played_by: PlayedBy,
     log: VecDeque<(i64, String)>,
     /// What was stored, by the ids of the requests.
-    answered: VecDeque<(String, Command)>,
+    answered: VecDeque<(String, What)>,
     /// What was stored before this program began, in order: requests of pages that were cut off then are known by it.
     earlier: Vec<Event>,
     notice: Option<(Word, String)>,
@@ -192,7 +195,7 @@ impl Desk {
                 None => self.give(runner, &request)?,
             };
             if reply == Reply::Stored {
-                self.answered.push_front((request.id, request.command));
+                self.answered.push_front((request.id, request.sent));
                 self.answered.truncate(KNOWN);
             }
             self.show(runner);
@@ -206,7 +209,7 @@ impl Desk {
     fn known(&self, request: &Request) -> Option<Reply> {
         let known = self.answered.iter().find(|(id, _)| *id == request.id);
         match known {
-            Some((_, command)) if *command == request.command => Some(Reply::Stored),
+            Some((_, sent)) if *sent == request.sent => Some(Reply::Stored),
             Some(_) => Some(Reply::Refused(
                 "another request had the same id; load the page again".to_owned(),
             )),

@@ -524,6 +524,7 @@ async fn ask(
     }
     let (reply, answered) = oneshot::channel();
     let mut asked = asked;
+    let sent = asked.what.clone();
     if page.role == Role::Participant {
         let plays = matches!(asked.what, What::Play { .. });
         if plays && !led.asking.views.borrow().open.step.is_played() {
@@ -540,6 +541,7 @@ async fn ask(
         seen: asked.seen,
         stops: led.stop.asked(),
         command: asked.what.command(led.consent),
+        sent,
         reply,
     };
     let stopping = || (StatusCode::SERVICE_UNAVAILABLE, "the program ends").into_response();

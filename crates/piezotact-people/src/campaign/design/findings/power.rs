@@ -341,8 +341,13 @@ impl PowerStudy {
         let found = (planned.power_share * planned.campaigns as f64).round() as usize;
         let [low, high] = clopper_pearson(found, planned.campaigns);
         let now = format!(
-            "{}{people} find it in {} of {} simulated campaigns (95 %: {:.0} to {:.0} %); {} is wanted. Without a difference one is found in {:.1} %.",
+            "{}{people} {} it in {} of {} simulated campaigns (95 %: {:.0} to {:.0} %); {} is wanted. Without a difference one is found in {:.1} %.",
             counted(planned.participants, "participant"),
+            if planned.participants == 1 && people.is_empty() {
+                "finds"
+            } else {
+                "find"
+            },
             percent(planned.power_share),
             planned.campaigns,
             100.0 * low,
