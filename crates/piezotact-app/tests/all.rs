@@ -43,7 +43,7 @@ mod message_numbers;
 mod own_device;
 mod own_files;
 mod panel;
-#[path = "../../piezotact-dataset/tests/support/postgres.rs"]
+#[path = "../../piezotact-study/tests/support/postgres.rs"]
 mod postgres;
 mod prepare;
 mod real_input;

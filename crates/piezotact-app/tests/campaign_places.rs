@@ -4,8 +4,8 @@
 
 use std::path::Path;
 
-use piezotact_dataset::study::StudyStore;
 use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store as _};
+use piezotact_study::store::StudyStore;
 
 use crate::campaign_session::{holds, run, session, study, until, whole};
 

@@ -1,7 +1,7 @@
 //! Campaigns with virtual volunteers.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact_dataset::study::StudyStore;
+use piezotact_study::store::StudyStore;
 
 use crate::campaign_session::{holds, run, study, whole};
 use crate::support::Folder;

@@ -1,9 +1,9 @@
 //! What must not count: sessions on somebody else's finger or nobody's, of who has withdrawn, of two programs, by a changed plan.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact_dataset::study::{Pseudonym, StudyStore};
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _};
+use piezotact_study::store::{Pseudonym, StudyStore};
 
 use crate::campaign_drives::{DISCRIMINATE, measured};
 use crate::campaign_session::{holds, run, session, study, until, whole};

@@ -23,20 +23,22 @@ pub fn write_atomically(
 }
 
 /// A complete file on the disk, not yet renamed to its final name.
-pub(crate) struct Prepared {
+#[derive(Debug)]
+pub struct Prepared {
     /// The temporary file; `None` when it was written directly to a pipe or device.
     side: Option<Side>,
     place: PathBuf,
 }
 
 /// The temporary file, which is listed while it is there.
+#[derive(Debug)]
 struct Side {
     file: tempfile::NamedTempFile,
     _listed: Listed,
 }
 
 impl Prepared {
-    pub(crate) fn new(
+    pub fn new(
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,
     ) -> Result<Self, WriteError> {
@@ -95,7 +97,7 @@ impl Prepared {
     }
 
     /// Puts the file in its place.
-    pub(crate) fn commit(self) -> Result<(), WriteError> {
+    pub fn commit(self) -> Result<(), WriteError> {
         let Some(side) = self.side else { return Ok(()) };
         let mut written = written();
         side.file
@@ -112,7 +114,7 @@ impl Prepared {
 
 impl Prepared {
     /// Puts the file in its place where nothing stands yet.
-    pub(crate) fn commit_new(self) -> Result<(), WriteError> {
+    pub fn commit_new(self) -> Result<(), WriteError> {
         let Some(side) = self.side else { return Ok(()) };
         let mut written = written();
         side.file
@@ -151,7 +153,7 @@ pub fn stays_as_it_is(path: &Path) -> bool {
 }
 
 /// Where the files `new` and `old` differ, in words; `None` where they have the same bytes. Nothing at `old` differs in nothing.
-pub(crate) fn difference(new: &Path, old: &Path) -> std::io::Result<Option<String>> {
+pub fn difference(new: &Path, old: &Path) -> std::io::Result<Option<String>> {
     let lengths = match std::fs::metadata(old) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
         found => [std::fs::metadata(new)?.len(), found?.len()],
@@ -219,6 +221,7 @@ fn written() -> MutexGuard<'static, Written> {
 }
 
 /// A temporary file in the list of those that are unfinished.
+#[derive(Debug)]
 struct Listed(PathBuf);
 
 impl Listed {
@@ -302,7 +305,7 @@ fn unfinished(place: &Path) -> String {
 }
 
 /// What the name of every unfinished file begins with.
-pub(crate) const UNFINISHED: &str = ".piezotact-unfinished-";
+pub const UNFINISHED: &str = ".piezotact-unfinished-";
 
 /// Removes unfinished files for `place` left by killed programs; returns their number.
 pub(crate) fn remove_unfinished_of(place: &Path) -> usize {
@@ -311,7 +314,7 @@ pub(crate) fn remove_unfinished_of(place: &Path) -> usize {
 
 /// Removes unfinished files left by killed programs whose names begin with `prefix` and which no program has locked; returns
 /// their number.
-pub(crate) fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
+pub fn remove_left_behind(folder: &Path, prefix: &str) -> usize {
     remove_where(folder, prefix, |_| true)
 }
 
@@ -359,7 +362,7 @@ fn fill(
 }
 
 /// Brings what was created or renamed in the folder of `path` to the disk. Not every file system allows that.
-pub(crate) fn sync_folder(path: &Path) {
+pub fn sync_folder(path: &Path) {
     if let Ok(folder) = File::open(folder_of(path)) {
         let _best_effort = folder.sync_all();
     }

@@ -7,7 +7,6 @@ use piezotact::quantity::QuantityError;
 use piezotact::recording::RecordingError;
 use piezotact::surface::SurfaceError;
 use piezotact::transfer::TransferError;
-use piezotact_people::association::AnswerError;
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -50,7 +49,10 @@ pub enum ReadError {
     Surface { path: PathBuf, source: SurfaceError },
     /// The answers make no table.
     #[error("{}: {source}", path.display())]
-    Answers { path: PathBuf, source: AnswerError },
+    Answers {
+        path: PathBuf,
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// An invalid rate, band or measure.
     #[error("{}: {source}", path.display())]
     Quantity {
@@ -60,7 +62,9 @@ pub enum ReadError {
 }
 
 impl ReadError {
-    pub(crate) fn io(path: &Path, error: &std::io::Error) -> Self {
+    /// What the operating system says of `path`, as `error`.
+    #[must_use]
+    pub fn io(path: &Path, error: &std::io::Error) -> Self {
         let what = match error.kind() {
             std::io::ErrorKind::NotFound => {
                 "expected a file, found none there; check the path".into()
@@ -80,7 +84,9 @@ impl ReadError {
         }
     }
 
-    pub(crate) fn content(
+    /// That `path` holds `found` instead of what was `expected`, with what is to be done.
+    #[must_use]
+    pub fn content(
         path: &Path,
         expected: impl Into<String>,
         found: impl Into<String>,
@@ -125,7 +131,8 @@ pub enum WriteError {
 }
 
 impl WriteError {
-    pub(crate) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+    /// What makes an error of the operating system one about `path`.
+    pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| Self::Io {
             path: path.into(),
             source,

@@ -4,9 +4,7 @@
 //! [`read_recording`] looks at a file's content, not at its name. What a file does not say is never guessed
 //! silently: the physical scale of a WAV file comes from its [`sidecar`] or from the person.
 
-mod answers;
-mod atomic;
-pub mod bids;
+pub mod atomic;
 mod commas;
 mod contact_map;
 mod csv_table;
@@ -21,7 +19,7 @@ mod format;
 pub mod haptic;
 mod input;
 mod journal;
-mod lock;
+pub mod lock;
 pub mod lvm;
 pub mod matlab;
 mod naming;
@@ -33,8 +31,6 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
-#[cfg(feature = "store")]
-pub mod study;
 pub mod topography;
 mod transfer_file;
 mod transfer_json;
@@ -42,7 +38,6 @@ pub mod uff;
 mod version;
 pub mod wav;
 
-pub use answers::{AnswersFile, read_answers};
 pub use atomic::{
     EndWriting, check_place, end_writing, keep_as_it_is, stays_as_it_is, write_atomically,
 };
@@ -62,6 +57,7 @@ pub use panel_folder::{
     Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex,
     function_of_any_unit, panel_of,
 };
+pub use recording_file::recording_of_ours;
 pub use sample_set::{known_sample_sets, read_sample_set};
 pub use topography::{
     TopographyFile, TopographyKind, TopographyOptions, read_topography, topography_formats,

@@ -12,7 +12,7 @@ const PAUSE: Duration = Duration::from_millis(50);
 
 /// Whether the file of a lock is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum LockFile {
+pub enum LockFile {
     /// The file is kept; other programs wait a few seconds for the lock.
     Stays,
     /// The file is removed at the end; other programs do not wait for the lock.
@@ -21,7 +21,7 @@ pub(crate) enum LockFile {
 
 /// Why there is no lock.
 #[derive(Debug)]
-pub(crate) enum LockError {
+pub enum LockError {
     /// Somebody else holds it: who, as far as it is known.
     Held(String),
     /// The operating system refuses the file.
@@ -36,7 +36,7 @@ impl From<std::io::Error> for LockError {
 
 /// A held lock: the exclusive right to write, until its last clone is dropped.
 #[derive(Clone, Debug)]
-pub(crate) struct Lock {
+pub struct Lock {
     _held: Arc<Held>,
 }
 
@@ -63,7 +63,7 @@ impl PartialEq for Lock {
 
 impl Lock {
     /// The lock of the file at `path`, which is made where it is not there.
-    pub(crate) fn take(path: &Path, kind: LockFile) -> Result<Self, LockError> {
+    pub fn take(path: &Path, kind: LockFile) -> Result<Self, LockError> {
         let attempts = match kind {
             LockFile::Stays => ATTEMPTS,
             LockFile::Goes => 1,

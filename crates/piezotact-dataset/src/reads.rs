@@ -151,7 +151,7 @@ fn found_at(path: &Path, before: Option<(u64, Option<SystemTime>)>) -> Found {
     }
 }
 
-pub(crate) fn sha256_of_file(path: &Path) -> io::Result<String> {
+pub fn sha256_of_file(path: &Path) -> io::Result<String> {
     let mut file = open_regular(path)?;
     let mut sum = Sha256::new();
     let mut buffer = vec![0; 1 << 16];
@@ -169,7 +169,7 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
-pub(crate) fn hexadecimal(bytes: &[u8]) -> String {
+pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 

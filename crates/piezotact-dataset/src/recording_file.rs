@@ -56,6 +56,19 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
     Ok(stored)
 }
 
+/// The recording in `path`, a journal (`.part`) or a Parquet file that this program wrote, as it was stored: nothing is inspected.
+///
+/// # Errors
+/// [`ReadError`] naming the file.
+pub fn recording_of_ours(path: &Path) -> Result<Recording, ReadError> {
+    let is_journal = path.extension().is_some_and(|ending| ending == "part");
+    let stored = match is_journal {
+        true => crate::journal::read_run_journal(path)?,
+        false => read_parquet(path, None)?,
+    };
+    Ok(stored.recording)
+}
+
 /// Reads a Parquet file of ours with its documents.
 pub(crate) fn read_parquet_whole(
     path: &Path,

@@ -9,12 +9,9 @@ mod lvm;
 mod matlab;
 mod newer_files;
 mod npy;
-mod session_answers;
 #[path = "../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;
 mod sidecar;
-#[path = "../../piezotact-people/tests/sitting/mod.rs"]
-mod sitting;
 mod stored_functions;
 mod support;
 mod topography;

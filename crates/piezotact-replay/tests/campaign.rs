@@ -13,7 +13,7 @@ use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{
     Arrival, CampaignError, Playings, Simulated, Simulation, Whose, sit, volunteer,
 };
-use piezotact_session::state_of;
+use piezotact_study::session::state_of;
 
 /// The isotropic protocol of the library with four samples in two sets, played for 8 s.
 fn two_sets() -> Protocol {
@@ -301,12 +301,13 @@ fn an_averaged_transfer_function_is_that_of_others_and_is_not_corrected() {
     for (name, drive) in &with_average.drives {
         assert_ne!(drive.drive, own.drives[name].drive, "{name}");
     }
-    let met = |drives: &std::collections::BTreeMap<String, piezotact_session::PreparedDrive>| {
-        let drives = drives.values();
-        drives
-            .filter(|drive| drive.verified == Outcome::Met)
-            .count()
-    };
+    let met =
+        |drives: &std::collections::BTreeMap<String, piezotact_study::session::PreparedDrive>| {
+            let drives = drives.values();
+            drives
+                .filter(|drive| drive.verified == Outcome::Met)
+                .count()
+        };
     assert!(met(&own.drives) > met(&with_average.drives));
 }
 

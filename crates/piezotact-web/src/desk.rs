@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use piezotact_people::campaign::session::{Command, Event, Evidence, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
-use piezotact_session::{
+use piezotact_study::session::{
     Given, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
 };
 use tokio::sync::{oneshot, watch};

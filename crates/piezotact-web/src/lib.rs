@@ -28,7 +28,7 @@ use std::sync::{Arc, Mutex};
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::Event;
-use piezotact_session::PlayStop;
+use piezotact_study::session::PlayStop;
 use tokio::sync::watch;
 
 use beat::Beat;

@@ -15,7 +15,7 @@ use axum::routing::{MethodRouter, get, post};
 use axum::{Extension, Router};
 use futures_util::stream::{Stream, unfold};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_session::PlayStop;
+use piezotact_study::session::PlayStop;
 use serde::Deserialize;
 use tokio::sync::{oneshot, watch};
 

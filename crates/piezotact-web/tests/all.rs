@@ -8,6 +8,6 @@ mod flood;
 mod pages;
 mod session;
 mod stopping;
-#[path = "../../piezotact-session/tests/support/mod.rs"]
+#[path = "../../piezotact-study/tests/support/mod.rs"]
 #[allow(dead_code, reason = "a part of it is for the tests of the runner")]
 mod support;

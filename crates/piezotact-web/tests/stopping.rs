@@ -147,7 +147,7 @@ fn a_stop_before_the_first_sound_holds() {
         assert!(!stop.stop("too soon"), "nothing is played");
         stop.plays_after(asked);
         let given = runner.give(crate::support::replay(0)).unwrap();
-        let void = piezotact_session::Given::Void {
+        let void = piezotact_study::session::Given::Void {
             why: "too soon".to_owned(),
         };
         assert_eq!(given, void);

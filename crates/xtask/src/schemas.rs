@@ -21,7 +21,6 @@ use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
     CharacteriseDocument, PlayDocument, RecordDocument, RenderBatchDocument, RenderDocument,
 };
-use piezotact_dataset::bids::{Checked, Exported};
 use piezotact_dataset::document::{
     ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
 };
@@ -35,6 +34,7 @@ use piezotact_people::eeg::info::EegInfo;
 use piezotact_people::eeg::person::EegErd;
 use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
+use piezotact_study::bids::{Checked, Exported};
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;

@@ -10,7 +10,7 @@ use clap::{Args, ValueEnum};
 use piezotact::Doubt;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
-use piezotact_dataset::{AnswersFile, felt_files};
+use piezotact_dataset::felt_files;
 use piezotact_people::association::{
     AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
     FlaggedTrials, Grouping, MatrixConfig, OrderError, Selection, associate, compared,
@@ -19,6 +19,7 @@ use piezotact_people::association::{
 use piezotact_people::difference::Difference;
 use piezotact_report::association::{html, svg};
 use piezotact_report::report;
+use piezotact_study::AnswersFile;
 
 use super::{outputs, read, score};
 #[cfg(feature = "web")]

@@ -22,7 +22,7 @@ use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, Presented, 
 use piezotact_people::campaign::protocol::{Playing, Protocol, TaskKind, TransferFunctionUse};
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
 use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
-use piezotact_session::{RunError, state_of};
+use piezotact_study::session::{RunError, state_of};
 use piezotact_twin::{Participant, Sample, TwinParameters};
 
 use super::ReplayError;

@@ -21,7 +21,7 @@ use piezotact_bench::{Bench, GateConfig, ProcedureError};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::judge::{Cues, OnSurface, Pattern, Touch};
-use piezotact_session::PreparedDrive;
+use piezotact_study::session::PreparedDrive;
 use piezotact_twin::{
     ActTouch, ActiveProtocol, Pace, Participant, Relief, Sample, SlidingDirection,
 };

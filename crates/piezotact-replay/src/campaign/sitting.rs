@@ -20,7 +20,7 @@ use piezotact_people::judge::{
     Answers, ChoiceAnswer, Cues, Judge, JudgeError, Look, Moment, OrderAnswer, Person, Recall,
     Sameness, TouchedTexture,
 };
-use piezotact_session::{
+use piezotact_study::session::{
     BenchStimulator, Given, Outside, PlayError, PlayStop, Played, Runner, Stimulator, Stimuli,
     StopHandle,
 };

@@ -133,7 +133,7 @@ fn served<T: Send>(
 ) -> T {
     let refusals = Rc::clone(&bed.store.refusals);
     let stop = bed.stop.clone();
-    let served = |runner: &mut piezotact_session::Runner<'_>| {
+    let served = |runner: &mut piezotact_study::session::Runner<'_>| {
         let first = match runner.state().events() {
             0 => next(runner.state()),
             _ => Some(piezotact_people::campaign::session::Command::Resume {

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use clap::{Args, ValueEnum};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::number::counted;
-use piezotact_dataset::bids::{Checked, SecondOpinion, check};
+use piezotact_study::bids::{Checked, SecondOpinion, check};
 
 use crate::failure::{Failure, Outcome};
 use crate::output::{print, print_document, say};

@@ -7,7 +7,6 @@ use anyhow::anyhow;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::study::{Take, strokes_table};
-use piezotact_dataset::bids::{Derived, Sources};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, read_transfer};
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
@@ -15,6 +14,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::readiness::stimuli_of;
+use piezotact_study::bids::{Derived, Sources};
 use serde_json::json;
 
 use super::words;

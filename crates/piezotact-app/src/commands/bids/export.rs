@@ -10,18 +10,18 @@ use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact::quantity::Hertz;
 use piezotact_dataset::NamePattern;
-use piezotact_dataset::bids::{
-    BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, NamedBy, NotCarried, Person,
-    SessionFacts, Touched,
-};
 use piezotact_dataset::eeg::read_eeg_source;
-use piezotact_dataset::study::Pseudonym;
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::protocol::{Protocol, TaskKind};
 use piezotact_people::campaign::session::{Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry};
+use piezotact_study::bids::{
+    BidsWriter, Brain, BrainAbout, DatasetAbout, Exported, NamedBy, NotCarried, Person,
+    SessionFacts, Touched,
+};
+use piezotact_study::store::Pseudonym;
 
 use super::{derived, recordings};
 use crate::advice::merged_text;
@@ -118,7 +118,7 @@ struct Session<'a> {
 
 pub(super) fn run(args: &Arguments) -> Outcome {
     let study = Study::open(&args.study)?;
-    piezotact_dataset::bids::require_outside(&args.study, &args.out)?;
+    piezotact_study::bids::require_outside(&args.study, &args.out)?;
     let live = study.live()?;
     let counted_in: Vec<&(SessionEntry, Plan)> = (live.iter())
         .filter(|(entry, _)| entry.purpose == Purpose::Volunteer)

@@ -6,7 +6,6 @@ use anyhow::{Error, anyhow};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact::page::{Cell, Column, Table};
-use piezotact_dataset::bids::{BidsFolder, NewFolder};
 use piezotact_dataset::write_recording;
 use piezotact_people::association::{
     Answer, Declared, ReadBehaviour, answers_table, declared, evidence_of_behaviour, holds_orders,
@@ -14,6 +13,7 @@ use piezotact_people::association::{
 };
 use piezotact_people::campaign::protocol::{Protocol, read};
 use piezotact_report::report;
+use piezotact_study::bids::{BidsFolder, NewFolder};
 
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{Between, interrupted};

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact_dataset::study::{
+use piezotact_people::campaign::text::shown;
+use piezotact_study::store::{
     ConsentStored, Passphrase, PersonalData, SignedConsent, StudyCampaign,
 };
-use piezotact_people::campaign::text::shown;
 
 use super::study::{Study, now_ms, open_store, said};
 use super::withdraw::passphrase;

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use piezotact_dataset::study::StudyCampaign;
 use piezotact_people::campaign::store::Store as _;
+use piezotact_study::store::StudyCampaign;
 
 use super::new::database_url;
 use crate::failure::Outcome;

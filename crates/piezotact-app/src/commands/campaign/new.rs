@@ -7,7 +7,7 @@ use std::str::FromStr;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{
+use piezotact_study::store::{
     DatabaseUrl, DatabaseUrlError, NewCampaign, Pseudonym, StudyCampaign,
 };
 

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact_dataset::study::Pseudonym;
 use piezotact_people::campaign::plan::{AnswerForm, Plan, PlanRequest, Presented, plan};
+use piezotact_study::store::Pseudonym;
 
 use super::study::Study;
 use crate::failure::{Failure, Outcome, usage};

@@ -11,12 +11,12 @@ use std::path::PathBuf;
 use anyhow::{Error, anyhow};
 use clap::Args;
 use piezotact::quantity::Decibels;
-use piezotact_dataset::study::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::Judge;
 use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
+use piezotact_study::store::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
 
 use super::protocol_text;
 use super::study::{Begun, Study};

@@ -7,7 +7,6 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::{Error, anyhow};
 use piezotact::Doubt;
 use piezotact::page::{Column, Table};
-use piezotact_dataset::study::{Notice, Pseudonym, StudyCampaign, StudyStore};
 use piezotact_people::association::{
     Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
 };
@@ -15,7 +14,8 @@ use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::protocol::TaskKind;
 use piezotact_people::campaign::session::{CampaignDoubt, Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
-use piezotact_session::state_of;
+use piezotact_study::session::state_of;
+use piezotact_study::store::{Notice, Pseudonym, StudyCampaign, StudyStore};
 
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::output::say;

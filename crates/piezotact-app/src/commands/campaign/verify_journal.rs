@@ -7,11 +7,11 @@ use clap::Args;
 use piezotact::quantity::Acceleration;
 use piezotact_bench::procedure::ACCELERATION_CHANNEL;
 use piezotact_dataset::reads;
-use piezotact_dataset::study::{Kept, Pseudonym};
 use piezotact_dataset::{ReadOptions, read_recording};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{State, sha_of_samples};
 use piezotact_people::campaign::store::Store as _;
+use piezotact_study::store::{Kept, Pseudonym};
 
 use super::study::{Begun, Study};
 use crate::failure::{Failure, Outcome};

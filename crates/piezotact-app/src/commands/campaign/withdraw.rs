@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::study::{Passphrase, Pseudonym, Remains};
+use piezotact_study::store::{Passphrase, Pseudonym, Remains};
 
 use super::study::{now_ms, open_store};
 use crate::failure::{Outcome, usage};

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact_dataset::{AnswersFile, read_answers};
 use piezotact_people::association::{Association, MatrixConfig};
+use piezotact_study::{AnswersFile, read_answers};
 
 #[cfg(feature = "campaign")]
 use crate::commands::campaign::{self, study::Study};

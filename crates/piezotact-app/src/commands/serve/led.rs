@@ -7,7 +7,7 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::{read_input_text, reads};
 use piezotact_people::campaign::session::Event;
-use piezotact_session::{BenchStimulator, Given, Runner, Stimulator};
+use piezotact_study::session::{BenchStimulator, Given, Runner, Stimulator};
 use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, View};
 
 use super::console;

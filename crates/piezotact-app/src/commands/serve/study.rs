@@ -10,7 +10,7 @@ use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::session::{Stage, State};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_report::report;
-use piezotact_session::events_of;
+use piezotact_study::session::events_of;
 use piezotact_web::{Listed, Overview, Role, Site, Standing, StudyPages};
 
 use super::led::{PAGES, access, named};

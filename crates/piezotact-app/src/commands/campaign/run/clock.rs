@@ -1,6 +1,6 @@
 //! The clock of the computer, before a session begins or goes on.
 
-use piezotact_dataset::study::StudyStore;
+use piezotact_study::store::StudyStore;
 
 use crate::commands::campaign::study::{now_ms, said};
 use crate::failure::Outcome;

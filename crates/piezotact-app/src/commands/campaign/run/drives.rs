@@ -21,7 +21,7 @@ use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::readiness::{
     MeasuredDrive, Origin, RenderingFacts, Whose, stimuli_of,
 };
-use piezotact_session::PreparedDrive;
+use piezotact_study::session::PreparedDrive;
 
 use crate::commands::prepare::file_name;
 use crate::commands::texture;

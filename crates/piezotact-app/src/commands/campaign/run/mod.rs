@@ -28,7 +28,7 @@ use piezotact_people::campaign::readiness::{
 use piezotact_people::campaign::session::{Command, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::campaign::text::check_short;
-use piezotact_session::{
+use piezotact_study::session::{
     BenchStimulator, Outside, PlayStop, Played, Runner, SaltError, Stimulator, Stimuli,
 };
 

@@ -5,7 +5,7 @@ use piezotact::number::counted;
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::StoreError;
-use piezotact_session::{
+use piezotact_study::session::{
     BenchStimulator, Given, PlayError, Played, RunError, Runner, Stimulator, StopHandle,
 };
 

@@ -1,9 +1,9 @@
 //! Which judge the answers of a simulated study show.
 
-use piezotact_dataset::study::Pseudonym;
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::judge::{Answers, Bounds, Touch, Which, which_judge};
+use piezotact_study::store::Pseudonym;
 
 use super::super::study::Study;
 use crate::failure::Outcome;

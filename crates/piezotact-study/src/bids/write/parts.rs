@@ -1,0 +1,176 @@
+//! The columns and files of one recording, and the meanings of columns.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use piezotact::page::{Cell, Table};
+use piezotact::quantity::Unit;
+use piezotact::recording::{Channel, Clock};
+use piezotact_people::campaign::dictionary::ColumnMeaning;
+use serde_json::Value;
+
+use super::super::error::BidsError;
+use super::super::json::{ColumnSidecar, Columns};
+use super::super::name::RECORDING_FIV;
+use super::super::physio::number_in;
+use super::super::privacy::carried;
+use super::recordings::Touched;
+use piezotact_dataset::ReadError;
+use piezotact_dataset::read_input;
+
+/// The label of recordings of the drive.
+pub(super) const DRIVE: &str = "drive";
+
+/// A clock with its number among those of the same label, from 1.
+pub(super) type NumberedClock = (Clock, u32);
+
+/// The channels of `recording` that stand in one file, by their places: those of one clock, drives apart; with the label of each.
+///
+/// A signal in shares of full scale is the drive where one of our benches recorded it; in a file of another program it is a sensor
+/// of unknown scale.
+pub(super) fn groups(touched: &Touched<'_>) -> Vec<(&'static str, NumberedClock, Vec<usize>)> {
+    let recording = touched.recording;
+    let mut groups: Vec<(bool, usize, Vec<usize>)> = Vec::new();
+    let clocks = recording.clock_numbers().iter();
+    for (at, (channel, clock)) in recording.channels().iter().zip(clocks).enumerate() {
+        let is_drive = channel.unit == Unit::FullScale && is_of_a_bench(touched);
+        let known = groups
+            .iter_mut()
+            .find(|(drive, of, _)| (*drive, of) == (is_drive, clock));
+        match known {
+            Some((_, _, members)) => members.push(at),
+            None => groups.push((is_drive, *clock, vec![at])),
+        }
+    }
+    let mut counts: BTreeMap<&str, u32> = BTreeMap::new();
+    let labelled = groups.into_iter().map(|(is_drive, clock, members)| {
+        let label = if is_drive { DRIVE } else { RECORDING_FIV };
+        let count = counts.entry(label).or_default();
+        *count += 1;
+        (label, (recording.clocks()[clock], *count), members)
+    });
+    labelled.collect()
+}
+
+pub(super) fn suffix_number(count: &u32) -> String {
+    match count {
+        1 => String::new(),
+        more => more.to_string(),
+    }
+}
+
+/// The names of the columns: those of the channels without signs that a table cannot hold, each once.
+pub(super) fn column_names(own: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for name in own {
+        let plain: String = name
+            .chars()
+            .map(|sign| {
+                if sign.is_ascii_alphanumeric() {
+                    sign
+                } else {
+                    '_'
+                }
+            })
+            .collect();
+        let plain = if plain.is_empty() {
+            "channel".to_owned()
+        } else {
+            plain
+        };
+        let mut name = plain.clone();
+        let mut count = 1;
+        while names.contains(&name) {
+            count += 1;
+            name = format!("{plain}_{count}");
+        }
+        names.push(name);
+    }
+    names
+}
+
+pub(super) fn sidecars(meanings: &BTreeMap<String, ColumnMeaning>) -> Columns {
+    let all = meanings.iter();
+    all.map(|(name, meaning)| (name.clone(), ColumnSidecar::from(meaning.clone())))
+        .collect()
+}
+
+pub(super) fn described(text: &str) -> ColumnSidecar {
+    ColumnSidecar::from(ColumnMeaning {
+        description: text.to_owned(),
+        ..ColumnMeaning::default()
+    })
+}
+
+/// The names of channels as they may be carried.
+pub(super) fn names_carried(channels: &[&Channel]) -> Vec<String> {
+    let names = channels.iter().map(|channel| carried(&channel.name));
+    names
+        .map(|name| name.unwrap_or_else(|| "channel".to_owned()))
+        .collect()
+}
+
+/// Whether the recording is of one of our benches; notes in files of other programs were typed by somebody.
+pub(super) fn is_of_a_bench(touched: &Touched<'_>) -> bool {
+    touched.recording.about.provenance.bench.is_some()
+}
+
+/// The events of a recording as they may be carried: texts without folders, dates and addresses, and no values that somebody typed.
+pub(super) fn events_carried(events: &Table, touched: &Touched<'_>) -> Table {
+    let mut events = events.clone();
+    let is_typed: Vec<bool> = events
+        .columns
+        .iter()
+        .map(|column| column.name == "value" && !is_of_a_bench(touched))
+        .collect();
+    for row in &mut events.rows {
+        for (cell, is_typed) in row.iter_mut().zip(&is_typed) {
+            let Cell::Text(text) = &*cell else { continue };
+            *cell = match carried(text) {
+                Some(text) if !is_typed || number_in(&text).is_some() => Cell::from(text),
+                _ => Cell::Missing(()),
+            };
+        }
+    }
+    events
+}
+
+/// `value` with its texts as they may be carried.
+pub(super) fn texts_carried(value: &Value) -> Value {
+    match value {
+        Value::String(text) => carried(text).map_or(Value::Null, Value::String),
+        Value::Array(all) => all.iter().map(texts_carried).collect(),
+        Value::Object(all) => {
+            let all = all.iter();
+            all.map(|(key, value)| (key.clone(), texts_carried(value)))
+                .collect()
+        }
+        other => other.clone(),
+    }
+}
+
+/// Parts of a WAV file in which programs note who made it, where and when.
+const NOTES: [&[u8; 4]; 5] = [b"LIST", b"bext", b"iXML", b"id3 ", b"ID3 "];
+
+/// Refuses a drive in whose file somebody noted something: it is copied as it is, as its checksum is that of the playing.
+pub(super) fn require_no_notes(file: &Path) -> Result<(), BidsError> {
+    let bytes = read_input(file)?;
+    let mut at = 12;
+    while let Some(head) = bytes.get(at..at + 8) {
+        let (id, length) = head.split_at(4);
+        if NOTES.iter().any(|note| id == *note) {
+            return Err(BidsError::Read(ReadError::content(
+                file,
+                "a WAV file without notes, which is copied as it is",
+                format!("the part `{}`", String::from_utf8_lossy(id)),
+                "a drive of this program has none: prepare it again",
+            )));
+        }
+        let length = length
+            .iter()
+            .rev()
+            .fold(0, |sum, byte| sum << 8 | usize::from(*byte));
+        at += 8 + length + length % 2;
+    }
+    Ok(())
+}

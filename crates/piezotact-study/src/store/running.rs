@@ -1,0 +1,131 @@
+//! A session is run by one program at a time.
+
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::store::StoreError;
+
+use super::database::Database;
+use super::postgres::Locked;
+use super::{CampaignError, Pseudonym, StudyStore};
+use piezotact_dataset::lock::{Lock, LockError, LockFile};
+
+/// The file that is locked while a session runs.
+const RUNNING: &str = ".running";
+/// The file that is locked while a study is simulated.
+const SIMULATING: &str = ".simulating";
+
+/// The exclusive right to run a session, until it is dropped or its program ends for any reason.
+///
+/// Where several stations share the study, the right is taken at the server as well, and stays until the store is closed.
+#[derive(Debug)]
+pub struct SessionLock {
+    _lock: Lock,
+}
+
+/// Why a session cannot be run now.
+#[derive(Debug, thiserror::Error)]
+pub enum RunningError {
+    /// Another program runs it.
+    #[error(
+        "session {session} of {participant} is run by another program ({by}): end it there, or wait until it has ended"
+    )]
+    Held {
+        participant: String,
+        session: String,
+        by: String,
+    },
+    /// Another program simulates the study.
+    #[error(
+        "{}: another program simulates this study ({by}): end it there, or wait until it has ended", folder.display()
+    )]
+    Simulated {
+        folder: std::path::PathBuf,
+        by: String,
+    },
+    /// The database cannot be asked.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// Its folder cannot be had.
+    #[error(transparent)]
+    Folder(#[from] CampaignError),
+    /// The operating system refuses the file.
+    #[error("{path}: {source}; a session needs a folder that can be written", path = .path.display())]
+    Io {
+        path: std::path::PathBuf,
+        source: std::io::Error,
+    },
+}
+
+impl StudyStore {
+    /// Takes the exclusive right to simulate the study: two programs would mix what they present.
+    ///
+    /// # Errors
+    /// [`RunningError::Simulated`] while another program has it.
+    pub fn simulate_alone(&self) -> Result<SessionLock, RunningError> {
+        let path = self.folder.join(SIMULATING);
+        let lock = Lock::take(&path, LockFile::Goes);
+        lock.map(|lock| SessionLock { _lock: lock })
+            .map_err(|error| match error {
+                LockError::Held(by) => RunningError::Simulated {
+                    folder: self.folder.clone(),
+                    by,
+                },
+                LockError::Io(source) => RunningError::Io { path, source },
+            })
+    }
+
+    /// Takes the exclusive right to run `session` of `participant`: what is played and recorded there is not replaced by a second
+    /// program.
+    ///
+    /// # Errors
+    /// [`RunningError::Held`] while another program has it.
+    pub fn run_alone(
+        &self,
+        participant: &Pseudonym,
+        session: &str,
+    ) -> Result<SessionLock, RunningError> {
+        let folder = self.session_folder(participant, session)?;
+        let path = folder.join(RUNNING);
+        let io = |source| RunningError::Io {
+            path: path.clone(),
+            source,
+        };
+        std::fs::create_dir_all(&folder).map_err(io)?;
+        let held = |by| RunningError::Held {
+            participant: participant.to_string(),
+            session: session.to_owned(),
+            by,
+        };
+        let lock = Lock::take(&path, LockFile::Goes).map_err(|error| match error {
+            LockError::Held(by) => held(by),
+            LockError::Io(source) => io(source),
+        })?;
+        match self.lock_at_server(participant, session)? {
+            Locked::Taken => Ok(SessionLock { _lock: lock }),
+            Locked::Held(by) => Err(held(by)),
+        }
+    }
+
+    /// Takes the advisory lock of a session for the life of the connection, where the study is on a server.
+    fn lock_at_server(&self, participant: &Pseudonym, session: &str) -> Result<Locked, StoreError> {
+        let Some(line) = &self.line else {
+            return Ok(Locked::Taken);
+        };
+        let parts = [self.study(), participant.as_str(), session];
+        let sum = Sha::of_parts(&parts.map(str::as_bytes));
+        let mut first = [0; 8];
+        first.copy_from_slice(&sum.bytes()[..8]);
+        let key = i64::from_be_bytes(first);
+        if line.locks.borrow().contains(&key) {
+            // The file alone keeps other programs of this station out, and the others wait for this one.
+            return Ok(Locked::Taken);
+        }
+        let locked = self.read(async |database| match database {
+            Database::Server(server) => server.lock(key).await,
+            Database::File(_) => Ok(Locked::Taken),
+        })?;
+        if matches!(locked, Locked::Taken) {
+            line.locks.borrow_mut().push(key);
+        }
+        Ok(locked)
+    }
+}
