@@ -111,6 +111,7 @@ impl Maker {
 pub struct Loaded {
     samples: Samples,
     maker: Option<Maker>,
+    stop: StopHandle,
 }
 
 impl std::fmt::Debug for Loaded {
@@ -120,13 +121,15 @@ impl std::fmt::Debug for Loaded {
 }
 
 impl Loaded {
-    /// The drive of `playback`.
+    /// The drive of `playback`, which `stop` fades out at any time.
     #[must_use]
-    pub fn of(playback: Playback) -> Self {
+    pub fn of(playback: Playback, stop: &StopHandle) -> Self {
+        let stop = stop.clone();
         match playback {
             Playback::Whole(drive) => Self {
                 samples: Samples::Whole(drive.samples().iter().map(|v| *v as f32).collect()),
                 maker: None,
+                stop,
             },
             Playback::Made(source) => {
                 let room = source.rate().samples_in(Seconds(MADE_S)).max(1);
@@ -141,6 +144,7 @@ impl Loaded {
                 Self {
                     samples: Samples::Made(samples, complete),
                     maker: Some(maker),
+                    stop,
                 }
             }
         }
@@ -286,6 +290,7 @@ impl RunningStreams {
             number: self.pieces,
             start: onset,
             samples: loaded.samples,
+            stop: loaded.stop,
         };
         self.command(Command::Play(Box::new(piece)))?;
         self.maker = loaded.maker;
