@@ -325,6 +325,8 @@ pub struct InputCallback {
     pub(crate) happened: Producer<Happened>,
     pub(crate) board: Arc<Board>,
     frame: u64,
+    /// Frames before this one for which there was no room.
+    dropped: u64,
 }
 
 impl InputCallback {
@@ -340,6 +342,7 @@ impl InputCallback {
             happened,
             board,
             frame: 0,
+            dropped: 0,
         }
     }
 
@@ -357,6 +360,14 @@ impl InputCallback {
         let whole = &taken[..frames * channels];
         match self.samples.write_chunk(whole.len()) {
             Ok(mut room) => {
+                // What comes after dropped frames keeps its number.
+                if self.dropped > 0 {
+                    let _full = self.happened.push(Happened::Lost {
+                        frame: self.frame - self.dropped,
+                        frames: self.dropped,
+                    });
+                    self.dropped = 0;
+                }
                 let (first, second) = room.as_mut_slices();
                 let (begin, rest) = whole.split_at(first.len());
                 first.copy_from_slice(begin);
@@ -364,6 +375,7 @@ impl InputCallback {
                 room.commit_all();
             }
             Err(_no_room) => {
+                self.dropped += frames as u64;
                 self.board
                     .overflowed
                     .fetch_add(frames as u64, Ordering::AcqRel);

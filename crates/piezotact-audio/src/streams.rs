@@ -344,15 +344,20 @@ impl RunningStreams {
         std::mem::take(&mut self.happened)
     }
 
-    /// Leaves out what was recorded so far; the next frame fetched comes after this call. Its number.
+    /// Leaves out what was recorded so far, and what there was no room for while nobody fetched; the next frame fetched comes after this
+    /// call. Its number.
     pub fn skip(&mut self) -> u64 {
-        loop {
-            let most = self.samples.slots() / self.input_channels;
-            match self.fetch_now(most) {
-                Some(_left_out) => {}
-                None => return self.fetched,
-            }
+        self.drain();
+        if self.board.overflowed.swap(0, Ordering::AcqRel) > 0 {
+            // How many that were is known with the first frame behind them. A device that is gone says so when it is used.
+            let _first = self.fetch(1, usize::MAX, &StopHandle::new());
+            self.drain();
         }
+        self.fetched
+    }
+
+    fn drain(&mut self) {
+        while self.fetch_now(usize::MAX).is_some() {}
     }
 
     /// Waits for recorded frames, at most `most` and at least `enough` of them; none where `stop` came first.

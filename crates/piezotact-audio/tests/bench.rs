@@ -95,7 +95,7 @@ fn an_output_that_no_stop_reaches_is_found() {
         Bench::new(Box::new(Deaf(bench.player)), bench.acquirer)
     };
     let found: Vec<Rule> = of_bench(deaf, &subject).iter().map(|f| f.rule).collect();
-    assert_eq!(found, [Rule::OutputStops]);
+    assert!(found.contains(&Rule::OutputStops), "{found:?}");
 }
 
 fn run(looped: &str) -> Recording {

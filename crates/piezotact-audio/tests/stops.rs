@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use piezotact::Series;
 use piezotact::device::DeviceDescription;
 use piezotact::quantity::{Degrees, Drive, Newtons};
-use piezotact::recording::BenchKind;
-use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
+use piezotact::recording::{BenchKind, Event};
+use piezotact::run::{Discard, Judged, RunDocument, RunStart, Sink, SinkError};
 use piezotact::sound::DeviceListing;
 use piezotact_audio::{
     AudioBench, AudioError, AudioIo, Board, InputCallback, OutputCallback, StreamPlan, Streams,
@@ -34,8 +34,8 @@ const LEVEL: f64 = 0.5;
 /// What the output gave out, on its first channel.
 type Heard = Arc<Mutex<Vec<f32>>>;
 
-/// A device in real time that shows what it was given, and records silence.
-struct Heeding(Heard);
+/// A device in real time, or as fast as it can where it hurries, that shows what it was given, and records silence.
+struct Heeding(Heard, Arc<AtomicBool>);
 
 struct Running(Arc<AtomicBool>, Option<JoinHandle<()>>);
 
@@ -51,7 +51,8 @@ impl AudioIo for Heeding {
         mut input: InputCallback,
         _board: &Arc<Board>,
     ) -> Result<Box<dyn Streams>, AudioError> {
-        let (heard, over) = (Arc::clone(&self.0), Arc::new(AtomicBool::new(false)));
+        let (heard, hurries) = (Arc::clone(&self.0), Arc::clone(&self.1));
+        let over = Arc::new(AtomicBool::new(false));
         let closed = Arc::clone(&over);
         let channels = output.channels();
         let taken = vec![0.0; BUFFER * input.channels()];
@@ -63,6 +64,10 @@ impl AudioIo for Heeding {
                 let first = out.chunks(channels).map(|frame| frame[0]);
                 heard.lock().unwrap().extend(first);
                 input.take(&taken);
+                if hurries.load(Ordering::Acquire) {
+                    due = Instant::now();
+                    continue;
+                }
                 due += Duration::from_secs_f64(BUFFER as f64 / RATE_HZ);
                 std::thread::sleep(due.saturating_duration_since(Instant::now()));
             }
@@ -124,7 +129,7 @@ impl Sink for Stalled<'_> {
     }
 }
 
-fn bench(heard: &Heard) -> Bench {
+fn bench(heard: &Heard, hurries: &Arc<AtomicBool>) -> Bench {
     let bench = AudioBench {
         setup: setup(""),
         calibration: None,
@@ -135,7 +140,8 @@ fn bench(heard: &Heard) -> Bench {
         kind: BenchKind::Scripted,
         today: 0,
     };
-    bench.open(&mut Heeding(Arc::clone(heard))).unwrap()
+    let mut io = Heeding(Arc::clone(heard), Arc::clone(hurries));
+    bench.open(&mut io).unwrap()
 }
 
 fn run() -> RunPlan {
@@ -158,7 +164,7 @@ fn is_faded_out(heard: &[f32]) -> bool {
 #[test]
 fn a_stop_silences_the_output_while_the_sink_waits() {
     let heard = Heard::default();
-    let mut bench = bench(&heard);
+    let mut bench = bench(&heard, &Arc::default());
     let drive = Series::<Drive>::new(vec![LEVEL; 240_000], bench.player.describe().rate).unwrap();
     let stopped_at = Arc::default();
     let mut keeper = Stalling {
@@ -191,7 +197,7 @@ fn a_stop_silences_the_output_while_the_sink_waits() {
 #[test]
 fn a_stop_is_of_its_own_run_alone() {
     let heard = Heard::default();
-    let mut bench = bench(&heard);
+    let mut bench = bench(&heard, &Arc::default());
     let rate = bench.player.describe().rate;
     let mut play = |stop: &StopHandle, stops: bool| -> PlayProgress {
         let drive = Series::<Drive>::new(vec![LEVEL; 4_800], rate).unwrap();
@@ -216,4 +222,25 @@ fn a_stop_is_of_its_own_run_alone() {
     assert!(heard.lock().unwrap().iter().all(|sample| *sample == 0.0));
     let whole = play(&parent.child().child(), false);
     assert!(whole.ended && whole.played == 4_800, "{whole:?}");
+}
+
+/// Between two playings a person thinks for longer than recorded frames have room.
+#[test]
+fn a_device_that_waited_for_an_answer_plays_again() {
+    let (heard, hurries) = (Heard::default(), Arc::new(AtomicBool::new(true)));
+    let mut bench = bench(&heard, &hurries);
+    let drive = Series::<Drive>::new(vec![LEVEL; 9_600], bench.player.describe().rate).unwrap();
+    while heard.lock().unwrap().len() < 20 * RATE_HZ as usize {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    hurries.store(false, Ordering::Release);
+    let recording = play_and_record(&mut bench, &drive, None, &run(), &mut Discard, None);
+    let recording = recording.unwrap();
+    let events = &recording.annotations.events;
+    let lost = |event: &Event| event.kind == "samples_lost";
+    assert!(!events.iter().any(lost), "{events:?}");
+    let onset = events.iter().find(|event| event.kind == "playback_onset");
+    // The drive begins 0.2 s after the run, up to some buffers.
+    let onset_s = onset.unwrap().onset_s.0;
+    assert!((0.15..0.5).contains(&onset_s), "{events:?}");
 }

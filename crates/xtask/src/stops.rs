@@ -168,17 +168,17 @@ impl Keeper<'_> {
 }
 
 impl Way {
-    fn twin() -> Self {
+    fn twin() -> Result<Self> {
         let parameters = TwinParameters::built_in();
         let person = Participant::of(1, SEED, &parameters);
         let twin = TwinBench::new(&parameters, person, &device());
         let lead_s = twin.lead_s();
-        Self {
+        Ok(Self {
             name: "twin in real time",
             bench: twin.into_bench().in_real_time(),
             board: None,
             lead_s,
-        }
+        })
     }
 
     /// A loop within the program in real time, with the finger of the twin behind it.
@@ -329,8 +329,8 @@ pub(crate) fn run() -> Result<()> {
 /// What was not reached.
 fn measure(folder: &Path) -> Result<Vec<String>> {
     let mut missed = Vec::new();
-    for way in [Ok(Way::twin()), Way::looped(), Way::jack()] {
-        let mut way = match way {
+    for open in [Way::twin, Way::looped, Way::jack] {
+        let mut way = match open() {
             Ok(way) => way,
             Err(error) => {
                 println!("  not decided: {error}");
