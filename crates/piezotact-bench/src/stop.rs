@@ -17,6 +17,8 @@ struct Inner {
     changes: Mutex<()>,
     changed: Condvar,
     children: Mutex<Vec<Weak<Self>>>,
+    /// Kept, so that a stop goes through it also where nobody else has it.
+    _parent: Option<StopHandle>,
 }
 
 impl StopHandle {
@@ -45,7 +47,10 @@ impl StopHandle {
     /// A handle for one run of several: stopped by this handle too, but stopping nothing else.
     #[must_use]
     pub fn child(&self) -> Self {
-        let child = Self::new();
+        let child = Self(Arc::new(Inner {
+            _parent: Some(self.clone()),
+            ..Inner::default()
+        }));
         let mut children = self.children();
         children.retain(|child| child.strong_count() > 0);
         children.push(Arc::downgrade(&child.0));
@@ -109,7 +114,7 @@ mod tests {
     #[test]
     fn a_child_is_stopped_with_its_parent_and_not_the_other_way_round() {
         let handle = StopHandle::new();
-        let [first, second] = [handle.child(), handle.child()];
+        let [first, second] = [handle.child(), handle.child().child()];
         first.stop();
         assert!(!handle.is_stopped() && !second.is_stopped());
         handle.stop();

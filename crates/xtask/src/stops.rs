@@ -67,6 +67,22 @@ impl<T: AudioIo> AudioIo for Watched<T> {
     }
 }
 
+/// What the sink of the run does meanwhile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Disk {
+    Writes,
+    Stalls,
+}
+
+impl Disk {
+    fn stops(self) -> usize {
+        match self {
+            Self::Writes => STOPS,
+            Self::Stalls => STALLED,
+        }
+    }
+}
+
 /// A way from the stop to the output.
 struct Way {
     name: &'static str,
@@ -76,8 +92,8 @@ struct Way {
     lead_s: f64,
 }
 
-/// From a stop to the first zero sample, s: by the clock of the output, and on the wall to the moment at which its callback had filled it in;
-/// the twin has none.
+/// From a stop to the first zero sample, s: by the clock of the output, counted from the first frame that was not filled in yet at the stop, and by
+/// the wall, to the moment at which the callback had filled it in; the twin has no callback.
 #[derive(Clone, Copy)]
 struct Silent {
     by_output_s: f64,
@@ -87,7 +103,7 @@ struct Silent {
 /// Writes the journal of a run, and has it stopped from another thread.
 struct Keeper<'a> {
     file: &'a Path,
-    stalls: bool,
+    disk: Disk,
     comes_s: f64,
     stop: StopHandle,
     board: Option<Arc<Board>>,
@@ -126,7 +142,7 @@ impl Sink for Kept<'_, '_> {
             // The sound began 0.2 s after the run.
             RunDocument::Chunk(chunk) if keeper.stops.is_none() && chunk.first > 0 => {
                 keeper.stops = Some(keeper.stops_soon());
-                if keeper.stalls {
+                if keeper.disk == Disk::Stalls {
                     std::thread::sleep(STALLS);
                 }
             }
@@ -229,7 +245,7 @@ impl Way {
     }
 
     /// A texture that is stopped `comes_s` after its first samples; none where the run ended otherwise, which is said.
-    fn silent(&mut self, file: &Path, comes_s: f64, stalls: bool) -> Result<Option<Silent>> {
+    fn silent(&mut self, file: &Path, comes_s: f64, disk: Disk) -> Result<Option<Silent>> {
         // As in a session: what ends the program, what ends one trial.
         let for_good = StopHandle::new();
         self.bench.stop = for_good.child();
@@ -239,7 +255,7 @@ impl Way {
         let drive = Series::<Drive>::new(noise.collect(), rate)?;
         let mut keeper = Keeper {
             file,
-            stalls,
+            disk,
             comes_s,
             stop: for_good,
             board: self.board.clone(),
@@ -263,7 +279,8 @@ impl Way {
             let played_s = self.bench.player.progress()?.played as f64 / rate.hz();
             let stopped_s = stop.at.duration_since(began).as_secs_f64();
             return Ok(Some(Silent {
-                by_output_s: self.lead_s + played_s - stopped_s,
+                // Silence before the stop would be as wrong as after it.
+                by_output_s: (self.lead_s + played_s - stopped_s).abs(),
                 by_wall_s: None,
             }));
         }
@@ -274,15 +291,14 @@ impl Way {
         }))
     }
 
-    /// All of them, with the sink that waits or without.
-    fn measured(&mut self, folder: &Path, stalls: bool) -> Result<Vec<Silent>> {
-        let wanted = if stalls { STALLED } else { STOPS };
-        let mut random = Random::stream(SEED, u64::from(stalls), self.name);
+    fn measured(&mut self, folder: &Path, disk: Disk) -> Result<Vec<Silent>> {
+        let wanted = disk.stops();
+        let mut random = Random::stream(SEED, 0, &format!("{} {disk:?}", self.name));
         let mut all = Vec::new();
         for number in 0..wanted + REPEATED {
-            let file = folder.join(format!("{}-{stalls}-{number}.parquet", self.name));
+            let file = folder.join(format!("{}-{disk:?}-{number}.parquet", self.name));
             let comes_s = COMES_S[0] + random.uniform() * (COMES_S[1] - COMES_S[0]);
-            all.extend(self.silent(&file, comes_s, stalls)?);
+            all.extend(self.silent(&file, comes_s, disk)?);
             if all.len() == wanted {
                 break;
             }
@@ -314,7 +330,7 @@ fn plan(label: &str) -> RunPlan {
 /// Measures and prints the table.
 pub(crate) fn run() -> Result<()> {
     println!(
-        "\n{NAME} from a stop in another thread to the first zero sample, while the journal is written: {STOPS} times, and {STALLED} times while its sink waits {} s; ms, median (largest), by the clock of the output and by the wall",
+        "\n{NAME} from a stop in another thread to the first zero sample, while the journal is written: {STOPS} times, and {STALLED} times while its disk stalls for {} s; ms, median (largest), by the clock of the output and by the wall",
         STALLS.as_secs()
     );
     let folder = std::env::temp_dir().join(format!("piezotact-stop-{}", std::process::id()));
@@ -337,13 +353,17 @@ fn measure(folder: &Path) -> Result<Vec<String>> {
                 continue;
             }
         };
-        for stalls in [false, true] {
-            let all = way.measured(folder, stalls)?;
-            let wanted = if stalls { STALLED } else { STOPS };
+        for disk in [Disk::Writes, Disk::Stalls] {
+            let all = way.measured(folder, disk)?;
+            let wanted = disk.stops();
             let by_output: Vec<f64> = all.iter().map(|one| one.by_output_s).collect();
             let by_wall: Vec<f64> = all.iter().filter_map(|one| one.by_wall_s).collect();
-            let name = format!("{}{}", way.name, if stalls { ", sink waits" } else { "" });
-            let within = by_output.iter().filter(|s| **s <= WITHIN_S).count();
+            let name = match disk {
+                Disk::Writes => way.name.to_owned(),
+                Disk::Stalls => format!("{}, disk stalls", way.name),
+            };
+            let slowest = |one: &Silent| one.by_output_s.max(one.by_wall_s.unwrap_or(0.0));
+            let within = all.iter().filter(|one| slowest(one) <= WITHIN_S).count();
             println!(
                 "  {name:<32}{:>18}{:>18}   {within} of {wanted} within {:.0} ms",
                 told(&by_output),
