@@ -76,6 +76,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "piezotact-fourier",
             "piezotact-dataset",
             "piezotact-people",
+            "piezotact-audio",
             "piezotact-bench",
             "piezotact-twin",
             // For the JSON Schema of its document.
