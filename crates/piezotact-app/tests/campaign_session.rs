@@ -382,6 +382,9 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
     whole(&folder, "campaign run study P02 naming");
     let mut one = session(&folder, "campaign run study P01 naming --language kurmanji");
     until(&mut one, "trial 4 of 6");
+    // What is led now is withdrawn from there: it would go on.
+    let led = run(&folder, "campaign withdraw study P01");
+    led.expect_failure(1, &["another program"]);
     one.type_and_read("/note the left hand hurts, quincebitternote");
     holds(
         &one.type_and_read("/withdraw"),
@@ -401,6 +404,9 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
     let status = run(&folder, "campaign status study");
     holds(&status.out(), &["withdrawn, not erased yet"]);
     run(&folder, "campaign withdraw study P01").expect_success();
+    // Twice changes nothing, and nothing is missing then.
+    run(&folder, "campaign withdraw study P01").expect_success();
+    run(&folder, "campaign verify-journal study").expect_success();
     for word in ["quincebitternote", "kurmanji"] {
         assert_eq!(holding(&folder.path("study"), word), 0, "{word}");
     }

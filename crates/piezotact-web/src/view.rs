@@ -69,9 +69,27 @@ impl OpenStep {
     /// Whether its elements can be played again here.
     #[must_use]
     pub fn is_played(&self) -> bool {
+        self.form().is_some_and(|form| !form.felt.is_empty())
+    }
+
+    /// Whether `words` can stand on the page before they are sent.
+    pub(crate) fn can_say(&self, words: &[String]) -> bool {
+        let Some(form) = self.form() else {
+            return false;
+        };
+        let is_choice = |word: &String| match form.number {
+            Some([from, to]) => word
+                .parse()
+                .is_ok_and(|number| (from..=to).contains(&number)),
+            None => form.choices.iter().any(|(said, _)| said == word),
+        };
+        words.len() <= form.count[1] && words.iter().all(is_choice)
+    }
+
+    fn form(&self) -> Option<&Form> {
         match self {
-            Self::Answer(form) | Self::Confirm { form, .. } => !form.felt.is_empty(),
-            _ => false,
+            Self::Answer(form) | Self::Confirm { form, .. } => Some(form),
+            _ => None,
         }
     }
 }
@@ -203,7 +221,7 @@ pub struct Closed {
     /// What was stored since the page was begun, the last first.
     pub log: Vec<(i64, String)>,
     /// What is to be known at once.
-    pub notice: Option<(Word, String)>,
+    pub notice: Option<(Word, Text)>,
 }
 
 /// Which trial it is.
@@ -237,6 +255,8 @@ pub enum ClosedStep {
     PlayByHand(Vec<String>),
     /// As the participant's step.
     Answer,
+    /// The participant did not consent.
+    NoConsent,
     /// All trials are done.
     End,
     /// It was stopped before its end.
@@ -331,7 +351,7 @@ impl View {
                 .filter(|_| runs)
                 .map_or_else(Vec::new, |t| state.presented(t)),
             played_by: trial.filter(|trial| is_rendered(trial)).map(|_| played_by),
-            samples: state.protocol().samples.clone(),
+            samples: presentable(state, trial),
             orientation: state.protocol().orientation.clone(),
             evidence: current.map_or_else(Vec::new, |(_, of)| measured(of)),
             answered: answered(state),
@@ -343,6 +363,16 @@ impl View {
         };
         Self { open, closed }
     }
+}
+
+/// What can have been presented in `trial`: by hand also a texture that was made from a sample.
+fn presentable(state: &State<'_>, trial: Option<&Trial>) -> Vec<String> {
+    let mut names = state.protocol().samples.clone();
+    if trial.is_some_and(is_rendered) {
+        let made = state.protocol().stimuli.iter();
+        names.extend(made.map(|stimulus| stimulus.name.clone()));
+    }
+    names
 }
 
 /// A mark that changes with every step, and with nothing else: notes and corrections leave it.
@@ -401,6 +431,10 @@ fn named_answer(
 ) -> Option<(Form, Option<Text>)> {
     let on_tray = |trial: &Trial, of: &TrialState| {
         let mut form = form(state, trial, of, played_by);
+        if is_rendered(trial) {
+            // By hand, too, it is counted how often each was felt.
+            form.felt.clone_from(&of.plays);
+        }
         let places = places(state, trial);
         if !places.is_empty() {
             // As they lie: the list of the protocol is their order.
@@ -693,6 +727,7 @@ fn closed_step(
         Step::End => ClosedStep::End,
         Step::Nothing if state.stage() == Stage::Withdrawn => ClosedStep::Withdrawn,
         Step::Nothing if state.stage() == Stage::Stopped => ClosedStep::Stopped,
+        Step::Nothing if !state.is_complete() => ClosedStep::NoConsent,
         Step::Nothing => ClosedStep::Over,
     }
 }

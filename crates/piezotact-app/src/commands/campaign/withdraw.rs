@@ -7,6 +7,7 @@ use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
 use piezotact_dataset::study::{Passphrase, Pseudonym, Remains};
+use piezotact_people::campaign::store::Store as _;
 
 use super::study::{now_ms, open_store};
 use crate::failure::{Outcome, usage};
@@ -31,6 +32,17 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let passphrase = args.passphrase.as_deref().map(passphrase).transpose()?;
     if !is_confirmed(&participant)? {
         return print("nothing was erased");
+    }
+    // A session that is led now would go on, and what plays with it: it is withdrawn from there, which stops both.
+    for entry in store.sessions()? {
+        let is_of = entry.key.names().0 == participant.as_str();
+        if is_of
+            && store
+                .session_folder(&participant, entry.key.names().1)?
+                .is_dir()
+        {
+            drop(store.run_alone(&participant, entry.key.names().1)?);
+        }
     }
     // Before the links are removed with the rest.
     let linked = store.linked_outside(&participant)?;

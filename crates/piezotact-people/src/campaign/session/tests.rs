@@ -357,6 +357,29 @@ fn answers_outside_the_choices_are_refused_with_the_choices() {
     assert!(run.state.current().unwrap().1.answers.is_empty());
 }
 
+/// A telephone that rings is not thought about.
+#[test]
+fn a_pause_is_not_part_of_the_time_of_an_answer() {
+    let (protocol, plan) = isotropic();
+    let mut run = Run::begun(&protocol, &plan);
+    run.present();
+    run.does(Command::Pause);
+    run.now_ms += 600_000;
+    run.does(Command::GoOn);
+    let (trial, _) = run.state.current().unwrap();
+    let choices: Vec<String> = run
+        .state
+        .choices(trial)
+        .into_iter()
+        .map(|(said, _)| said)
+        .collect();
+    run.answers(&choices.join(" ")).unwrap();
+    run.does(Command::Confirm);
+    let (_, of) = run.state.trials().next().unwrap();
+    // Each event is a second after the one before: presented, paused, gone on, answered, confirmed.
+    assert_eq!(of.seconds(), Some(3.0));
+}
+
 /// 0.49 s are no 10 strokes.
 #[test]
 fn a_trial_of_touch_takes_as_long_as_its_strokes() {
