@@ -302,6 +302,7 @@ async function main(browser) {
       done.step = true;
       await own.click("summary:visible >> nth=0");
       const once = (await own.getAttribute(".draft", "data-choose")) === "once";
+      expect((await own.locator("[data-ask*='confirm']:visible").count()) === 0, "what is noted can be made final while another answer is being made");
       const [was, other] = [all[1], once ? all[0] : (await own.$$eval(".draft [data-choice]", (all) => all.map((one) => one.dataset.choice))).find((one) => one !== all[1])];
       await own.locator("[data-slot='1']:visible").first().click();
       await own.locator(`.draft [data-choice="${other}"]:visible`).first().click();

@@ -119,3 +119,17 @@ fn a_clock_that_is_behind_the_study_is_said_where_a_session_begins_and_goes_on()
             .contains("clock of this computer")
     );
 }
+
+/// A command that is given again changes nothing, and the store counts no change that is not there.
+#[test]
+fn a_withdrawal_that_is_given_twice_leaves_a_journal_that_verifies() {
+    let folder = study();
+    whole(&folder, "campaign run study P01 naming");
+    for line in [
+        "withdraw study P01",
+        "withdraw study P01",
+        "verify-journal study",
+    ] {
+        run(&folder, &format!("campaign {line}")).expect_success();
+    }
+}

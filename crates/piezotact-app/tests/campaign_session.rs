@@ -382,6 +382,8 @@ fn after_a_withdrawal_no_byte_of_the_participant_is_left() {
     whole(&folder, "campaign run study P02 naming");
     let mut one = session(&folder, "campaign run study P01 naming --language kurmanji");
     until(&mut one, "trial 4 of 6");
+    // What is led now is withdrawn from there: it would go on.
+    run(&folder, "campaign withdraw study P01").expect_failure(1, &["another program"]);
     one.type_and_read("/note the left hand hurts, quincebitternote");
     holds(
         &one.type_and_read("/withdraw"),

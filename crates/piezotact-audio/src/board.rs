@@ -12,7 +12,9 @@ pub struct Board {
     /// The number of the piece that plays or played last, and of the one that has ended; 0 before the first.
     pub(crate) piece: AtomicU64,
     pub(crate) ended: AtomicU64,
-    /// Frames of that piece that were given out.
+    /// The frame of the output at which that one was over: silence from there on, up to the next piece.
+    pub silent_from: AtomicU64,
+    /// Frames of the piece that plays that were given out.
     pub(crate) played: AtomicU64,
     /// Frames of silence where the drive came too late.
     pub(crate) dry: AtomicU64,
@@ -77,6 +79,7 @@ impl Board {
             input: Side::default(),
             piece: AtomicU64::new(0),
             ended: AtomicU64::new(0),
+            silent_from: AtomicU64::new(0),
             played: AtomicU64::new(0),
             dry: AtomicU64::new(0),
             limited: AtomicU64::new(0),

@@ -74,9 +74,9 @@ pub(crate) fn excite(streams: &mut RunningStreams, samples: &[f64]) -> Result<Ex
     let origin = streams.skip();
     let _before = streams.take_happened();
     let onset = streams.next_onset(LEAD);
-    let _piece = streams.play_at(onset, Loaded::of(Playback::Whole(drive)))?;
-    let wanted = samples.len() + rate.samples_in(Seconds(LEAD.0 + TAIL_S));
     let stop = StopHandle::new();
+    let _piece = streams.play_at(onset, Loaded::of(Playback::Whole(drive), &stop))?;
+    let wanted = samples.len() + rate.samples_in(Seconds(LEAD.0 + TAIL_S));
     let (mut inputs, mut there): (Vec<Vec<f64>>, _) = (Vec::new(), 0);
     let mut drop_outs = 0;
     while there < wanted {

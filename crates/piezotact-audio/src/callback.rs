@@ -4,6 +4,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use piezotact_bench::StopHandle;
 use rtrb::{Consumer, Producer};
 
 use crate::board::Board;
@@ -33,6 +34,8 @@ pub(crate) struct Piece {
     pub(crate) start: u64,
     /// Its samples, full scale = 1.
     pub(crate) samples: Samples,
+    /// Fades it out from any thread, whatever the other half waits for.
+    pub(crate) stop: StopHandle,
 }
 
 /// Where the samples of a drive come from.
@@ -224,7 +227,9 @@ impl OutputCallback {
                 Command::Stop => self.fading = true,
             }
         }
-        self.fading |= self.board.muted.load(Ordering::Acquire);
+        let stopped = |piece: &Piece| piece.stop.is_stopped();
+        self.fading |=
+            self.piece.as_deref().is_some_and(stopped) || self.board.muted.load(Ordering::Acquire);
     }
 
     /// The next sample of what plays; 0 where nothing does.
@@ -303,6 +308,7 @@ impl OutputCallback {
         let Some(piece) = self.piece.take() else {
             return;
         };
+        self.board.silent_from.store(self.frame, Ordering::Release);
         self.board.ended.store(piece.number, Ordering::Release);
         if let Err(rtrb::PushError::Full(piece)) = self.home.push(piece) {
             // The ring home holds as many as can be on their way; leaked rather than freed here.
@@ -319,6 +325,8 @@ pub struct InputCallback {
     pub(crate) happened: Producer<Happened>,
     pub(crate) board: Arc<Board>,
     frame: u64,
+    /// Frames before this one for which there was no room.
+    dropped: u64,
 }
 
 impl InputCallback {
@@ -334,6 +342,7 @@ impl InputCallback {
             happened,
             board,
             frame: 0,
+            dropped: 0,
         }
     }
 
@@ -351,6 +360,14 @@ impl InputCallback {
         let whole = &taken[..frames * channels];
         match self.samples.write_chunk(whole.len()) {
             Ok(mut room) => {
+                // What comes after dropped frames keeps its number.
+                if self.dropped > 0 {
+                    let _full = self.happened.push(Happened::Lost {
+                        frame: self.frame - self.dropped,
+                        frames: self.dropped,
+                    });
+                    self.dropped = 0;
+                }
                 let (first, second) = room.as_mut_slices();
                 let (begin, rest) = whole.split_at(first.len());
                 first.copy_from_slice(begin);
@@ -358,6 +375,7 @@ impl InputCallback {
                 room.commit_all();
             }
             Err(_no_room) => {
+                self.dropped += frames as u64;
                 self.board
                     .overflowed
                     .fetch_add(frames as u64, Ordering::AcqRel);

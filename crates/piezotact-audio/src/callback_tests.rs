@@ -28,6 +28,7 @@ fn ten_thousand_blocks_allocate_nothing() {
     let mut draw = move |below: u64| (random.uniform() * below as f64) as u64;
     let (mut out, taken) = (vec![0.0; 3 * 5_000], vec![0.5; 2 * 5_000]);
     let (mut pieces, mut played, mut violations) = (0, 0, 0);
+    let mut stop = StopHandle::new();
     for _ in 0..10_000 {
         match draw(8) {
             0 => {
@@ -44,16 +45,19 @@ fn ten_thousand_blocks_allocate_nothing() {
                     }
                 };
                 let start = draw(100_000_000);
+                stop = StopHandle::new();
                 let piece = Piece {
                     number: pieces,
                     start: if start < 50_000_000 { 0 } else { start },
                     samples,
+                    stop: stop.child(),
                 };
                 let _full = halves.commands.push(Command::Play(Box::new(piece)));
             }
             1 => {
                 let _full = halves.commands.push(Command::Stop);
             }
+            2 => stop.stop(),
             _ => {}
         }
         halves.board.muted.store(draw(50) == 0, Ordering::Release);
@@ -99,34 +103,45 @@ fn the_guard_finds_an_allocation() {
 
 #[test]
 fn a_stop_fades_out_and_a_trigger_pulses_with_the_onset() {
-    let mut halves = halves();
-    let piece = Piece {
-        number: 1,
-        start: 100,
-        samples: Samples::Whole(vec![0.5; 48_000]),
-    };
-    halves
-        .commands
-        .push(Command::Play(Box::new(piece)))
-        .unwrap();
-    let mut out = vec![0.0; 3 * 480];
-    halves.output.fill(&mut out);
-    let frame = |out: &[f32], i: usize| [out[3 * i], out[3 * i + 1], out[3 * i + 2]];
-    assert_eq!(frame(&out, 99), [0.0; 3]);
-    assert_eq!(frame(&out, 100), [0.5, 0.5, TRIGGER_LEVEL]);
-    // 1 ms at 48 kHz.
-    assert_eq!(
-        [frame(&out, 147)[2], frame(&out, 148)[2]],
-        [TRIGGER_LEVEL, 0.0]
-    );
-    halves.commands.push(Command::Stop).unwrap();
-    halves.output.fill(&mut out);
-    let falls = out.chunks(3).map(|frame| frame[0]).collect::<Vec<_>>();
-    assert!(falls.windows(2).all(|pair| pair[1] <= pair[0]), "{falls:?}");
-    // 5 ms at 48 kHz.
-    assert!(falls[235] > 0.0 && falls[245] == 0.0, "{falls:?}");
-    assert_eq!(halves.board.ended.load(Ordering::Acquire), 1);
-    assert_eq!(halves.home.slots(), 1);
+    for by_handle in [false, true] {
+        let mut halves = halves();
+        let stop = StopHandle::new();
+        let piece = Piece {
+            number: 1,
+            start: 100,
+            samples: Samples::Whole(vec![0.5; 48_000]),
+            stop: stop.child().child(),
+        };
+        halves
+            .commands
+            .push(Command::Play(Box::new(piece)))
+            .unwrap();
+        let mut out = vec![0.0; 3 * 480];
+        halves.output.fill(&mut out);
+        let frame = |out: &[f32], i: usize| [out[3 * i], out[3 * i + 1], out[3 * i + 2]];
+        assert_eq!(frame(&out, 99), [0.0; 3]);
+        assert_eq!(frame(&out, 100), [0.5, 0.5, TRIGGER_LEVEL]);
+        // 1 ms at 48 kHz.
+        assert_eq!(
+            [frame(&out, 147)[2], frame(&out, 148)[2]],
+            [TRIGGER_LEVEL, 0.0]
+        );
+        // The other half may wait for a disk: a handle needs no command of it.
+        match by_handle {
+            true => stop.stop(),
+            false => halves.commands.push(Command::Stop).unwrap(),
+        }
+        halves.output.fill(&mut out);
+        let falls = out.chunks(3).map(|frame| frame[0]).collect::<Vec<_>>();
+        assert!(falls.windows(2).all(|pair| pair[1] <= pair[0]), "{falls:?}");
+        // 5 ms at 48 kHz.
+        assert!(falls[235] > 0.0 && falls[245] == 0.0, "{falls:?}");
+        let silent = falls.iter().position(|v| *v == 0.0).unwrap() as u64;
+        let silent_from = halves.board.silent_from.load(Ordering::Acquire);
+        assert_eq!(silent_from, 480 + silent);
+        assert_eq!(halves.board.ended.load(Ordering::Acquire), 1);
+        assert_eq!(halves.home.slots(), 1);
+    }
 }
 
 #[test]
@@ -136,6 +151,7 @@ fn what_exceeds_full_scale_or_is_no_number_is_limited_and_counted() {
         number: 1,
         start: 0,
         samples: Samples::Whole(vec![2.0, f32::NAN, -3.0, 0.25, f32::INFINITY]),
+        stop: StopHandle::new(),
     };
     halves
         .commands

@@ -111,6 +111,7 @@ impl Maker {
 pub struct Loaded {
     samples: Samples,
     maker: Option<Maker>,
+    stop: StopHandle,
 }
 
 impl std::fmt::Debug for Loaded {
@@ -120,13 +121,15 @@ impl std::fmt::Debug for Loaded {
 }
 
 impl Loaded {
-    /// The drive of `playback`.
+    /// The drive of `playback`, which `stop` fades out at any time.
     #[must_use]
-    pub fn of(playback: Playback) -> Self {
+    pub fn of(playback: Playback, stop: &StopHandle) -> Self {
+        let stop = stop.clone();
         match playback {
             Playback::Whole(drive) => Self {
                 samples: Samples::Whole(drive.samples().iter().map(|v| *v as f32).collect()),
                 maker: None,
+                stop,
             },
             Playback::Made(source) => {
                 let room = source.rate().samples_in(Seconds(MADE_S)).max(1);
@@ -141,6 +144,7 @@ impl Loaded {
                 Self {
                     samples: Samples::Made(samples, complete),
                     maker: Some(maker),
+                    stop,
                 }
             }
         }
@@ -286,6 +290,7 @@ impl RunningStreams {
             number: self.pieces,
             start: onset,
             samples: loaded.samples,
+            stop: loaded.stop,
         };
         self.command(Command::Play(Box::new(piece)))?;
         self.maker = loaded.maker;
@@ -339,15 +344,20 @@ impl RunningStreams {
         std::mem::take(&mut self.happened)
     }
 
-    /// Leaves out what was recorded so far; the next frame fetched comes after this call. Its number.
+    /// Leaves out what was recorded so far, and what there was no room for while nobody fetched; the next frame fetched comes after this
+    /// call. Its number.
     pub fn skip(&mut self) -> u64 {
-        loop {
-            let most = self.samples.slots() / self.input_channels;
-            match self.fetch_now(most) {
-                Some(_left_out) => {}
-                None => return self.fetched,
-            }
+        self.drain();
+        if self.board.overflowed.swap(0, Ordering::AcqRel) > 0 {
+            // How many that were is known with the first frame behind them. A device that is gone says so when it is used.
+            let _first = self.fetch(1, usize::MAX, &StopHandle::new());
+            self.drain();
         }
+        self.fetched
+    }
+
+    fn drain(&mut self) {
+        while self.fetch_now(usize::MAX).is_some() {}
     }
 
     /// Waits for recorded frames, at most `most` and at least `enough` of them; none where `stop` came first.

@@ -5,3 +5,4 @@ mod clocks;
 mod force;
 mod forced;
 mod loops;
+mod stops;

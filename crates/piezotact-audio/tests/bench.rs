@@ -2,15 +2,18 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use piezotact::Series;
-use piezotact::device::DeviceDescription;
+use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::quantity::{Degrees, Drive, Newtons, SampleRate, Seconds};
 use piezotact::recording::{BenchKind, Recording};
 use piezotact::run::Discard;
 use piezotact::statistics::random::Random;
 use piezotact_audio::{AudioBench, LoopIo};
-use piezotact_bench::conformance::{Draws, Subject, of_bench};
+use piezotact_bench::conformance::{Draws, Rule, Subject, of_bench};
 use piezotact_bench::procedure::play_and_record;
-use piezotact_bench::{Bench, Placement, RunPlan, Until};
+use piezotact_bench::{
+    Bench, DeviceError, Placement, Play, PlayDescription, PlayProgress, Playback, RunPlan,
+    StopHandle, Until,
+};
 
 use super::loops::setup_at;
 
@@ -45,6 +48,54 @@ fn it_keeps_the_contract_of_a_bench() {
         let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
         assert!(texts.is_empty(), "{looped}: {texts:?}");
     }
+}
+
+/// An output that no stop reaches, as one that waits for its procedure.
+struct Deaf(Box<dyn Play>);
+
+impl Play for Deaf {
+    fn describe(&self) -> PlayDescription {
+        self.0.describe()
+    }
+
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, DeviceError> {
+        self.0.calibrate()
+    }
+
+    fn ready(
+        &mut self,
+        playback: Playback,
+        run: &RunPlan,
+        _stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
+        self.0.ready(playback, run, &StopHandle::new())
+    }
+
+    fn start(&mut self) -> Result<(), DeviceError> {
+        self.0.start()
+    }
+
+    fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
+        self.0.progress()
+    }
+
+    fn stop(&mut self) {
+        self.0.stop();
+    }
+}
+
+#[test]
+fn an_output_that_no_stop_reaches_is_found() {
+    let subject = Subject {
+        draws: Draws::Unseeded,
+        ..Subject::with_tone(0.3, rate()).unwrap()
+    };
+    let deaf = || {
+        let bench = bench("pace = \"real_time\"", rate());
+        Bench::new(Box::new(Deaf(bench.player)), bench.acquirer)
+    };
+    let found: Vec<Rule> = of_bench(deaf, &subject).iter().map(|f| f.rule).collect();
+    assert!(found.contains(&Rule::OutputStops), "{found:?}");
 }
 
 fn run(looped: &str) -> Recording {

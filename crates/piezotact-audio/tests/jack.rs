@@ -74,9 +74,8 @@ fn looped() -> RunningStreams {
 }
 
 fn whole(samples: Vec<f64>, streams: &RunningStreams) -> Loaded {
-    Loaded::of(Playback::Whole(
-        Series::<Drive>::new(samples, streams.rate()).unwrap(),
-    ))
+    let drive = Series::<Drive>::new(samples, streams.rate()).unwrap();
+    Loaded::of(Playback::Whole(drive), &StopHandle::new())
 }
 
 fn fetch(streams: &mut RunningStreams, most: usize) -> Fetched {

@@ -50,9 +50,8 @@ fn noise(count: usize, seed: u64) -> Vec<f64> {
 }
 
 fn whole(samples: Vec<f64>, streams: &RunningStreams) -> Loaded {
-    Loaded::of(Playback::Whole(
-        Series::new(samples, streams.rate()).unwrap(),
-    ))
+    let drive = Series::new(samples, streams.rate()).unwrap();
+    Loaded::of(Playback::Whole(drive), &StopHandle::new())
 }
 
 /// Records `frames` of the first input.
@@ -147,9 +146,8 @@ fn a_drive_that_is_made_while_it_plays_comes_whole() {
     let mut streams = opened(&setup("noise = 0"));
     let played = noise(480_000, 3);
     let source = Made(played.clone(), 0, streams.rate());
-    let piece = streams
-        .play_at(0, Loaded::of(Playback::Made(Box::new(source))))
-        .unwrap();
+    let made = Loaded::of(Playback::Made(Box::new(source)), &StopHandle::new());
+    let piece = streams.play_at(0, made).unwrap();
     let (samples, _) = recorded(&mut streams, 500_000);
     let found = delay(&played, &samples).unwrap();
     let residual = loop_residual(&played, &samples, &found, 1e-7);

@@ -49,7 +49,7 @@ fn pipewire_what_is_recorded_is_what_was_played() {
         let onset = streams.next_onset(Seconds(0.1));
         let drive = Series::<Drive>::new(played.clone(), streams.rate()).unwrap();
         streams
-            .play_at(onset, Loaded::of(Playback::Whole(drive)))
+            .play_at(onset, Loaded::of(Playback::Whole(drive), &stop))
             .unwrap();
         let (mut samples, mut lost) = (Vec::new(), 0);
         while samples.len() < 21 * 48_000 {

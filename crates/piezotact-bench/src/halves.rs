@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
-use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::quantity::Seconds;
 use piezotact::recording::Condition;
 use piezotact::run::RunChunk;
 
@@ -76,6 +76,22 @@ struct Shared<W> {
     loaded: Option<Vec<f64>>,
     planned: Option<(RunPlan, StopHandle)>,
     under_way: Option<UnderWay>,
+}
+
+impl<W: World> Shared<W> {
+    /// How far the player is when `acquired_s` of the run has passed.
+    fn progress_after(&self, acquired_s: f64) -> Result<PlayProgress, DeviceError> {
+        let run = self.under_way.as_ref().filter(|run| run.run.is_some());
+        let run = run.ok_or(before("say how far it is", "started"))?;
+        let played_s = (acquired_s - self.world.lead_s()).max(0.0);
+        let played = (played_s * self.world.output().rate.hz()).round() as u64;
+        let played = played.min(run.drive);
+        Ok(PlayProgress {
+            played,
+            underruns: 0,
+            ended: run.over || played == run.drive,
+        })
+    }
 }
 
 struct UnderWay {
@@ -191,18 +207,12 @@ impl<W: World> Play for Player<W> {
 
     fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
         let shared = locked(&self.0);
-        let run = shared.under_way.as_ref().filter(|run| run.run.is_some());
-        let run = run.ok_or(before("say how far it is", "started"))?;
-        let rate: SampleRate = shared.world.input().rate;
-        let acquired_s = run.acquired as f64 / rate.hz();
-        let played_s = (acquired_s - shared.world.lead_s()).max(0.0);
-        let played = (played_s * shared.world.output().rate.hz()).round() as u64;
-        let played = played.min(run.drive);
-        Ok(PlayProgress {
-            played,
-            underruns: 0,
-            ended: run.over || played == run.drive,
-        })
+        let acquired = shared.under_way.as_ref().map_or(0, |run| run.acquired);
+        shared.progress_after(acquired as f64 / shared.world.input().rate.hz())
+    }
+
+    fn progress_after(&mut self, acquired: Seconds) -> Result<PlayProgress, DeviceError> {
+        locked(&self.0).progress_after(acquired.0)
     }
 
     fn stop(&mut self) {

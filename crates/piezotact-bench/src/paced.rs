@@ -1,17 +1,21 @@
 //! A simulated bench that takes as long as a real one.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use piezotact::Doubt;
+use piezotact::device::DriveSetup;
 use piezotact::quantity::Seconds;
 use piezotact::recording::{Condition, Event};
 use piezotact::run::RunChunk;
 
 use crate::error::DeviceError;
-use crate::plan::RunPlan;
+use crate::plan::{Playback, RunPlan};
 use crate::stop::StopHandle;
-use crate::traits::{Acquire, AcquireDescription, Bench, SensorCalibration};
+use crate::traits::{
+    Acquire, AcquireDescription, Bench, Play, PlayDescription, PlayProgress, SensorCalibration,
+};
 
 /// The longest piece in which samples come, s.
 const PIECE_S: f64 = 0.05;
@@ -20,18 +24,42 @@ const PIECE_S: f64 = 0.05;
 /// only cuts chunks into pieces.
 pub struct Paced {
     inner: Box<dyn Acquire>,
+    clock: Arc<Mutex<Clock>>,
+    pieces: VecDeque<RunChunk>,
+}
+
+/// The clock of a bench that takes its time.
+struct Clock {
     /// How many seconds of the bench pass in a second.
     speed: f64,
     stop: StopHandle,
-    began: Instant,
-    pieces: VecDeque<RunChunk>,
+    /// When the run began; none before.
+    began: Option<Instant>,
+}
+
+impl Clock {
+    /// The time of the bench at `now`, s.
+    fn at(&self, now: Instant) -> Seconds {
+        let began = self.began.unwrap_or(now);
+        Seconds(now.saturating_duration_since(began).as_secs_f64() * self.speed)
+    }
+
+    /// When it will be `time_s` by this clock.
+    fn comes_in(&self, time_s: f64) -> Duration {
+        let passes = Duration::try_from_secs_f64(time_s / self.speed).unwrap_or(Duration::MAX);
+        let began = self.began.unwrap_or_else(Instant::now);
+        passes.saturating_sub(began.elapsed())
+    }
+}
+
+fn locked(clock: &Mutex<Clock>) -> MutexGuard<'_, Clock> {
+    clock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl std::fmt::Debug for Paced {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Paced")
             .field("inner", &self.inner.describe())
-            .field("speed", &self.speed)
             .finish_non_exhaustive()
     }
 }
@@ -43,14 +71,16 @@ impl Paced {
         Self::at(inner, 1.0)
     }
 
-    /// `inner` at `speed` times the pace of its own clock, above 0.
-    #[must_use]
-    pub fn at(inner: Box<dyn Acquire>, speed: f64) -> Self {
-        Self {
-            inner,
+    /// `inner` at `speed` times the pace of its own clock.
+    fn at(inner: Box<dyn Acquire>, speed: f64) -> Self {
+        let clock = Clock {
             speed,
             stop: StopHandle::new(),
-            began: Instant::now(),
+            began: None,
+        };
+        Self {
+            inner,
+            clock: Arc::new(Mutex::new(clock)),
             pieces: VecDeque::new(),
         }
     }
@@ -112,13 +142,13 @@ impl Acquire for Paced {
     }
 
     fn ready(&mut self, run: &RunPlan, stop: &StopHandle) -> Result<(), DeviceError> {
-        self.stop = stop.clone();
+        locked(&self.clock).stop = stop.clone();
         self.pieces.clear();
         self.inner.ready(run, stop)
     }
 
     fn start(&mut self) -> Result<(), DeviceError> {
-        self.began = Instant::now();
+        locked(&self.clock).began = Some(Instant::now());
         self.inner.start()
     }
 
@@ -131,9 +161,12 @@ impl Acquire for Paced {
             return Ok(None);
         };
         let rate_hz = self.inner.describe().rate.hz();
-        let end_s = (piece.first as f64 + piece.len() as f64) / rate_hz / self.speed;
-        let passes = Duration::try_from_secs_f64(end_s).unwrap_or(Duration::MAX);
-        match self.stop.wait(passes.saturating_sub(self.began.elapsed())) {
+        let end_s = (piece.first as f64 + piece.len() as f64) / rate_hz;
+        let (comes_in, stop) = {
+            let clock = locked(&self.clock);
+            (clock.comes_in(end_s), clock.stop.clone())
+        };
+        match stop.wait(comes_in) {
             // What has not come yet does not come any more.
             true => Ok(None),
             false => Ok(Some(piece)),
@@ -150,13 +183,89 @@ impl Acquire for Paced {
     }
 }
 
+/// The playing half beside a [`Paced`] one: a stop ends its output at the time of the stop by the clock of the bench, whoever acquires then.
+struct PacedPlayer {
+    inner: Box<dyn Play>,
+    clock: Arc<Mutex<Clock>>,
+    /// How far it was when it was stopped.
+    ended: Option<PlayProgress>,
+}
+
+impl PacedPlayer {
+    /// How far an output is that ends at `now`.
+    fn ends(&mut self, now: Instant) -> Result<PlayProgress, DeviceError> {
+        let at = locked(&self.clock).at(now);
+        let progress = self.inner.progress_after(at)?;
+        Ok(PlayProgress {
+            ended: true,
+            ..progress
+        })
+    }
+}
+
+impl Play for PacedPlayer {
+    fn describe(&self) -> PlayDescription {
+        self.inner.describe()
+    }
+
+    fn calibrate(&mut self) -> Result<Option<DriveSetup>, DeviceError> {
+        self.inner.calibrate()
+    }
+
+    fn ready(
+        &mut self,
+        playback: Playback,
+        run: &RunPlan,
+        stop: &StopHandle,
+    ) -> Result<(), DeviceError> {
+        self.inner.ready(playback, run, stop)
+    }
+
+    fn start(&mut self) -> Result<(), DeviceError> {
+        self.ended = None;
+        self.inner.start()
+    }
+
+    fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
+        if let Some(ended) = self.ended {
+            return Ok(ended);
+        }
+        let stopped_at = locked(&self.clock).stop.stopped_at();
+        match stopped_at {
+            Some(at) => self.ends(at),
+            None => self.inner.progress(),
+        }
+    }
+
+    fn stop(&mut self) {
+        if self.ended.is_none() {
+            let stopped_at = locked(&self.clock).stop.stopped_at();
+            self.ended = self.ends(stopped_at.unwrap_or_else(Instant::now)).ok();
+        }
+        self.inner.stop();
+    }
+}
+
 impl Bench {
     /// The same bench, which takes as long as a real one: see [`Paced`].
     #[must_use]
     pub fn in_real_time(self) -> Self {
+        self.at_speed(1.0)
+    }
+
+    /// The same bench at `speed` times the pace of its own clock, above 0.
+    #[must_use]
+    pub fn at_speed(self, speed: f64) -> Self {
+        let acquirer = Paced::at(self.acquirer, speed);
+        let player = PacedPlayer {
+            inner: self.player,
+            clock: Arc::clone(&acquirer.clock),
+            ended: None,
+        };
         Self {
-            acquirer: Box::new(Paced::real_time(self.acquirer)),
-            ..self
+            player: Box::new(player),
+            acquirer: Box::new(acquirer),
+            stop: self.stop,
         }
     }
 }

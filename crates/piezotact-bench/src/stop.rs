@@ -1,7 +1,7 @@
 //! Stopping a run from outside.
 
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, Weak};
-use std::time::Duration;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
+use std::time::{Duration, Instant};
 
 /// Stops a run on a bench from another thread or from an interrupt (Ctrl-C), even while the bench waits.
 ///
@@ -11,9 +11,14 @@ pub struct StopHandle(Arc<Inner>);
 
 #[derive(Debug, Default)]
 struct Inner {
-    stopped: Mutex<bool>,
+    /// When it was stopped. It is read without waiting.
+    stopped: OnceLock<Instant>,
+    /// Held while that changes, and by whoever waits for it.
+    changes: Mutex<()>,
     changed: Condvar,
     children: Mutex<Vec<Weak<Self>>>,
+    /// Kept, so that a stop goes through it also where nobody else has it.
+    _parent: Option<StopHandle>,
 }
 
 impl StopHandle {
@@ -25,29 +30,40 @@ impl StopHandle {
 
     /// Stops the run, and wakes all threads that wait with this handle.
     pub fn stop(&self) {
-        *self
-            .0
-            .stopped
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner) = true;
+        self.stop_at(Instant::now());
+    }
+
+    fn stop_at(&self, now: Instant) {
+        let changes = self.changes();
+        // The first stop counts.
+        let _stopped_before = self.0.stopped.set(now);
+        drop(changes);
         self.0.changed.notify_all();
         for child in self.children().iter().filter_map(Weak::upgrade) {
-            Self(child).stop();
+            Self(child).stop_at(now);
         }
     }
 
     /// A handle for one run of several: stopped by this handle too, but stopping nothing else.
     #[must_use]
     pub fn child(&self) -> Self {
-        let child = Self::new();
+        let child = Self(Arc::new(Inner {
+            _parent: Some(self.clone()),
+            ..Inner::default()
+        }));
         let mut children = self.children();
         children.retain(|child| child.strong_count() > 0);
         children.push(Arc::downgrade(&child.0));
         drop(children);
-        if self.is_stopped() {
-            child.stop();
+        if let Some(at) = self.stopped_at() {
+            child.stop_at(at);
         }
         child
+    }
+
+    fn changes(&self) -> MutexGuard<'_, ()> {
+        let changes = self.0.changes.lock();
+        changes.unwrap_or_else(PoisonError::into_inner)
     }
 
     fn children(&self) -> MutexGuard<'_, Vec<Weak<Inner>>> {
@@ -57,29 +73,26 @@ impl StopHandle {
             .unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Whether it was stopped.
+    /// Whether it was stopped. It never waits for another thread, so that the callback of a sound device may ask.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
-        *self
-            .0
-            .stopped
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
+        self.stopped_at().is_some()
+    }
+
+    /// When it was stopped, or the handle that it is a child of; none before. It does not wait either.
+    pub(crate) fn stopped_at(&self) -> Option<Instant> {
+        self.0.stopped.get().copied()
     }
 
     /// Waits for `duration` or until it is stopped; returns whether it was stopped.
     #[must_use]
     pub fn wait(&self, duration: Duration) -> bool {
-        let stopped = self
-            .0
-            .stopped
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
         let waited = self
             .0
             .changed
-            .wait_timeout_while(stopped, duration, |stopped| !*stopped);
-        *waited.unwrap_or_else(PoisonError::into_inner).0
+            .wait_timeout_while(self.changes(), duration, |()| !self.is_stopped());
+        drop(waited);
+        self.is_stopped()
     }
 }
 
@@ -101,10 +114,14 @@ mod tests {
     #[test]
     fn a_child_is_stopped_with_its_parent_and_not_the_other_way_round() {
         let handle = StopHandle::new();
-        let [first, second] = [handle.child(), handle.child()];
+        let [first, second] = [handle.child(), handle.child().child()];
         first.stop();
         assert!(!handle.is_stopped() && !second.is_stopped());
         handle.stop();
         assert!(second.is_stopped() && handle.child().is_stopped());
+        // All at one time, which a second stop does not change.
+        handle.stop();
+        assert_eq!(second.stopped_at(), handle.child().child().stopped_at());
+        assert!(first.stopped_at() < second.stopped_at());
     }
 }

@@ -98,6 +98,13 @@ pub trait Play: Send {
     /// # Errors
     /// [`DeviceError::Order`] when nothing was started, [`DeviceError::Lost`] when the device is gone.
     fn progress(&mut self) -> Result<PlayProgress, DeviceError>;
+    /// How far it is when `acquired` of the run has passed, where that is simulated; a device is where it is.
+    ///
+    /// # Errors
+    /// Those of [`Self::progress`].
+    fn progress_after(&mut self, _acquired: Seconds) -> Result<PlayProgress, DeviceError> {
+        self.progress()
+    }
     /// Stops, at any time; harmless when nothing plays.
     fn stop(&mut self);
 }

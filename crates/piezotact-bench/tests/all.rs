@@ -3,3 +3,4 @@
 mod conformance;
 mod measured;
 mod procedures;
+mod stops;

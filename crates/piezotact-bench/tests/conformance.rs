@@ -11,8 +11,8 @@ use piezotact_bench::conformance::{Rule, Subject, of_acquirer, of_bench};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::{
-    Acquire, AcquireDescription, Bench, DeviceError, Paced, Play, PlayDescription, PlayProgress,
-    Playback, RunPlan, SensorCalibration, StopHandle, Until,
+    Acquire, AcquireDescription, Bench, DeviceError, Play, PlayDescription, PlayProgress, Playback,
+    RunPlan, SensorCalibration, StopHandle, Until,
 };
 
 fn subject() -> Subject {
@@ -56,18 +56,7 @@ fn a_bench_that_takes_its_time_keeps_to_the_contract() {
     };
     for script in ["seed = 1", "drop_outs = [{ at_s = 0.3, samples = 25 }]"] {
         let make = scripted(script);
-        let paced = move || {
-            let Bench {
-                player,
-                acquirer,
-                stop,
-            } = make();
-            Bench {
-                player,
-                acquirer: Box::new(Paced::at(acquirer, 50.0)),
-                stop,
-            }
-        };
+        let paced = move || make().at_speed(50.0);
         assert_eq!(of_bench(paced, &subject), [], "{script}");
     }
 }

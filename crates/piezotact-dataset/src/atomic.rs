@@ -38,6 +38,10 @@ struct Side {
 }
 
 impl Prepared {
+    /// What `write` makes, beside `path`: nothing stands there before it is committed.
+    ///
+    /// # Errors
+    /// [`WriteError`] of `write`, and where nothing can be written beside `path`.
     pub fn new(
         path: &Path,
         write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), WriteError>,

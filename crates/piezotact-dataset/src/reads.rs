@@ -151,6 +151,10 @@ fn found_at(path: &Path, before: Option<(u64, Option<SystemTime>)>) -> Found {
     }
 }
 
+/// The SHA-256 of what `path` holds, as 64 hexadecimal digits.
+///
+/// # Errors
+/// What the system says where it cannot be read.
 pub fn sha256_of_file(path: &Path) -> io::Result<String> {
     let mut file = open_regular(path)?;
     let mut sum = Sha256::new();
@@ -169,6 +173,8 @@ pub fn sha256(bytes: &[u8]) -> String {
     hexadecimal(&Sha256::digest(bytes))
 }
 
+/// `bytes` as hexadecimal digits, two for each.
+#[must_use]
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }

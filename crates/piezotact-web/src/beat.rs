@@ -10,7 +10,7 @@ use crate::server::Led;
 /// How often a page is asked while a texture plays.
 pub(crate) const EVERY: Duration = Duration::from_secs(1);
 /// A texture ends when no page has answered for so long.
-const LONGEST: Duration = Duration::from_secs(3);
+pub(crate) const LONGEST: Duration = Duration::from_secs(3);
 /// How often it is looked.
 const LOOK: Duration = Duration::from_millis(100);
 /// Why a trial is void then.
@@ -26,7 +26,8 @@ impl Beat {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Some(Instant::now());
     }
 
-    fn last(&self) -> Option<Instant> {
+    /// When that was.
+    pub(crate) fn last(&self) -> Option<Instant> {
         *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

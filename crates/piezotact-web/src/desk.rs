@@ -4,7 +4,6 @@
 //! page that was away has nothing to catch up with, and one that hangs keeps only its own view waiting.
 
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -17,6 +16,7 @@ use piezotact_study::session::{
 use tokio::sync::{oneshot, watch};
 
 use crate::asked::What;
+use crate::beat::{Beat, LONGEST};
 use crate::view::{OpenStep, PlayedBy, Text, View, is_rendered, next_after, shown_as, words_of};
 use crate::words::Word;
 
@@ -73,17 +73,17 @@ pub struct Desk {
     played_by: PlayedBy,
     log: VecDeque<(i64, String)>,
     /// What was stored, by the ids of the requests.
-    answered: VecDeque<(String, What)>,
+    answered: VecDeque<(String, Option<String>, What)>,
     /// What was stored before this program began, in order: requests of pages that were cut off then are known by it.
     earlier: Vec<Event>,
-    notice: Option<(Word, String)>,
+    notice: Option<(Word, Text)>,
     /// The right answer to the last trial, where the protocol has it said.
     feedback: Option<Text>,
-    /// When the next trial begins by itself, and how many stops there had been when that was settled.
-    next: Option<(Instant, u64)>,
+    /// When the next trial begins by itself, when that was settled, and how many stops there had been then.
+    next: Option<(Instant, Instant, u64)>,
     stop: PlayStop,
-    /// How many pages of experimenters are open: nothing begins by itself where nobody could stop it.
-    experimenters: Arc<AtomicUsize>,
+    /// Nothing begins by itself where no page of an experimenter answers.
+    beat: Arc<Beat>,
 }
 
 /// Where a stimulator shows what it plays: on the pages of a desk, as soon as there is one.
@@ -135,7 +135,7 @@ impl Desk {
         consent: Option<String>,
         (played_by, stop): (PlayedBy, PlayStop),
         earlier: Vec<(i64, Event)>,
-        experimenters: Arc<AtomicUsize>,
+        beat: Arc<Beat>,
     ) -> (Self, Asking) {
         let (requests, received) = channel();
         let (views, seen) = watch::channel(view);
@@ -160,14 +160,14 @@ impl Desk {
             feedback: None,
             next: None,
             stop,
-            experimenters,
+            beat,
         };
         (desk, asking)
     }
 
     /// Says on the pages that the clock of the computer is behind, in so many words, until the next step.
     pub fn clock_is_behind(&mut self, why: String) {
-        self.notice = Some((Word::ClockBehind, why));
+        self.notice = Some((Word::ClockBehind, why.into()));
     }
 
     /// Answers requests with `runner` until `is_over` or all pages are closed. What is refused or cannot be stored leaves the session
@@ -195,7 +195,8 @@ impl Desk {
                 None => self.give(runner, &request)?,
             };
             if reply == Reply::Stored {
-                self.answered.push_front((request.id, request.sent));
+                self.answered
+                    .push_front((request.id, request.at, request.sent));
                 self.answered.truncate(KNOWN);
             }
             self.show(runner);
@@ -207,9 +208,11 @@ impl Desk {
 
     /// What came of the same request before, where it was stored.
     fn known(&self, request: &Request) -> Option<Reply> {
-        let known = self.answered.iter().find(|(id, _)| *id == request.id);
+        let known = self.answered.iter().find(|(id, ..)| *id == request.id);
         match known {
-            Some((_, sent)) if *sent == request.sent => Some(Reply::Stored),
+            Some((_, at, sent)) if *sent == request.sent && *at == request.at => {
+                Some(Reply::Stored)
+            }
             Some(_) => Some(Reply::Refused(
                 "another request had the same id; load the page again".to_owned(),
             )),
@@ -261,20 +264,22 @@ impl Desk {
 
     /// Begins the next trial when its time has come, where a page is open that can stop it.
     fn begin_next(&mut self, runner: &mut Runner<'_>) -> Result<(), RunError> {
-        let Some((at, stops)) = self.next else {
+        let Some((at, settled, stops)) = self.next else {
             return Ok(());
         };
-        let is_watched = self.experimenters.load(Ordering::Relaxed) > 0;
-        if self.stop.asked() != stops || !is_watched {
+        // A connection that is open is no page that answers: its lid may be closed.
+        let is_watched = self.beat.last().is_some_and(|beat| beat > settled);
+        let now = Instant::now();
+        if self.stop.asked() != stops || now > at + LONGEST {
             self.next = None;
-        } else if Instant::now() < at {
+        } else if now < at || !is_watched {
             return Ok(());
         } else {
             self.stop.plays_after(stops);
             let evidence = Vec::new();
             let given = self.done(runner, Command::Present { evidence }, stops)?;
             if let Reply::Refused(why) | Reply::NotStored(why) = given {
-                self.notice = Some((Word::NotBegunItself, why));
+                self.notice = Some((Word::NotBegunItself, why.into()));
             }
         }
         self.show(runner);
@@ -301,20 +306,22 @@ impl Desk {
         let at_ms = runner.state().last_ms().unwrap_or_default();
         match given {
             Ok(Given::Done(event)) => {
-                if !keeps {
+                // Why it is paused is still to be read.
+                if !keeps && event != Event::Paused {
                     (self.notice, self.feedback) = notice(runner, &event).unzip();
                 }
                 if matches!(event, Event::Confirmed { .. })
                     && let Some(pause) = pace(runner).filter(|_| is_next_played(runner))
                     && self.played_by == PlayedBy::Bench
                 {
-                    self.next = Some((Instant::now() + pause, stops));
+                    let now = Instant::now();
+                    self.next = Some((now + pause, now, stops));
                 }
                 self.keep(at_ms, words(&event));
                 Ok(Reply::Stored)
             }
             Ok(Given::Void { why }) => {
-                self.notice = Some((Word::Void, why.clone()));
+                self.notice = Some((Word::Void, why.clone().into()));
                 self.keep(at_ms, format!("void: {why}"));
                 Ok(Reply::Stored)
             }
@@ -323,6 +330,11 @@ impl Desk {
             }
             Err(RunError::Salt(error)) => Ok(Reply::NotStored(error.to_string())),
             Err(RunError::Refused(refusal)) => Ok(Reply::Refused(refusal.to_string())),
+            Err(RunError::NoDrive(PlayError::NoDrive { .. })) => {
+                // Its name would tell what is played.
+                self.notice = Some((Word::NoDrive, Text::default()));
+                Ok(Reply::Refused(String::new()))
+            }
             Err(error @ (RunError::NoDrive(_) | RunError::NoBench { .. })) => {
                 Ok(Reply::Refused(error.to_string()))
             }
@@ -383,17 +395,15 @@ fn is_next_played(runner: &Runner<'_>) -> bool {
 }
 
 /// What is to be known at once after `event`, by the experimenter and by the participant.
-fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, String), Text)> {
+fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, Text), Text)> {
     let Event::Confirmed { trial } = event else {
         return None;
     };
     let mut trials = runner.state().plan().trials.iter();
     let trial = trials.find(|one| one.name == *trial)?;
     let right = runner.state().feedback(trial)?;
-    let number = runner.state().number(&trial.name);
-    let said = format!("{} (#{number})", right.join(", "));
     let shown = shown_as(runner.state(), trial, right);
-    Some(((Word::RightAnswer, said), shown))
+    Some(((Word::RightAnswer, shown.clone()), shown))
 }
 
 /// An event in a few words: its kind, its trial, and what it says, never what was presented.

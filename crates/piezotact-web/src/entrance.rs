@@ -1,7 +1,7 @@
 //! The way in: which requests are looked at, who sends them, and how a page is let in.
 
-use std::sync::Arc;
-use std::time::{Duration, SystemTime};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant, SystemTime};
 
 use axum::Extension;
 use axum::body::Body;
@@ -312,8 +312,11 @@ pub(crate) async fn enter(
 }
 
 pub(crate) fn now_ms() -> i64 {
-    let since = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    static BEGAN: OnceLock<(SystemTime, Instant)> = OnceLock::new();
+    // A clock that is set while the program runs ends no page: it could stop nothing any more.
+    let (at, began) = BEGAN.get_or_init(|| (SystemTime::now(), Instant::now()));
+    let since = at.duration_since(SystemTime::UNIX_EPOCH);
     since.map_or(0, |since| {
-        i64::try_from(since.as_millis()).unwrap_or(i64::MAX)
+        i64::try_from((since + began.elapsed()).as_millis()).unwrap_or(i64::MAX)
     })
 }

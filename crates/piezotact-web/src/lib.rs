@@ -108,22 +108,22 @@ impl Site {
         study: Arc<dyn StudyPages>,
     ) -> (Self, Desk) {
         let sha = Sha::of(consent.as_deref().unwrap_or_default().as_bytes());
-        let experimenters = Arc::new(AtomicUsize::new(0));
+        let beat = Arc::new(Beat::default());
         let (desk, asking) = Desk::new(
             view,
             consent,
             (played_by, stop.clone()),
             earlier,
-            Arc::clone(&experimenters),
+            Arc::clone(&beat),
         );
         let led = server::Led {
             asking,
             consent: sha,
             stop,
-            experimenters,
+            experimenters: AtomicUsize::new(0),
             participants: AtomicUsize::new(0),
             draft: Mutex::default(),
-            beat: Beat::default(),
+            beat,
         };
         let mut site = Self::empty(access);
         site.pages.led = Some(Arc::new(led));

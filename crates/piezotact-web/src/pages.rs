@@ -98,7 +98,7 @@ pub(crate) fn frame(
     };
     let body = html! {
         div #alerts role="alert" aria-live="assertive" {
-            p #not-connected hidden { (w(Word::NotConnected)) }
+            p #not-connected hidden { (w(Word::NotConnected)) @if role == Role::Participant { " " (w(Word::SayToStop)) } }
             p #not-stored hidden { (w(Word::NotStored)) " " span {} }
             p #moved-on hidden { (w(Word::MovedOn)) }
             p #not-yours hidden { (w(Word::NotYours)) }
@@ -136,15 +136,12 @@ fn ask_twice(what: &str, text: &str, again: &str) -> Markup {
     html! { button.main type="button" data-ask=(what) data-twice=(again) { (text) } }
 }
 
-/// Whether each choice has a key of its own: on the experimenter's page, where what is said aloud is entered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Keys {
-    Own,
-    None,
+fn ask_twice_small(what: &str, text: &str, again: &str) -> Markup {
+    html! { button type="button" data-ask=(what) data-twice=(again) { (text) } }
 }
 
 /// What an answer is made with: the choices, the places that they fill, and the buttons to take back and to send.
-fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
+fn form(form: &Form, mark: &str, language: Language) -> Markup {
     let w = |word: Word| word.in_language(language);
     let [least, most] = form.count;
     let distinct = match form.repeats {
@@ -174,13 +171,13 @@ fn form(form: &Form, mark: &str, language: Language, keys: Keys) -> Markup {
                         @for i in 0..most.min(60) { li { button type="button" data-slot=(i) { "–" } } }
                     }
                 }
-                @let are_numbers = keys == Keys::Own && form.ask == Word::ANumber;
+                @let are_numbers = form.ask == Word::ANumber;
                 div.choices role="group" aria-label=(w(form.ask)) data-numbers[are_numbers] {
                     @if let Some([from, to]) = form.number {
-                        input.number type="number" inputmode="numeric" step="1" min=(from) max=(to) data-number="" aria-label=(w(form.ask));
+                        input.number type="text" inputmode="numeric" autocomplete="off" pattern="[-−]?[0-9]+" data-from=(from) data-to=(to) data-number="" aria-label=(w(form.ask));
                     }
                     @for (i, (choice, shown)) in form.choices.iter().enumerate() {
-                        @let key = key(i, &form.choices).filter(|_| keys == Keys::Own && !are_numbers);
+                        @let key = key(i, &form.choices).filter(|_| !are_numbers);
                         @let shown = shown.in_language(language);
                         button.choice type="button" data-choice=(choice) data-label=(shown) data-key=[key.clone()] {
                             (shown)
@@ -222,29 +219,33 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
                 p.notice role="status" { (w(Word::RightAnswer)) " " b { (right.in_language(language)) } }
             }
             @match &open.step {
+                OpenStep::Wait if open.instruction.is_some() && !open.begins => {
+                    (instruction(open, language))
+                    p.big { (w(Word::Wait)) }
+                },
                 OpenStep::Wait if open.begins => { p.big { (w(Word::NextBegins)) } },
                 OpenStep::Wait | OpenStep::Consent(None) => { p.big { (w(Word::Wait)) } },
                 OpenStep::Consent(Some(text)) => {
                     div.consent tabindex="0" { @for line in text.lines() { p { (line) } } }
                     p.big { (w(Word::AskYourConsent)) }
                     (ask_twice(r#"{"do":"consent"}"#, w(Word::IConsent), w(Word::PressAgain)))
-                    (ask(r#"{"do":"refuse_consent"}"#, w(Word::IDoNotConsent), "grave"))
+                    p { (ask_twice_small(r#"{"do":"refuse_consent"}"#, w(Word::IDoNotConsent), w(Word::PressAgain))) }
                 },
-                OpenStep::Pause => { p.big { (w(Word::InPause)) } },
+                OpenStep::Pause => { p.big { (w(Word::InPause)) } p { (w(Word::SayToStop)) } },
                 OpenStep::Over => { p.big { (w(Word::Over)) } },
                 OpenStep::Playing(which) => { (playing(*which, language)) },
                 OpenStep::Answer(answer) => {
                     @if let Some(instruction) = &open.instruction { p.instruction { (instruction.in_language(language)) } }
-                    (form(answer, &open.mark, language, Keys::None))
-                    p.soft { (w(Word::KeysHelp)) }
+                    (form(answer, &open.mark, language))
+                    @if !answer.is_final { p.soft.keys { (w(Word::KeysHelp)) } }
                 },
                 OpenStep::Confirm { said, form: answer } => {
                     p.big { (w(Word::Noted)) " " b { (said.in_language(language)) } }
                     @if answer.repeats == Repeats::Once { p.soft { (answer.more.in_language(language)) } }
                     (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
-                    details {
+                    details.change {
                         summary { (w(Word::Change)) }
-                        (form(answer, &open.mark, language, Keys::None))
+                        (form(answer, &open.mark, language))
                     }
                 },
             }
@@ -283,7 +284,7 @@ pub(crate) fn experimenter(
     sight: Sight,
     language: Language,
     role: Role,
-    (pairing, pages, draft): (&Pairing, usize, &[String]),
+    (pairing, [pages, of_participant], draft): (&Pairing, [usize; 2], &[String]),
 ) -> Markup {
     let w = |word: Word| word.in_language(language);
     let View { open, closed } = view;
@@ -298,7 +299,8 @@ pub(crate) fn experimenter(
         }
         main data-mark=(open.mark) data-events=(closed.events) {
             section.step {
-                @if let Some((word, text)) = &closed.notice { p.notice role="status" { (w(*word)) " " (text) } }
+                @if let Some((word, text)) = &closed.notice { p.notice role="status" { (w(*word)) " " (text.in_language(language)) } }
+                @if pairing.is_paired && of_participant == 0 { p.alert role="alert" { (w(Word::ParticipantAway)) } }
                 @if let Some(heading) = &closed.heading { (title(heading, language)) }
                 @if let OpenStep::Playing(which) = open.step {
                     (playing(which, language))
@@ -310,7 +312,7 @@ pub(crate) fn experimenter(
                     @if !draft.is_empty() { p.soft.drafted { (w(Word::DraftOf)) " " b { (draft.join(", ")) } } }
                 }
             }
-            @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Stopped | ClosedStep::Withdrawn) {
+            @if role == Role::Experimenter && !matches!(closed.step, ClosedStep::Over | ClosedStep::Stopped | ClosedStep::NoConsent | ClosedStep::Withdrawn) {
                 section.aside { (aside(open, closed, language)) }
             }
             section.facts {
@@ -361,6 +363,7 @@ fn sentence(closed: &Closed, open: &Open, language: Language) -> String {
         (ClosedStep::End, _) => w(Word::AllDone).to_owned(),
         (ClosedStep::Over, _) => w(Word::Over).to_owned(),
         (ClosedStep::Stopped, _) => w(Word::StoppedEarly).to_owned(),
+        (ClosedStep::NoConsent, _) => w(Word::EndedWithoutConsent).to_owned(),
         (ClosedStep::Withdrawn, _) => w(Word::Withdrawn).to_owned(),
     }
 }
@@ -382,7 +385,7 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                     } }
                     p.big { (w(Word::AskConsent)) }
                     (ask_twice(r#"{"do":"consent"}"#, w(Word::Yes), again))
-                    (ask(r#"{"do":"refuse_consent"}"#, w(Word::No), ""))
+                    (ask_twice_small(r#"{"do":"refuse_consent"}"#, w(Word::No), again))
                 },
                 ClosedStep::Check(item) => {
                     p.big { (w(Word::Check)) " " (item.in_language(language)) }
@@ -423,7 +426,8 @@ fn step(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Marku
                 },
                 ClosedStep::Over => { p.big { (w(Word::Over)) } },
                 ClosedStep::Stopped => { p.big { (w(Word::StoppedEarly)) } },
-                ClosedStep::Withdrawn => { p.big { (w(Word::Withdrawn)) } },
+                ClosedStep::NoConsent => { p.big { (w(Word::EndedWithoutConsent)) } },
+                ClosedStep::Withdrawn => { p.big { (w(Word::Withdrawn)) " " code { "piezotact campaign withdraw STUDY " (closed.participant) } } },
             }
         }
     }
@@ -460,11 +464,11 @@ fn answer(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Mar
         (own_order(closed, language))
         (played(closed, sight, language))
         @match &closed.answer {
-            Some((answer, None)) => { (form(answer, &open.mark, language, Keys::Own)) },
+            Some((answer, None)) => { (form(answer, &open.mark, language)) },
             Some((answer, Some(said))) => {
                 p.big { (w(Word::Noted)) " " b { (said.in_language(language)) } }
                 (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
-                details { summary { (w(Word::Change)) } (form(answer, &open.mark, language, Keys::Own)) }
+                details.change { summary { (w(Word::Change)) } (form(answer, &open.mark, language)) }
             },
             None => { p.big { (w(Word::Wait)) } },
         }
@@ -491,9 +495,11 @@ fn instead(closed: &Closed, language: Language) -> Markup {
                 fieldset {
                     legend { (w(Word::WhichOnes)) }
                     @for i in 0..wanted {
-                        select aria-label=(format!("{} {}", w(Word::WhichOnes), i + 1)) {
+                        select required aria-label=(format!("{} {}", w(Word::WhichOnes), i + 1)) {
+                            // What is chosen was looked at.
+                            option value="" { "–" }
                             @for sample in &closed.samples {
-                                option value=(sample) selected[closed.presented.get(i) == Some(sample)] { (sample) }
+                                option value=(sample) { (sample) }
                             }
                         }
                     }
@@ -538,7 +544,7 @@ fn aside(open: &Open, closed: &Closed, language: Language) -> Markup {
         details {
             summary { (w(Word::Stop)) " · " (w(Word::Withdraw)) }
             form.stop data-why="stop" {
-                label { (w(Word::Why)) " " input name="text" autocomplete="off" required; }
+                label { (w(Word::Why)) " " input name="text" autocomplete="off"; }
                 button type="submit" { (w(Word::Stop)) }
             }
             button.grave type="button" data-ask=(r#"{"do":"withdraw"}"#) data-twice=(w(Word::PressAgain)) { (w(Word::Withdraw)) }

@@ -40,11 +40,11 @@ pub(crate) struct Led {
     /// Stops what is played.
     pub(crate) stop: PlayStop,
     /// How many pages of each are open.
-    pub(crate) experimenters: Arc<AtomicUsize>,
+    pub(crate) experimenters: AtomicUsize,
     pub(crate) participants: AtomicUsize,
     /// What is chosen on the participant's page and not sent yet, with the mark of its step.
     pub(crate) draft: Mutex<(String, Vec<String>)>,
-    pub(crate) beat: Beat,
+    pub(crate) beat: Arc<Beat>,
 }
 
 impl Led {
@@ -315,7 +315,7 @@ fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
             from_network: site.scheme == "https",
             is_paired: site.access.has_participant(now_ms()),
         };
-        let open = led.experimenters.load(Ordering::Relaxed);
+        let open = [&led.experimenters, &led.participants].map(|of| of.load(Ordering::Relaxed));
         let draft = led.draft(&view.open.mark);
         pages::experimenter(view, sight, language, role, (&pairing, open, &draft)).into_string()
     })
@@ -483,8 +483,10 @@ fn follow(
                 };
                 return Some((Ok(id.event("step").data(step)), follower));
             }
-            let beats = follower.page.role == Role::Experimenter
-                && matches!(follower.views.borrow().open.step, OpenStep::Playing(_));
+            let beats = follower.page.role == Role::Experimenter && {
+                let view = follower.views.borrow();
+                view.open.begins || matches!(view.open.step, OpenStep::Playing(_))
+            };
             tokio::select! {
                 () = tokio::time::sleep_until(follower.next_beat), if beats => {
                     follower.next_beat = tokio::time::Instant::now() + EVERY;
@@ -576,6 +578,13 @@ async fn draft(
     OfSession(led): OfSession,
     Json(draft): Json<Draft>,
 ) -> StatusCode {
+    let is_one = {
+        let view = led.asking.views.borrow();
+        view.open.mark == draft.at && view.open.step.can_say(&draft.words)
+    };
+    if !is_one {
+        return StatusCode::CONFLICT;
+    }
     *led.draft.lock().unwrap_or_else(PoisonError::into_inner) = (draft.at, draft.words);
     site.around.send_modify(|around| *around += 1);
     StatusCode::NO_CONTENT

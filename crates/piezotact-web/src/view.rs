@@ -1,5 +1,7 @@
 //! What pages show of a session: what everybody may see, and what only the experimenter may.
 
+mod form;
+
 use std::collections::BTreeMap;
 
 use piezotact::criterion::Outcome;
@@ -11,6 +13,7 @@ use piezotact_people::campaign::session::{
 use piezotact_people::campaign::text::part_in;
 
 use crate::words::{Language, Word};
+use form::{as_said, form, shown};
 
 /// What a session shows. A participant's page is made from [`View::open`] alone.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,9 +72,27 @@ impl OpenStep {
     /// Whether its elements can be played again here.
     #[must_use]
     pub fn is_played(&self) -> bool {
+        self.form().is_some_and(|form| !form.felt.is_empty())
+    }
+
+    /// Whether `words` can stand on the page before they are sent.
+    pub(crate) fn can_say(&self, words: &[String]) -> bool {
+        let Some(form) = self.form() else {
+            return false;
+        };
+        let is_choice = |word: &String| match form.number {
+            Some([from, to]) => word
+                .parse()
+                .is_ok_and(|number| (from..=to).contains(&number)),
+            None => form.choices.iter().any(|(said, _)| said == word),
+        };
+        words.len() <= form.count[1] && words.iter().all(is_choice)
+    }
+
+    fn form(&self) -> Option<&Form> {
         match self {
-            Self::Answer(form) | Self::Confirm { form, .. } => !form.felt.is_empty(),
-            _ => false,
+            Self::Answer(form) | Self::Confirm { form, .. } => Some(form),
+            _ => None,
         }
     }
 }
@@ -203,7 +224,7 @@ pub struct Closed {
     /// What was stored since the page was begun, the last first.
     pub log: Vec<(i64, String)>,
     /// What is to be known at once.
-    pub notice: Option<(Word, String)>,
+    pub notice: Option<(Word, Text)>,
 }
 
 /// Which trial it is.
@@ -237,6 +258,8 @@ pub enum ClosedStep {
     PlayByHand(Vec<String>),
     /// As the participant's step.
     Answer,
+    /// The participant did not consent.
+    NoConsent,
     /// All trials are done.
     End,
     /// It was stopped before its end.
@@ -331,7 +354,7 @@ impl View {
                 .filter(|_| runs)
                 .map_or_else(Vec::new, |t| state.presented(t)),
             played_by: trial.filter(|trial| is_rendered(trial)).map(|_| played_by),
-            samples: state.protocol().samples.clone(),
+            samples: presentable(state, trial),
             orientation: state.protocol().orientation.clone(),
             evidence: current.map_or_else(Vec::new, |(_, of)| measured(of)),
             answered: answered(state),
@@ -343,6 +366,16 @@ impl View {
         };
         Self { open, closed }
     }
+}
+
+/// What can have been presented in `trial`: by hand also a texture that was made from a sample.
+fn presentable(state: &State<'_>, trial: Option<&Trial>) -> Vec<String> {
+    let mut names = state.protocol().samples.clone();
+    if trial.is_some_and(is_rendered) {
+        let made = state.protocol().stimuli.iter();
+        names.extend(made.map(|stimulus| stimulus.name.clone()));
+    }
+    names
 }
 
 /// A mark that changes with every step, and with nothing else: notes and corrections leave it.
@@ -401,6 +434,10 @@ fn named_answer(
 ) -> Option<(Form, Option<Text>)> {
     let on_tray = |trial: &Trial, of: &TrialState| {
         let mut form = form(state, trial, of, played_by);
+        if is_rendered(trial) {
+            // By hand, too, it is counted how often each was felt.
+            form.felt.clone_from(&of.plays);
+        }
         let places = places(state, trial);
         if !places.is_empty() {
             // As they lie: the list of the protocol is their order.
@@ -464,167 +501,6 @@ fn open_step(
     }
 }
 
-fn form(state: &State<'_>, trial: &Trial, of: &TrialState, played_by: PlayedBy) -> Form {
-    let task = state.protocol().task(&trial.task);
-    let choices = state.choices(trial).into_iter().enumerate();
-    let choices = choices.map(|(i, (said, _))| {
-        let shown = shown(task, i, &said);
-        (said, shown)
-    });
-    let choices: Vec<(String, Text)> = choices.collect();
-    let elements = of.plays.len();
-    let is_played = is_rendered(trial);
-    let typed = match &trial.answer {
-        AnswerForm::Scale { from, to } if to.abs_diff(*from) >= MOST_BUTTONS => Some([*from, *to]),
-        _ => None,
-    };
-    let (ask, more, choices, count, repeats) = match &trial.answer {
-        AnswerForm::Done => (
-            Word::TouchNow,
-            strokes(task),
-            choices,
-            [0, 0],
-            Repeats::Once,
-        ),
-        AnswerForm::OneOf { .. } => (
-            Word::Choose,
-            Text::default(),
-            choices,
-            [1, 1],
-            Repeats::Once,
-        ),
-        AnswerForm::EachOfOrder { .. } => (
-            Word::ChooseLetters,
-            Text::default(),
-            choices,
-            [elements; 2],
-            Repeats::Any,
-        ),
-        AnswerForm::Each { .. } => (
-            Word::ChooseForEach,
-            Text::default(),
-            choices,
-            [elements; 2],
-            Repeats::Any,
-        ),
-        AnswerForm::Order { from, to, .. } => {
-            let all = choices.len();
-            let ends = format!("{from} → {to}");
-            let in_other = |words: &TaskWords| {
-                let (from, to) = (words.from.as_ref()?, words.to.as_ref()?);
-                Some(format!("{from} → {to}"))
-            };
-            let ends = match task {
-                Some(task) => Text::of(task, ends, in_other),
-                None => ends.into(),
-            };
-            (Word::PutInOrder, ends, choices, [all; 2], Repeats::Once)
-        }
-        AnswerForm::Some { at_most, .. } => {
-            let most = at_most.to_string();
-            (
-                Word::ChooseUpTo,
-                most.into(),
-                choices,
-                [1, *at_most],
-                Repeats::Once,
-            )
-        }
-        AnswerForm::Scale { from, to } => {
-            let numbers = match typed {
-                Some(_) => Vec::new(),
-                None => as_said((*from..=*to).map(|number| number.to_string())),
-            };
-            (
-                Word::ANumber,
-                scale(task, [*from, *to]),
-                numbers,
-                [1, 1],
-                Repeats::Once,
-            )
-        }
-    };
-    Form {
-        ask,
-        more,
-        choices,
-        may_not_know: state.may_not_know(trial) && trial.answer != AnswerForm::Done,
-        is_final: next_after(task).is_some(),
-        number: typed,
-        count,
-        repeats,
-        felt: match is_played && played_by == PlayedBy::Bench {
-            true => of.plays.clone(),
-            false => Vec::new(),
-        },
-        noted: of.answers.last().map_or_else(Vec::new, words_of),
-    }
-}
-
-/// What is noted and shown alike.
-fn as_said(words: impl IntoIterator<Item = String>) -> Vec<(String, Text)> {
-    let each = words.into_iter();
-    each.map(|word| (word.clone(), word.into())).collect()
-}
-
-/// Choice `i` of `task`, which is noted as `said`, as it is shown.
-fn shown(task: Option<&Task>, i: usize, said: &str) -> Text {
-    let own = || said.to_owned();
-    match task.map(|task| (task, &task.kind)) {
-        Some((task, TaskKind::Categorise { .. })) => {
-            Text::of(task, own(), |words| words.descriptors.get(i).cloned())
-        }
-        Some((_, TaskKind::Compare { question, .. })) => {
-            use piezotact_people::campaign::protocol::Question;
-            let words = match question {
-                Question::SameDifferent => [Word::Same, Word::Different],
-                Question::Rougher | Question::Stronger => [Word::First, Word::Second],
-            };
-            words
-                .get(i)
-                .map_or_else(|| own().into(), |word| Text::of_word(said, *word))
-        }
-        _ => own().into(),
-    }
-}
-
-/// How many strokes are asked for in a trial of touch.
-fn strokes(task: Option<&Task>) -> Text {
-    match task.map(|task| &task.kind) {
-        Some(TaskKind::Touch { strokes }) => {
-            let of = |word: Word, language| format!("{} {strokes}", word.in_language(language));
-            let each = Language::ALL.map(|one| (one, of(Word::StrokesWanted, one)));
-            Text {
-                own: of(Word::StrokesWanted, Language::English),
-                others: each.to_vec(),
-            }
-        }
-        _ => Text::default(),
-    }
-}
-
-/// A scale with what its ends stand for.
-fn scale(task: Option<&Task>, [from, to]: [i64; 2]) -> Text {
-    let ends = |lowest: Option<&str>, highest: Option<&str>| {
-        let end = |number: i64, word: Option<&str>| match word {
-            Some(word) => format!("{number} ({word})"),
-            None => number.to_string(),
-        };
-        format!("{} – {}", end(from, lowest), end(to, highest))
-    };
-    match task.map(|task| (task, &task.kind)) {
-        Some((
-            task,
-            TaskKind::Rate {
-                lowest, highest, ..
-            },
-        )) => Text::of(task, ends(lowest.as_deref(), highest.as_deref()), |words| {
-            Some(ends(words.from.as_deref(), words.to.as_deref()))
-        }),
-        _ => ends(None, None).into(),
-    }
-}
-
 /// After how many seconds the next trial of `task` begins by itself; none where the experimenter begins it.
 pub(crate) fn next_after(task: Option<&Task>) -> Option<f64> {
     match &task?.kind {
@@ -655,9 +531,6 @@ pub(crate) fn is_rendered(trial: &Trial) -> bool {
         Presented::Rendered { .. } | Presented::Chosen { .. }
     )
 }
-
-/// At most so many numbers are buttons; of a wider scale one is typed.
-const MOST_BUTTONS: u64 = 21;
 
 fn closed_step(
     state: &State<'_>,
@@ -693,6 +566,7 @@ fn closed_step(
         Step::End => ClosedStep::End,
         Step::Nothing if state.stage() == Stage::Withdrawn => ClosedStep::Withdrawn,
         Step::Nothing if state.stage() == Stage::Stopped => ClosedStep::Stopped,
+        Step::Nothing if !state.is_complete() => ClosedStep::NoConsent,
         Step::Nothing => ClosedStep::Over,
     }
 }

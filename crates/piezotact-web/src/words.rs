@@ -90,6 +90,18 @@ words! {
         "Il prossimo comincia da solo tra un momento.";
     DraftOf: "On the participant's page:", "Sur la page du participant :", "Sulla pagina del partecipante:";
     AskYourConsent: "Do you consent to take part?", "Consentez-vous à participer ?", "Acconsente a partecipare?";
+    EndedWithoutConsent: "The participant did not consent. The session is over, and nothing else was stored.",
+        "Le participant n'a pas consenti. La séance est terminée, et rien d'autre n'a été enregistré.",
+        "Il partecipante non ha acconsentito. La sessione è terminata, e non è stato salvato altro.";
+    ParticipantAway: "The participant's page is not open: the participant cannot stop a texture. Ask, or make a new code.",
+        "La page du participant n'est pas ouverte : le participant ne peut pas arrêter une texture. Demandez, ou créez un nouveau code.",
+        "La pagina del partecipante non è aperta: il partecipante non può fermare una texture. Chieda, o crei un nuovo codice.";
+    SayToStop: "To stop, lift your finger and say so: you may at any time.",
+        "Pour arrêter, levez le doigt et dites-le : vous le pouvez à tout moment.",
+        "Per fermare, sollevi il dito e lo dica: può farlo in qualsiasi momento.";
+    NoDrive: "A texture of this trial has no drive, and nothing was played. End the program, prepare the drive, and give the same command.",
+        "Une texture de cet essai n'a pas de signal de commande, et rien n'a été joué. Quittez le programme, préparez le signal et redonnez la même commande.",
+        "Una texture di questa prova non ha un segnale di comando, e nulla è stato riprodotto. Termini il programma, prepari il segnale e dia lo stesso comando.";
     IConsent: "I consent", "Je consens", "Acconsento";
     IDoNotConsent: "I do not consent", "Je ne consens pas", "Non acconsento";
     NotTaken: "This was not taken. Look at the page, and try again; if it does not help, tell the experimenter.",

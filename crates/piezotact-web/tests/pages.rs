@@ -47,7 +47,7 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
     with_pages(&mut bed, (&protocol, &plan), |pages| {
         let experimenter = pages.experimenter();
         let participant = pages.participant(&experimenter);
-        let follows = pages.follow(&experimenter);
+        let beats = || assert_eq!(pages.post(&experimenter, "/beat").status, 204);
         while step(pages, &experimenter) {}
         let press = |word: &str| {
             let answer = format!(r#""do":"answer","words":["{word}"]"#);
@@ -63,9 +63,11 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
         let shown = pages.shown(&participant);
         assert!(shown.contains("The right answer was"), "{shown}");
         assert!(shown.contains("begins by itself"), "{shown}");
+        beats();
         waits(pages, &participant, "data-final");
         press("second");
         // A pause holds it up, and so it stays afterwards.
+        beats();
         assert_eq!(pages.ask(&participant, r#""do":"pause""#).status, 204);
         std::thread::sleep(Duration::from_millis(700));
         assert!(!pages.shown(&participant).contains("data-final"));
@@ -74,8 +76,8 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
         assert!(!pages.shown(&participant).contains("data-final"));
         assert!(step(pages, &experimenter));
         press("first");
-        // No page of the experimenter is open any more: nothing begins.
-        drop(follows);
+        // No page of the experimenter answers any more, though its connection may be open: nothing begins.
+        let _open = pages.follow(&experimenter);
         std::thread::sleep(Duration::from_millis(900));
         assert!(!pages.shown(&participant).contains("data-final"));
         // Neither page names a texture.
@@ -98,8 +100,8 @@ fn the_experimenter_sees_the_draft() {
         let participant = pages.participant(&experimenter);
         while step(pages, &experimenter) {}
         let at = pages.mark(&participant);
-        let draft = |at: &str, page: &Page| {
-            let body = format!(r#"{{"at":"{at}","words":["C","A"]}}"#);
+        let draft_of = |at: &str, page: &Page, words: &str| {
+            let body = format!(r#"{{"at":"{at}","words":{words}}}"#);
             let headers = [
                 ("cookie", page.cookie.as_str()),
                 ("x-piezotact-mark", page.mark.as_str()),
@@ -107,12 +109,15 @@ fn the_experimenter_sees_the_draft() {
             ];
             pages.send("POST", "/draft", &headers, &body).status
         };
+        let draft = |at: &str, page: &Page| draft_of(at, page, r#"["C","A"]"#);
         assert_eq!(draft(&at, &participant), 204);
         assert!(pages.shown(&experimenter).contains("<b>C, A</b>"));
+        // What is no choice does not stand on the experimenter's page.
+        assert_eq!(draft_of(&at, &participant, r#"["C","<b>x</b>"]"#), 409);
         assert_eq!(draft(&at, &experimenter), 403);
         answers(pages, &participant, 0);
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
-        assert_eq!(draft("another step", &participant), 204);
+        assert_eq!(draft("another step", &participant), 409);
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
     });
 }

@@ -368,7 +368,7 @@ fn ratings_are_numbers() {
         assert_eq!(pages.ask(&page, r#""do":"confirm""#).status, 204);
         let wide = shown();
         assert!(
-            wide.contains("max=\"1000\"") && !wide.contains("data-choice"),
+            wide.contains("data-to=\"1000\"") && !wide.contains("data-choice"),
             "{wide}"
         );
         said("1001", 422);

@@ -172,6 +172,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["C1"] {
         return crate::discrimination::run();
     }
+    if only == [crate::stops::NAME] {
+        return crate::stops::run();
+    }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     if only == [blocks::NAME] {
         let folder = inputs(python, &script, only)?;
@@ -268,6 +271,7 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only.is_empty() {
         crate::rendering::run()?;
         crate::verdicts::run(&[])?;
+        crate::stops::run()?;
     }
     Ok(())
 }

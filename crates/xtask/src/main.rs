@@ -12,6 +12,8 @@ mod rendering;
 mod schemas;
 mod source;
 #[cfg(feature = "measure")]
+mod stops;
+#[cfg(feature = "measure")]
 #[path = "../../piezotact/tests/studies/mod.rs"]
 mod studies;
 mod tidy;

@@ -81,6 +81,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "piezotact-fourier",
             "piezotact-dataset",
             "piezotact-people",
+            "piezotact-audio",
             "piezotact-bench",
             "piezotact-study",
             "piezotact-twin",

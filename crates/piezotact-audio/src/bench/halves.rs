@@ -385,7 +385,7 @@ impl Play for Player {
         &mut self,
         playback: Playback,
         _run: &RunPlan,
-        _stop: &StopHandle,
+        stop: &StopHandle,
     ) -> Result<(), DeviceError> {
         let mut shared = locked(&self.0);
         let output = shared.rate();
@@ -415,7 +415,7 @@ impl Play for Player {
             tracked(clocks).played(drive.samples().iter().copied());
         }
         shared.loaded = Some(Played {
-            loaded: Loaded::of(playback),
+            loaded: Loaded::of(playback, stop),
             silent_parts,
             clocks,
         });

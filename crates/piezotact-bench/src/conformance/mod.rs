@@ -41,6 +41,8 @@ pub enum Rule {
     Stopped,
     /// A stop from another thread ends a run promptly, even while the bench waits.
     StopFromOutside,
+    /// After a stop from another thread an output plays on for 0.1 s at most, also where nobody acquires meanwhile.
+    OutputStops,
     /// A run that was stopped before its start holds nothing.
     StoppedBefore,
     /// `stop()` is harmless at any time, and twice.
@@ -145,10 +147,11 @@ const ACQUIRING: [(Rule, Check); 2] = [
     (Rule::Order, steps::acquiring),
     (Rule::Calibration, stream::calibration),
 ];
-const PLAYING: [(Rule, Check); 7] = [
+const PLAYING: [(Rule, Check); 8] = [
     (Rule::Order, steps::playing),
     (Rule::Calibration, playing::calibration),
     (Rule::PlaybackEnded, playing::playback_ended),
+    (Rule::OutputStops, playing::output_stops),
     (Rule::Rate, playing::rate),
     (Rule::Made, playing::made),
     (Rule::Progress, playing::progress),

@@ -1,5 +1,7 @@
 //! Conformance tests of the playing half.
 
+use std::time::Duration;
+
 use piezotact::Series;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Drive, SampleRate};
@@ -10,6 +12,9 @@ use crate::error::DeviceError;
 use crate::plan::{DriveSource, Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Play, PlayDescription, PlayProgress};
+
+/// An output plays on for so long after a stop at most.
+const SILENT_WITHIN: Duration = Duration::from_millis(100);
 
 /// The player of a bench that only acquires.
 pub(super) struct NoPlayer;
@@ -175,6 +180,31 @@ pub(super) fn progress(make: &Make, subject: &Subject) -> Result<(), String> {
     )
 }
 
+pub(super) fn output_stops(make: &Make, subject: &Subject) -> Result<(), String> {
+    let mut bench = make();
+    begin(&mut bench, playback(subject), &ended(subject))?;
+    let _first = take(&mut bench, super::Playing::Drive, |taken| {
+        taken.progress.last().is_some_and(|now| now.played > 0)
+    })?;
+    bench.stop.stop();
+    let mut played = [0; 2];
+    // What plays on plays some of its drive in as long again.
+    for played in &mut played {
+        std::thread::sleep(SILENT_WITHIN);
+        *played = bench.player.progress().map_err(super::said)?.played;
+    }
+    bench.player.stop();
+    bench.acquirer.stop();
+    expect(
+        played[0] == played[1],
+        format!(
+            "silence {} ms after a stop from another thread, while nobody acquires",
+            SILENT_WITHIN.as_millis()
+        ),
+        format!("{} samples more", played[1].saturating_sub(played[0])),
+    )
+}
+
 pub(super) fn calibration(make: &Make, subject: &Subject) -> Result<(), String> {
     let mut bench = make();
     let setup = bench.player.calibrate().map_err(super::said)?;
@@ -217,7 +247,7 @@ pub(super) fn threads(make: &Make, subject: &Subject) -> Result<(), String> {
     let plays = std::thread::spawn(move || {
         while !acquires.is_finished() {
             player.progress().map_err(super::said)?;
-            std::thread::sleep(std::time::Duration::from_millis(1));
+            std::thread::sleep(Duration::from_millis(1));
         }
         player.stop();
         acquires

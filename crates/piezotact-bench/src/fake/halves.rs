@@ -137,10 +137,15 @@ impl Shared {
 
     fn progress(&self) -> Option<PlayProgress> {
         let playing = self.playing.as_ref()?;
+        self.progress_at(self.running.as_ref().map_or(playing.since, |run| run.at))
+    }
+
+    /// The progress when the run is at the sample `at`.
+    fn progress_at(&self, at: u64) -> Option<PlayProgress> {
+        let playing = self.playing.as_ref()?;
         if playing.ended.is_some() {
             return playing.ended;
         }
-        let at = self.running.as_ref().map_or(playing.since, |run| run.at);
         let position = self.position(playing, at);
         let (played, underruns, ended) =
             playing
@@ -151,6 +156,18 @@ impl Shared {
             underruns,
             ended,
         })
+    }
+
+    /// `progress`, where something was started and the output is there.
+    fn said(&self, progress: Option<PlayProgress>) -> Result<PlayProgress, DeviceError> {
+        let progress = progress.ok_or(DeviceError::Order {
+            asked: "say how far it is",
+            before: "started",
+        })?;
+        if !progress.ended {
+            self.there(Half::Output)?;
+        }
+        Ok(progress)
     }
 
     /// What happens in the next `count` samples: drive, acceleration and force.
@@ -426,14 +443,18 @@ impl Play for Player {
 
     fn progress(&mut self) -> Result<PlayProgress, DeviceError> {
         let shared = locked(&self.0);
-        let progress = shared.progress().ok_or(DeviceError::Order {
-            asked: "say how far it is",
-            before: "started",
-        })?;
-        if !progress.ended {
-            shared.there(Half::Output)?;
+        shared.said(shared.progress())
+    }
+
+    fn progress_after(&mut self, acquired: Seconds) -> Result<PlayProgress, DeviceError> {
+        let shared = &mut *locked(&self.0);
+        let at = (acquired.0 * shared.input_hz()) as u64;
+        if let Some(mut playing) = shared.playing.take() {
+            // How much drive there is up to then.
+            let _unheard = playing.output.at(shared.position(&playing, at));
+            shared.playing = Some(playing);
         }
-        Ok(progress)
+        shared.said(shared.progress_at(at))
     }
 
     fn stop(&mut self) {

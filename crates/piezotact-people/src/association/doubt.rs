@@ -33,6 +33,8 @@ pub enum AssociationDoubt {
     },
     /// Rehearsals were left out.
     Rehearsals { trials: usize },
+    /// Trials were answered with "I do not know": shares are of the others.
+    NotKnown { trials: usize },
     /// Pairs (of samples, and of a manipulated texture and a sample) of which neither was presented while the other could be
     /// answered.
     Untested {
@@ -53,6 +55,7 @@ const OFFERED: &str = "offered_inferred";
 const FLAGGED: &str = "flagged_trials";
 const LEFT_OUT: &str = "flagged_trials_left_out";
 const REHEARSALS: &str = "rehearsals_left_out";
+const NOT_KNOWN: &str = "not_known";
 const UNTESTED: &str = "untested_pairs";
 const NOT_DECLARED: &str = "samples_not_declared";
 const GUESSES: &str = "guesses";
@@ -73,6 +76,7 @@ impl From<AssociationDoubt> for Doubt {
             Kind::Flagged { trials, of } => (FLAGGED, flagged(trials, of)),
             Kind::FlaggedLeftOut { trials, of } => (LEFT_OUT, flagged(trials, of)),
             Kind::Rehearsals { trials } => (REHEARSALS, vec![("trials", trials)]),
+            Kind::NotKnown { trials } => (NOT_KNOWN, vec![("trials", trials)]),
             Kind::Untested { pairs, of } => (UNTESTED, vec![("pairs", pairs), ("of", of)]),
             Kind::SamplesNotDeclared => (NOT_DECLARED, vec![]),
             Kind::Guesses { pairs } => (GUESSES, vec![("pairs", pairs)]),
@@ -124,6 +128,9 @@ impl DoubtKind for AssociationDoubt {
                 of: each()?,
             },
             REHEARSALS => Self::Rehearsals {
+                trials: field("trials")?,
+            },
+            NOT_KNOWN => Self::NotKnown {
                 trials: field("trials")?,
             },
             UNTESTED => Self::Untested {
@@ -207,6 +214,14 @@ impl fmt::Display for AssociationDoubt {
             Self::Rehearsals { trials } => {
                 write!(f, "{}: left out", of(*trials, "rehearsal"))
             }
+            Self::NotKnown { trials } => write!(
+                f,
+                "{} answered with \"I do not know\": in no matrix, so that shares are of the others; state how many beside them",
+                match trials {
+                    1 => "1 trial of the study was".to_owned(),
+                    several => format!("{several} trials of the study were"),
+                }
+            ),
             Self::Untested { pairs, of } => write!(
                 f,
                 "{pairs} of {of} pairs are untested: neither was presented while the other could be answered; this is not 0 %"
@@ -254,6 +269,7 @@ mod tests {
                 of: [4, 0, 0, 0],
             },
             AssociationDoubt::Rehearsals { trials: 1 },
+            AssociationDoubt::NotKnown { trials: 3 },
             AssociationDoubt::Untested { pairs: 47, of: 78 },
             AssociationDoubt::SamplesNotDeclared,
             AssociationDoubt::Guesses { pairs: 2 },

@@ -39,7 +39,7 @@ pub use felt::{
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };
-pub use of_session::{REPETITION, answers_of, declared};
+pub use of_session::{REPETITION, answers_of, declared, not_known};
 pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
 pub use session_page::session_page;
 pub use tables::{

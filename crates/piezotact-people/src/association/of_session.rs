@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::answer::{Answer, Declared, Flag, Purpose, Stimulus};
 use crate::campaign::plan::{AnswerForm, Presented, Trial};
 use crate::campaign::protocol::{OrderKey, Protocol, TaskKind};
-use crate::campaign::session::{Evidence, State, TrialState};
+use crate::campaign::session::{self, Evidence, State, TrialState};
 use crate::campaign::store;
 
 /// Between the name of a session and the number of a repetition of an order in it, from the second on.
@@ -60,6 +60,26 @@ pub fn answers_of(state: &State<'_>, purpose: store::Purpose) -> Vec<Answer> {
         };
     }
     rows
+}
+
+/// How many counted trials of `state` whose answers would stand in a matrix were answered with "I do not know".
+///
+/// Source: decision 0064 of this project.
+#[must_use]
+pub fn not_known(state: &State<'_>) -> usize {
+    let of_names = |task: &str| {
+        let kind = state.protocol().task(task).map(|task| &task.kind);
+        matches!(
+            kind,
+            Some(TaskKind::Order { .. } | TaskKind::Identify { .. } | TaskKind::Associate { .. })
+        )
+    };
+    let unknown = state.trials().filter(|(trial, of)| {
+        trial.kind.is_counted()
+            && of_names(&trial.task)
+            && of.answer() == Some(&session::Answer::Unknown)
+    });
+    unknown.count()
 }
 
 /// The rows of one trial that is answered with `names`.

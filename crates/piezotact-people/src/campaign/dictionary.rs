@@ -179,7 +179,15 @@ impl<'a> Described<'a> {
                 |stimulus| Some(&stimulus.expected),
             ),
             "offered" => self.offered(),
-            "answered" => Some(self.answered()),
+            "answered" => {
+                let mut meaning = self.answered();
+                if self.task.may_not_know {
+                    meaning.description.push_str(
+                        " n/a in the table of trials: the participant did not know; the table of answers has no row then.",
+                    );
+                }
+                Some(meaning)
+            }
             "flags" => Some(flags()),
             "rehearsal" => Some(rehearsal()),
             "judge" => Some(text(

@@ -58,6 +58,8 @@ pub struct TrialState {
     pub voided: u32,
     /// When it was presented in this attempt, and when it was confirmed, in ms since 1970-01-01 00:00 UTC.
     pub at_ms: [Option<i64>; 2],
+    /// How long pauses took between these, in ms.
+    pub paused_ms: i64,
 }
 
 impl TrialState {
@@ -88,11 +90,11 @@ impl TrialState {
         self.is_presented() || !self.begun.is_empty()
     }
 
-    /// The time from the presentation to the confirmation, in s; `None` before, and where the clock jumped back between.
+    /// The time from the presentation to the confirmation without pauses, in s; `None` before, and where the clock jumped back between.
     #[must_use]
     pub fn seconds(&self) -> Option<f64> {
         let [presented, confirmed] = self.at_ms;
-        let passed_ms = confirmed? - presented?;
+        let passed_ms = confirmed? - presented? - self.paused_ms;
         (passed_ms >= 0).then_some(passed_ms as f64 / 1000.0)
     }
 
@@ -197,6 +199,7 @@ pub struct State<'a> {
     /// Times at which the clock of the computer jumped back, in ms.
     jumps_back_ms: Vec<i64>,
     began_ms: Option<i64>,
+    paused_at_ms: Option<i64>,
     last_ms: Option<i64>,
     events: u64,
 }
@@ -237,6 +240,7 @@ impl<'a> State<'a> {
             ignored: 0,
             jumps_back_ms: Vec::new(),
             began_ms: None,
+            paused_at_ms: None,
             last_ms: None,
             events: 0,
         }
@@ -396,6 +400,7 @@ impl<'a> State<'a> {
         if let Event::Presented { trial, .. } = event {
             let state = self.trial_state(trial)?;
             state.at_ms[0] = Some(at_ms);
+            state.paused_ms = 0;
             state.played_ms.clear();
         }
         if let Event::Presented { trial, .. } | Event::Played { trial, .. } = event {
@@ -407,6 +412,15 @@ impl<'a> State<'a> {
         }
         if let Event::Confirmed { trial } = event {
             self.trial_state(trial)?.at_ms[1] = Some(at_ms);
+        }
+        if matches!(event, Event::Paused) {
+            self.paused_at_ms = Some(at_ms);
+        } else if self.stage != Stage::Paused
+            && let Some(since_ms) = self.paused_at_ms.take()
+            && let Some(at) = self.place()
+        {
+            // A clock that jumped back says nothing of a pause.
+            self.trials[at].paused_ms += at_ms.saturating_sub(since_ms).max(0);
         }
         self.follow();
         if let Some(last) = self.last_ms

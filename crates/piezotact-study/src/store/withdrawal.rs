@@ -99,6 +99,16 @@ impl StudyStore {
             let participant = name.to_owned();
             return Err(WithdrawError::Unknown { participant });
         }
+        let is_again = self.read(async |database| has_withdrawn(database, name).await)?;
+        if is_again && files.is_empty() && identity_sha.is_none() {
+            // Nothing is left to be erased, and no change to be counted.
+            return Ok(Withdrawn {
+                sessions,
+                files: 0,
+                identities: 0,
+                remains: Remains::Nothing,
+            });
+        }
         let pending = match self.kept() {
             Kept::InFolder => "files",
             Kept::OnServer => "bytes",

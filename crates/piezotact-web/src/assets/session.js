@@ -179,7 +179,7 @@ function show(html) {
     prefix = "";
   }
   for (const details of page.querySelectorAll("details")) {
-    if (open.includes(summaryOf(details)) && (isSame || !details.closest(".step"))) details.open = true;
+    if (open.includes(summaryOf(details)) && (isSame || !details.closest(".step, .change"))) details.open = true;
   }
   for (const field of inForms()) {
     if (stays(field) && typed.get(nameOf(field))) field.value = typed.get(nameOf(field));
@@ -228,6 +228,11 @@ function choose(draft, words) {
 function chooseNext(draft, choice) {
   const words = chosen(draft);
   const { at } = draft.dataset;
+  // Where there is one place, another choice takes it.
+  if (Number(draft.dataset.most) === 1) {
+    choose(draft, [choice]);
+    return;
+  }
   if (at === undefined) {
     choose(draft, [...words, choice]);
     return;
@@ -253,10 +258,10 @@ function drawDraft(draft) {
   for (const choice of draft.querySelectorAll("[data-choice]")) {
     const used = draft.dataset.choose === "once" && words.includes(choice.dataset.choice);
     // Not disabled: the focus stays where it is, so that a key that bounces chooses nothing else.
-    choice.setAttribute("aria-disabled", at === undefined && (used || words.length >= most));
+    choice.setAttribute("aria-disabled", most > 1 && at === undefined && (used || words.length >= most));
   }
   const number = draft.querySelector("[data-number]");
-  if (number && document.activeElement !== number) number.value = words[0] ?? "";
+  if (number && document.activeElement !== number) number.value = words[0]?.replace("?", "") ?? "";
   const send = draft.querySelector("[data-send]");
   draft.querySelector("[data-undo]").disabled = words.length === 0;
   send.disabled = words.length < least;
@@ -275,8 +280,10 @@ function typed(draft, digit) {
 page.addEventListener("input", (event) => {
   const number = event.target.closest("[data-number]");
   if (!number) return;
-  const isIt = number.value !== "" && number.checkValidity();
-  choose(number.closest("[data-draft]"), isIt ? [String(number.valueAsNumber)] : []);
+  const whole = /^[-−]?[0-9]+$/.test(number.value) ? Number(number.value.replace("−", "-")) : NaN;
+  const isIt = whole >= Number(number.dataset.from) && whole <= Number(number.dataset.to);
+  number.setAttribute("aria-invalid", number.value !== "" && !isIt);
+  choose(number.closest("[data-draft]"), isIt ? [String(whole)] : []);
 });
 
 // ---- What is pressed.
@@ -299,6 +306,8 @@ page.addEventListener("click", (event) => {
   else if (button.dataset.send !== undefined) ask({ do: "answer", words: chosen(draft) });
   else if (button.dataset.post) post(button.dataset.post);
   else if (button.dataset.twice && !button.dataset.pressed) {
+    // Who withdraws wants it to end: what is asked once more is whether all is erased.
+    if (button.dataset.ask?.includes("withdraw") && page.querySelector("[data-playing]")) ask({ do: "silence" });
     // A double click is one press.
     button.dataset.pressed = event.timeStamp;
     button.dataset.text = button.textContent;
@@ -371,11 +380,16 @@ document.addEventListener("keydown", (event) => {
   if (event.repeat) { if (event.key === "Enter") event.preventDefault(); return; }
   if (event.key === "Enter" && !event.target.closest("button, summary, a")) {
     const main = draft?.querySelector("[data-send]:not(:disabled)") ?? page.querySelector(".step > button.main, main > button.main");
-    if (main && !(draft && main.dataset.ask === undefined && main.disabled)) { event.preventDefault(); main.click(); }
+    // A participant goes to what is final before it is pressed: one Enter too many would confirm unread.
+    const isUnread = page.classList.contains("participant") && main?.dataset.ask?.includes("confirm") && main.parentElement.querySelector(".change");
+    if (main && main.checkVisibility() && !isUnread && !(draft && main.dataset.ask === undefined && main.disabled)) { event.preventDefault(); main.click(); }
     return;
   }
   if (!draft || event.key.length !== 1) return;
   const key = event.key.toLowerCase();
+  const number = draft.querySelector("[data-number]");
+  // A number is typed where it stands, wherever the focus was.
+  if (number && /^[0-9-]$/.test(key)) number.focus();
   if (/^[0-9-]$/.test(key) && draft.querySelector("[data-numbers]")) {
     event.preventDefault();
     typed(draft, key);

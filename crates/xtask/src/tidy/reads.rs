@@ -7,8 +7,9 @@ use anyhow::Result;
 use super::{Findings, rust_files, shown};
 
 /// Where files of a person are read.
-const SOURCES: [&str; 3] = [
+const SOURCES: [&str; 4] = [
     "crates/piezotact-dataset/src",
+    "crates/piezotact-study/src",
     "crates/piezotact-app/src/commands",
     "crates/piezotact-app/src/benches",
 ];
@@ -19,7 +20,7 @@ const ALLOWED: [&str; 7] = [
     "crates/piezotact-dataset/src/lock.rs",
     "crates/piezotact-dataset/src/journal/",
     // The store: who the participants are is nothing that a result is made from.
-    "crates/piezotact-dataset/src/study/",
+    "crates/piezotact-study/src/store/",
     "crates/piezotact-app/src/commands/replay/panels.rs",
     "crates/piezotact-app/src/commands/rerun/",
 ];

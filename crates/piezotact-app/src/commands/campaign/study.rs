@@ -8,7 +8,8 @@ use anyhow::{Error, anyhow};
 use piezotact::Doubt;
 use piezotact::page::{Column, Table};
 use piezotact_people::association::{
-    Answer, Declared, THRESHOLD_COLUMNS, answers_of, declared, thresholds_table,
+    Answer, AssociationDoubt, Declared, THRESHOLD_COLUMNS, answers_of, declared, not_known,
+    thresholds_table,
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::protocol::TaskKind;
@@ -211,11 +212,14 @@ impl Study {
             }
         }
         let mut by_judge: BTreeMap<String, usize> = BTreeMap::new();
+        let mut unknown = 0;
         for (entry, plan) in self.live()? {
             if entry.purpose != Purpose::Volunteer {
                 continue;
             }
-            for doubt in self.state(&plan)?.doubts() {
+            let state = self.state(&plan)?;
+            unknown += not_known(&state);
+            for doubt in state.doubts() {
                 match doubt.kind() {
                     Some(CampaignDoubt::Virtual { sessions, judge }) => {
                         *by_judge.entry(judge).or_default() += sessions;
@@ -228,6 +232,7 @@ impl Study {
         let virtual_volunteers = virtual_volunteers
             .map(|(judge, sessions)| CampaignDoubt::Virtual { sessions, judge }.into());
         doubts.extend(virtual_volunteers);
+        doubts.extend((unknown > 0).then(|| AssociationDoubt::NotKnown { trials: unknown }.into()));
         Ok(doubts)
     }
 

@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
-use piezotact_study::store::{Passphrase, Pseudonym, Remains};
+use piezotact_people::campaign::store::Store as _;
+use piezotact_study::store::{Passphrase, Pseudonym, Remains, StudyStore};
 
 use super::study::{now_ms, open_store};
 use crate::failure::{Outcome, usage};
@@ -32,6 +33,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if !is_confirmed(&participant)? {
         return print("nothing was erased");
     }
+    require_not_led(&store, &participant)?;
     // Before the links are removed with the rest.
     let linked = store.linked_outside(&participant)?;
     let erased = store.withdraw(&participant, now_ms(), passphrase.as_ref())?;
@@ -56,6 +58,18 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "{} may hold data of {participant}, by its name: it was not erased; look at it, and erase it by hand",
             path.display()
         ));
+    }
+    Ok(())
+}
+
+/// Refuses while a session of `participant` is led: it would go on, and what plays with it. It is withdrawn from there, which stops both.
+fn require_not_led(store: &StudyStore, participant: &Pseudonym) -> Outcome {
+    for entry in store.sessions()? {
+        let (of, session) = entry.key.names();
+        let is_of = of == participant.as_str();
+        if is_of && store.session_folder(participant, session)?.is_dir() {
+            drop(store.run_alone(participant, session)?);
+        }
     }
     Ok(())
 }

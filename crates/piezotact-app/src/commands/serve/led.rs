@@ -6,8 +6,7 @@ use std::sync::Arc;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::{read_input_text, reads};
-use piezotact_people::campaign::session::Event;
-use piezotact_study::session::{BenchStimulator, Given, Runner, Stimulator};
+use piezotact_study::session::{BenchStimulator, Runner, Stimulator};
 use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, View};
 
 use super::console;
@@ -99,12 +98,9 @@ impl Front for Pages {
     ) -> Outcome {
         let _ends_between = Between::items("step");
         progress::keep_off();
-        if let Some(command) = first_command(&mut runner, args)
-            && let Given::Done(Event::ResumeRefused { after_hours }) = runner.give(command)?
-        {
-            say(&format!(
-                "it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
-            ));
+        if let Some(command) = first_command(&mut runner, args) {
+            session::require_in_time(&mut runner, &command)?;
+            let _begun = runner.give(command)?;
         }
         let played_by = match args.leading.by_hand {
             true => PlayedBy::Hand,

@@ -25,7 +25,7 @@ use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::readiness::{
     BenchNow, EarlierSession, Known, NotReady, SensorNow, not_ready, stimuli_of,
 };
-use piezotact_people::campaign::session::{Command, Participant, Stage};
+use piezotact_people::campaign::session::{Command, Event, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::campaign::text::check_short;
 use piezotact_study::session::{
@@ -33,7 +33,7 @@ use piezotact_study::session::{
 };
 
 use super::plan::planned;
-use super::study::{Begun, Study, now_ms};
+use super::study::{Begun, Study, now_ms, said};
 use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
 use crate::commands::run_plan;
@@ -487,6 +487,19 @@ pub(crate) fn first_command(runner: &mut Runner<'_>, args: &Arguments) -> Option
         }),
         Stage::Stopped | Stage::Ended | Stage::Withdrawn => None,
     }
+}
+
+/// Refuses to go on with a session that was left for too long. Nothing is stored of it, as the clock may be wrong.
+pub(crate) fn require_in_time(runner: &mut Runner<'_>, command: &Command) -> Outcome {
+    let Ok(Event::ResumeRefused { after_hours }) = runner.state().decide(command) else {
+        return Ok(());
+    };
+    let within = runner.state().protocol().resuming.refused_after_hours;
+    let now = said(runner.now_ms());
+    Err(Failure::Data(anyhow!(
+        "the session was left {after_hours:.1} h ago by the clock of this computer ({now}, UTC), and the protocol lets it go on within {within} h: \
+         where the clock is wrong, set it and give the same command again; else the session stays as it was left. Nothing was stored"
+    )))
 }
 
 /// How far the session is, task by task.

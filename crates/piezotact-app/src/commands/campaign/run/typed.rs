@@ -12,7 +12,7 @@ use piezotact_study::session::{
 use super::shown::{PlayedBy, said, shown};
 use super::terminal::{MOST_COUNTED, Terminal, Typed};
 use super::words::{Asked, HELP, understood};
-use super::{About, Arguments, Front, first_command, left, status, withdrawn};
+use super::{About, Arguments, Front, first_command, left, require_in_time, status, withdrawn};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{Between, interrupted};
 use crate::output::{print, say};
@@ -144,12 +144,9 @@ fn begin(runner: &mut Runner<'_>, args: &Arguments, terminal: &Terminal) -> Outc
             ))?;
         }
     }
-    match runner.give(command)? {
-        Given::Done(Event::ResumeRefused { after_hours }) => terminal.say(&format!(
-            "  it was left {after_hours:.1} h ago, and the protocol does not let it go on after so long"
-        )),
-        _ => Ok(()),
-    }
+    require_in_time(runner, &command)?;
+    let _begun = runner.give(command)?;
+    Ok(())
 }
 
 /// Whether a texture was played on a bench in this session.
