@@ -16,7 +16,7 @@ use super::error::{Kept, StudyError};
 use super::postgres::DatabaseUrl;
 use super::pseudonym::{Pseudonym, PseudonymError};
 use super::shared::{StoredCampaign, stored_campaign};
-use super::store::StudyStore;
+use super::study_store::StudyStore;
 use piezotact_dataset::atomic::{sync_folder, write_atomically};
 use piezotact_dataset::read_input_text;
 use piezotact_dataset::{ReadError, WriteError};

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use super::error::{StudyError, advice_on_io};
 use super::pseudonym::{Pseudonym, PseudonymError};
 use super::sessions::has_withdrawn;
-use super::store::StudyStore;
+use super::study_store::StudyStore;
 use piezotact_dataset::WriteError;
 use piezotact_dataset::atomic::{Prepared, sync_folder};
 use piezotact_dataset::lock::{Lock, LockError, LockFile};

@@ -17,7 +17,7 @@ mod seal;
 mod sessions;
 mod shared;
 mod simulated;
-mod store;
+mod study_store;
 #[cfg(test)]
 mod tests;
 mod withdrawal;
@@ -30,7 +30,7 @@ pub use postgres::{DatabaseUrl, DatabaseUrlError};
 pub use pseudonym::{Pseudonym, PseudonymError};
 pub use running::{RunningError, SessionLock};
 pub use shared::Notice;
-pub use store::StudyStore;
+pub use study_store::StudyStore;
 pub use withdrawal::{WithdrawError, Withdrawn};
 
 /// The database.

@@ -8,7 +8,7 @@ use piezotact_people::campaign::store::{
 use super::database::{Database, Value};
 use super::error::{Kept, damaged};
 use super::pseudonym::{Pseudonym, PseudonymError};
-use super::store::{Changed, StudyStore};
+use super::study_store::{Changed, StudyStore};
 
 pub(super) async fn has_withdrawn(
     database: &mut Database,

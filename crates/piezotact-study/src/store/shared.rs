@@ -16,7 +16,7 @@ use super::error::{Kept, StudyError, damaged};
 use super::identity;
 use super::postgres::DatabaseUrl;
 use super::sessions::{has_withdrawn, withdrawn};
-use super::store::StudyStore;
+use super::study_store::StudyStore;
 use piezotact_dataset::atomic::sync_folder;
 
 /// The URL of the database, in one line. It is not in campaign.json: that file is the same at every station, and the way to the server

@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::campaign::{CampaignError, parsed, write};
 use super::pseudonym::Pseudonym;
-use super::store::StudyStore;
+use super::study_store::StudyStore;
 
 /// How the study was simulated.
 const SIMULATION: &str = "simulation.json";

@@ -16,7 +16,7 @@ use super::identity::{self, IDENTITY, IdentityError, NEXT, Passphrase};
 use super::pseudonym::Pseudonym;
 use super::sessions::has_withdrawn;
 use super::shared::Notice;
-use super::store::StudyStore;
+use super::study_store::StudyStore;
 use super::{DATABASE, PARTICIPANTS};
 use piezotact_dataset::atomic::{UNFINISHED, remove_left_behind, sync_folder};
 
