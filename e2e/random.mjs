@@ -67,7 +67,7 @@ const KEYS = ["Enter", "Enter", "Enter", "Enter", "Enter", "ArrowRight", "ArrowL
 const RARE = ["Backspace", "Escape"];
 
 async function pressed(page) {
-  if (drawn(3) === 0) {
+  if (drawn(4) === 0) {
     const key = drawn(25) ? KEYS[drawn(KEYS.length)] : RARE[drawn(RARE.length)];
     const choice = await chosenBy(page, key);
     await page.keyboard.press(key);
@@ -79,7 +79,7 @@ async function pressed(page) {
   // What takes the session on is drawn more often: else it does not get far.
   const main = await page.$$("button.main:visible:not(:disabled)");
   const choices = await page.$$(".choice:visible:not([aria-disabled=true])");
-  const from = [main, choices, choices, main, all][drawn(5)];
+  const from = [main, choices, choices, choices, choices, choices, main, all][drawn(8)];
   const one = from.length ? from[drawn(from.length)] : all[drawn(all.length)];
   const choice = await one.evaluate((one) => (one.closest("[data-final]") ? one.dataset.choice ?? null : null)).catch(() => null);
   await one.click({ timeout: 1000, force: true, noWaitAfter: true }).catch(() => {});

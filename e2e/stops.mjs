@@ -28,7 +28,7 @@ function send(origin, method, path, headers, body, cut) {
       reply.on("end", () => done({ status: reply.statusCode, text, cookie: reply.headers["set-cookie"]?.[0]?.split(";")[0] }));
     });
     sent.on("error", (error) => (cut ? done({ status: 0 }) : lost(error)));
-    sent.end(body, () => { if (cut) setTimeout(() => sent.destroy(), 1); });
+    sent.end(body, () => { if (cut) setTimeout(() => sent.destroy(), 20); });
   });
 }
 

@@ -8,6 +8,7 @@
 )]
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::criterion::Outcome;
 use piezotact_replay::count::{CountSettings, CountedPanels, PanelCount, PanelFindings};
@@ -200,9 +201,25 @@ fn forty(chapters: &[u8]) -> PanelCount {
         seed: SEED,
     };
     let mut counted = CountedPanels::none(CountSettings::of(&replay, chapters));
-    for seed in counted.missing(40) {
+    let seeds = counted.missing(40);
+    let found = |seed: u64| {
         let measured: Vec<Chapter> = chapters.iter().map(|n| measured(*n, seed)).collect();
-        counted.add(PanelFindings::of(seed, &measured));
+        PanelFindings::of(seed, &measured)
+    };
+    // On all cores: a panel knows nothing of another.
+    let next = AtomicUsize::new(0);
+    let all: Vec<PanelFindings> = std::thread::scope(|scope| {
+        let work = || {
+            let take = || seeds.get(next.fetch_add(1, Ordering::Relaxed));
+            std::iter::from_fn(take).map(|seed| found(*seed)).collect()
+        };
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let working: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let done = working.into_iter().map(|one| one.join().unwrap());
+        done.flat_map(|found: Vec<PanelFindings>| found).collect()
+    });
+    for findings in all {
+        counted.add(findings);
     }
     let counts = counted.counts(40);
     for claim in &counts.claims {

@@ -5,6 +5,7 @@ use piezotact_people::campaign::session::{Command, UNKNOWN, letters};
 use serde::Deserialize;
 
 use crate::access::Role;
+use crate::words::{Language, Word};
 
 /// A request as a page sends it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -65,6 +66,11 @@ pub(crate) enum What {
     End,
 }
 
+/// As it is stored: journals have one language.
+fn own(word: Word) -> &'static str {
+    word.in_language(Language::English)
+}
+
 impl What {
     /// Whether `role` may ask for it.
     pub(crate) fn is_for(&self, role: Role) -> bool {
@@ -108,8 +114,8 @@ impl What {
     /// Why what is played ends at once when `role` asks for it; none where it goes on.
     pub(crate) fn silences(&self, role: Role) -> Option<&'static str> {
         match (self, role) {
-            (Self::Pause, Role::Participant) => Some("the participant stopped it"),
-            (Self::Silence | Self::Pause, _) => Some("it was stopped on an experimenter's page"),
+            (Self::Pause, Role::Participant) => Some(own(Word::StoppedByParticipant)),
+            (Self::Silence | Self::Pause, _) => Some(own(Word::StoppedOnPage)),
             (Self::Stop { .. }, _) => Some("the session was stopped"),
             (Self::Withdraw, _) => Some("the participant withdrew"),
             _ => None,

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crate::server::Led;
+use crate::words::{Language, Word};
 
 /// How often a page is asked while a texture plays.
 pub(crate) const EVERY: Duration = Duration::from_secs(1);
@@ -13,9 +14,6 @@ pub(crate) const EVERY: Duration = Duration::from_secs(1);
 pub(crate) const LONGEST: Duration = Duration::from_secs(3);
 /// How often it is looked.
 const LOOK: Duration = Duration::from_millis(100);
-/// Why a trial is void then.
-const UNWATCHED: &str = "no page of the experimenter answered for 3 s while it was played: it was closed, hidden by the system, or lost the network";
-
 /// When a page of the experimenter answered last.
 #[derive(Debug, Default)]
 pub(crate) struct Beat(Mutex<Option<Instant>>);
@@ -44,7 +42,8 @@ pub(crate) async fn watched(led: Arc<Led>) {
         let began = *began.get_or_insert_with(Instant::now);
         let last = led.beat.last().map_or(began, |beat| beat.max(began));
         if last.elapsed() > LONGEST {
-            led.stop.stop(UNWATCHED);
+            led.stop
+                .stop(Word::NobodyWatched.in_language(Language::English));
         }
     }
 }

@@ -18,7 +18,7 @@ use tokio::sync::{oneshot, watch};
 use crate::asked::What;
 use crate::beat::{Beat, LONGEST};
 use crate::view::{OpenStep, PlayedBy, Text, View, is_rendered, next_after, shown_as, words_of};
-use crate::words::Word;
+use crate::words::{Language, Word};
 
 /// As many of the last events are listed.
 const LISTED: usize = 30;
@@ -321,7 +321,7 @@ impl Desk {
                 Ok(Reply::Stored)
             }
             Ok(Given::Void { why }) => {
-                self.notice = Some((Word::Void, why.clone().into()));
+                self.notice = Some((Word::Void, reason(&why)));
                 self.keep(at_ms, format!("void: {why}"));
                 Ok(Reply::Stored)
             }
@@ -377,6 +377,20 @@ fn is_so(stage: Stage, command: &Command) -> bool {
 
 fn is_over(stage: Stage) -> bool {
     matches!(stage, Stage::Stopped | Stage::Ended | Stage::Withdrawn)
+}
+
+/// Why a trial is void, in the language of a page where it is one of the pages' own reasons.
+fn reason(why: &str) -> Text {
+    let own = [
+        Word::StoppedByParticipant,
+        Word::StoppedOnPage,
+        Word::NobodyWatched,
+    ];
+    let mut own = own.into_iter();
+    match own.find(|word| word.in_language(Language::English) == why) {
+        Some(word) => Text::of_word(why, word),
+        None => why.to_owned().into(),
+    }
 }
 
 /// The pause after which the next trial begins by itself; none where the experimenter begins it.

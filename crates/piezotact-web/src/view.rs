@@ -114,7 +114,7 @@ impl Text {
     }
 
     /// The words of pages for it.
-    fn of_word(own: &str, word: Word) -> Self {
+    pub(crate) fn of_word(own: &str, word: Word) -> Self {
         let each = Language::ALL.into_iter();
         Self {
             own: own.to_owned(),

@@ -264,6 +264,12 @@ words! {
         "Ouvrez cette adresse une seule fois sur l'appareil du participant, ou photographiez le code avec lui :",
         "Apra questo indirizzo una sola volta sul dispositivo del partecipante, o inquadri il codice con esso:";
     CodeAsPicture: "The address as a QR code", "L'adresse en code QR", "L'indirizzo come codice QR";
+    StoppedByParticipant: "the participant stopped it", "le participant l'a arrêtée", "il partecipante l'ha fermata";
+    StoppedOnPage: "it was stopped on an experimenter's page", "elle a été arrêtée sur une page d'expérimentateur",
+        "è stata fermata su una pagina di sperimentatore";
+    NobodyWatched: "no page of the experimenter answered for 3 s while it was played: it was closed, hidden by the system, or lost the network",
+        "aucune page de l'expérimentateur n'a répondu pendant 3 s : elle a été fermée, masquée par le système, ou a perdu le réseau",
+        "nessuna pagina dello sperimentatore ha risposto per 3 s: è stata chiusa, nascosta dal sistema, o ha perso la rete";
     NotBegunItself: "The trial did not begin by itself:", "L'essai n'a pas commencé de lui-même :", "La prova non è cominciata da sola:";
     Void: "THE TRIAL IS VOID and is presented again:", "L'ESSAI EST NUL et sera présenté à nouveau :",
         "LA PROVA È NULLA e viene presentata di nuovo:";
