@@ -99,8 +99,8 @@ const sent = [];
 for (const way of Object.keys(ways)) {
   for (let i = 0; i < repetitions; i += 1) {
     await sleep(60);
-    page.ask({ do: "go_on" }).catch(() => {});
-    await sleep(60);
+    if (page.at.startsWith("paused")) await page.ask({ do: "go_on" });
+    for (let waited = 0; !page.at.startsWith("running") && waited < 5000; waited += 5) await sleep(5);
     const over = page.ask({ do: "present" }).catch(() => {});
     for (let waited = 0; !page.isPlaying && waited < 5000; waited += 5) await sleep(5);
     await sleep(150 + 600 * Math.random());
@@ -108,6 +108,8 @@ for (const way of Object.keys(ways)) {
     sent.push([way, Date.now()]);
     await ways[way]();
     await over;
+    // The next step is shown, and where it is a pause that too.
+    await sleep(150);
     for (let waited = 0; page.isPlaying && waited < 5000; waited += 5) await sleep(5);
   }
 }

@@ -26,6 +26,8 @@ mod verify_journal;
 #[cfg(feature = "campaign")]
 mod withdraw;
 
+#[cfg(not(feature = "campaign"))]
+use std::ffi::OsString;
 use std::path::Path;
 
 use anyhow::{Error, anyhow};
@@ -46,7 +48,28 @@ pub(super) fn simulated_as(study: &study::Study) -> Outcome<Option<String>> {
     Ok(settings.map(|settings| settings.words()))
 }
 
+/// What needs the store, which `./x build` compiles.
+#[cfg(not(feature = "campaign"))]
+const STORED: [&str; 10] = [
+    "new",
+    "join",
+    "plan",
+    "run",
+    "simulate",
+    "status",
+    "export",
+    "verify-journal",
+    "identity",
+    "withdraw",
+];
+
 #[derive(Debug, Args)]
+#[cfg_attr(
+    not(feature = "campaign"),
+    command(
+        after_help = "Not in this build, but in that of ./x build: new, join, plan, run, simulate, status, export, verify-journal, identity, withdraw."
+    )
+)]
 pub(crate) struct Campaign {
     #[command(subcommand)]
     command: CampaignCommand,
@@ -121,6 +144,10 @@ enum CampaignCommand {
     #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign withdraw study P01")]
     Withdraw(withdraw::Arguments),
+    /// What another build has.
+    #[cfg(not(feature = "campaign"))]
+    #[command(external_subcommand)]
+    Lacking(Vec<OsString>),
 }
 
 pub(crate) fn run(args: &Campaign) -> Outcome {
@@ -148,7 +175,24 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Identity(args) => identity::run(args),
         #[cfg(feature = "campaign")]
         CampaignCommand::Withdraw(args) => withdraw::run(args),
+        #[cfg(not(feature = "campaign"))]
+        CampaignCommand::Lacking(words) => Err(lacking(words)),
     }
+}
+
+/// That this build has no command called as the first of `words`.
+#[cfg(not(feature = "campaign"))]
+fn lacking(words: &[OsString]) -> Failure {
+    let name = words.first().map(|word| word.to_string_lossy());
+    let name = name.unwrap_or_default();
+    usage(match STORED.contains(&&*name) {
+        true => anyhow!(
+            "campaign {name}: this build has no store of campaigns; build piezotact with ./x build"
+        ),
+        false => anyhow!(
+            "expected design, protocol or dictionary, found `{name}`; `piezotact campaign --help` lists all"
+        ),
+    })
 }
 
 /// The protocol in the file `named`, or that of the library with this name; a file is preferred.
