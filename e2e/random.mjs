@@ -63,7 +63,7 @@ const chosenBy = (page, key) => page.evaluate((key) => {
 }, key);
 
 const KEYS = ["Enter", "Enter", "Enter", "Enter", "Enter", "ArrowRight", "ArrowLeft", "Tab", ..."0123456789abcdefghijklmn", ..."123abc"];
-// What holds a session up is pressed too, but not so often that it gets nowhere.
+// Pause and "take back" are pressed rarely: otherwise few trials would be confirmed.
 const RARE = ["Backspace", "Escape"];
 
 async function pressed(page) {

@@ -290,7 +290,7 @@ async function main(browser) {
     await picture(participant, `participant-noted-${all.length}`);
     let final = all;
     if (!done.folded) {
-      // What is folded away takes no keys: nothing is answered anew.
+      // A form in a closed <details> takes no keys: no second answer is stored.
       done.folded = true;
       const events = await page.getAttribute("main", "data-events");
       for (const key of ["1", "Backspace", "2", "a"]) { await page.keyboard.press(key); await participant.keyboard.press(key); }

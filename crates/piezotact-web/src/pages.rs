@@ -496,7 +496,7 @@ fn instead(closed: &Closed, language: Language) -> Markup {
                     legend { (w(Word::WhichOnes)) }
                     @for i in 0..wanted {
                         select required aria-label=(format!("{} {}", w(Word::WhichOnes), i + 1)) {
-                            // What is chosen was looked at.
+                            // No sample is preselected.
                             option value="" { "–" }
                             @for sample in &closed.samples {
                                 option value=(sample) { (sample) }

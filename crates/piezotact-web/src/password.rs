@@ -8,8 +8,8 @@ use piezotact_people::campaign::text::{SecretError, check_secret};
 
 /// The most bytes.
 const LONGEST: usize = 1024;
-/// Memory is asked for in pieces of at least so many bytes, of which a hash uses 19 MiB. Allocators keep what is smaller for later, glibc
-/// up to 32 MiB and for each thread anew; what is larger goes back to the system with the hash.
+/// The size of the memory block of a hash, in bytes; a hash uses 19 MiB of it. glibc keeps freed blocks of up to 32 MiB in each thread;
+/// a larger block is returned to the system when the hash is done.
 const LARGE: usize = 33 << 20;
 
 /// A password that is not accepted.

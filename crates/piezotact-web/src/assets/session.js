@@ -206,7 +206,7 @@ function chosen(draft) {
   const kept = JSON.parse(sessionStorage.getItem(DRAFT) || "null");
   return kept && kept.at === draft.dataset.draft ? kept.words : draft.dataset.noted.split("\n").filter(Boolean);
 }
-// Where nothing stands yet between others a place is empty: it is filled before the answer is sent.
+// Stores the answer that is being made, or sends it where one press is the answer.
 function choose(draft, words) {
   if (draft.dataset.final !== undefined && words.length > 0) {
     ask({ do: "answer", words });
@@ -306,7 +306,7 @@ page.addEventListener("click", (event) => {
   else if (button.dataset.send !== undefined) ask({ do: "answer", words: chosen(draft) });
   else if (button.dataset.post) post(button.dataset.post);
   else if (button.dataset.twice && !button.dataset.pressed) {
-    // Who withdraws wants it to end: what is asked once more is whether all is erased.
+    // The texture stops at the first press; the second one confirms the withdrawal.
     if (button.dataset.ask?.includes("withdraw") && page.querySelector("[data-playing]")) ask({ do: "silence" });
     // A double click is one press.
     button.dataset.pressed = event.timeStamp;

@@ -113,7 +113,7 @@ pub enum Refusal {
     Text(#[from] TextError),
     /// The strokes of a trial take longer.
     #[error(
-        "{strokes} take {least_s:.1} s at least, and {passed_s:.1} s have passed since the sample was handed over: go on with the trial"
+        "expected at least {least_s:.1} s for {strokes}, found {passed_s:.1} s since the sample was handed over; continue the strokes, then confirm"
     )]
     TooSoon {
         strokes: String,
@@ -125,7 +125,7 @@ pub enum Refusal {
     NoReason,
 }
 
-/// The shortest time of a stroke and its return, s: five in a second are more than a finger makes on a sample.
+/// The shortest time of a stroke and its return that is accepted, s. An assumption: five strokes a second (decision 0065).
 const SHORTEST_STROKE_S: f64 = 0.2;
 
 impl State<'_> {

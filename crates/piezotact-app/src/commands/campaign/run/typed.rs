@@ -169,7 +169,7 @@ fn not_stated(participant: &Participant) -> Vec<&'static str> {
 fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outcome {
     let now_ms = runner.now_ms();
     let too_soon = runner.state().too_soon(now_ms);
-    // A script has no strokes to be waited for.
+    // The time is checked at a keyboard only; a script has no strokes.
     let too_soon = too_soon.filter(|_| command == Command::Confirm && terminal.is_keyboard());
     if let Some(refusal) = too_soon {
         return terminal.say(&format!("  {refusal}"));

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A telephone that rings is not thought about.
+/// The response time has no pauses in it.
 #[test]
 fn a_pause_is_not_part_of_the_time_of_an_answer() {
     let (protocol, plan) = isotropic();
@@ -25,7 +25,7 @@ fn a_pause_is_not_part_of_the_time_of_an_answer() {
     assert_eq!(of.seconds(), Some(3.0));
 }
 
-/// 0.49 s are no 10 strokes.
+/// A touch trial that is confirmed after 0.49 s is refused.
 #[test]
 fn a_trial_of_touch_takes_as_long_as_its_strokes() {
     let protocol = from_library("isotropic_triplets").unwrap().unwrap();
@@ -44,8 +44,8 @@ fn a_trial_of_touch_takes_as_long_as_its_strokes() {
     };
     let least_ms = i64::from(strokes) * 200;
     let said = after(490).unwrap();
-    assert!(said.contains(&format!("{strokes} strokes take")), "{said}");
-    assert!(said.contains("0.5 s have passed"), "{said}");
+    assert!(said.contains(&format!("for {strokes} strokes")), "{said}");
+    assert!(said.contains("found 0.5 s"), "{said}");
     assert!(after(least_ms - 1).is_some());
     for ms in [least_ms, i64::MAX - run.now_ms, -1, i64::MIN] {
         assert_eq!(after(ms), None, "{ms}");
