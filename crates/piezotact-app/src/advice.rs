@@ -6,8 +6,11 @@ use piezotact::Doubt;
 use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
+#[cfg(feature = "study")]
 use piezotact_people::association::{AssociationDoubt, FeltDoubt};
+#[cfg(feature = "study")]
 use piezotact_people::campaign::session::CampaignDoubt;
+#[cfg(feature = "study")]
 use piezotact_people::eeg::EegDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
@@ -57,19 +60,22 @@ pub(crate) fn words(advice: &Advice) -> String {
 
 /// A doubt in words: what was found, and what to do on the command line.
 pub(crate) fn text(doubt: &Doubt) -> String {
-    if let Some(of_people) = doubt.kind::<AssociationDoubt>() {
-        return of_people.to_string();
-    }
-    if let Some(of_felt) = doubt.kind::<FeltDoubt>() {
-        return of_felt.to_string();
-    }
-    if let Some(of_session) = doubt.kind::<CampaignDoubt>() {
-        return of_session.to_string();
-    }
-    if let Some(of_eeg) = doubt.kind::<EegDoubt>() {
-        return of_eeg.to_string();
+    #[cfg(feature = "study")]
+    if let Some(text) = of_people(doubt) {
+        return text;
     }
     wording::text_with(doubt, &words)
+}
+
+/// A doubt of the science of people in words.
+#[cfg(feature = "study")]
+fn of_people(doubt: &Doubt) -> Option<String> {
+    (doubt
+        .kind::<AssociationDoubt>()
+        .map(|said| said.to_string()))
+    .or_else(|| doubt.kind::<FeltDoubt>().map(|said| said.to_string()))
+    .or_else(|| doubt.kind::<CampaignDoubt>().map(|said| said.to_string()))
+    .or_else(|| doubt.kind::<EegDoubt>().map(|said| said.to_string()))
 }
 
 /// Doubts of one kind in words.

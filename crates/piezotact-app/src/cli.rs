@@ -22,7 +22,7 @@ pub(crate) use device::{
 };
 pub(crate) use export::Export;
 pub(crate) use score::{Feeling, Score};
-pub(crate) use twin::{DirectionName, Replay};
+pub(crate) use twin::DirectionName;
 
 /// The open instrument for the sense of touch: measures the vibrations of a sliding finger, renders them on a
 /// vibrotactile device, and verifies how close the rendered vibrations are to the measured ones.

@@ -53,6 +53,7 @@ pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outc
 }
 
 /// The document of `content` as readable JSON without how it was made: the state of a command that continues.
+#[cfg(feature = "study")]
 pub(crate) fn state_text(content: &impl Content) -> Outcome<String> {
     Ok(serde_json::to_string_pretty(&document_value(content)?)?)
 }

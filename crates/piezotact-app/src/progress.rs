@@ -98,7 +98,7 @@ fn lines() -> MutexGuard<'static, Lines> {
 static PROMPTED: AtomicBool = AtomicBool::new(false);
 
 /// From now on lines are asked for on the terminal: no work is shown any more, which would stand in what is typed.
-#[cfg(feature = "campaign")]
+#[cfg(feature = "study")]
 pub(crate) fn keep_off() {
     PROMPTED.store(true, Ordering::SeqCst);
     clear();
@@ -159,7 +159,7 @@ impl Work {
     }
 
     /// So many items are done.
-    #[cfg(feature = "campaign")]
+    #[cfg(feature = "study")]
     pub(crate) fn up_to(&self, count: usize) {
         if let Some(state) = work().last_mut()
             && let What::Items(items) = &mut state.what
@@ -285,7 +285,7 @@ impl State {
 
 impl Items {
     /// So many are done after `elapsed`, if they were not before.
-    #[cfg(feature = "campaign")]
+    #[cfg(feature = "study")]
     fn up_to(&mut self, count: usize, elapsed: Duration) {
         if count > self.done {
             self.done = count;
@@ -417,7 +417,7 @@ mod tests {
 
     /// A volunteer is measured as long as 12 strokes play, and has two trials of 42 strokes: while the first volunteer is here, the time
     /// of all is known.
-    #[cfg(feature = "campaign")]
+    #[cfg(feature = "study")]
     #[test]
     fn the_time_left_is_known_within_the_first_of_several_volunteers() {
         let mut steps = items(&[12.0, 42.0, 42.0].repeat(6), 0, 0);

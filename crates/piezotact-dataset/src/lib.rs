@@ -11,6 +11,7 @@ mod csv_table;
 mod cuts_file;
 mod device_file;
 pub mod document;
+#[cfg(feature = "eeg")]
 pub mod eeg;
 mod error;
 mod felt_folder;

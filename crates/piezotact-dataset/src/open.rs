@@ -14,6 +14,7 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording, played_thr
 use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;
+#[cfg(feature = "eeg")]
 use crate::eeg;
 use crate::error::ReadError;
 use crate::format::{self, Format, Opened, Recognition};
@@ -76,7 +77,7 @@ impl FileKind {
     /// The kind of files with the ending of `path`; `None` where no format has it.
     #[must_use]
     pub fn of_ending(path: &Path) -> Option<Self> {
-        format::of_ending(&RECORDINGS, path).map(|format| format.kind)
+        format::of_ending(RECORDINGS, path).map(|format| format.kind)
     }
 
     /// The usual ending of its files, without the dot; `None` where they have none.
@@ -101,7 +102,7 @@ impl std::fmt::Display for FileKind {
 type Reader = fn(&mut Opened<'_>, &ReadOptions) -> Result<Stored, ReadError>;
 
 /// The formats of recordings, in the order in which they are looked for.
-static RECORDINGS: [Format<FileKind, Reader>; 19] = [
+static RECORDINGS: &[Format<FileKind, Reader>] = &[
     Format {
         kind: FileKind::PARQUET,
         label: "Parquet",
@@ -167,6 +168,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
             Ok(uff::recording_of(file.path, &functions, options)?.into())
         },
     },
+    #[cfg(feature = "eeg")]
     Format {
         kind: FileKind::named("BrainVision"),
         label: "VHDR",
@@ -174,6 +176,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
         sniff: Recognition::Head(eeg::looks_like_brainvision),
         read: |file, _| from_eeg(file),
     },
+    #[cfg(feature = "eeg")]
     Format {
         kind: FileKind::named("BrainVision markers"),
         label: "",
@@ -181,6 +184,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
         sniff: Recognition::Head(eeg::looks_like_markers),
         read: |file, _| Err(eeg::not_the_header(file.path)),
     },
+    #[cfg(feature = "eeg")]
     Format {
         kind: FileKind::named("EDF or BDF"),
         label: "EDF, BDF",
@@ -188,6 +192,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
         sniff: Recognition::Head(|head| eeg::looks_like_edf(head) || eeg::looks_like_bdf(head)),
         read: |file, _| from_eeg(file),
     },
+    #[cfg(feature = "eeg")]
     Format {
         kind: FileKind::named("XDF"),
         label: "XDF",
@@ -196,12 +201,32 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
         read: |file, _| Ok(eeg::recording_of_xdf(file.path, file.bytes()?)?.into()),
     },
     // Known by its name too: it is a MATLAB file.
+    #[cfg(feature = "eeg")]
     Format {
         kind: FileKind::named("EEGLAB"),
         label: "SET",
         endings: &["set"],
         sniff: Recognition::Whole(eeg::is_called_set),
         read: |file, _| from_eeg(file),
+    },
+    #[cfg(not(feature = "eeg"))]
+    Format {
+        kind: FileKind::named("EEG"),
+        label: "",
+        endings: &["vhdr", "vmrk", "edf", "bdf", "xdf", "set"],
+        sniff: Recognition::Whole(|path, _| {
+            let ending = path.extension().map(|ending| ending.to_ascii_lowercase());
+            let known = ["vhdr", "vmrk", "edf", "bdf", "xdf", "set"];
+            ending.is_some_and(|ending| known.iter().any(|known| ending == *known))
+        }),
+        read: |file, _| {
+            let todo = "build piezotact with ./x build, which reads it";
+            Err(none(
+                file,
+                "an EEG file, which this build does not read",
+                todo.into(),
+            ))
+        },
     },
     Format {
         kind: FileKind::MATLAB,
@@ -267,7 +292,7 @@ static RECORDINGS: [Format<FileKind, Reader>; 19] = [
 /// The formats of recordings that can be read, for people: `WAV, MAT, CSV`.
 #[must_use]
 pub fn recording_formats() -> String {
-    format::list(&RECORDINGS, ", ")
+    format::list(RECORDINGS, ", ")
 }
 
 /// A recording, the kind of file it came from, and the drive that was played with it.
@@ -302,8 +327,8 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
             "copy or export it again".into(),
         ));
     }
-    let Some(format) = format::recognise(&RECORDINGS, &mut file)? else {
-        let todo = format!("export it as {}", format::list(&RECORDINGS, " or "));
+    let Some(format) = format::recognise(RECORDINGS, &mut file)? else {
+        let todo = format!("export it as {}", format::list(RECORDINGS, " or "));
         return Err(none(&file, "a binary file of an unknown kind", todo));
     };
     let mut stored = (format.read)(&mut file, options)?;
@@ -329,11 +354,12 @@ fn refuse_json(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadErr
             "export it again, or give the recording that it was made from",
         ));
     }
-    let todo = format!("give a file that is {}", format::list(&RECORDINGS, " or "));
+    let todo = format!("give a file that is {}", format::list(RECORDINGS, " or "));
     Err(none(file, "JSON", todo))
 }
 
 /// The first segment of an EEG file.
+#[cfg(feature = "eeg")]
 fn from_eeg(file: &mut Opened<'_>) -> Result<Stored, ReadError> {
     let read = eeg::read_eeg(file.path)?;
     let first = read.into_first().map(Stored::from);

@@ -20,10 +20,18 @@ pub(crate) enum Shade {
     /// A percentage.
     Percent(f64),
     /// A count, of which the second is the largest: the darkest.
+    #[cfg_attr(
+        not(feature = "people"),
+        expect(dead_code, reason = "only reports of answers draw it")
+    )]
     Count(usize, usize),
     /// It was not tested.
     Untested,
     /// It cannot be.
+    #[cfg_attr(
+        not(feature = "people"),
+        expect(dead_code, reason = "only reports of answers draw it")
+    )]
     Blank,
 }
 
@@ -87,6 +95,10 @@ impl Grid {
     }
 
     /// For a file of its own.
+    #[cfg_attr(
+        not(feature = "people"),
+        expect(dead_code, reason = "only reports of answers draw it")
+    )]
     pub(crate) fn single(&self) -> String {
         self.drawn(Format::WIDE)
     }

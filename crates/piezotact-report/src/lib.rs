@@ -1,11 +1,15 @@
 //! Renders documents: figures as SVG, pages as HTML. It computes nothing, touches no file and knows no command line.
 
+#[cfg(feature = "people")]
 pub mod association;
 mod axis;
+#[cfg(feature = "people")]
 mod bars;
 pub mod chart;
 pub mod criteria;
+#[cfg(feature = "people")]
 pub mod design;
+#[cfg(feature = "people")]
 mod felt;
 pub mod figures;
 mod format;

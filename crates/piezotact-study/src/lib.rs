@@ -5,7 +5,6 @@
 mod answers;
 pub mod bids;
 pub mod session;
-#[cfg(feature = "store")]
 pub mod store;
 
 pub use answers::{AnswersFile, read_answers};

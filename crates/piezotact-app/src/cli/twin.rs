@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use piezotact::quantity::{Measure, Unit};
-use piezotact_replay as replay;
 
 use crate::live::Live;
 
@@ -206,41 +205,4 @@ fn time(text: &str) -> Result<f64, String> {
                 "expected a time with its unit (s, ms, min), found `{text}`; write for example 1.2s"
             )
         })
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Replay {
-    /// One chapter of the thesis; default: all of them.
-    #[arg(long, value_name = "3|4|5|6", value_parser = chapter)]
-    pub(crate) chapter: Option<u8>,
-    /// The folder for report.html and findings.json.
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
-    /// Seed of the random participants, surfaces, movements and noise.
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// Counts in how many of N panels each claim holds: those of the seed and of the N - 1 after it.
-    ///
-    /// A panel is everything that one seed draws, and takes minutes. Every panel is stored in panels.json in the folder when it is
-    /// complete. After an interruption the same command continues.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    pub(crate) panels: Option<u64>,
-    /// Your own parameter file (TOML): its values replace the built-in parameters of the twin.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) twin: Option<PathBuf>,
-    /// Prints the findings as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-fn chapter(text: &str) -> Result<u8, String> {
-    let known = replay::Replay::CHAPTERS;
-    let number = text.parse().ok().filter(|number| known.contains(number));
-    number.ok_or_else(|| {
-        let numbers = known.map(|number| number.to_string());
-        format!(
-            "expected one of the chapters {}, found `{text}`",
-            numbers.join(", ")
-        )
-    })
 }

@@ -1,16 +1,22 @@
 //! One module for each command.
 
 mod align;
+#[cfg(feature = "study")]
 mod bids;
 mod burst;
+#[cfg(feature = "study")]
 mod campaign;
 mod characterise;
 mod demo;
+#[cfg(feature = "study")]
 mod eeg;
 mod export;
 mod info;
+#[cfg(not(feature = "every-command"))]
+mod lacking;
 pub(crate) mod manipulate;
 mod manual;
+#[cfg(feature = "study")]
 mod matrix;
 mod noise;
 pub(crate) mod panel;
@@ -18,10 +24,12 @@ mod play;
 mod prepare;
 mod record;
 mod render;
+#[cfg(feature = "study")]
 mod replay;
 pub(crate) mod rerun;
 pub(crate) mod roughness;
 mod score;
+#[cfg(feature = "web")]
 mod serve;
 pub(crate) mod sound;
 mod spectrum;
@@ -56,6 +64,17 @@ use crate::output::{message, say};
 use crate::progress::Work;
 use crate::replacing::Existing;
 
+#[cfg(not(feature = "study"))]
+lacking::lacking! {
+    bids(Bids), "bids";
+    campaign(Campaign), "campaign";
+    eeg(Eeg), "eeg";
+    matrix(Arguments), "matrix";
+    replay(Arguments), "replay";
+}
+#[cfg(not(feature = "web"))]
+lacking::lacking! { serve(Arguments), "serve"; }
+
 /// One line for each command: its name with its arguments, which its help stands above, and what runs it.
 macro_rules! commands {
     ($($(#[$help:meta])* $name:ident($arguments:ty) => $run:path,)*) => {
@@ -74,7 +93,10 @@ macro_rules! commands {
 
 /// The command line, with the options that every report has.
 pub(crate) fn command() -> clap::Command {
-    crate::parts::with_options(Cli::command())
+    let command = crate::parts::with_options(Cli::command());
+    #[cfg(not(feature = "every-command"))]
+    let command = lacking::marked(command);
+    command
 }
 
 /// Does what `words` ask for, the first of which is the name of the program.
@@ -243,7 +265,7 @@ commands! {
     #[command(
         after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --panels 40 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
     )]
-    Replay(cli::Replay) => replay::run,
+    Replay(replay::Arguments) => replay::run,
     /// Writes completions for the shells and man pages into a folder, as `./x build` does.
     #[command(hide = true, after_help = "Example:\n  piezotact manual .")]
     Manual(manual::Arguments) => manual::run,

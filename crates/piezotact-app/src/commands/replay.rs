@@ -5,6 +5,7 @@ mod panels;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
+use clap::Args;
 use piezotact_replay::count::PanelCount;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
@@ -13,7 +14,6 @@ use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
 use super::outputs;
 use super::twin::twin_parameters;
 use crate::advice::OptionWords;
-use crate::cli;
 use crate::failure::Outcome;
 use crate::invocation::write_report;
 use crate::output::{counted, document_text, print, say, write_text};
@@ -27,7 +27,44 @@ const MEASURING: Words = Words {
     then: "measuring",
 };
 
-pub(crate) fn run(args: &cli::Replay) -> Outcome {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// One chapter of the thesis; default: all of them.
+    #[arg(long, value_name = "3|4|5|6", value_parser = chapter_number)]
+    chapter: Option<u8>,
+    /// The folder for report.html and findings.json.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Seed of the random participants, surfaces, movements and noise.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Counts in how many of N panels each claim holds: those of the seed and of the N - 1 after it.
+    ///
+    /// A panel is everything that one seed draws, and takes minutes. Every panel is stored in panels.json in the folder when it is
+    /// complete. After an interruption the same command continues.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    panels: Option<u64>,
+    /// Your own parameter file (TOML): its values replace the built-in parameters of the twin.
+    #[arg(long, value_name = "FILE")]
+    twin: Option<PathBuf>,
+    /// Prints the findings as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+fn chapter_number(text: &str) -> Result<u8, String> {
+    let known = Replay::CHAPTERS;
+    let number = text.parse().ok().filter(|number| known.contains(number));
+    number.ok_or_else(|| {
+        let numbers = known.map(|number| number.to_string());
+        format!(
+            "expected one of the chapters {}, found `{text}`",
+            numbers.join(", ")
+        )
+    })
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
     let replay = Replay {
         parameters: twin_parameters(args.twin.as_deref())?,
         seed: args.seed,
@@ -59,7 +96,7 @@ pub(crate) fn run(args: &cli::Replay) -> Outcome {
 }
 
 /// The files that are written in the folder: the report, the findings, and the panels that were counted.
-fn written(args: &cli::Replay) -> Outcome<[PathBuf; 3]> {
+fn written(args: &Arguments) -> Outcome<[PathBuf; 3]> {
     let out = &args.out;
     std::fs::create_dir_all(out).map_err(|error| {
         anyhow!(
@@ -75,7 +112,7 @@ fn written(args: &cli::Replay) -> Outcome<[PathBuf; 3]> {
 
 /// What is measured with the seed, and how many panels meet each claim, where that is asked for.
 fn chapters_and_count(
-    args: &cli::Replay,
+    args: &Arguments,
     replay: &Replay,
     stored: &Path,
 ) -> Outcome<(Vec<Chapter>, Option<PanelCount>)> {

@@ -1,14 +1,10 @@
 //! `piezotact bids`: a study in the Brain Imaging Data Structure, which other programs open.
 
 mod check;
-#[cfg(feature = "campaign")]
 mod derived;
-#[cfg(feature = "campaign")]
 mod export;
 mod import;
-#[cfg(feature = "campaign")]
 mod recordings;
-#[cfg(feature = "campaign")]
 mod words;
 
 use clap::{Args, Subcommand};
@@ -24,7 +20,6 @@ pub(crate) struct Bids {
 #[derive(Debug, Subcommand)]
 enum BidsCommand {
     /// Writes a study as a BIDS data set: recordings, drives, strokes, answers, what was derived, and what is not carried.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "Recordings of strokes are given with --recordings; they name their participant and sample, or --meta reads them from the file\nnames. Drives and recordings of playings are those in the study. Nothing is written where something stands.\n\nPrivacy: dates are shifted, ages of 89 and more are written as 89, texts that somebody typed, consents, identities and\nparticipants who withdrew are left out. The command lists what the data set does not carry.\n\nExample:\n  piezotact bids export study --recordings strokes/*.parquet --transfer tf/*.json --license CC0 --out touch-bids"
     )]
@@ -43,7 +38,6 @@ enum BidsCommand {
 
 pub(crate) fn run(args: &Bids) -> Outcome {
     match &args.command {
-        #[cfg(feature = "campaign")]
         BidsCommand::Export(args) => export::run(args),
         BidsCommand::Import(args) => import::run(args),
         BidsCommand::Check(args) => check::run(args),

@@ -2,32 +2,19 @@
 
 mod design;
 mod dictionary;
-#[cfg(feature = "campaign")]
 pub(super) mod export;
-#[cfg(feature = "campaign")]
 mod identity;
-#[cfg(feature = "campaign")]
 mod join;
-#[cfg(feature = "campaign")]
 mod new;
-#[cfg(feature = "campaign")]
 mod plan;
 mod protocol;
-#[cfg(feature = "campaign")]
 pub(super) mod run;
-#[cfg(feature = "campaign")]
 mod simulate;
-#[cfg(feature = "campaign")]
 pub(crate) mod status;
-#[cfg(feature = "campaign")]
 pub(crate) mod study;
-#[cfg(feature = "campaign")]
 mod verify_journal;
-#[cfg(feature = "campaign")]
 mod withdraw;
 
-#[cfg(not(feature = "campaign"))]
-use std::ffi::OsString;
 use std::path::Path;
 
 use anyhow::{Error, anyhow};
@@ -38,38 +25,15 @@ use piezotact_people::campaign::protocol::{LIBRARY, Protocol, read};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::say;
 
-#[cfg(feature = "campaign")]
 pub(super) use simulate::which::which_of;
 
 /// How a study was simulated, in words; `None` for one with people.
-#[cfg(feature = "campaign")]
 pub(super) fn simulated_as(study: &study::Study) -> Outcome<Option<String>> {
     let settings = study.store.simulation::<simulate::settings::Settings>()?;
     Ok(settings.map(|settings| settings.words()))
 }
 
-/// What needs the store, which `./x build` compiles.
-#[cfg(not(feature = "campaign"))]
-const STORED: [&str; 10] = [
-    "new",
-    "join",
-    "plan",
-    "run",
-    "simulate",
-    "status",
-    "export",
-    "verify-journal",
-    "identity",
-    "withdraw",
-];
-
 #[derive(Debug, Args)]
-#[cfg_attr(
-    not(feature = "campaign"),
-    command(
-        after_help = "Not in this build, but in that of ./x build: new, join, plan, run, simulate, status, export, verify-journal, identity, withdraw."
-    )
-)]
 pub(crate) struct Campaign {
     #[command(subcommand)]
     command: CampaignCommand,
@@ -93,61 +57,47 @@ enum CampaignCommand {
     )]
     Dictionary(dictionary::Arguments),
     /// Makes a study: a folder with the protocol, its seed, and the store of all sessions.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "Example:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --consent consent.txt"
     )]
     New(new::Arguments),
     /// Makes the folder of a further station of a study that is kept in a database.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "Every station has the same protocol, seed, plans and answers; recordings and drives stay in the folder of the station where they were made.\n\nExample:\n  piezotact campaign new study --protocol isotropic_triplets --seed 7 --store postgres://lab@db.example.org/touch\n  piezotact campaign join postgres://lab@db.example.org/touch study"
     )]
     Join(join::Arguments),
     /// Prints the trials of a session as they are planned.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "The plan follows from the protocol, the seed and the sessions that were completed; it is written when the session begins.\n\nExample:\n  piezotact campaign plan study P01 discrimination"
     )]
     Plan(plan::Arguments),
     /// Runs a session with a participant on the terminal, or goes on with one that was cut off.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "Every answer is on the disk before it is shown as noted. /help in the session explains the keys.\n\nExample:\n  piezotact campaign run study P01 measurement --experimenter AB\n  piezotact campaign run study P01 discrimination --drives P01 --bench twin:participant=1,seed=7"
     )]
     Run(Box<run::Arguments>),
     /// Simulates a campaign with virtual volunteers on the digital twin: strokes, transfer functions, verified renderings, sessions, answers.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "The study that is made is read as any other: `piezotact matrix STUDY`, `campaign status`, `campaign export`. A simulation that was interrupted goes on with the same command.\n\nExample:\n  piezotact campaign simulate isotropic_triplets --study simulated --participants 10 --seed 7"
     )]
     Simulate(simulate::Arguments),
     /// Prints where every session of a study stands.
-    #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign status study")]
     Status(status::Arguments),
     /// Writes the answers, the trials, the participants and the events of a study as tables.
-    #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign export study --out exported")]
     Export(export::Arguments),
     /// Verifies that no stored event was changed, removed or exchanged.
-    #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign verify-journal study")]
     VerifyJournal(verify_journal::Arguments),
     /// Stores or prints who the participants are, in an encrypted file of its own.
-    #[cfg(feature = "campaign")]
     #[command(
         after_help = "Example:\n  piezotact campaign identity study P01 --name \"A Name\" --contact a.name@example.org --signed 1 --passphrase secret.txt\n  piezotact campaign identity study --passphrase secret.txt"
     )]
     Identity(identity::Arguments),
     /// Erases everything of a participant who withdraws; a tombstone stays, with which the journals still verify.
-    #[cfg(feature = "campaign")]
     #[command(after_help = "Example:\n  piezotact campaign withdraw study P01")]
     Withdraw(withdraw::Arguments),
-    /// What another build has.
-    #[cfg(not(feature = "campaign"))]
-    #[command(external_subcommand)]
-    Lacking(Vec<OsString>),
 }
 
 pub(crate) fn run(args: &Campaign) -> Outcome {
@@ -155,44 +105,17 @@ pub(crate) fn run(args: &Campaign) -> Outcome {
         CampaignCommand::Design(args) => design::run(args),
         CampaignCommand::Protocol(args) => protocol::run(args),
         CampaignCommand::Dictionary(args) => dictionary::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::New(args) => new::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Join(args) => join::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Plan(args) => plan::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Run(args) => run::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Simulate(args) => simulate::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Status(args) => status::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Export(args) => export::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::VerifyJournal(args) => verify_journal::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Identity(args) => identity::run(args),
-        #[cfg(feature = "campaign")]
         CampaignCommand::Withdraw(args) => withdraw::run(args),
-        #[cfg(not(feature = "campaign"))]
-        CampaignCommand::Lacking(words) => Err(lacking(words)),
     }
-}
-
-/// That this build has no command called as the first of `words`.
-#[cfg(not(feature = "campaign"))]
-fn lacking(words: &[OsString]) -> Failure {
-    let name = words.first().map(|word| word.to_string_lossy());
-    let name = name.unwrap_or_default();
-    usage(match STORED.contains(&&*name) {
-        true => anyhow!(
-            "campaign {name}: this build has no store of campaigns; build piezotact with ./x build"
-        ),
-        false => anyhow!(
-            "expected design, protocol or dictionary, found `{name}`; `piezotact campaign --help` lists all"
-        ),
-    })
 }
 
 /// The protocol in the file `named`, or that of the library with this name; a file is preferred.

@@ -6,14 +6,12 @@ use anyhow::anyhow;
 use piezotact_people::association::{Association, MatrixConfig};
 use piezotact_study::{AnswersFile, read_answers};
 
-#[cfg(feature = "campaign")]
 use crate::commands::campaign::{self, study::Study};
 use crate::failure::{Outcome, usage};
 
 /// Answers, and the study that they are of.
 pub(super) struct Source {
     pub(super) file: AnswersFile,
-    #[cfg(feature = "campaign")]
     study: Option<Study>,
 }
 
@@ -25,20 +23,10 @@ impl Source {
         }
         Ok(Self {
             file: read_answers(path, samples)?,
-            #[cfg(feature = "campaign")]
             study: None,
         })
     }
 
-    #[cfg(not(feature = "campaign"))]
-    fn of_study(path: &Path, _: &[String]) -> Outcome<Self> {
-        Err(usage(anyhow!(
-            "{}: expected a table of answers, found a folder; this build reads no studies: build piezotact with ./x build",
-            path.display()
-        )))
-    }
-
-    #[cfg(feature = "campaign")]
     fn of_study(path: &Path, samples: &[String]) -> Outcome<Self> {
         use piezotact_people::association::AnswerTable;
 
@@ -62,7 +50,6 @@ impl Source {
 
     /// The tasks of a study in which samples are put in order; a table of answers does not say.
     pub(super) fn orders(&self) -> Vec<String> {
-        #[cfg(feature = "campaign")]
         if let Some(study) = &self.study {
             return study.orders();
         }
@@ -81,7 +68,6 @@ impl Source {
 
     /// `found` with what the study asked; which judge answered a simulated one, where that is `judged`.
     pub(super) fn with_study(&self, found: Association, judged: Judged) -> Outcome<Association> {
-        #[cfg(feature = "campaign")]
         if let Some(study) = &self.study {
             let simulated = campaign::simulated_as(study)?;
             let which = match judged {

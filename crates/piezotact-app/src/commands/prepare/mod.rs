@@ -25,7 +25,7 @@ use crate::output::{print, print_document, say, say_doubts};
 use drives::Drives;
 use strokes::Textures;
 
-#[cfg(feature = "campaign")]
+#[cfg(feature = "study")]
 pub(super) use strokes::file_name;
 
 #[derive(Debug, Args)]

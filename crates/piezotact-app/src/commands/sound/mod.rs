@@ -8,13 +8,14 @@ pub(super) mod devices;
 pub(super) mod latency;
 #[cfg(feature = "audio")]
 pub(crate) mod plant;
-#[cfg(not(feature = "audio"))]
-mod without;
 
 #[cfg(not(feature = "audio"))]
-pub(crate) use without::plant;
-#[cfg(not(feature = "audio"))]
-pub(super) use without::{calibrate, devices, latency};
+super::lacking::lacking! {
+    calibrate(Arguments), "calibrate";
+    devices(Arguments), "devices";
+    latency(Arguments), "latency";
+    plant(Arguments), "twin plant";
+}
 
 /// Writes what was measured at a place, keeps what stood there under a free name, and writes the report.
 #[cfg(feature = "audio")]

@@ -1,5 +1,6 @@
 //! `piezotact twin`: recordings, surfaces and numbers of the digital twin.
 
+#[cfg(feature = "study")]
 mod eeg;
 mod record;
 mod surface;
