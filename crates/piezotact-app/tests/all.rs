@@ -1,63 +1,98 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
 
 mod align;
+#[cfg(feature = "every-command")]
 mod audio;
+#[cfg(feature = "every-command")]
 mod audio_session;
+#[cfg(feature = "study")]
 mod belonging;
+#[cfg(feature = "study")]
 mod bids;
+#[cfg(feature = "study")]
 mod bids_attacks;
+#[cfg(feature = "study")]
 mod bids_eeg;
+#[cfg(feature = "study")]
 mod bids_refused;
+#[cfg(feature = "study")]
 mod campaign;
+#[cfg(feature = "study")]
 mod campaign_answers;
+#[cfg(feature = "every-command")]
 mod campaign_drives;
+#[cfg(feature = "study")]
 mod campaign_places;
+#[cfg(feature = "every-command")]
 mod campaign_server;
+#[cfg(feature = "study")]
 mod campaign_session;
+#[cfg(feature = "study")]
 mod campaign_simulated;
+#[cfg(feature = "study")]
 mod campaign_trust;
 mod characterise;
+#[cfg(feature = "every-command")]
 #[path = "../../piezotact-web/tests/client/http.rs"]
 mod client;
 mod closed_loop;
 mod command_line;
 mod conclusions;
+#[cfg(feature = "study")]
 mod discrimination;
+#[cfg(feature = "every-command")]
 mod docs;
+#[cfg(feature = "study")]
 mod eeg;
+#[cfg(feature = "every-command")]
 mod examples;
+#[cfg(feature = "every-command")]
 mod export;
+#[cfg(feature = "every-command")]
 mod fake_bench;
+#[cfg(feature = "every-command")]
 mod hostile_inputs;
 mod impact;
 mod integrity;
 mod interrupts;
+#[cfg(feature = "every-command")]
 mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]
 mod known_cuts;
 mod levels;
 mod manipulate;
+#[cfg(feature = "study")]
 mod matrix;
+#[cfg(feature = "every-command")]
 mod measured_bench;
 mod message_numbers;
 mod own_device;
 mod own_files;
+#[cfg(feature = "every-command")]
 mod panel;
+#[cfg(feature = "study")]
 #[path = "../../piezotact-study/tests/support/postgres.rs"]
 mod postgres;
 mod prepare;
 mod real_input;
+#[cfg(feature = "every-command")]
 mod record;
+#[cfg(feature = "every-command")]
 mod refusals;
+#[cfg(feature = "every-command")]
 mod replay;
 mod rerun;
 mod roughness;
 mod score;
+#[cfg(feature = "every-command")]
 mod script;
+#[cfg(feature = "every-command")]
 mod serve;
+#[cfg(feature = "every-command")]
 mod snapshots;
 mod support;
 mod surfcom;
 mod touch;
+#[cfg(feature = "every-command")]
 mod twin;
 mod verify;

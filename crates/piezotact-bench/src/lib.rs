@@ -4,10 +4,12 @@
 //! transfer function was [`measured`] a third; no [`procedure`] knows which one it runs on. Every bench passes the same
 //! tests.
 
+#[cfg(feature = "testing")]
 pub mod conformance;
 pub mod document;
 mod error;
 mod excitation;
+#[cfg(feature = "testing")]
 pub mod fake;
 mod gate;
 pub mod halves;

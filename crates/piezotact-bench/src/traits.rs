@@ -1,6 +1,6 @@
 //! The contract that every bench keeps: two halves, one that plays and one that acquires.
 //!
-//! Every bench passes the same [`conformance`](crate::conformance) tests.
+//! Every bench passes the same `conformance` tests.
 
 use piezotact::Doubt;
 use piezotact::checksum::Checksum;

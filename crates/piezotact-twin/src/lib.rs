@@ -4,12 +4,13 @@
 //! documented file that a laboratory can change, in which each has its range and its origin. [`ActTouch`] and
 //! [`TriboAir`] acquire what a finger does on a sample; [`ShakerBench`] measures a finger's own
 //! transfer function; [`TwinBench`] plays on the PIEZOTACT device, and
-//! [`TwinPlant`] is that device as a stream behind a sound output. [`eeg`] is what electrodes on the person's scalp show meanwhile.
+//! [`TwinPlant`] is that device as a stream behind a sound output. `eeg` is what electrodes on the person's scalp show meanwhile.
 
 mod acttouch;
 mod causal;
 pub mod document;
 mod drag;
+#[cfg(feature = "eeg")]
 pub mod eeg;
 mod finger;
 mod noise;

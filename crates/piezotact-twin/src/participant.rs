@@ -1,5 +1,6 @@
 //! One simulated person. The properties of a person are drawn once from a seed and are the same on every bench.
 
+#[cfg(feature = "eeg")]
 use super::eeg::Brain;
 use super::finger::Finger;
 use super::parameters::{Sample, TwinParameters};
@@ -19,6 +20,7 @@ pub struct Participant {
     /// What moves the finger.
     pub hand: Hand,
     /// What its EEG shows.
+    #[cfg(feature = "eeg")]
     pub brain: Brain,
 }
 
@@ -53,6 +55,7 @@ impl Participant {
     pub fn of(number: u64, seed: u64, parameters: &TwinParameters) -> Self {
         let (person, hand) = (&parameters.person, &parameters.hand);
         let finger = Finger::of(parameters, number, seed);
+        #[cfg(feature = "eeg")]
         let brain = Brain::of(parameters, number, seed);
         if number == 0 {
             return Self {
@@ -70,6 +73,7 @@ impl Participant {
                     free_speed_m_s: hand.free_speed_m_s,
                     free_force_n: hand.free_force_n,
                 },
+                #[cfg(feature = "eeg")]
                 brain,
             };
         }
@@ -98,6 +102,7 @@ impl Participant {
                 ),
                 free_force_n: hand.free_force_n * (hand.free_force_spread * moves.person()).exp(),
             },
+            #[cfg(feature = "eeg")]
             brain,
         }
     }

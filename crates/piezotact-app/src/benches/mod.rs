@@ -4,6 +4,7 @@
 
 #[cfg(feature = "audio")]
 pub(crate) mod audio;
+#[cfg(feature = "fake")]
 mod fake;
 mod measured;
 mod twin;
@@ -41,6 +42,7 @@ const BENCHES: &[BenchEntry] = &[
     measured::ENTRY,
     #[cfg(feature = "audio")]
     audio::ENTRY,
+    #[cfg(feature = "fake")]
     fake::ENTRY,
 ];
 
@@ -132,6 +134,12 @@ impl FromStr for BenchSpec {
         let (name, settings) = text.split_once(':').unwrap_or((text, ""));
         match BENCHES.iter().find(|entry| entry.name == name) {
             Some(entry) => (entry.parse)(settings),
+            #[cfg(not(feature = "every-command"))]
+            None if ["audio", "fake"].contains(&name) => Err(DeviceError::Impossible {
+                expected: "a bench of this build".into(),
+                found: format!("`{name}`"),
+                todo: "build piezotact with ./x build, which has it".into(),
+            }),
             None => {
                 let names: Vec<&str> = BENCHES.iter().map(|entry| entry.name).collect();
                 let names = names.join(", ");
@@ -161,6 +169,7 @@ fn whole(setting: &str, value: &str) -> Result<u64, DeviceError> {
 }
 
 /// `FILE` or `FILE,participant=N` behind the colon of a bench that is written as `form` and whose file `holds` something.
+#[cfg(any(feature = "audio", feature = "fake"))]
 fn file_and_participant(
     text: &str,
     form: &str,
