@@ -1,4 +1,12 @@
 //! Every test of the command as a black box, in one program: it is linked once and runs on all cores.
+#![cfg_attr(
+    not(feature = "every-command"),
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "what tests share, some of which are not in this build"
+    )
+)]
 
 mod align;
 #[cfg(feature = "every-command")]

@@ -33,15 +33,18 @@ impl Beat {
 /// Ends textures that nobody watches, as long as the pages are served.
 pub(crate) async fn watched(led: Arc<Led>) {
     let mut began: Option<Instant> = None;
+    let mut is_ended = false;
     loop {
         tokio::time::sleep(LOOK).await;
         if !led.stop.is_playing() {
-            began = None;
+            (began, is_ended) = (None, false);
             continue;
         }
         let began = *began.get_or_insert_with(Instant::now);
         let last = led.beat.last().map_or(began, |beat| beat.max(began));
-        if last.elapsed() > LONGEST {
+        // One stop: each further one would count as a stop of what is asked for next.
+        if !is_ended && last.elapsed() > LONGEST {
+            is_ended = true;
             led.stop
                 .stop(Word::NobodyWatched.in_language(Language::English));
         }

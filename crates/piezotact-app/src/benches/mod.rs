@@ -10,7 +10,9 @@ mod measured;
 mod twin;
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+#[cfg(any(feature = "audio", feature = "fake"))]
+use std::path::PathBuf;
 use std::str::FromStr;
 use std::sync::Arc;
 

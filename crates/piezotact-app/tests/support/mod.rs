@@ -6,6 +6,7 @@
     reason = "a test says what it skipped, and fails where it cannot go on"
 )]
 
+#[cfg(feature = "study")]
 pub(crate) mod session;
 #[path = "../../../piezotact/tests/shared_data/mod.rs"]
 mod shared_data;

@@ -274,7 +274,12 @@ impl Store for StudyStore {
         })
     }
 
+    /// The sessions in the order in which they were begun.
+    ///
+    /// # Errors
+    /// [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
     fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
+        self.counted()?.verify()?;
         let rows = self.read(async |database| {
             let rows = "SELECT s.participant, s.session, s.purpose, w.at_ms, w.at_ms IS NOT NULL AND EXISTS \
                 (SELECT 1 FROM events AS e WHERE e.participant = s.participant AND e.session = s.session AND e.payload IS NOT NULL) \
@@ -297,7 +302,6 @@ impl Store for StudyStore {
         for entry in &sessions {
             entry.verify(&self.events(&entry.key)?)?;
         }
-        self.counted()?.verify()?;
         Ok(sessions.len())
     }
 }

@@ -170,6 +170,9 @@ fn last_events_that_were_removed_are_found_by_the_count() {
         drop(store);
         let store = StudyStore::open(folder.path()).unwrap();
         let verified = store.verify().map_err(|error| error.to_string());
+        // Whoever reads results is told the same.
+        let read = store.sessions().map_err(|error| error.to_string());
+        assert_eq!(read.err(), verified.clone().err());
         (
             verified.err().unwrap_or_default(),
             store.unexplained_changes().unwrap(),
