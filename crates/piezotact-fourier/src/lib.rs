@@ -3,6 +3,8 @@
 //! The transforms of `rustfft` are generic over the number: every crate that makes a planner of its own compiles all of them again.
 //! The planners here are not generic, so that all crates use the code of this one, which is optimised in every profile.
 
+mod segments;
+
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -10,6 +12,9 @@ use std::sync::Arc;
 
 pub use realfft::{ComplexToReal, RealToComplex};
 pub use rustfft::Fft;
+pub use segments::{
+    CrossSum, Detrend, Folded, PowerSum, SegmentTransform, segments_in, split_power, sum,
+};
 
 /// Plans transforms of complex values; it keeps what its plans have in common.
 pub struct ComplexPlanner(rustfft::FftPlanner<f64>);

@@ -2,14 +2,9 @@
 //!
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
-mod butterfly;
 mod document;
 mod doubt;
-mod eight;
-mod kernel;
-mod lanes;
 mod spectrogram;
-mod sums;
 mod window;
 
 pub use document::SpectrumDocument;
@@ -19,16 +14,15 @@ use std::marker::PhantomData;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
+pub(crate) use piezotact_fourier::{CrossSum, Folded, segments_in};
 pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, spectrogram};
-pub(crate) use sums::{CrossSum, Folded};
 pub use window::{Symmetry, UnknownWindow, Window};
 
 use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::statistics::median;
-use kernel::SegmentTransform;
-use sums::PowerSum;
+use piezotact_fourier::{PowerSum, SegmentTransform};
 
 /// What is taken away from every segment before the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,6 +35,16 @@ pub enum Detrend {
     Constant,
     /// The least-squares line.
     Linear,
+}
+
+impl From<Detrend> for piezotact_fourier::Detrend {
+    fn from(detrend: Detrend) -> Self {
+        match detrend {
+            Detrend::None => Self::None,
+            Detrend::Constant => Self::Constant,
+            Detrend::Linear => Self::Linear,
+        }
+    }
 }
 
 /// How the periodograms of the segments become one spectrum.
@@ -312,9 +316,9 @@ impl WelchPlan {
             window_power: window.iter().map(|w| w * w).sum(),
             window_sum: window.iter().sum(),
             average: match config.averaging {
-                Averaging::Mean => Average::Mean(PowerSum::new(&window, config.detrend)),
+                Averaging::Mean => Average::Mean(PowerSum::new(&window, config.detrend.into())),
                 Averaging::Median => Average::Median(
-                    SegmentTransform::new(window, config.detrend),
+                    SegmentTransform::new(window, config.detrend.into()),
                     vec![Complex::default(); config.segment],
                 ),
             },
@@ -409,7 +413,7 @@ fn median_power(
     let mut columns = vec![Vec::with_capacity(averages); z.len() / 2 + 1];
     for record in records {
         transform.each_pair(record, hop, z, |z, both| {
-            kernel::split_power(z, |k, a, b| {
+            piezotact_fourier::split_power(z, |k, a, b| {
                 columns[k].push(a);
                 if both {
                     columns[k].push(b);
@@ -422,14 +426,6 @@ fn median_power(
         .iter_mut()
         .map(|column| median(column).unwrap_or(0.0) / bias)
         .collect()
-}
-
-pub(crate) fn segments_in(samples: usize, segment: usize, hop: usize) -> usize {
-    if samples < segment {
-        0
-    } else {
-        (samples - segment) / hop + 1
-    }
 }
 
 /// Scales two-sided power to one-sided: every bin that stands for two frequencies counts twice.

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     Averaging, Detrend, EstimateError, Scaling, SegmentTransform, Symmetry, WelchConfig, Window,
-    frequency_axis, kernel, one_sided, segments_in,
+    frequency_axis, one_sided, segments_in,
 };
 use crate::figure::SpectrogramPanel;
 use crate::number::digits;
@@ -293,20 +293,25 @@ pub fn spectrogram<Q: Quantity>(
     let mut values = vec![0.0; times.len() * rows];
     let mut done = 0;
     let mut z = vec![Complex::default(); segment];
-    SegmentTransform::new(window, welch.detrend).each_pair(x.samples(), hop, &mut z, |z, both| {
-        let start = |segment: usize| segment / times.each * rows;
-        let (a, b) = (start(done), start(done + 1));
-        kernel::split_power(z, |k, power_a, power_b| {
-            if k < lines {
-                let row = k / frequencies.each;
-                values[a + row] += power_a * weights[k];
-                if both {
-                    values[b + row] += power_b * weights[k];
+    SegmentTransform::new(window, welch.detrend.into()).each_pair(
+        x.samples(),
+        hop,
+        &mut z,
+        |z, both| {
+            let start = |segment: usize| segment / times.each * rows;
+            let (a, b) = (start(done), start(done + 1));
+            piezotact_fourier::split_power(z, |k, power_a, power_b| {
+                if k < lines {
+                    let row = k / frequencies.each;
+                    values[a + row] += power_a * weights[k];
+                    if both {
+                        values[b + row] += power_b * weights[k];
+                    }
                 }
-            }
-        });
-        done += 2;
-    });
+            });
+            done += 2;
+        },
+    );
     for (k, column) in values.chunks_exact_mut(rows).enumerate() {
         let averaged = times.size(k) as f64;
         column.iter_mut().for_each(|value| *value /= averaged);

@@ -13,7 +13,6 @@ mod student;
 
 pub use levels::LevelSpread;
 pub use line::{Direction, LogFit, Trend, log_fit, trend};
-pub(crate) use moments::sum;
 pub use moments::{correlation, mean, peak, rms, standard_deviation};
 pub(crate) use order::median;
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};

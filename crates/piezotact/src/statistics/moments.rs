@@ -1,5 +1,7 @@
 //! Mean, level and peak of samples.
 
+use piezotact_fourier::sum;
+
 /// The root mean square of `samples` about zero, in their unit; 0 for none.
 ///
 /// Source: √(Σx²/n).
@@ -17,19 +19,6 @@ pub fn rms(samples: &[f64]) -> f64 {
 #[must_use]
 pub fn mean(samples: &[f64]) -> f64 {
     sum(samples) / samples.len().max(1) as f64
-}
-
-/// A sum in independent lanes, so that it is as fast as the memory gives the numbers.
-#[inline(always)]
-pub(crate) fn sum(values: &[f64]) -> f64 {
-    let mut lanes = [0.0; 16];
-    let (chunks, rest) = values.as_chunks::<16>();
-    for chunk in chunks {
-        for (lane, value) in lanes.iter_mut().zip(chunk) {
-            *lane += value;
-        }
-    }
-    lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()
 }
 
 /// The standard deviation of `samples` about their mean, in their unit: the rms of what changes.

@@ -260,7 +260,7 @@ impl CrossPlan {
         let window = config.window.coefficients(n, config.symmetry);
         let scale = 1.0 / (rate.hz() * window.iter().map(|w| w * w).sum::<f64>());
         Ok(Self {
-            sums: CrossSum::new(&window, config.detrend),
+            sums: CrossSum::new(&window, config.detrend.into()),
             line_correlation: line_correlation(&window),
             segment: n,
             config: config.clone(),

@@ -9,14 +9,13 @@
 use std::sync::Arc;
 
 use num_complex::Complex;
-use piezotact_fourier::Fft;
+use rustfft::Fft;
 
-use super::{Detrend, segments_in};
-use crate::statistics::sum;
+use super::{Detrend, segments_in, sum};
 
 /// A planned transform of windowed segments, with its scratch memory.
 #[derive(Clone)]
-pub(crate) struct SegmentTransform {
+pub struct SegmentTransform {
     window: Vec<f64>,
     fft: Arc<dyn Fft<f64>>,
     scratch: Vec<Complex<f64>>,
@@ -34,8 +33,9 @@ impl std::fmt::Debug for SegmentTransform {
 }
 
 impl SegmentTransform {
-    pub(crate) fn new(window: Vec<f64>, detrend: Detrend) -> Self {
-        let fft = piezotact_fourier::complex_forward(window.len());
+    /// Transforms segments of the length of `window`, each without its `detrend` and times the window.
+    pub fn new(window: Vec<f64>, detrend: Detrend) -> Self {
+        let fft = crate::complex_forward(window.len());
         let scratch = vec![Complex::default(); fft.get_inplace_scratch_len()];
         Self {
             window,
@@ -48,7 +48,7 @@ impl SegmentTransform {
 
     /// Detrends and windows segment `a` into the real and `b` into the imaginary parts of `z`, and
     /// transforms it. Both have the window's length.
-    pub(crate) fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
+    pub fn transform_pair(&mut self, a: &[f64], b: &[f64], z: &mut [Complex<f64>]) {
         self.simd.dispatch(FillPair {
             a,
             b,
@@ -60,7 +60,7 @@ impl SegmentTransform {
     }
 
     /// As [`Self::transform_pair`] with nothing in the imaginary part.
-    pub(crate) fn transform_single(&mut self, a: &[f64], z: &mut [Complex<f64>]) {
+    pub fn transform_single(&mut self, a: &[f64], z: &mut [Complex<f64>]) {
         let trend = Trend::of(a, self.detrend);
         for (i, ((z, a), w)) in z.iter_mut().zip(a).zip(&self.window).enumerate() {
             *z = Complex::new((a - trend.at(i)) * w, 0.0);
@@ -70,7 +70,7 @@ impl SegmentTransform {
 
     /// Hands the transform of every two segments of `record`, `hop` samples apart, to `take`, with whether it
     /// holds two or one; `z` is the memory for it.
-    pub(crate) fn each_pair(
+    pub fn each_pair(
         &mut self,
         record: &[f64],
         hop: usize,
@@ -91,7 +91,7 @@ impl SegmentTransform {
     }
 
     /// Adds the squares of the real and imaginary parts of `z` to `power`, two numbers a bin.
-    pub(crate) fn add_power(&self, z: &[Complex<f64>], power: &mut [f64]) {
+    pub fn add_power(&self, z: &[Complex<f64>], power: &mut [f64]) {
         self.simd.dispatch(
             #[inline(always)]
             || {
@@ -103,12 +103,7 @@ impl SegmentTransform {
     }
 
     /// Adds conj(zx)·zy to `cross`.
-    pub(crate) fn add_cross(
-        &self,
-        zx: &[Complex<f64>],
-        zy: &[Complex<f64>],
-        cross: &mut [Complex<f64>],
-    ) {
+    pub fn add_cross(&self, zx: &[Complex<f64>], zy: &[Complex<f64>], cross: &mut [Complex<f64>]) {
         self.simd.dispatch(
             #[inline(always)]
             || {
@@ -204,7 +199,7 @@ impl Trend {
 }
 
 /// |A(k)|² and |B(k)|² of the two real segments in `z`, handed bin by bin to `take`.
-pub(crate) fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f64)) {
+pub fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f64)) {
     let n = z.len();
     for k in 0..=n / 2 {
         let mirror = z[(n - k) % n].conj();
@@ -218,8 +213,8 @@ pub(crate) fn split_power(z: &[Complex<f64>], mut take: impl FnMut(usize, f64, f
 
 #[cfg(test)]
 mod tests {
+    use super::super::hann;
     use super::*;
-    use crate::spectrum::{Symmetry, Window};
 
     /// The squares of two packed segments, taken apart, add to those of their packed transform, and each is that
     /// of its segment transformed alone.
@@ -232,7 +227,7 @@ mod tests {
                     .collect()
             };
             let (a, b) = (signal(1), signal(2));
-            let window = Window::Hann.coefficients(n, Symmetry::Periodic);
+            let window = hann(n);
             let mut transform = SegmentTransform::new(window, Detrend::Constant);
             let mut both = vec![Complex::default(); n];
             let (mut alone_a, mut alone_b) = (both.clone(), both.clone());

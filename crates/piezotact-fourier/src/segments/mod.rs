@@ -1,12 +1,49 @@
 //! Sums over segments of |X|², and of conj(X)·Y of two signals, by the fastest transform for their length and
 //! the machine.
 
+mod butterfly;
+mod eight;
+mod kernel;
+mod lanes;
+
 use num_complex::Complex;
 
-use super::Detrend;
-use super::eight::{Eight, eight};
-use super::kernel::SegmentTransform;
-use super::lanes::{LENGTHS, LaneCross, LanePower, LaneTransform, Offset};
+use eight::{Eight, eight};
+pub use kernel::{SegmentTransform, split_power};
+use lanes::{LENGTHS, LaneCross, LanePower, LaneTransform, Offset};
+
+/// What is taken away from every segment before the window.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detrend {
+    /// Nothing.
+    None,
+    /// The mean.
+    Constant,
+    /// The least-squares line.
+    Linear,
+}
+
+/// How many segments `hop` samples apart there are in so many samples.
+pub fn segments_in(samples: usize, segment: usize, hop: usize) -> usize {
+    if samples < segment {
+        0
+    } else {
+        (samples - segment) / hop + 1
+    }
+}
+
+/// A sum in independent lanes, so that it is as fast as the memory gives the numbers.
+#[inline(always)]
+pub fn sum(values: &[f64]) -> f64 {
+    let mut lanes = [0.0; 16];
+    let (chunks, rest) = values.as_chunks::<16>();
+    for chunk in chunks {
+        for (lane, value) in lanes.iter_mut().zip(chunk) {
+            *lane += value;
+        }
+    }
+    lanes.iter().sum::<f64>() + rest.iter().sum::<f64>()
+}
 
 /// The transform in lanes, where it is for segments like these and the machine has the instructions.
 fn in_lanes(window: &[f64], detrend: Detrend) -> Option<(Eight, LaneTransform)> {
@@ -25,7 +62,11 @@ fn lane_transform(window: &[f64], detrend: Detrend) -> Option<LaneTransform> {
 
 /// A sum of |X|² over segments.
 #[derive(Clone, Debug)]
-pub(super) enum PowerSum {
+pub struct PowerSum(Power);
+
+/// How it is summed.
+#[derive(Clone, Debug)]
+enum Power {
     /// In lanes of eight; with the silence that is paired with a single segment.
     Lanes(Eight, LanePower, Vec<f64>),
     /// By a transform for any length, kept as the squares of real and imaginary parts.
@@ -37,35 +78,40 @@ pub(super) enum PowerSum {
 }
 
 impl PowerSum {
-    pub(crate) fn new(window: &[f64], detrend: Detrend) -> Self {
+    /// Nothing yet, of segments of the length of `window`, each without its `detrend` and times the window.
+    pub fn new(window: &[f64], detrend: Detrend) -> Self {
         match in_lanes(window, detrend) {
-            Some((simd, transform)) => {
-                Self::Lanes(simd, LanePower::new(transform), vec![0.0; window.len()])
-            }
+            Some((simd, transform)) => Self(Power::Lanes(
+                simd,
+                LanePower::new(transform),
+                vec![0.0; window.len()],
+            )),
             None => Self::planned(window, detrend),
         }
     }
 
     fn planned(window: &[f64], detrend: Detrend) -> Self {
         let n = window.len();
-        Self::Planned {
+        Self(Power::Planned {
             transform: SegmentTransform::new(window.to_vec(), detrend),
             z: vec![Complex::default(); n],
             parts: vec![0.0; 2 * n],
+        })
+    }
+
+    /// Begins again.
+    pub fn clear(&mut self) {
+        match &mut self.0 {
+            Power::Lanes(_, sum, _) => sum.clear(),
+            Power::Planned { parts, .. } => parts.fill(0.0),
         }
     }
 
-    pub(crate) fn clear(&mut self) {
-        match self {
-            Self::Lanes(_, sum, _) => sum.clear(),
-            Self::Planned { parts, .. } => parts.fill(0.0),
-        }
-    }
-
-    pub(crate) fn add_pair(&mut self, a: &[f64], b: &[f64]) {
-        match self {
-            Self::Lanes(simd, sum, _) => sum.add(*simd, a, b),
-            Self::Planned {
+    /// Adds two segments of the length of the window.
+    pub fn add_pair(&mut self, a: &[f64], b: &[f64]) {
+        match &mut self.0 {
+            Power::Lanes(simd, sum, _) => sum.add(*simd, a, b),
+            Power::Planned {
                 transform,
                 z,
                 parts,
@@ -76,10 +122,11 @@ impl PowerSum {
         }
     }
 
-    pub(crate) fn add_single(&mut self, a: &[f64]) {
-        match self {
-            Self::Lanes(simd, sum, silence) => sum.add(*simd, a, silence),
-            Self::Planned {
+    /// Adds one segment of the length of the window.
+    pub fn add_single(&mut self, a: &[f64]) {
+        match &mut self.0 {
+            Power::Lanes(simd, sum, silence) => sum.add(*simd, a, silence),
+            Power::Planned {
                 transform,
                 z,
                 parts,
@@ -91,25 +138,29 @@ impl PowerSum {
     }
 
     /// The sum, n/2 + 1 bins.
-    pub(crate) fn folded(&self) -> Vec<f64> {
-        match self {
-            Self::Lanes(_, sum, _) => fold_power(&sum.in_order()),
-            Self::Planned { parts, .. } => fold_power(&both_parts(parts)),
+    pub fn folded(&self) -> Vec<f64> {
+        match &self.0 {
+            Power::Lanes(_, sum, _) => fold_power(&sum.in_order()),
+            Power::Planned { parts, .. } => fold_power(&both_parts(parts)),
         }
     }
 }
 
 /// The sums of |X|², |Y|² and conj(X)·Y over segments of two signals x and y, n/2 + 1 bins each.
 #[derive(Clone, Debug)]
-pub(crate) struct Folded {
-    pub(crate) xx: Vec<f64>,
-    pub(crate) yy: Vec<f64>,
-    pub(crate) xy: Vec<Complex<f64>>,
+pub struct Folded {
+    pub xx: Vec<f64>,
+    pub yy: Vec<f64>,
+    pub xy: Vec<Complex<f64>>,
 }
 
 /// Sums of |X|², |Y|² and conj(X)·Y over segments of two signals x and y.
 #[derive(Clone, Debug)]
-pub(crate) enum CrossSum {
+pub struct CrossSum(Cross);
+
+/// How it is summed.
+#[derive(Clone, Debug)]
+enum Cross {
     /// In lanes of eight; with the silence that is paired with a single segment.
     Lanes(Eight, LaneCross, Vec<f64>),
     /// By a transform for any length.
@@ -124,31 +175,35 @@ pub(crate) enum CrossSum {
 }
 
 impl CrossSum {
-    pub(crate) fn new(window: &[f64], detrend: Detrend) -> Self {
+    /// Nothing yet, of segments of the length of `window`, each without its `detrend` and times the window.
+    pub fn new(window: &[f64], detrend: Detrend) -> Self {
         match in_lanes(window, detrend) {
-            Some((simd, transform)) => {
-                Self::Lanes(simd, LaneCross::new(transform), vec![0.0; window.len()])
-            }
+            Some((simd, transform)) => Self(Cross::Lanes(
+                simd,
+                LaneCross::new(transform),
+                vec![0.0; window.len()],
+            )),
             None => Self::planned(window, detrend),
         }
     }
 
     fn planned(window: &[f64], detrend: Detrend) -> Self {
         let n = window.len();
-        Self::Planned {
+        Self(Cross::Planned {
             transform: SegmentTransform::new(window.to_vec(), detrend),
             zx: vec![Complex::default(); n],
             zy: vec![Complex::default(); n],
             xx: vec![0.0; 2 * n],
             yy: vec![0.0; 2 * n],
             xy: vec![Complex::default(); n],
-        }
+        })
     }
 
-    pub(crate) fn clear(&mut self) {
-        match self {
-            Self::Lanes(_, sums, _) => sums.clear(),
-            Self::Planned { xx, yy, xy, .. } => {
+    /// Begins again.
+    pub fn clear(&mut self) {
+        match &mut self.0 {
+            Cross::Lanes(_, sums, _) => sums.clear(),
+            Cross::Planned { xx, yy, xy, .. } => {
                 xx.fill(0.0);
                 yy.fill(0.0);
                 xy.fill(Complex::default());
@@ -157,10 +212,10 @@ impl CrossSum {
     }
 
     /// Adds two segments of x and the same two of y.
-    pub(crate) fn add_pair(&mut self, x: [&[f64]; 2], y: [&[f64]; 2]) {
-        match self {
-            Self::Lanes(simd, sums, _) => sums.add(*simd, x, y),
-            Self::Planned {
+    pub fn add_pair(&mut self, x: [&[f64]; 2], y: [&[f64]; 2]) {
+        match &mut self.0 {
+            Cross::Lanes(simd, sums, _) => sums.add(*simd, x, y),
+            Cross::Planned {
                 transform, zx, zy, ..
             } => {
                 transform.transform_pair(x[0], x[1], zx);
@@ -171,12 +226,12 @@ impl CrossSum {
     }
 
     /// Adds a segment of x and the same of y.
-    pub(crate) fn add_single(&mut self, x: &[f64], y: &[f64]) {
-        match self {
-            Self::Lanes(simd, sums, silence) => {
+    pub fn add_single(&mut self, x: &[f64], y: &[f64]) {
+        match &mut self.0 {
+            Cross::Lanes(simd, sums, silence) => {
                 sums.add(*simd, [x, silence], [y, silence]);
             }
-            Self::Planned {
+            Cross::Planned {
                 transform, zx, zy, ..
             } => {
                 transform.transform_single(x, zx);
@@ -187,14 +242,14 @@ impl CrossSum {
     }
 
     fn add_planned(&mut self) {
-        if let Self::Planned {
+        if let Cross::Planned {
             transform,
             zx,
             zy,
             xx,
             yy,
             xy,
-        } = self
+        } = &mut self.0
         {
             transform.add_power(zx, xx);
             transform.add_power(zy, yy);
@@ -202,9 +257,10 @@ impl CrossSum {
         }
     }
 
-    pub(crate) fn folded(&self) -> Folded {
-        match self {
-            Self::Lanes(_, sums, _) => {
+    /// The sums, n/2 + 1 bins each, not scaled.
+    pub fn folded(&self) -> Folded {
+        match &self.0 {
+            Cross::Lanes(_, sums, _) => {
                 let (xx, yy, xy) = sums.in_order();
                 Folded {
                     xx: fold_power(&xx),
@@ -212,7 +268,7 @@ impl CrossSum {
                     xy: fold_cross(&xy),
                 }
             }
-            Self::Planned { xx, yy, xy, .. } => Folded {
+            Cross::Planned { xx, yy, xy, .. } => Folded {
                 xx: fold_power(&both_parts(xx)),
                 yy: fold_power(&both_parts(yy)),
                 xy: fold_cross(xy),
@@ -247,12 +303,20 @@ fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
         .collect()
 }
 
+/// The periodic Hann window of `n` samples.
+#[cfg(test)]
+fn hann(n: usize) -> Vec<f64> {
+    let turn = std::f64::consts::TAU / n as f64;
+    (0..n)
+        .map(|i| 0.5 - 0.5 * (turn * i as f64).cos())
+        .collect()
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::spectrum::{Symmetry, Window};
 
     /// Largest difference from `expected`.
     fn difference(expected: &[Complex<f64>], found: &[Complex<f64>]) -> f64 {
@@ -387,7 +451,7 @@ mod tests {
         for n in lengths {
             let [xa, xb, xc, ya, yb, yc] = [1, 2, 3, 5, 7, 11].map(|seed| signal(n, seed));
             let (x, y) = ([&xa[..], &xb, &xc], [&ya[..], &yb, &yc]);
-            let window = Window::Hann.coefficients(n, Symmetry::Periodic);
+            let window = hann(n);
             let expected = by_definition(&x, &y, &window);
             let constant = Detrend::Constant;
             let planned = (
@@ -429,7 +493,7 @@ mod tests {
                 samples
             });
             let (x, y) = ([&xa[..], &xb, &xc], [&ya[..], &yb, &yc]);
-            let window = Window::Hann.coefficients(n, Symmetry::Periodic);
+            let window = hann(n);
             let [with_means, planned] = [Detrend::None, detrend].map(|detrend| {
                 summed(
                     CrossSum::planned(&window, detrend),
