@@ -97,3 +97,9 @@ impl From<AudioError> for DeviceError {
         }
     }
 }
+
+pub(crate) fn wrong(expected: &str, found: &str) -> AudioError {
+    AudioError::Setup(format!(
+        "expected {expected}; found {found}; correct the set-up of the sound device"
+    ))
+}

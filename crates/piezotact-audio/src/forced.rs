@@ -8,11 +8,12 @@ use piezotact::quantity::SampleRate;
 use piezotact_bench::DeviceError;
 
 use crate::error::AudioError;
+use crate::error::wrong;
 use crate::force::{
     ForceJoiner, ForceSource, ForceUnit, GrowingFile, GrowingSettings, JoinError, JoinerConfig,
     SerialForceCell, SerialSettings,
 };
-use crate::setup::{ForceSettings, wrong};
+use crate::setup::ForceSettings;
 use crate::streams::Fetched;
 
 /// The longest time without readings that is interpolated, s.

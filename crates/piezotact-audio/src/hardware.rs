@@ -16,9 +16,10 @@ use piezotact_bench::StopHandle;
 use crate::board::{Board, Side};
 use crate::callback::{InputCallback, OutputCallback};
 use crate::error::AudioError;
+use crate::error::wrong;
 use crate::io::{AudioIo, StreamPlan, Streams};
 use crate::plant;
-use crate::setup::{SoundSetup, wrong};
+use crate::setup::SoundSetup;
 
 /// The frames that are converted at a time.
 const SCRATCH_FRAMES: usize = 4_096;

@@ -14,6 +14,7 @@ mod forced;
 mod hardware;
 mod io;
 mod latency;
+mod loop_settings;
 mod looped;
 #[cfg(feature = "hardware")]
 mod plant;
@@ -31,7 +32,8 @@ pub use error::AudioError;
 pub use hardware::{HardwareIo, hosts};
 pub use io::{AudioIo, StreamPlan, Streams};
 pub use latency::latency_run;
-pub use looped::{LoopFailure, LoopFault, LoopIo, LoopPace, LoopSettings, PlantMaker, SilentPart};
+pub use loop_settings::{LoopFailure, LoopFault, LoopPace, LoopSettings, SilentPart};
+pub use looped::{LoopIo, PlantMaker};
 #[cfg(feature = "hardware")]
 pub use plant::{ForceReading, JackPlant, PlantError, PlantSettings};
 pub use setup::{ForceSettings, Measures, PlayChannels, RecordedChannel, SoundSetup};

@@ -11,7 +11,8 @@ use piezotact_bench::{DeviceError, Plant};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::error::AudioError;
-use crate::setup::{Measures, SoundSetup, wrong};
+use crate::error::wrong;
+use crate::setup::{Measures, SoundSetup};
 
 /// The readings of the force cell, per second.
 const READINGS_HZ: f64 = 80.0;

@@ -4,8 +4,8 @@ use piezotact::quantity::{Acceleration, Drive, Force, Quantity, SampleRate, Unit
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
 use serde::{Deserialize, Serialize};
 
-use crate::error::AudioError;
-use crate::looped::{LoopPace, LoopSettings};
+use crate::error::{AudioError, wrong};
+use crate::loop_settings::{LoopPace, LoopSettings};
 
 /// The rates of sound devices, Hz.
 const RATES_HZ: [f64; 2] = [8_000.0, 384_000.0];
@@ -364,10 +364,4 @@ impl SoundSetup {
         }
         Ok(self)
     }
-}
-
-pub(crate) fn wrong(expected: &str, found: &str) -> AudioError {
-    AudioError::Setup(format!(
-        "expected {expected}; found {found}; correct the set-up of the sound device"
-    ))
 }

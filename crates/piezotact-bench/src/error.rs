@@ -1,10 +1,11 @@
 //! Errors of devices and procedures.
 
+use std::fmt;
+
+use piezotact::criterion::{Criterion, Outcome};
 use piezotact::device::GainName;
 use piezotact::quantity::{SampleRate, Seconds};
-use piezotact::run::SinkError;
-
-use crate::gate::Refusal;
+use piezotact::run::{Judged, RunCriterion, SinkError};
 
 /// Why a device refuses a request or fails.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -227,3 +228,41 @@ impl ProcedureError {
         }
     }
 }
+
+/// Why a measurement is repeated: its judgement, with at least one criterion that is not met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Refusal(pub Judged);
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [from, to] = self.0.window_s;
+        let not_met = |c: &&Criterion<RunCriterion>| c.outcome == Outcome::NotMet;
+        let Some(criterion) = self.0.criteria.iter().find(not_met) else {
+            return f.write_str("nothing was refused");
+        };
+        let found = criterion.found.unwrap_or(f64::NAN);
+        let limit = criterion.limit.value();
+        match criterion.what {
+            RunCriterion::Force => {
+                let target_n = self.0.target_n.unwrap_or(f64::NAN);
+                write!(
+                    f,
+                    "the mean force was {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
+                    target_n * (1.0 + found),
+                    limit * 100.0
+                )
+            }
+            RunCriterion::Coherence => write!(
+                f,
+                "coherence was {found:.4} from {from:.0} to {to:.0} s, expected {limit} or more: put the finger on the actuator, and check the sensor and its wax"
+            ),
+            RunCriterion::Polarity => write!(
+                f,
+                "the response has the opposite sign to the first repeat \
+                    (correlation {found:.2}): check the polarity of the sensor and the actuator"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for Refusal {}

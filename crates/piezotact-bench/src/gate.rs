@@ -1,10 +1,8 @@
 //! The gate: quality checks during a characterisation. A measurement whose force departs from the target load, or whose coherence
 //! falls too low, is stopped at once and repeated.
 
-use std::fmt;
-
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::quantity::{Acceleration, Drive, Newtons, SampleRate, Seconds};
+use piezotact::quantity::{Acceleration, Drive, Hertz, Newtons, SampleRate, Seconds};
 use piezotact::recording::Recording;
 use piezotact::run::{Judged, RunChunk, RunCriterion, RunDocument, Sink, SinkError};
 use piezotact::spectrum::WelchConfig;
@@ -12,7 +10,11 @@ use piezotact::statistics::mean;
 use piezotact::transfer::{CrossPlan, CrossSpectra};
 
 use crate::error::ProcedureError;
-use crate::procedure::LOWEST_JUDGED;
+#[cfg(test)]
+use crate::error::Refusal;
+
+/// Below this frequency devices of this kind do not respond, and low coherence is not reported.
+pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
 
 /// The limits that a characterisation must keep.
 #[derive(Clone, Debug, PartialEq)]
@@ -36,44 +38,6 @@ impl GateConfig {
         }
     }
 }
-
-/// Why a measurement is repeated: its judgement, with at least one criterion that is not met.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Refusal(pub Judged);
-
-impl fmt::Display for Refusal {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let [from, to] = self.0.window_s;
-        let not_met = |c: &&Criterion<RunCriterion>| c.outcome == Outcome::NotMet;
-        let Some(criterion) = self.0.criteria.iter().find(not_met) else {
-            return f.write_str("nothing was refused");
-        };
-        let found = criterion.found.unwrap_or(f64::NAN);
-        let limit = criterion.limit.value();
-        match criterion.what {
-            RunCriterion::Force => {
-                let target_n = self.0.target_n.unwrap_or(f64::NAN);
-                write!(
-                    f,
-                    "the mean force was {:.3} N from {from:.0} to {to:.0} s, expected {target_n} N ± {:.0} %: hold the finger so that the display shows {target_n} N",
-                    target_n * (1.0 + found),
-                    limit * 100.0
-                )
-            }
-            RunCriterion::Coherence => write!(
-                f,
-                "coherence was {found:.4} from {from:.0} to {to:.0} s, expected {limit} or more: put the finger on the actuator, and check the sensor and its wax"
-            ),
-            RunCriterion::Polarity => write!(
-                f,
-                "the response has the opposite sign to the first repeat \
-                    (correlation {found:.2}): check the polarity of the sensor and the actuator"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for Refusal {}
 
 /// The indices in a chunk of the channels that a gate judges.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

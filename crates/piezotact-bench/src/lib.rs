@@ -22,9 +22,9 @@ mod stop;
 mod traits;
 mod watch;
 
-pub use error::{DeviceError, ProcedureError};
+pub use error::{DeviceError, ProcedureError, Refusal};
 pub use excitation::{Excitation, ExcitationConfig, excitation};
-pub use gate::{Gate, GateConfig, GateRoles, Refusal};
+pub use gate::{Gate, GateConfig, GateRoles, LOWEST_JUDGED};
 pub use paced::Paced;
 pub use piezotact::statistics::random;
 pub use plan::{DriveSource, Placement, Playback, RunPlan, Until};

@@ -16,11 +16,10 @@ use super::run::excite_and_record;
 use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper};
 use crate::error::ProcedureError;
 use crate::excitation::{Excitation, ExcitationConfig, excitation};
+use crate::gate::LOWEST_JUDGED;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 
-/// Below this frequency devices of this kind do not respond, and low coherence is not reported.
-pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
 /// A doubt is raised for coherence below this in the driven band.
 pub(super) const LEAST_COHERENCE: f64 = 0.8;
 

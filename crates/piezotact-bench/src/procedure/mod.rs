@@ -7,8 +7,7 @@ mod repeats;
 mod run;
 
 pub use characterise::{
-    Characterisation, CharacteriseConfig, LOWEST_JUDGED, characterise, excite, transfer_of,
-    usual_segment,
+    Characterisation, CharacteriseConfig, characterise, excite, transfer_of, usual_segment,
 };
 pub use closed_loop::{
     Gain, GainCriterion, Iteration, Kept, LoopConfig, LoopEnd, LoopErrors, Looped, Mishap,

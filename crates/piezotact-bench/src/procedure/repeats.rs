@@ -18,7 +18,8 @@ use super::{
     RunKeeper, excite, transfer_of,
 };
 use crate::error::ProcedureError;
-use crate::gate::{Gate, GateConfig, GateRoles, Refusal};
+use crate::error::Refusal;
+use crate::gate::{Gate, GateConfig, GateRoles};
 use crate::plan::{Placement, RunPlan};
 use crate::traits::Bench;
 

@@ -15,8 +15,9 @@ use piezotact::{Doubt, criterion::Outcome};
 
 use super::keeper::RunKeeper;
 use super::{FORCE_CHANNEL, require_device};
+use crate::error::Refusal;
 use crate::error::{DeviceError, ProcedureError};
-use crate::gate::{Gate, Refusal};
+use crate::gate::Gate;
 use crate::plan::{Playback, RunPlan, Until};
 use crate::stop::StopHandle;
 use crate::traits::{Acquire, Bench, PlayProgress, SensorCalibration};
