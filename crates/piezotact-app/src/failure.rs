@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::anyhow;
 use piezotact::document::FailedFile;
+use piezotact_bench::{DeviceError, ProcedureError};
 use piezotact_dataset::WriteError;
 
 use crate::advice::options_for;
@@ -143,5 +144,14 @@ impl Failures {
             text += &format!("\n  {}", file.why);
         }
         Err(Failure::Data(anyhow!(text)))
+    }
+}
+
+/// What a bench refuses because of what it was asked is a matter of the command line.
+pub(crate) fn bench_failure(error: impl Into<ProcedureError>) -> Failure {
+    match error.into() {
+        error @ (ProcedureError::Impossible { .. }
+        | ProcedureError::Device(DeviceError::Impossible { .. })) => usage(error),
+        other => other.into(),
     }
 }

@@ -18,9 +18,8 @@ use piezotact_dataset::{JournalSink, RunFolder, keep_before, stays_as_it_is};
 
 use serde::{Deserialize, Serialize};
 
-use crate::commands::bench_failure;
 use crate::dashboard::{Counts, Dashboard};
-use crate::failure::{Failure, Outcome};
+use crate::failure::{Failure, Outcome, bench_failure};
 use crate::interrupt::interrupted;
 use crate::invocation;
 use crate::live::Showing;

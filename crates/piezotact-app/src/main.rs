@@ -11,15 +11,19 @@ mod interrupt;
 mod invocation;
 mod keeping;
 mod live;
+mod made;
 mod manipulations;
 mod memory;
 mod output;
 mod parts;
 #[cfg(feature = "full")]
 mod pictures;
+mod places;
 mod progress;
+mod reading;
 mod replacing;
 mod report;
+mod runs;
 mod shown;
 
 use std::process::ExitCode;

@@ -11,8 +11,8 @@ use piezotact::invocation::{Invocation, Setting};
 use piezotact_dataset::keep_as_it_is;
 
 use crate::arguments::{Arguments, OUTPUTS, OutputPath, output_of};
-use crate::commands::rerun::Made;
 use crate::failure::{Outcome, usage};
+use crate::made::Made;
 
 /// Outputs that are measured: whoever writes them keeps what stood there.
 const MEASURED: [[&str; 2]; 8] = [

@@ -15,9 +15,9 @@ use piezotact_twin::{Participant, TwinParameters, TwinPlant};
 
 use super::twin::{TwinSpec, spec};
 use super::{BenchEntry, BenchSpec, NamedBench, file_and_participant, wrong};
-use crate::commands::rerun::Made;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::day;
+use crate::made::Made;
 
 /// The line of the table of benches.
 pub(super) const ENTRY: BenchEntry = BenchEntry {

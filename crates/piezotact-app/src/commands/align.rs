@@ -9,13 +9,14 @@ use piezotact::quantity::{Band, Seconds};
 use piezotact_dataset::{Contents, write_measurement};
 use piezotact_report::report::{csv, html};
 
-use super::{has_ending, outputs, place, read, read_drive};
 use crate::advice::OptionWords;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::Earlier;
 use crate::output::{print, print_document, say_doubts};
+use crate::places::{has_ending, outputs, place};
+use crate::reading::{read, read_drive};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

@@ -11,9 +11,10 @@ use piezotact_dataset::sidecar::Sidecar;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{Contents, FileKind};
 
-use super::{has_ending, outputs, read_drive};
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{print, print_document, say_doubts};
+use crate::places::{has_ending, outputs};
+use crate::reading::read_drive;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

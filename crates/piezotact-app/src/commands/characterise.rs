@@ -19,13 +19,14 @@ use piezotact_dataset::{
 use piezotact_report::transfer;
 
 use super::transfer::bias_text;
-use super::{has_ending, outputs, recording_files, run_plan};
 use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::{self, Earlier, Keeper, Place, Raw, Shown, runs_of};
 use crate::output::{print, print_document, say, say_merged};
+use crate::places::{has_ending, outputs, recording_files};
+use crate::runs::run_plan;
 
 pub(crate) fn run(args: &Characterise) -> Outcome {
     if let Some(record) = &args.record {

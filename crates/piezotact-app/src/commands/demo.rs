@@ -31,7 +31,6 @@ use super::characterise::characterise;
 use super::play::play;
 use super::render::{lineage, write_drive};
 use super::verify::verdict;
-use super::{outputs, run_plan};
 use crate::advice::OptionWords;
 use crate::benches::{NamedBench as _, TwinSpec};
 use crate::cli::{Demo, Finger};
@@ -40,8 +39,10 @@ use crate::interrupt::{self, Between, interrupted};
 use crate::invocation::write_report;
 use crate::keeping::Place;
 use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
+use crate::places::outputs;
 use crate::progress::{self, Words, Work};
 use crate::report;
+use crate::runs::run_plan;
 
 const FINGER: Finger = Finger {
     load: Some(0.2),

@@ -23,10 +23,11 @@ use piezotact_dataset::{
     Contents, FileKind, TransferFormat, holds_transfer, read_transfer, write_transfer,
 };
 
-use super::{outputs, read};
 use crate::cli::Export;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{digits, print, print_document, say_merged};
+use crate::places::outputs;
+use crate::reading::read;
 use crate::report::name;
 
 /// The rate of files that are played through a sound output, Hz.

@@ -15,11 +15,11 @@ use piezotact_dataset::{
     Contents, TransferDocument, holds_transfer, read_transfer, stored_transfer,
 };
 
-use super::read;
 use crate::advice::merged_text;
 use crate::cli::Info;
 use crate::failure::Outcome;
 use crate::output::{digits, print, print_document};
+use crate::reading::read;
 
 pub(crate) fn run(args: &Info) -> Outcome {
     if let Some(kept) = kept::of(&args.file)? {

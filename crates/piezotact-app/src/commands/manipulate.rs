@@ -19,7 +19,6 @@ use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_report::manipulate::{Page, html};
 
 use super::touch::take_all;
-use super::{outputs, read, texture};
 use crate::advice::OptionWords;
 use crate::cli::manipulate::Manipulate;
 use crate::cli::{Reading, Takes};
@@ -27,6 +26,8 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::manipulations::{Other, OtherRate, Requested, Settings, Speed};
 use crate::output::{digits_that_count, print, print_document, say_merged};
+use crate::places::outputs;
+use crate::reading::{read, texture};
 use crate::report::name;
 
 /// Shorter than a period of 100 Hz nothing is a texture.

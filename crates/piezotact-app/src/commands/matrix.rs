@@ -21,7 +21,9 @@ use piezotact_report::association::{html, svg};
 use piezotact_report::report;
 use piezotact_study::AnswersFile;
 
-use super::{outputs, read, score};
+use super::score;
+use crate::places::outputs;
+use crate::reading::read;
 #[cfg(feature = "web")]
 pub(crate) use source::report_of;
 use source::{Judged, Source};

@@ -10,12 +10,13 @@ use piezotact::number::digits;
 use piezotact::quantity::Band;
 use piezotact_report::report::{csv, html};
 
-use super::{outputs, read};
 use crate::advice::OptionWords;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document, say_doubts};
+use crate::places::outputs;
+use crate::reading::read;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

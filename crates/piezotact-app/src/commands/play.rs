@@ -15,11 +15,13 @@ use piezotact_bench::procedure::play_and_record;
 use piezotact_bench::{Bench, RunPlan};
 use piezotact_dataset::{ReadOptions, read_recording};
 
-use super::{drive_limit, has_ending, outputs, recording_files, run_plan};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{print, print_document, say_doubts};
+use crate::places::{has_ending, outputs, recording_files};
+use crate::reading::drive_limit;
+use crate::runs::run_plan;
 
 pub(crate) fn run(args: &Play) -> Outcome {
     args.live.begin();

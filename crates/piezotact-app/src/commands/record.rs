@@ -16,16 +16,18 @@ use piezotact_bench::procedure::{FORCE_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Placement, ProcedureError, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
 
-use super::{USUAL_ANGLE_DEG, bench_failure, has_ending, outputs, recording_files};
 use crate::benches::{self, BenchSpec};
 use crate::cli::twin::{DirectionName, speed};
 use crate::dashboard::{Counts, Dashboard};
+use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{began, say_moved};
 use crate::live::{Live, Showing};
 use crate::output::{print, print_document, say_doubts};
+use crate::places::{has_ending, outputs, recording_files};
 use crate::progress;
+use crate::runs::USUAL_ANGLE_DEG;
 
 /// The finger touches where the force exceeds this share of its target; its mean there may be off by the other share.
 const CONTACT_SHARE: f64 = 0.1;

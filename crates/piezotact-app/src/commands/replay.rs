@@ -11,12 +11,12 @@ use piezotact_replay::document::ReplayDocument;
 use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
 use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
 
-use super::outputs;
 use super::twin::twin_parameters;
 use crate::advice::OptionWords;
 use crate::failure::Outcome;
 use crate::invocation::write_report;
 use crate::output::{counted, document_text, print, say, write_text};
+use crate::places::outputs;
 use crate::progress::{Words, Work};
 use crate::report::name;
 

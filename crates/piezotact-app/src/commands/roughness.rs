@@ -12,12 +12,12 @@ use piezotact::surface::{
 use piezotact_dataset::{TopographyKind, TopographyOptions, read_topography};
 use piezotact_report::{report, roughness};
 
-use super::outputs;
 use crate::advice::{OptionWords, merged_text};
 use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
+use crate::places::outputs;
 use crate::progress::{Words, Work};
 
 const EVALUATING: Words = Words {

@@ -13,13 +13,14 @@ use piezotact::series::Series;
 use piezotact_dataset::{ReadOptions, read_contact_map};
 use piezotact_report::score::{Page, html};
 
-use super::{inspected, outputs, rate_option, read, texture};
 use crate::advice::OptionWords;
 use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
 use crate::output::{print, print_document, say_doubts};
+use crate::places::outputs;
+use crate::reading::{inspected, rate_option, read, texture};
 use crate::report;
 
 pub(crate) fn run(args: &Score) -> Outcome {

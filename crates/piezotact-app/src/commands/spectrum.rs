@@ -15,10 +15,11 @@ use piezotact::spectrum::{
 };
 use piezotact_report::figures;
 
-use super::{has_ending, outputs, read};
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
 use crate::output::{document_text, print, print_or_write, say_doubts, say_merged, write_text};
+use crate::places::{has_ending, outputs};
+use crate::reading::read;
 use crate::report::name;
 
 pub(crate) fn run(args: &Spectrum) -> Outcome {

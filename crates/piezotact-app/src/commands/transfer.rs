@@ -16,13 +16,14 @@ use piezotact_bench::procedure::usual_segment;
 use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
 use piezotact_report::transfer::{Page, html};
 
-use super::{outputs, read};
 use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::Earlier;
 use crate::output::{print, print_document, say_merged};
+use crate::places::outputs;
+use crate::reading::read;
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
     let written: Vec<&Path> = std::iter::once(&args.out)

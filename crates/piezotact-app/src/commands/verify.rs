@@ -25,15 +25,17 @@ use piezotact_dataset::sidecar::read_sidecar;
 use piezotact_dataset::{Contents, ReadOptions, read_recording, read_transfer};
 use piezotact_report::verify::{Also, Before, Page, ShownDrive, Stated};
 
+use super::manipulate;
 use super::manipulate::Chosen;
-use super::{inspected, manipulate, outputs, rate_option, read, texture};
 use crate::advice::{OptionWords, text};
 use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
 use crate::output::{difference_db, print, print_document, say, say_doubts};
+use crate::places::outputs;
 use crate::progress::{Words, Work};
+use crate::reading::{inspected, rate_option, read, texture};
 use crate::report;
 
 const COMPARING: Words = Words {

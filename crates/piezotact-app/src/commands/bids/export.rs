@@ -28,12 +28,12 @@ use crate::advice::merged_text;
 use crate::cli::Reading;
 use crate::commands::campaign::{simulated_as, study::Study};
 use crate::commands::prepare::file_name;
-use crate::commands::read;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::invocation::PROGRAM;
 use crate::output::{print, print_document, say_doubts};
 use crate::progress::{Words, Work};
+use crate::reading::read;
 
 const WRITING: Words = Words {
     doing: "writing",

@@ -14,8 +14,8 @@ use piezotact::study::{
 use piezotact_dataset::{NamePattern, cuts_path, known_naming, read_cuts_of, reads};
 
 use crate::cli::Reading;
-use crate::commands::read;
 use crate::failure::{Failure, Outcome, usage};
+use crate::reading::read;
 use crate::report::name;
 
 /// A recording of strokes, with what was found in it.

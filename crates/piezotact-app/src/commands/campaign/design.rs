@@ -12,11 +12,11 @@ use piezotact_people::difference::Difference;
 use piezotact_report::design::html;
 use piezotact_report::report;
 
-use super::super::outputs;
 use super::protocol_of;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{print, print_document};
+use crate::places::outputs;
 use crate::progress::Work;
 
 #[derive(Debug, Args)]

@@ -15,10 +15,10 @@ use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_report::report;
 
 use super::study::Study;
-use crate::commands::outputs;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
 use crate::output::{document_text, print, say_doubts, write_text};
+use crate::places::outputs;
 
 /// The folder of the events.
 const EVENTS: &str = "events";

@@ -7,10 +7,10 @@ use piezotact::page::{Cell, Column, Table};
 use piezotact_people::campaign::protocol::{LIBRARY, read};
 use piezotact_report::report;
 
-use super::super::outputs;
 use super::no_protocol;
 use crate::failure::{Outcome, usage};
 use crate::output::{print, print_document, write_text};
+use crate::places::outputs;
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {

@@ -11,7 +11,6 @@ use piezotact_people::eeg::source::is_lettered;
 use piezotact_people::eeg::tfr::{Method, TfrConfig};
 use piezotact_report::report::{self, html};
 
-use super::super::has_ending;
 use super::epochs::prepared;
 use super::options::{
     BandOption, CyclesOption, Frequencies, OrderOption, Preparing, RegionOption, Span,
@@ -21,6 +20,7 @@ use crate::advice::OptionWords;
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{document_text, print, print_document, say_doubts, write_text};
+use crate::places::has_ending;
 
 /// Regions where none is stated: those of these that were recorded.
 const USUAL_REGIONS: [&str; 3] = ["C3", "Cz", "C4"];

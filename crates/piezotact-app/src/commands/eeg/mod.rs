@@ -14,9 +14,9 @@ use piezotact_dataset::eeg::{EegSource, files_of, read_eeg_source};
 use piezotact_people::eeg::EegDoubt;
 use piezotact_people::eeg::source::{Segment, StatedChannel, Subject};
 
-use super::outputs;
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::reading_fits;
+use crate::places::outputs;
 use options::Preparing;
 
 #[derive(Debug, Args)]

@@ -11,14 +11,14 @@ use piezotact_people::eeg::group::{EegStats, GroupConfig, GroupError, compare};
 use piezotact_people::eeg::person::EegErd;
 use piezotact_report::report::{self, html};
 
-use super::super::outputs;
 use super::of_file;
 use crate::advice::OptionWords;
-use crate::commands::rerun::Made;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
+use crate::made::Made;
 use crate::memory::reading_fits;
 use crate::output::{print, print_document, say_doubts, write_text};
+use crate::places::outputs;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

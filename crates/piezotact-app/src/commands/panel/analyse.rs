@@ -16,10 +16,10 @@ use piezotact_report::report;
 
 use crate::advice::OptionWords;
 use crate::cli::panel::Analyse;
-use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{counted, print, print_document, say_doubts, write_text};
+use crate::places::outputs;
 
 type AnyPanel = Panel<Uncalibrated, Uncalibrated>;
 

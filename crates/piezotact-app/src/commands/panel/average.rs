@@ -9,9 +9,9 @@ use piezotact_dataset::{
 };
 
 use crate::cli::panel::Average;
-use crate::commands::outputs;
 use crate::failure::{Outcome, usage};
 use crate::output::{counted, print, print_document, say_merged};
+use crate::places::outputs;
 
 pub(crate) fn run(args: &Average) -> Outcome {
     let folder = PanelFolder::open(&args.folder)?;

@@ -19,8 +19,8 @@ use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocu
 use super::open_or_begin;
 use crate::cli::OnOff;
 use crate::cli::panel::Run;
-use crate::commands::bench_failure;
 use crate::commands::characterise::gating;
+use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
 use crate::output::{counted, print, print_document, say};

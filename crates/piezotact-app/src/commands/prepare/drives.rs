@@ -14,7 +14,6 @@ use super::{Arguments, LevelRule, file};
 use crate::cli::{Finger, Level, Render};
 use crate::commands::play::played;
 use crate::commands::render::{self, Done};
-use crate::commands::run_plan;
 use crate::commands::verify::verified;
 use crate::failure::{Failure, Outcome, sentence};
 use crate::interrupt::{Between, interrupted};
@@ -22,6 +21,7 @@ use crate::keeping::{Earlier, Raw, done};
 use crate::output::say;
 use crate::progress::{Words, Work};
 use crate::report::name;
+use crate::runs::run_plan;
 
 const PREPARING: Words = Words {
     doing: "preparing",

@@ -17,10 +17,10 @@ use piezotact_dataset::{JournalWriter, StartDocument};
 
 use super::Asked;
 use crate::cli::ModeName;
-use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome};
 use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{counted, say};
+use crate::runs::run_plan;
 
 /// How often a loop corrects unless it is stated.
 const ITERATIONS: u16 = 6;

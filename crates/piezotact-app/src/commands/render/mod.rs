@@ -25,14 +25,16 @@ use piezotact_dataset::sidecar::{Rendering, Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, RunFolder, read_device, read_transfer};
 
-use super::{bench_failure, folder_of, inspected, outputs, rate_option, recording_files, texture};
 use crate::cli::{InverseName, Level, PhaseName, Render};
+use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::keeping::{Earlier, Purpose, go_on, runs_of};
 use crate::memory::fits;
 use crate::output::{print, say_doubts};
+use crate::places::{folder_of, outputs, recording_files};
 use crate::progress::{Words, Work};
+use crate::reading::{inspected, rate_option, texture};
 use crate::report::name;
 use batch::Batch;
 use looped::Corrected;

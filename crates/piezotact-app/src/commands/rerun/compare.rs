@@ -6,8 +6,8 @@ use piezotact::document::INVOCATION;
 use piezotact::invocation::{Difference, Invocation};
 use serde_json::Value;
 
-use super::Results;
 use crate::arguments::OUTPUTS;
+use crate::made::Results;
 
 /// What a comparison found.
 #[derive(Debug, Default)]

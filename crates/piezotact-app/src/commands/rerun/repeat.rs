@@ -15,10 +15,10 @@ use piezotact::invocation::{Found, Invocation, Output};
 use serde_json::Value;
 use tempfile::TempDir;
 
-use super::{Made, Results};
 use crate::arguments::{Arguments, OutputPath};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{self, Between, interrupted};
+use crate::made::{Made, Results};
 use crate::progress::Work;
 
 /// Commands that cannot be run again, with the reason.

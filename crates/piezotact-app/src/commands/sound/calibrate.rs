@@ -14,12 +14,12 @@ use piezotact_audio::{
     measured_loopback, play_tone, record_tone, wires,
 };
 
-use super::super::outputs;
 use super::keep;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today};
 use crate::output::{digits, digits_that_count, print, print_document, say, say_doubts};
+use crate::places::outputs;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {

@@ -8,13 +8,13 @@ use piezotact::sound::LatencySummary;
 use piezotact_audio::latency_run;
 use piezotact_bench::ProcedureError;
 
-use super::super::outputs;
 use super::keep;
 use crate::benches::audio::{SoundDevice, latency_path};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
 use crate::invocation::today;
 use crate::output::{counted, digits, print, print_document, say_doubts};
+use crate::places::outputs;
 use crate::progress::{Words, Work};
 
 const RESTARTS: Words = Words {

@@ -16,7 +16,7 @@ use piezotact_twin::{Participant, TwinPlant};
 use super::super::twin::twin_parameters;
 use crate::benches::audio::device_of;
 use crate::cli::twin::Who;
-use crate::commands::bench_failure;
+use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::output::print;

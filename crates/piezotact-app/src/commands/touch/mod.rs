@@ -23,14 +23,15 @@ use piezotact_dataset::{
 };
 use piezotact_report::{report, touch};
 
-use super::{outputs, place, read};
 use crate::advice::{OptionWords, text};
 use crate::cli::{self, Computing, DirectionName, Takes, TouchName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
 use crate::output::{print, say, write_text};
+use crate::places::{outputs, place};
 use crate::progress::{Words, Work};
+use crate::reading::read;
 use crate::report::name;
 
 impl From<cli::By> for By {

@@ -13,10 +13,10 @@ use piezotact_twin::eeg::{EegProtocol, Task, record};
 use piezotact_twin::{Participant, TwinParameters};
 
 use crate::cli::twin::{Record, TaskName};
-use crate::commands::{has_ending, outputs};
 use crate::failure::{Outcome, usage};
 use crate::keeping::Earlier;
 use crate::output::{print, print_document, say_doubts};
+use crate::places::{has_ending, outputs};
 use crate::progress::Work;
 
 pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {

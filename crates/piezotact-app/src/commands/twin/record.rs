@@ -22,12 +22,13 @@ use piezotact_twin::{
 use super::eeg;
 use super::twin_parameters;
 use crate::cli::twin::{BenchName, DirectionName, Record};
-use crate::commands::{bench_failure, has_ending, outputs, recording_files};
+use crate::failure::bench_failure;
 use crate::failure::{Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{Earlier, say_moved};
 use crate::live::{self, Showing};
 use crate::output::{print, print_document};
+use crate::places::{has_ending, outputs, recording_files};
 
 /// What is usual unless it is stated.
 const SPEED_M_S: f64 = 0.03;

@@ -8,9 +8,9 @@ use piezotact_twin::{Patch, SurfaceError};
 
 use super::twin_parameters;
 use crate::cli::twin::Surface;
-use crate::commands::{has_ending, outputs};
 use crate::failure::{Outcome, usage};
 use crate::output::{digits, print, print_document};
+use crate::places::{has_ending, outputs};
 
 pub(crate) fn run(args: &Surface) -> Outcome {
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();

@@ -24,10 +24,10 @@ use piezotact_people::campaign::readiness::{
 use piezotact_study::session::PreparedDrive;
 
 use crate::commands::prepare::file_name;
-use crate::commands::texture;
 use crate::commands::verify::verified;
 use crate::failure::Failure;
 use crate::output::write_bytes;
+use crate::reading::texture;
 
 /// The parts of a folder of drives, with the endings of their files.
 const PARTS: [(&str, &str); 3] = [

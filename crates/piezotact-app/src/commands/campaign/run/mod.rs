@@ -36,12 +36,12 @@ use super::plan::planned;
 use super::study::{Begun, Study, now_ms, said};
 use crate::benches::{self, BenchSpec};
 use crate::cli::Finger;
-use crate::commands::run_plan;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::stops;
 use crate::keeping::began;
 use crate::live::Showing;
 use crate::output::say;
+use crate::runs::run_plan;
 use drives::Drives;
 use typed::Typing;
 

@@ -1,0 +1,73 @@
+//! Recordings, drives and textures as the commands read them.
+
+use std::path::Path;
+
+use anyhow::anyhow;
+use piezotact::Doubt;
+use piezotact::device::DriveSetup;
+use piezotact::integrity::doubts_of;
+use piezotact::quantity::{Acceleration, QuantityError, SampleRate, Unit};
+use piezotact::recording::{Recording, RecordingDoubt, RecordingError};
+use piezotact::series::Series;
+use piezotact_dataset::{Contents, ReadOptions, read_recording};
+
+use crate::cli::Reading;
+use crate::failure::{Failure, Outcome, usage};
+use crate::memory::reading_fits;
+
+/// A rate given in Hz on the command line.
+pub(crate) fn rate_option(rate_hz: Option<f64>) -> Result<Option<SampleRate>, Failure> {
+    rate_hz
+        .map(SampleRate::new)
+        .transpose()
+        .map_err(usage::<QuantityError>)
+}
+
+pub(crate) fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
+    let options = ReadOptions {
+        scale: reading.scale.clone(),
+        rate: rate_option(reading.rate)?,
+    };
+    inspected(path, &options)
+}
+
+/// The recording in a file, with the doubts about what broke on its way to the file.
+pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
+    reading_fits(path)?;
+    let mut contents = read_recording(path, options)?;
+    let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
+    contents.recording.about.doubts.extend(found);
+    Ok(contents)
+}
+
+/// A drive: its file was written by a program, so that nothing broke on the way to it, and full scale is its unit.
+pub(crate) fn read_drive(path: &Path) -> Outcome<Contents> {
+    reading_fits(path)?;
+    let mut contents = read_recording(path, &ReadOptions::default())?;
+    let has_scale =
+        |doubt: &Doubt| !matches!(doubt.kind(), Some(RecordingDoubt::Uncalibrated { .. }));
+    contents.recording.about.doubts.retain(has_scale);
+    Ok(contents)
+}
+
+/// The largest drive that the device plays, of full scale: full scale where it is not known.
+pub(crate) fn drive_limit(setup: Option<&DriveSetup>) -> f64 {
+    setup.map_or(1.0, DriveSetup::drive_limit)
+}
+
+/// The texture in a recording, in m/s²; when its scale is not known, what to do about it.
+pub(crate) fn texture(
+    path: &Path,
+    recording: &Recording,
+    channel: Option<&str>,
+) -> Outcome<Series<Acceleration>> {
+    recording.series::<Acceleration>(channel).map_err(|error| {
+        let text = path.display();
+        match &error {
+            RecordingError::Unit { found: Unit::FullScale, .. } => Failure::Data(anyhow!(
+                "{text}: expected a physical scale, found none (full scale = 1); give it with --scale \"200 m/s2\" or in {text}.json"
+            )),
+            _ => Failure::Data(anyhow::Error::new(error).context(text.to_string())),
+        }
+    })
+}
