@@ -37,11 +37,24 @@ pub(crate) fn run(of: Option<&str>) -> Result<()> {
         return Ok(());
     }
     let program = Program::of(&sources)?;
-    println!();
-    println!(
-        "crates of the demo build: {}, of the full build: {} (`cargo tree`, with build scripts and macros)",
+    let (demo, full) = (
         packages(&root, &["--no-default-features"])?,
         packages(&root, &["--features", "full"])?,
+    );
+    let mut rings: BTreeMap<String, Lines> = BTreeMap::new();
+    for source in &sources {
+        let ring = match source.package.as_str() {
+            package if !source.is_optional && demo.contains(package) => "core: ./x demo",
+            package if full.contains(package) => "study: ./x build",
+            _ => "validation and tools",
+        };
+        *rings.entry(ring.to_owned()).or_default() += count(source);
+    }
+    println!("\n{}\n", table(&rings));
+    println!(
+        "crates of the demo build: {}, of the full build: {} (`cargo tree`, with build scripts and macros)",
+        demo.len(),
+        full.len(),
     );
     println!(
         "commands and subcommands: {}, options: {} (counted in the source: clap's `Subcommand` variants, rows of `commands!` and fields with \
@@ -195,8 +208,8 @@ fn table(rows: &BTreeMap<String, Lines>) -> String {
     text
 }
 
-/// The number of packages that a build of the program with `options` compiles.
-fn packages(root: &Path, options: &[&str]) -> Result<usize> {
+/// The packages that a build of the program with `options` compiles.
+fn packages(root: &Path, options: &[&str]) -> Result<BTreeSet<String>> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .current_dir(root)
@@ -218,11 +231,16 @@ fn packages(root: &Path, options: &[&str]) -> Result<usize> {
         String::from_utf8_lossy(&output.stderr)
     );
     let text = String::from_utf8(output.stdout)?;
-    let names: BTreeSet<Vec<&str>> = text
-        .lines()
-        .map(|line| line.split(' ').take(2).collect())
-        .collect();
-    Ok(names.len())
+    // Two versions of one package are two.
+    let names = text.lines().map(|line| {
+        let mut words = line.split(' ');
+        let (name, version) = (words.next().unwrap_or(""), words.next().unwrap_or(""));
+        match line.contains("(/") {
+            true => name.to_owned(),
+            false => format!("{name} {version}"),
+        }
+    });
+    Ok(names.collect())
 }
 
 /// What a user of the program meets.

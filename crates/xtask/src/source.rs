@@ -23,6 +23,8 @@ pub(crate) struct Source {
     pub(crate) tokens: TokenStream,
     /// The lines of its test code.
     tests: Vec<RangeInclusive<usize>>,
+    /// Whether it is compiled with a feature of its crate alone.
+    pub(crate) is_optional: bool,
 }
 
 impl Source {
@@ -77,6 +79,7 @@ pub(crate) fn rust_files(folder: &Path) -> Result<Vec<PathBuf>> {
 pub(crate) fn sources(texts: BTreeMap<PathBuf, String>) -> Result<Vec<Source>> {
     let mut sources = Vec::new();
     let mut test_modules = Vec::new();
+    let mut optional = Vec::new();
     for (path, text) in texts {
         let tokens: TokenStream = text
             .parse()
@@ -84,10 +87,12 @@ pub(crate) fn sources(texts: BTreeMap<PathBuf, String>) -> Result<Vec<Source>> {
         let mut tests = Tests::default();
         tests.walk(tokens.clone());
         let below = modules_below(&path);
-        test_modules.extend(tests.modules.into_iter().map(|(name, file)| match file {
+        let file_of = |(name, file): (String, Option<String>)| match file {
             Some(file) => path.with_file_name(file).with_extension(""),
             None => below.join(name),
-        }));
+        };
+        test_modules.extend(tests.modules.into_iter().map(file_of));
+        optional.extend(tests.optional.into_iter().map(file_of));
         let (package, module) = place(&path);
         sources.push(Source {
             package,
@@ -96,11 +101,13 @@ pub(crate) fn sources(texts: BTreeMap<PathBuf, String>) -> Result<Vec<Source>> {
             text,
             tokens,
             tests: tests.lines,
+            is_optional: false,
         });
     }
     for source in &mut sources {
         let in_tests = source.path.components().any(|c| c.as_os_str() == "tests");
         let bare = source.path.with_extension("");
+        source.is_optional = optional.iter().any(|module| bare.starts_with(module));
         if in_tests || test_modules.iter().any(|module| bare.starts_with(module)) {
             source.tests = vec![0..=usize::MAX];
         }
@@ -141,6 +148,8 @@ struct Tests {
     lines: Vec<RangeInclusive<usize>>,
     /// Test modules in files of their own: name, and `#[path]`.
     modules: Vec<(String, Option<String>)>,
+    /// Modules in files of their own that a feature of the crate turns on.
+    optional: Vec<(String, Option<String>)>,
 }
 
 impl Tests {
@@ -156,9 +165,16 @@ impl Tests {
                 let first = tokens[start].span().start().line;
                 let last = tokens[end - 1].span().end().line;
                 self.lines.push(first..=last);
-                self.module(&tokens[i..end], &attributes);
+                self.modules.extend(module(&tokens[i..end], &attributes));
                 i = end;
                 continue;
+            }
+            if attributes
+                .iter()
+                .any(|attribute| is_of_a_feature(attribute))
+            {
+                let end = item_end(&tokens, i);
+                self.optional.extend(module(&tokens[i..end], &attributes));
             }
             if let Some(TokenTree::Group(group)) = tokens.get(i) {
                 self.walk(group.stream());
@@ -166,23 +182,21 @@ impl Tests {
             i += 1;
         }
     }
+}
 
-    /// Takes up `mod name;`.
-    fn module(&mut self, item: &[TokenTree], attributes: &[&Group]) {
-        let [
-            ..,
-            TokenTree::Ident(word),
-            TokenTree::Ident(name),
-            TokenTree::Punct(_),
-        ] = item
-        else {
-            return;
-        };
-        if word == "mod" {
-            let path = attributes.iter().find_map(|attribute| path_of(attribute));
-            self.modules.push((name.to_string(), path));
-        }
-    }
+/// The name of `mod name;`, with the file that an attribute states.
+fn module(item: &[TokenTree], attributes: &[&Group]) -> Option<(String, Option<String>)> {
+    let [
+        ..,
+        TokenTree::Ident(word),
+        TokenTree::Ident(name),
+        TokenTree::Punct(_),
+    ] = item
+    else {
+        return None;
+    };
+    let path = attributes.iter().find_map(|attribute| path_of(attribute));
+    (word == "mod").then(|| (name.to_string(), path))
 }
 
 /// The attributes at the beginning of `tokens`, documentation too; each takes two tokens.
@@ -205,6 +219,12 @@ fn path_of(attribute: &Group) -> Option<String> {
 pub(crate) fn is_test(attribute: &Group) -> bool {
     let text: String = attribute.stream().to_string().split_whitespace().collect();
     text == "cfg(test)" || text.starts_with("cfg(all(test,")
+}
+
+/// Whether an attribute is `[cfg(feature = "…")]`.
+fn is_of_a_feature(attribute: &Group) -> bool {
+    let text: String = attribute.stream().to_string().split_whitespace().collect();
+    text.starts_with("cfg(feature=")
 }
 
 /// Behind the item that begins at `i`: its body, or its semicolon; of a field, its comma.
