@@ -8,10 +8,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use piezotact_people::campaign::session::{Command, Event, Evidence, Stage, Step};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Refusal, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
+    Given, Heard, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
 };
 use tokio::sync::{oneshot, watch};
 
@@ -125,6 +125,18 @@ impl<S: Stimulator> Stimulator for Shown<S> {
             });
         }
         self.inner.play(played, stop)
+    }
+
+    fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {
+        self.inner.listen(touched, stop)
+    }
+
+    fn strokes(&self) -> Option<u32> {
+        self.inner.strokes()
+    }
+
+    fn heard(&mut self, is_done: bool) -> Option<Heard> {
+        self.inner.heard(is_done)
     }
 }
 
@@ -309,6 +321,7 @@ impl Desk {
                 // Why it is paused is still to be read.
                 if !keeps && event != Event::Paused {
                     (self.notice, self.feedback) = notice(runner, &event).unzip();
+                    self.notice = self.notice.take().or_else(|| touched(runner, &event));
                 }
                 if matches!(event, Event::Confirmed { .. })
                     && let Some(pause) = pace(runner).filter(|_| is_next_played(runner))
@@ -329,7 +342,14 @@ impl Desk {
                 Ok(Reply::NotStored(error.to_string()))
             }
             Err(RunError::Salt(error)) => Ok(Reply::NotStored(error.to_string())),
-            Err(RunError::Refused(refusal)) => Ok(Reply::Refused(refusal.to_string())),
+            Err(RunError::Refused(refusal)) => {
+                if let Refusal::TooFew { found, .. } = refusal {
+                    let wanted = runner.state().current();
+                    let wanted = wanted.and_then(|(trial, _)| runner.state().strokes_wanted(trial));
+                    self.notice = Some(strokes(found, wanted.unwrap_or_default()));
+                }
+                Ok(Reply::Refused(refusal.to_string()))
+            }
             Err(RunError::NoDrive(PlayError::NoDrive { .. })) => {
                 // Its name would tell what is played.
                 self.notice = Some((Word::NoDrive, Text::default()));
@@ -410,7 +430,7 @@ fn is_next_played(runner: &Runner<'_>) -> bool {
 
 /// What is to be known at once after `event`, by the experimenter and by the participant.
 fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, Text), Text)> {
-    let Event::Confirmed { trial } = event else {
+    let Event::Confirmed { trial, .. } = event else {
         return None;
     };
     let mut trials = runner.state().plan().trials.iter();
@@ -418,6 +438,34 @@ fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, Text), Text)> {
     let right = runner.state().feedback(trial)?;
     let shown = shown_as(runner.state(), trial, right);
     Some(((Word::RightAnswer, shown.clone()), shown))
+}
+
+/// What is to be known at once of a touch that `event` confirms.
+fn touched(runner: &Runner<'_>, event: &Event) -> Option<(Word, Text)> {
+    let Event::Confirmed {
+        trial,
+        touched: Some(touched),
+    } = event
+    else {
+        return None;
+    };
+    if let Some(why) = &touched.not_recorded {
+        return Some((Word::NotRecorded, why.clone().into()));
+    }
+    let mut trials = runner.state().plan().trials.iter();
+    let wanted = trials
+        .find(|one| one.name == *trial)
+        .and_then(|trial| runner.state().strokes_wanted(trial))?;
+    Some(strokes(touched.strokes?, wanted))
+}
+
+/// How many strokes were found of how many.
+fn strokes(found: u32, wanted: u32) -> (Word, Text) {
+    let word = match found < wanted {
+        true => Word::NotComplete,
+        false => Word::StrokesFound,
+    };
+    (word, format!("{found} / {wanted}").into())
 }
 
 /// An event in a few words: its kind, its trial, and what it says, never what was presented.
@@ -435,7 +483,7 @@ fn words(event: &Event) -> String {
         Event::Voided { trial, .. } => format!("void: {trial}"),
         Event::Played { trial, element, .. } => format!("once more: {trial}, {}", element + 1),
         Event::Answered { trial, .. } => format!("answered: {trial}"),
-        Event::Confirmed { trial } => format!("confirmed: {trial}"),
+        Event::Confirmed { trial, .. } => format!("confirmed: {trial}"),
         Event::Corrected { trial, .. } => format!("corrected: {trial}"),
         Event::Paused => "pause".to_owned(),
         Event::WentOn => "end of the pause".to_owned(),
