@@ -15,6 +15,7 @@ mod campaign_places;
 mod campaign_server;
 mod campaign_session;
 mod campaign_simulated;
+mod campaign_touch;
 mod campaign_trust;
 mod characterise;
 #[path = "../../piezotact-web/tests/client/http.rs"]

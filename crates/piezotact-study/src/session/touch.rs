@@ -130,6 +130,10 @@ impl Stimulator for TouchBench<'_> {
 
     fn strokes(&self) -> Option<u32> {
         let listening = self.listening.as_ref()?;
+        // What is not recorded any more does not become complete.
+        if listening.stop.is_stopped() || listening.gathered.is_failed.load(Ordering::SeqCst) {
+            return None;
+        }
         strokes_in(&listening.gathered.recording()?)
     }
 
@@ -246,6 +250,8 @@ struct Gathered {
     is_cut: AtomicBool,
     /// Whether it ends as it is to end.
     is_done: AtomicBool,
+    /// Whether the sensors failed.
+    is_failed: AtomicBool,
 }
 
 impl Gathered {
@@ -317,6 +323,9 @@ impl OfTouch {
 
     fn end(&self, end: &RunEnd) -> RunDocument {
         let mut end = end.clone();
+        if matches!(end.ended, Ended::Failed { .. }) {
+            self.gathered.is_failed.store(true, Ordering::SeqCst);
+        }
         if end.ended == Ended::Stopped
             && self.gathered.is_done.load(Ordering::SeqCst)
             && !self.gathered.is_cut.load(Ordering::SeqCst)
