@@ -24,6 +24,8 @@ use crate::words::{Language, Word};
 const LISTED: usize = 30;
 /// As many answered requests are known by their ids: what a page sends again is not done again.
 const KNOWN: usize = 256;
+/// A second press this soon after strokes were said to be missing is one of a double click.
+const SECOND_PRESS: Duration = Duration::from_secs(1);
 /// How often the end is looked for.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -79,6 +81,8 @@ pub struct Desk {
     notice: Option<(Word, Text)>,
     /// The right answer to the last trial, where the protocol has it said.
     feedback: Option<Text>,
+    /// When it was said that strokes are missing.
+    missing: Option<Instant>,
     /// When the next trial begins by itself, when that was settled, and how many stops there had been then.
     next: Option<(Instant, Instant, u64)>,
     stop: PlayStop,
@@ -170,6 +174,7 @@ impl Desk {
             answered: VecDeque::new(),
             notice: None,
             feedback: None,
+            missing: None,
             next: None,
             stop,
             beat,
@@ -245,6 +250,12 @@ impl Desk {
         view.closed.notice.clone_from(&self.notice);
         view.open.feedback.clone_from(&self.feedback);
         view.open.begins = self.next.is_some();
+        if let Some((Word::NotComplete, found)) = &self.notice
+            && let OpenStep::Answer(form) = &mut view.open.step
+        {
+            let found = Text::after_word(Word::NotComplete, found);
+            form.more = Text::joined([&form.more, &found].into_iter());
+        }
         self.views.send_if_modified(|shown| {
             let is_new = *shown != view;
             *shown = view;
@@ -314,6 +325,13 @@ impl Desk {
         if let Some(refusal) = too_soon.filter(|_| command == Command::Confirm) {
             return Ok(Reply::Refused(refusal.to_string()));
         }
+        let is_second =
+            |said: Instant| command == Command::Confirm && said.elapsed() < SECOND_PRESS;
+        if self.missing.is_some_and(is_second) {
+            return Ok(Reply::Refused(
+                "not complete: wait a moment before it is confirmed once more".to_owned(),
+            ));
+        }
         let given = runner.give(command);
         let at_ms = runner.state().last_ms().unwrap_or_default();
         match given {
@@ -347,6 +365,7 @@ impl Desk {
                     let wanted = runner.state().current();
                     let wanted = wanted.and_then(|(trial, _)| runner.state().strokes_wanted(trial));
                     self.notice = Some(strokes(found, wanted.unwrap_or_default()));
+                    self.missing = Some(Instant::now());
                 }
                 Ok(Reply::Refused(refusal.to_string()))
             }
