@@ -19,7 +19,7 @@ use piezotact_people::campaign::session::{
 use piezotact_people::campaign::store::{MemoryStore, Purpose};
 use piezotact_study::session::{
     BenchStimulator, Given, Heard, Outside, PlayError, PlayStop, Played, RunError, Runner,
-    Stimulator, Stimuli, StopHandle, TouchBench, TouchKeeper, events_of,
+    Stimulator, Stimuli, StopHandle, TouchBench, TouchEnd, TouchKeeper, events_of,
 };
 
 use crate::support::{START_MS, done, planned, present, until_presenting};
@@ -57,10 +57,10 @@ impl Stimulator for Sensors {
         self.found.get()
     }
 
-    fn heard(&mut self, is_done: bool) -> Option<Heard> {
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
         let mut heard = self.heard.borrow_mut();
         let (name, ended) = heard.last_mut()?;
-        *ended = Some(is_done);
+        *ended = Some(end == TouchEnd::Done);
         Some(Heard {
             recording: Some(TouchRecording {
                 journal: name.clone(),

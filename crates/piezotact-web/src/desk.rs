@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use piezotact_people::campaign::session::{Command, Event, Evidence, Refusal, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, Heard, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
+    Given, Heard, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle, TouchEnd,
 };
 use tokio::sync::{oneshot, watch};
 
@@ -139,8 +139,8 @@ impl<S: Stimulator> Stimulator for Shown<S> {
         self.inner.strokes()
     }
 
-    fn heard(&mut self, is_done: bool) -> Option<Heard> {
-        self.inner.heard(is_done)
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
+        self.inner.heard(end)
     }
 }
 

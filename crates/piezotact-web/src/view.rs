@@ -623,14 +623,7 @@ fn answered(state: &State<'_>) -> Vec<Answered> {
             number: at + 1,
             name: trial.name.clone(),
             task: trial.task.clone(),
-            said: match of.touched.as_ref().and_then(|touched| touched.strokes) {
-                None => noted(answer),
-                Some(found) => format!(
-                    "{} {found} / {}",
-                    noted(answer),
-                    state.strokes_wanted(trial).unwrap_or_default()
-                ),
-            },
+            said: noted(answer),
             is_corrected: !of.corrections.is_empty(),
         })
     });

@@ -50,6 +50,15 @@ pub enum PlayError {
     Device(String),
 }
 
+/// Why the recording of a touch ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TouchEnd {
+    /// The touch is over.
+    Done,
+    /// It was cut: by a pause, a stop, or the end of the program.
+    Cut,
+}
+
 /// What was recorded of a touch, or of a part of it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Heard {
@@ -89,8 +98,8 @@ pub trait Stimulator {
         None
     }
 
-    /// Ends what is being recorded, and gives it, where anything is; `is_done` says whether the touch is over, or was cut.
-    fn heard(&mut self, _is_done: bool) -> Option<Heard> {
+    /// Ends what is being recorded, and gives it, where anything is.
+    fn heard(&mut self, _end: TouchEnd) -> Option<Heard> {
         None
     }
 }

@@ -13,7 +13,7 @@ use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store, St
 
 use crate::session::stop::Playing;
 use crate::session::touching::Touching;
-use crate::session::{PlayError, PlayStop, Played, Stimulator};
+use crate::session::{PlayError, PlayStop, Played, Stimulator, TouchEnd};
 
 /// The system gave no entropy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -258,7 +258,7 @@ impl<'a> Runner<'a> {
             command,
             Command::Pause | Command::Stop { .. } | Command::Withdraw | Command::Void { .. }
         ) {
-            self.end_part(false);
+            self.end_part(TouchEnd::Cut);
         }
         let given = self.given(command);
         self.follow_touch();

@@ -17,7 +17,7 @@ use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Paced, Placement, ProcedureError, RunPlan, Until};
 use piezotact_people::campaign::session::{Evidence, TouchRecording, sha_of_samples};
 
-use crate::session::{BenchStimulator, Heard, PlayError, Played, Stimulator, StopHandle};
+use crate::session::{BenchStimulator, Heard, PlayError, Played, Stimulator, StopHandle, TouchEnd};
 
 /// How long it is waited for the sensors, so that the first stroke is recorded too.
 const SENSORS_READY: Duration = Duration::from_secs(3);
@@ -86,7 +86,7 @@ impl Stimulator for TouchBench<'_> {
     }
 
     fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {
-        let _of_another_trial = self.heard(false);
+        let _of_another_trial = self.heard(TouchEnd::Cut);
         let mut keeper = (self.keeper)(&touched)?;
         let own = keeper.acquirer.take();
         let is_of_bench = own.is_none();
@@ -137,16 +137,16 @@ impl Stimulator for TouchBench<'_> {
         strokes_in(&listening.gathered.recording()?)
     }
 
-    fn heard(&mut self, is_done: bool) -> Option<Heard> {
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
         let mut listening = self.listening.take()?;
-        let (acquirer, done) = listening.end(is_done)?;
+        let (acquirer, done) = listening.end(end)?;
         if listening.is_of_bench {
             self.bench.bench.acquirer = acquirer;
         }
         let was_stopped = listening.gathered.is_cut.load(Ordering::SeqCst);
         let failed = match done {
             Err(error) => Some(error.to_string()),
-            Ok(()) if was_stopped && is_done => {
+            Ok(()) if was_stopped && end == TouchEnd::Done => {
                 Some("it was stopped before the trial was confirmed".to_owned())
             }
             Ok(()) => None,
@@ -222,11 +222,12 @@ impl Listening {
     }
 
     /// Ends it; none where its thread broke down.
-    fn end(&mut self, is_done: bool) -> Option<Done> {
+    fn end(&mut self, end: TouchEnd) -> Option<Done> {
         let gathered = &self.gathered;
         gathered
             .is_cut
             .store(self.stop.is_stopped(), Ordering::SeqCst);
+        let is_done = end == TouchEnd::Done;
         gathered.is_done.store(is_done, Ordering::SeqCst);
         self.stop.stop();
         self.thread.take()?.join().ok()
@@ -235,7 +236,7 @@ impl Listening {
 
 impl Drop for Listening {
     fn drop(&mut self) {
-        let _ended = self.end(false);
+        let _ended = self.end(TouchEnd::Cut);
     }
 }
 

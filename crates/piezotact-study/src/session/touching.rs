@@ -2,7 +2,7 @@
 
 use piezotact_people::campaign::session::{Stage, Step, TouchRecord};
 
-use super::{Heard, Played, RunError, Runner, Stimuli};
+use super::{Heard, Played, RunError, Runner, Stimuli, TouchEnd};
 
 /// What is known of the touch of a trial.
 pub(super) struct Touching {
@@ -69,7 +69,7 @@ impl Runner<'_> {
         };
         let is_other = self.touch.as_ref().is_some_and(|touch| !is_same(touch));
         if is_other || !runs {
-            self.end_part(false);
+            self.end_part(TouchEnd::Cut);
         }
         if is_other {
             self.touch = None;
@@ -105,8 +105,8 @@ impl Runner<'_> {
         self.touch = Some(touch);
     }
 
-    /// Ends the part that is being recorded; `is_done` says whether the touch is over.
-    pub(super) fn end_part(&mut self, is_done: bool) {
+    /// Ends the part that is being recorded.
+    pub(super) fn end_part(&mut self, end: TouchEnd) {
         let Some(touch) = &mut self.touch else {
             return;
         };
@@ -114,7 +114,7 @@ impl Runner<'_> {
             return;
         }
         let heard = match &mut self.stimuli {
-            Stimuli::On(stimulator) => stimulator.heard(is_done),
+            Stimuli::On(stimulator) => stimulator.heard(end),
             Stimuli::ByHand | Stimuli::Nowhere => None,
         };
         match heard {
@@ -136,7 +136,7 @@ impl Runner<'_> {
             touch.is_said = true;
             return Err(missing.into());
         }
-        self.end_part(true);
+        self.end_part(TouchEnd::Done);
         let touch = self.touch.as_ref();
         Ok(touch.map_or_else(TouchRecord::default, |touch| touch.record.clone()))
     }

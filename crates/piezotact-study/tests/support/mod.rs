@@ -17,7 +17,7 @@ use piezotact_people::campaign::store::{
 };
 use piezotact_study::session::{
     Given, Heard, Outside, PlayError, PlayStop, Played, RunError, Runner, SaltError, Stimulator,
-    Stimuli, StopHandle,
+    Stimuli, StopHandle, TouchEnd,
 };
 
 pub(crate) const START_MS: i64 = 1_800_000_000_000;
@@ -157,7 +157,7 @@ impl Stimulator for Tape {
         self.strokes.get()
     }
 
-    fn heard(&mut self, _is_done: bool) -> Option<Heard> {
+    fn heard(&mut self, _end: TouchEnd) -> Option<Heard> {
         Some(Heard {
             recording: None,
             strokes: self.strokes.get(),

@@ -6,7 +6,7 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, Heard, PlayError, Played, RunError, Runner, Stimulator, StopHandle, TouchBench,
+    Given, Heard, PlayError, Played, RunError, Runner, Stimulator, StopHandle, TouchBench, TouchEnd,
 };
 
 use super::shown::{self, PlayedBy, said, shown};
@@ -56,8 +56,8 @@ impl Stimulator for Announced<'_> {
         self.0.strokes()
     }
 
-    fn heard(&mut self, is_done: bool) -> Option<Heard> {
-        self.0.heard(is_done)
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
+        self.0.heard(end)
     }
 }
 
