@@ -24,13 +24,16 @@ use piezotact_study::session::{
 
 use crate::support::{START_MS, done, planned, present, until_presenting};
 
+/// A part of a touch, and whether it was done; none while it goes on.
+type Recorded = (String, Option<bool>);
+
 /// Sensors that find as many strokes as a test says.
 #[derive(Clone, Default)]
 struct Sensors {
     found: Rc<Cell<Option<u32>>>,
     refuses: Rc<Cell<bool>>,
     /// What was recorded: `TRIAL-ATTEMPT-PART`, and whether it was done.
-    heard: Rc<RefCell<Vec<(String, Option<bool>)>>>,
+    heard: Rc<RefCell<Vec<Recorded>>>,
     stop: Rc<RefCell<Option<StopHandle>>>,
 }
 

@@ -88,12 +88,11 @@ impl Stimulator for TouchBench<'_> {
     fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {
         let _of_another_trial = self.heard(TouchEnd::Cut);
         let mut keeper = (self.keeper)(&touched)?;
-        let own = keeper.acquirer.take();
-        let is_of_bench = own.is_none();
-        let acquirer = own.unwrap_or_else(|| {
+        let sensors = match keeper.acquirer.take() {
+            Some(own) => Sensors::Own(own),
             // Nothing happens faster than a person touches.
-            Box::new(Paced::real_time(self.bench.bench.take_acquirer()))
-        });
+            None => Sensors::OfBench(Paced::real_time(self.bench.bench.take_acquirer())),
+        };
         let run = RunPlan {
             label: format!(
                 "{}, attempt {}, part {}",
@@ -116,12 +115,11 @@ impl Stimulator for TouchBench<'_> {
             most: 0,
             began: None,
         };
-        let begun = Listening::begin(acquirer, run, stop, sink);
+        let begun = Listening::begin(sensors, run, stop, sink);
         let (thread, stop) = begun.map_err(|error| error.to_string())?;
         self.listening = Some(Listening {
             journal: keeper.journal,
             gathered: heard,
-            is_of_bench,
             thread: Some(thread),
             stop,
         });
@@ -139,9 +137,9 @@ impl Stimulator for TouchBench<'_> {
 
     fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
         let mut listening = self.listening.take()?;
-        let (acquirer, done) = listening.end(end)?;
-        if listening.is_of_bench {
-            self.bench.bench.acquirer = acquirer;
+        let (sensors, done) = listening.end(end)?;
+        if let Sensors::OfBench(paced) = sensors {
+            self.bench.bench.acquirer = paced.into_inner();
         }
         let was_stopped = listening.gathered.is_cut.load(Ordering::SeqCst);
         let failed = match done {
@@ -189,22 +187,27 @@ fn strokes_in(recording: &Recording) -> Option<u32> {
     }
 }
 
-type Done = (Box<dyn Acquire>, Result<(), ProcedureError>);
+/// What acquires a touch.
+enum Sensors {
+    Own(Box<dyn Acquire>),
+    /// They go back to the bench when it is over.
+    OfBench(Paced),
+}
+
+type Done = (Sensors, Result<(), ProcedureError>);
 
 /// A touch that is being recorded, on a thread of its own.
 struct Listening {
     journal: String,
     stop: StopHandle,
     gathered: Arc<Gathered>,
-    /// Whether the sensors go back to the bench.
-    is_of_bench: bool,
     thread: Option<JoinHandle<Done>>,
 }
 
 impl Listening {
     /// Begins the run, and waits until it began.
     fn begin(
-        mut acquirer: Box<dyn Acquire>,
+        mut sensors: Sensors,
         run: RunPlan,
         stop: &StopHandle,
         mut sink: OfTouch,
@@ -213,8 +216,12 @@ impl Listening {
         sink.began = Some(began);
         let (stop, ends) = (stop.clone(), stop.clone());
         let thread = std::thread::Builder::new().spawn(move || {
-            let done = acquire(acquirer.as_mut(), &run, &ends, &mut sink);
-            (acquirer, done.map(|_| ()))
+            let acquirer: &mut dyn Acquire = match &mut sensors {
+                Sensors::Own(own) => own.as_mut(),
+                Sensors::OfBench(paced) => paced,
+            };
+            let done = acquire(acquirer, &run, &ends, &mut sink);
+            (sensors, done.map(|_| ()))
         })?;
         // What failed has begun, too; what is slow is recorded from when it begins.
         let _slow = begins.recv_timeout(SENSORS_READY);
