@@ -21,8 +21,9 @@ use crate::session::{BenchStimulator, Heard, PlayError, Played, Stimulator, Stop
 
 /// How long it is waited for the sensors, so that the first stroke is recorded too.
 const SENSORS_READY: Duration = Duration::from_secs(3);
-/// What is longer is recorded and not counted: its samples are not kept in memory.
-const LONGEST_COUNTED_S: f64 = 1800.0;
+/// As many samples of all channels are kept in memory, 240 MB: five minutes of two channels at 48 kHz. A longer part is recorded, and neither
+/// counted nor summed up.
+const MOST_COUNTED: usize = 30_000_000;
 
 /// With what one touch is recorded, and where.
 pub struct TouchKeeper {
@@ -309,7 +310,7 @@ impl OfTouch {
         if let Some(at) = self.silent {
             start.channels.remove(at);
         }
-        self.most = (LONGEST_COUNTED_S * start.rate_hz.hz()) as usize;
+        self.most = MOST_COUNTED / start.channels.len().max(1);
         *self.gathered.documents() = Some(RunCollector::default());
         RunDocument::Start(Box::new(start))
     }
