@@ -167,9 +167,41 @@ async function requireFaults(browser) {
   await page.close();
 }
 
+/// A trial of touch on a bench with sensors: strokes that are missing are shown on both pages, and a double click does not accept them.
+async function touches(browser) {
+  const server = await serve("serve study P02 measurement --bench twin:participant=2,seed=7 --real-time --port 0");
+  const { context, page } = await enter(browser, server.experimenter, { locale: "en-GB" });
+  const awaited = () => page.$(".step > button.main[data-ask*='confirm']");
+  while (!(await awaited())) {
+    const before = await mark(page);
+    const main = page.locator(".step > button.main").first();
+    await main.click();
+    if (await main.getAttribute("data-twice")) { await sleep(450); await main.click(); }
+    await moved(page, before);
+  }
+  const before = await mark(page);
+  await picture(page, "experimenter-touch");
+  // The time of ten strokes, not the strokes.
+  await sleep(2500);
+  const done = page.locator(".step > button.main").first();
+  await done.dblclick();
+  await page.waitForSelector(".notice:has-text('NOT COMPLETE')");
+  await sleep(300);
+  expect((await mark(page)) === before, "a double click accepted missing strokes");
+  await picture(page, "experimenter-touch-not-complete");
+  await sleep(1200);
+  await done.click();
+  await moved(page, before);
+  expect(/NOT COMPLETE.* \/ 10/.test(await page.locator(".notice").first().textContent()), "the strokes that were found are not shown");
+  await context.close();
+  server.child.kill("SIGKILL");
+  await server.ended;
+}
+
 async function main(browser) {
   await requireFaults(browser);
   prepare();
+  await touches(browser);
   const line = "serve study P01 discrimination --drives drives --bench twin:participant=1,seed=7 --port 0";
   let server = await serve(line);
   const { page } = await enter(browser, server.experimenter, { locale: locales[0] });

@@ -38,6 +38,8 @@ mod campaign_session;
 #[cfg(feature = "study")]
 mod campaign_simulated;
 #[cfg(feature = "study")]
+mod campaign_touch;
+#[cfg(feature = "study")]
 mod campaign_trust;
 mod characterise;
 #[cfg(feature = "every-command")]

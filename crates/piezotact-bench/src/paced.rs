@@ -85,6 +85,12 @@ impl Paced {
         }
     }
 
+    /// The half as it was.
+    #[must_use]
+    pub fn into_inner(self) -> Box<dyn Acquire> {
+        self.inner
+    }
+
     /// The next piece; none at the end of the run.
     fn next_piece(&mut self) -> Result<Option<RunChunk>, DeviceError> {
         if self.pieces.is_empty()

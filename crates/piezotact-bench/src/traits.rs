@@ -183,6 +183,52 @@ impl Bench {
     }
 }
 
+impl Bench {
+    /// The acquiring half, for a run of its own on another thread. Until it is put back, every run on this bench is refused.
+    #[must_use]
+    pub fn take_acquirer(&mut self) -> Box<dyn Acquire> {
+        let in_use = InUse(self.acquirer.describe());
+        std::mem::replace(&mut self.acquirer, Box::new(in_use))
+    }
+}
+
+/// An acquiring half that runs elsewhere.
+struct InUse(AcquireDescription);
+
+impl InUse {
+    fn refused(&self) -> DeviceError {
+        DeviceError::Impossible {
+            expected: format!("the sensors of the {} at rest", self.0.name),
+            found: "a run that they still acquire".into(),
+            todo: "end it first".into(),
+        }
+    }
+}
+
+impl Acquire for InUse {
+    fn describe(&self) -> AcquireDescription {
+        self.0.clone()
+    }
+
+    fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {
+        Err(self.refused())
+    }
+
+    fn ready(&mut self, _run: &RunPlan, _stop: &StopHandle) -> Result<(), DeviceError> {
+        Err(self.refused())
+    }
+
+    fn start(&mut self) -> Result<(), DeviceError> {
+        Err(self.refused())
+    }
+
+    fn next_chunk(&mut self) -> Result<Option<RunChunk>, DeviceError> {
+        Err(self.refused())
+    }
+
+    fn stop(&mut self) {}
+}
+
 impl std::fmt::Debug for Bench {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Bench")

@@ -9,3 +9,4 @@ mod session_answers;
 #[path = "../../piezotact-people/tests/sitting/mod.rs"]
 mod sitting;
 mod support;
+mod touching;

@@ -23,7 +23,8 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::session::Evidence;
 use piezotact_study::session::{
-    BenchStimulator, PlayError, Played, PreparedDrive, Stimulator as _, StopHandle,
+    BenchStimulator, PlayError, Played, PreparedDrive, Stimulator as _, StopHandle, TouchBench,
+    TouchEnd, TouchKeeper,
 };
 
 const OUTPUT_HZ: f64 = 48_000.0;
@@ -212,6 +213,43 @@ fn a_device_that_answers_6_db_lower_misses_it() {
     assert_eq!(evidence.reached, Outcome::NotMet, "{:?}", evidence.criteria);
     assert_eq!(evidence.criteria["level"], Outcome::NotMet);
     assert!(evidence.missed());
+}
+
+/// One bench plays and records touches in turn: a touch ends before anything is played, and leaves the bench as it was.
+#[test]
+fn a_bench_plays_after_a_touch_and_never_beside_it() {
+    let kept = Labels::default();
+    let inner = stimulator(flat(GAIN), Outcome::Met, Playing::Once, &kept);
+    let keeper = Box::new(|touched: &Played<'_>| {
+        Ok(TouchKeeper {
+            acquirer: None,
+            sink: Box::new(piezotact::run::Discard),
+            journal: touched.trial.to_owned(),
+            started_at: None,
+        })
+    });
+    let mut bench = TouchBench::new(inner, "P01", keeper);
+    assert_eq!(bench.heard(TouchEnd::Done), None);
+    for _ in 0..3 {
+        assert_eq!(bench.listen(PLAYED, &StopHandle::new()), Ok(true));
+        let beside = bench.play(PLAYED, &StopHandle::new());
+        let Err(PlayError::Device(said)) = &beside else {
+            panic!("{beside:?}");
+        };
+        assert!(said.contains("still acquire"), "{said}");
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        let heard = bench.heard(TouchEnd::Done).unwrap();
+        assert_eq!(heard.failed, None);
+        // A sensor of vibration alone counts nothing.
+        assert_eq!(heard.strokes, None);
+        assert!(heard.recording.unwrap().recorded.is_some());
+        let begun = std::time::Instant::now();
+        let played = bench.play(PLAYED, &StopHandle::new()).unwrap();
+        assert_eq!(played.reached, Outcome::Met);
+        let took = begun.elapsed();
+        assert!(took < std::time::Duration::from_secs(30), "{took:?}");
+    }
+    assert_eq!(kept.borrow().len(), 3);
 }
 
 #[test]

@@ -8,10 +8,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
-use piezotact_people::campaign::session::{Command, Event, Evidence, Stage, Step};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Refusal, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle,
+    Given, Heard, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle, TouchEnd,
 };
 use tokio::sync::{oneshot, watch};
 
@@ -24,6 +24,8 @@ use crate::words::{Language, Word};
 const LISTED: usize = 30;
 /// As many answered requests are known by their ids: what a page sends again is not done again.
 const KNOWN: usize = 256;
+/// A second press this soon after strokes were said to be missing is one of a double click.
+const SECOND_PRESS: Duration = Duration::from_secs(1);
 /// How often the end is looked for.
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -79,6 +81,8 @@ pub struct Desk {
     notice: Option<(Word, Text)>,
     /// The right answer to the last trial, where the protocol has it said.
     feedback: Option<Text>,
+    /// When it was said that strokes are missing.
+    missing: Option<Instant>,
     /// When the next trial begins by itself, when that was settled, and how many stops there had been then.
     next: Option<(Instant, Instant, u64)>,
     stop: PlayStop,
@@ -126,6 +130,18 @@ impl<S: Stimulator> Stimulator for Shown<S> {
         }
         self.inner.play(played, stop)
     }
+
+    fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {
+        self.inner.listen(touched, stop)
+    }
+
+    fn strokes(&self) -> Option<u32> {
+        self.inner.strokes()
+    }
+
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
+        self.inner.heard(end)
+    }
 }
 
 impl Desk {
@@ -158,6 +174,7 @@ impl Desk {
             answered: VecDeque::new(),
             notice: None,
             feedback: None,
+            missing: None,
             next: None,
             stop,
             beat,
@@ -233,6 +250,12 @@ impl Desk {
         view.closed.notice.clone_from(&self.notice);
         view.open.feedback.clone_from(&self.feedback);
         view.open.begins = self.next.is_some();
+        if let Some((Word::NotComplete, found)) = &self.notice
+            && let OpenStep::Answer(form) = &mut view.open.step
+        {
+            let found = Text::after_word(Word::NotComplete, found);
+            form.more = Text::joined([&form.more, &found].into_iter());
+        }
         self.views.send_if_modified(|shown| {
             let is_new = *shown != view;
             *shown = view;
@@ -302,6 +325,13 @@ impl Desk {
         if let Some(refusal) = too_soon.filter(|_| command == Command::Confirm) {
             return Ok(Reply::Refused(refusal.to_string()));
         }
+        let is_second =
+            |said: Instant| command == Command::Confirm && said.elapsed() < SECOND_PRESS;
+        if self.missing.is_some_and(is_second) {
+            return Ok(Reply::Refused(
+                "not complete: wait a moment before it is confirmed once more".to_owned(),
+            ));
+        }
         let given = runner.give(command);
         let at_ms = runner.state().last_ms().unwrap_or_default();
         match given {
@@ -309,6 +339,7 @@ impl Desk {
                 // Why it is paused is still to be read.
                 if !keeps && event != Event::Paused {
                     (self.notice, self.feedback) = notice(runner, &event).unzip();
+                    self.notice = self.notice.take().or_else(|| touched(runner, &event));
                 }
                 if matches!(event, Event::Confirmed { .. })
                     && let Some(pause) = pace(runner).filter(|_| is_next_played(runner))
@@ -329,7 +360,15 @@ impl Desk {
                 Ok(Reply::NotStored(error.to_string()))
             }
             Err(RunError::Salt(error)) => Ok(Reply::NotStored(error.to_string())),
-            Err(RunError::Refused(refusal)) => Ok(Reply::Refused(refusal.to_string())),
+            Err(RunError::Refused(refusal)) => {
+                if let Refusal::TooFew { found, .. } = refusal {
+                    let wanted = runner.state().current();
+                    let wanted = wanted.and_then(|(trial, _)| runner.state().strokes_wanted(trial));
+                    self.notice = Some(strokes(found, wanted.unwrap_or_default()));
+                    self.missing = Some(Instant::now());
+                }
+                Ok(Reply::Refused(refusal.to_string()))
+            }
             Err(RunError::NoDrive(PlayError::NoDrive { .. })) => {
                 // Its name would tell what is played.
                 self.notice = Some((Word::NoDrive, Text::default()));
@@ -410,7 +449,7 @@ fn is_next_played(runner: &Runner<'_>) -> bool {
 
 /// What is to be known at once after `event`, by the experimenter and by the participant.
 fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, Text), Text)> {
-    let Event::Confirmed { trial } = event else {
+    let Event::Confirmed { trial, .. } = event else {
         return None;
     };
     let mut trials = runner.state().plan().trials.iter();
@@ -418,6 +457,34 @@ fn notice(runner: &Runner<'_>, event: &Event) -> Option<((Word, Text), Text)> {
     let right = runner.state().feedback(trial)?;
     let shown = shown_as(runner.state(), trial, right);
     Some(((Word::RightAnswer, shown.clone()), shown))
+}
+
+/// What is to be known at once of a touch that `event` confirms.
+fn touched(runner: &Runner<'_>, event: &Event) -> Option<(Word, Text)> {
+    let Event::Confirmed {
+        trial,
+        touched: Some(touched),
+    } = event
+    else {
+        return None;
+    };
+    if let Some(why) = &touched.not_recorded {
+        return Some((Word::NotRecorded, why.clone().into()));
+    }
+    let mut trials = runner.state().plan().trials.iter();
+    let wanted = trials
+        .find(|one| one.name == *trial)
+        .and_then(|trial| runner.state().strokes_wanted(trial))?;
+    Some(strokes(touched.strokes?, wanted))
+}
+
+/// How many strokes were found of how many.
+fn strokes(found: u32, wanted: u32) -> (Word, Text) {
+    let word = match found < wanted {
+        true => Word::NotComplete,
+        false => Word::StrokesFound,
+    };
+    (word, format!("{found} / {wanted}").into())
 }
 
 /// An event in a few words: its kind, its trial, and what it says, never what was presented.
@@ -435,7 +502,7 @@ fn words(event: &Event) -> String {
         Event::Voided { trial, .. } => format!("void: {trial}"),
         Event::Played { trial, element, .. } => format!("once more: {trial}, {}", element + 1),
         Event::Answered { trial, .. } => format!("answered: {trial}"),
-        Event::Confirmed { trial } => format!("confirmed: {trial}"),
+        Event::Confirmed { trial, .. } => format!("confirmed: {trial}"),
         Event::Corrected { trial, .. } => format!("corrected: {trial}"),
         Event::Paused => "pause".to_owned(),
         Event::WentOn => "end of the pause".to_owned(),

@@ -124,8 +124,23 @@ impl Text {
         }
     }
 
+    /// `text` behind the words of pages.
+    pub(crate) fn after_word(word: Word, text: &Self) -> Self {
+        let one = |language| {
+            format!(
+                "{} {}",
+                word.in_language(language),
+                text.in_language(language)
+            )
+        };
+        Self {
+            own: one(Language::English),
+            others: Language::ALL.map(|each| (each, one(each))).to_vec(),
+        }
+    }
+
     /// All of `texts` with ", " between.
-    fn joined<'a>(texts: impl Iterator<Item = &'a Self> + Clone) -> Self {
+    pub(crate) fn joined<'a>(texts: impl Iterator<Item = &'a Self> + Clone) -> Self {
         let list = |language| {
             let each = texts.clone().map(|text| match language {
                 Some(language) => text.in_language(language),

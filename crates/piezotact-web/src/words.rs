@@ -86,6 +86,11 @@ words! {
     Different: "different", "différentes", "diverse";
     DoNotKnow: "I do not know", "Je ne sais pas", "Non lo so";
     StrokesWanted: "Strokes asked for:", "Nombre de passages demandés :", "Passate richieste:";
+    StrokesFound: "Strokes found in what was recorded:", "Passages trouvés dans l'enregistrement :", "Passate trovate nella registrazione:";
+    NotComplete: "NOT COMPLETE. Strokes found in what was recorded:", "INCOMPLET. Passages trouvés dans l'enregistrement :",
+        "NON COMPLETO. Passate trovate nella registrazione:";
+    NotRecorded: "THE VIBRATION WAS NOT RECORDED, or not all of it:", "LA VIBRATION N'A PAS ÉTÉ ENREGISTRÉE, ou pas entièrement :",
+        "LA VIBRAZIONE NON È STATA REGISTRATA, o non del tutto:";
     NextBegins: "The next one begins by itself in a moment.", "Le suivant commence de lui-même dans un instant.",
         "Il prossimo comincia da solo tra un momento.";
     DraftOf: "On the participant's page:", "Sur la page du participant :", "Sulla pagina del partecipante:";

@@ -5,7 +5,7 @@ use piezotact_people::campaign::plan::{AnswerForm, Plan, Presented};
 use piezotact_people::campaign::session::{Answer, Event};
 
 use crate::client::{Page, Pages, with_pages, with_pages_after};
-use crate::support::{Bed, isotropic};
+use crate::support::{Bed, isotropic, planned};
 
 /// Takes the session on by one step, as the pages show it; false where the participant can answer.
 pub(crate) fn step(pages: &Pages, experimenter: &Page) -> bool {
@@ -416,4 +416,45 @@ fn a_bench_that_fails_voids_the_trial() {
     let voided = bed.events(&plan).into_iter();
     let voided = voided.filter(|event| matches!(event, Event::Voided { .. }));
     assert_eq!(voided.count(), 1);
+}
+
+/// A press of "done" with strokes missing says how many were found, on both pages; it is taken the second time, which is no double click.
+#[test]
+fn missing_strokes_of_a_touch_are_shown() {
+    let (protocol, plan) = planned("isotropic_triplets", "measurement");
+    let mut bed = Bed::new();
+    let strokes = std::rc::Rc::clone(&bed.tape.strokes);
+    strokes.set(Some(7));
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let participant = pages.participant(&experimenter);
+        while step(pages, &experimenter) {}
+        // The time of the strokes passes, too: a second with each look at the clock.
+        let confirms = || pages.ask(&participant, r#""do":"confirm""#).status;
+        let tries = (0..20).take_while(|_| {
+            let status = confirms();
+            assert_eq!(status, 422);
+            !pages.shown(&experimenter).contains("NOT COMPLETE")
+        });
+        assert!(tries.count() < 20);
+        for page in [&experimenter, &participant] {
+            let shown = pages.shown(page);
+            assert!(shown.contains("NOT COMPLETE"), "{shown}");
+            assert!(shown.contains("7 / 10"), "{shown}");
+        }
+        assert_eq!(confirms(), 422, "the second click of a double click");
+        std::thread::sleep(std::time::Duration::from_millis(1100));
+        assert_eq!(confirms(), 204);
+        let shown = pages.shown(&experimenter);
+        // Behind it, it still stands there, for who was too quick.
+        assert!(
+            shown.contains("7 / 10") && shown.contains("Trial 2 of 14"),
+            "{shown}"
+        );
+    });
+    let touched = bed.events(&plan).into_iter().find_map(|event| match event {
+        Event::Confirmed { touched, .. } => touched,
+        _ => None,
+    });
+    assert_eq!(touched.unwrap().strokes, Some(7));
 }

@@ -88,7 +88,7 @@ pub(crate) trait NamedBench: fmt::Debug + Send + Sync {
         format!("{}{participant}", self.apart_from_participant())
     }
     /// Participant and seed of the digital twin, who can touch samples too; none on other benches.
-    #[cfg(feature = "web")]
+    #[cfg(feature = "study")]
     fn person_of_twin(&self) -> Option<(u64, u64)> {
         None
     }

@@ -69,7 +69,7 @@ impl NamedBench for TwinSpec {
         self.participant
     }
 
-    #[cfg(feature = "web")]
+    #[cfg(feature = "study")]
     fn person_of_twin(&self) -> Option<(u64, u64)> {
         Some((self.participant.unwrap_or(1), self.seed))
     }

@@ -17,7 +17,7 @@ pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, AnswerError, UNKNOWN, letters};
 pub use decide::{Command, Refusal};
 pub use doubt::CampaignDoubt;
-pub use event::{Event, Evidence, Participant, sha_of_samples};
+pub use event::{Event, Evidence, Participant, TouchRecord, TouchRecording, sha_of_samples};
 
 use super::chain::Sha;
 use super::plan::{Plan, Presented, Trial};
@@ -50,6 +50,8 @@ pub struct TrialState {
     pub order_corrections: Vec<usize>,
     /// Whether the participant confirmed.
     pub confirmed: bool,
+    /// How the sample was touched, where that was recorded.
+    pub touched: Option<TouchRecord>,
     /// Corrections by the experimenter after the confirmation, with the reason.
     pub corrections: Vec<(Answer, String)>,
     /// How many attempts were cut off.
@@ -410,7 +412,7 @@ impl<'a> State<'a> {
         if matches!(event, Event::Begun { .. }) {
             self.began_ms = Some(at_ms);
         }
-        if let Event::Confirmed { trial } = event {
+        if let Event::Confirmed { trial, .. } = event {
             self.trial_state(trial)?.at_ms[1] = Some(at_ms);
         }
         if matches!(event, Event::Paused) {
@@ -532,10 +534,11 @@ impl<'a> State<'a> {
                 state.answers.push(answer.clone());
                 state.order_corrections.push(corrected);
             }
-            Event::Confirmed { trial } => {
+            Event::Confirmed { trial, touched } => {
                 let corrected = self.order_corrections(trial);
                 let state = self.trial_state(trial)?;
                 state.confirmed = true;
+                state.touched.clone_from(touched);
                 if let Some(last) = state.order_corrections.last_mut() {
                     *last = corrected;
                 }

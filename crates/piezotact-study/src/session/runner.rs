@@ -12,7 +12,8 @@ use piezotact_people::campaign::session::{
 use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store, StoreError};
 
 use crate::session::stop::Playing;
-use crate::session::{PlayError, PlayStop, Played, Stimulator};
+use crate::session::touching::Touching;
+use crate::session::{PlayError, PlayStop, Played, Stimulator, TouchEnd};
 
 /// The system gave no entropy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -124,18 +125,19 @@ pub struct Runner<'a> {
     store: &'a mut dyn Store,
     key: SessionKey,
     purpose: Purpose,
-    state: State<'a>,
-    stimuli: Stimuli<'a>,
-    outside: Outside<'a>,
+    pub(super) state: State<'a>,
+    pub(super) stimuli: Stimuli<'a>,
+    pub(super) outside: Outside<'a>,
     /// Whether it was found under way, and was not resumed yet.
     is_cut_off: bool,
-    unstored: Option<Unstored>,
-    unsure: Option<Unsure>,
+    pub(super) unstored: Option<Unstored>,
+    pub(super) unsure: Option<Unsure>,
+    pub(super) touch: Option<Touching>,
 }
 
 /// An event that the store did not acknowledge. It can be stored nevertheless, where the answer of a server was lost: the session is
 /// read again before anything else happens.
-struct Unsure {
+pub(super) struct Unsure {
     /// The command, where nothing was played for it.
     asked: Option<Command>,
     event: Event,
@@ -144,7 +146,7 @@ struct Unsure {
 
 /// What a command has played, or tried to play, and what could not be stored. It is stored before anything else happens, so that
 /// nothing is played twice under the same number.
-struct Unstored {
+pub(super) struct Unstored {
     /// The command, without evidence.
     asked: Command,
     event: Event,
@@ -215,6 +217,7 @@ impl<'a> Runner<'a> {
             outside,
             unstored: None,
             unsure: None,
+            touch: None,
         })
     }
 
@@ -251,6 +254,18 @@ impl<'a> Runner<'a> {
     /// [`RunError`]: nothing was stored, and the state is as before. After [`StoreError::Place`] and [`RunError::Salt`] the same
     /// command can be given again; what it played is not played again. Another command stores first what was played.
     pub fn give(&mut self, command: Command) -> Result<Given, RunError> {
+        if matches!(
+            command,
+            Command::Pause | Command::Stop { .. } | Command::Withdraw | Command::Void { .. }
+        ) {
+            self.end_part(TouchEnd::Cut);
+        }
+        let given = self.given(command);
+        self.follow_touch();
+        given
+    }
+
+    fn given(&mut self, command: Command) -> Result<Given, RunError> {
         let command = without_evidence(command);
         if let Some(given) = self.caught_up(&command)? {
             return Ok(given);
@@ -408,6 +423,11 @@ impl<'a> Runner<'a> {
                 let evidence = Some(self.replayed(element)?);
                 Ok(Command::Play { element, evidence })
             }
+            Command::Confirm if self.touch.is_some() => {
+                self.require(&Command::Confirm)?;
+                let touched = self.touched().map_err(Unplayed::Refused)?;
+                Ok(Command::ConfirmTouched { touched })
+            }
             other => Ok(other),
         }
     }
@@ -549,6 +569,7 @@ fn without_evidence(command: Command) -> Command {
             element,
             evidence: None,
         },
+        Command::ConfirmTouched { .. } => Command::Confirm,
         other => other,
     }
 }

@@ -23,6 +23,8 @@ struct Stops {
     /// How often that was when what comes next was asked for.
     known: Option<u64>,
     now: Option<Now>,
+    /// What records a touch.
+    touch: Option<StopHandle>,
 }
 
 /// A trial that is being played.
@@ -38,6 +40,9 @@ impl PlayStop {
         let mut state = self.state();
         state.asked += 1;
         why.clone_into(&mut state.last);
+        if let Some(touch) = state.touch.take() {
+            touch.stop();
+        }
         let Some(now) = state.now.as_mut() else {
             return false;
         };
@@ -67,6 +72,13 @@ impl PlayStop {
     #[must_use]
     pub fn for_good(&self) -> &StopHandle {
         &self.for_good
+    }
+
+    /// The handle of a touch that is recorded from now on: it ends with every stop.
+    pub(crate) fn touch(&self) -> StopHandle {
+        let stop = self.for_good.child();
+        self.state().touch = Some(stop.clone());
+        stop
     }
 
     /// A trial is played from now on, until what is given here is dropped.

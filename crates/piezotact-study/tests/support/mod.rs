@@ -16,8 +16,8 @@ use piezotact_people::campaign::store::{
     MemoryStore, NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
 };
 use piezotact_study::session::{
-    Given, Outside, PlayError, PlayStop, Played, RunError, Runner, SaltError, Stimulator, Stimuli,
-    StopHandle,
+    Given, Heard, Outside, PlayError, PlayStop, Played, RunError, Runner, SaltError, Stimulator,
+    Stimuli, StopHandle, TouchEnd,
 };
 
 pub(crate) const START_MS: i64 = 1_800_000_000_000;
@@ -107,6 +107,8 @@ pub(crate) struct Tape {
     pub(crate) missing: Rc<RefCell<Option<String>>>,
     /// How long a stimulus is played.
     pub(crate) lasts: Rc<Cell<Duration>>,
+    /// The strokes that its sensors find in a touch; none where it has no sensors.
+    pub(crate) strokes: Rc<Cell<Option<u32>>>,
 }
 
 impl Stimulator for Tape {
@@ -144,6 +146,22 @@ impl Stimulator for Tape {
         Ok(Evidence {
             journal: Some(journal),
             ..evidence(stimulus)
+        })
+    }
+
+    fn listen(&mut self, _touched: Played<'_>, _stop: &StopHandle) -> Result<bool, String> {
+        Ok(self.strokes.get().is_some())
+    }
+
+    fn strokes(&self) -> Option<u32> {
+        self.strokes.get()
+    }
+
+    fn heard(&mut self, _end: TouchEnd) -> Option<Heard> {
+        Some(Heard {
+            recording: None,
+            strokes: self.strokes.get(),
+            failed: None,
         })
     }
 }

@@ -133,10 +133,11 @@ fn recordings(study: &Study, state: &State<'_>) -> Outcome<Recordings> {
     let folder = study.store.session_folder(&participant, &plan.session)?;
     let mut found = Recordings::default();
     for (_, trial) in state.trials() {
-        for (_, one) in &trial.evidence {
-            let (Some(journal), Some(recorded)) = (&one.journal, one.recorded) else {
-                continue;
-            };
+        let played = trial.evidence.iter();
+        let played = played.filter_map(|(_, one)| Some((one.journal.as_ref()?, one.recorded?)));
+        let touched = trial.touched.iter().flat_map(|one| &one.recordings);
+        let touched = touched.filter_map(|one| Some((&one.journal, one.recorded?)));
+        for (journal, recorded) in played.chain(touched) {
             if study.store.kept() == Kept::OnServer && !reads::is_there(&folder.join(journal)) {
                 found.elsewhere += 1;
                 continue;

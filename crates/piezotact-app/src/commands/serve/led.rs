@@ -6,7 +6,7 @@ use std::sync::Arc;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::{read_input_text, reads};
-use piezotact_study::session::{BenchStimulator, Runner, Stimulator};
+use piezotact_study::session::{Runner, Stimulator, TouchBench};
 use piezotact_web::{Access, Live, PlayedBy, Role, Screen, Shown, Site, View};
 
 use super::console;
@@ -86,7 +86,7 @@ struct Pages {
 }
 
 impl Front for Pages {
-    fn shown(&self, bench: BenchStimulator<'static>) -> Box<dyn Stimulator> {
+    fn shown(&self, bench: TouchBench<'static>) -> Box<dyn Stimulator> {
         Box::new(Shown::new(bench, self.screen.clone()))
     }
 

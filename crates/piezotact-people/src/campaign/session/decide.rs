@@ -9,7 +9,8 @@ use super::super::store::Purpose;
 use super::super::text::{TextError, check_long};
 use super::answer::{letters, understand};
 use super::{
-    Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, checklist_place,
+    Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, TouchRecord,
+    checklist_place,
 };
 
 /// A command of the experimenter.
@@ -59,6 +60,8 @@ pub enum Command {
     AnswerTo { trial: String, words: Vec<String> },
     /// The participant confirms.
     Confirm,
+    /// The participant confirms a trial of touch, of which this was recorded.
+    ConfirmTouched { touched: TouchRecord },
     /// Corrects what was noted for a confirmed trial.
     Correct {
         trial: String,
@@ -120,6 +123,11 @@ pub enum Refusal {
         least_s: f64,
         passed_s: f64,
     },
+    /// Fewer strokes were found in what was recorded.
+    #[error(
+        "not complete: expected {expected}, found {found}; continue the strokes, then confirm, or confirm once more to leave it as it is"
+    )]
+    TooFew { expected: String, found: u32 },
     /// A reason is missing.
     #[error("say why in a few words")]
     NoReason,
@@ -239,11 +247,21 @@ impl State<'_> {
             (Step::Answer { trial, .. }, Command::Confirm) if trial.answer == AnswerForm::Done => {
                 Ok(Event::Confirmed {
                     trial: trial.name.clone(),
+                    touched: None,
                 })
             }
             (Step::Confirm { trial, .. }, Command::Confirm) => Ok(Event::Confirmed {
                 trial: trial.name.clone(),
+                touched: None,
             }),
+            (Step::Answer { trial, .. }, Command::ConfirmTouched { touched })
+                if self.strokes_wanted(trial).is_some() =>
+            {
+                Ok(Event::Confirmed {
+                    trial: trial.name.clone(),
+                    touched: Some(touched.clone()),
+                })
+            }
             (Step::GoOn, Command::GoOn) => Ok(Event::WentOn),
             (Step::End, Command::End) => Ok(Event::Ended),
             (step, _) => Err(Refusal::NotNow {
@@ -288,14 +306,32 @@ impl State<'_> {
         task.is_some_and(|task| task.may_not_know)
     }
 
+    /// How many strokes are asked for in `trial`; none where it is no trial of touch.
+    #[must_use]
+    pub fn strokes_wanted(&self, trial: &Trial) -> Option<u32> {
+        match self.protocol.task(&trial.task)?.kind {
+            TaskKind::Touch { strokes } => Some(strokes),
+            _ => None,
+        }
+    }
+
+    /// Why the current trial is not complete where `found` strokes were made; none where it is, or is no trial of touch.
+    #[must_use]
+    pub fn too_few(&self, found: u32) -> Option<Refusal> {
+        let (trial, _) = self.current()?;
+        let wanted = self.strokes_wanted(trial)?;
+        (found < wanted).then(|| Refusal::TooFew {
+            expected: counted(wanted as usize, "stroke"),
+            found,
+        })
+    }
+
     /// Why the current trial cannot be done yet at `now_ms`, in ms since 1970-01-01 00:00 UTC: its strokes take longer than it runs. None
     /// where it can.
     #[must_use]
     pub fn too_soon(&self, now_ms: i64) -> Option<Refusal> {
         let (trial, state) = self.current()?;
-        let TaskKind::Touch { strokes } = self.protocol.task(&trial.task)?.kind else {
-            return None;
-        };
+        let strokes = self.strokes_wanted(trial)?;
         let least_s = f64::from(strokes) * SHORTEST_STROKE_S;
         // A clock that jumped back says nothing.
         let passed_ms = now_ms.checked_sub(state.at_ms[0]?).filter(|ms| *ms >= 0)?;

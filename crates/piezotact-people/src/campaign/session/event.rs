@@ -93,6 +93,33 @@ impl Evidence {
     }
 }
 
+/// How a sample was touched in a trial of touch, where the session has a bench with sensors.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TouchRecord {
+    /// What was recorded, in parts: a pause ends one, and the next begins after it.
+    pub recordings: Vec<TouchRecording>,
+    /// The strokes that were found in them; absent where neither force nor motion was recorded all the time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strokes: Option<u32>,
+    /// Why the vibration was not recorded, or not all of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub not_recorded: Option<String>,
+}
+
+/// A recording of a touch.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub struct TouchRecording {
+    /// Its file, re the folder of the session.
+    pub journal: String,
+    /// The SHA-256 of its acceleration, by [`sha_of_samples`]; absent where none was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recorded: Option<Sha>,
+}
+
 /// Who takes part, beside the pseudonym. It is erased with the session when consent is withdrawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -201,6 +228,9 @@ pub enum Event {
     Confirmed {
         /// The trial.
         trial: String,
+        /// How the sample was touched, in a trial of touch on a bench with sensors.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        touched: Option<TouchRecord>,
     },
     /// The experimenter corrected what was noted.
     Corrected {

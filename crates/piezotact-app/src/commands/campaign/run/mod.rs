@@ -4,6 +4,7 @@ mod clock;
 mod drives;
 mod shown;
 mod terminal;
+mod touches;
 mod typed;
 mod words;
 
@@ -29,7 +30,7 @@ use piezotact_people::campaign::session::{Command, Event, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::campaign::text::check_short;
 use piezotact_study::session::{
-    BenchStimulator, Outside, PlayStop, Played, Runner, SaltError, Stimulator, Stimuli,
+    BenchStimulator, Outside, PlayStop, Played, Runner, SaltError, Stimulator, Stimuli, TouchBench,
 };
 
 use super::plan::planned;
@@ -43,6 +44,7 @@ use crate::live::Showing;
 use crate::output::say;
 use crate::runs::run_plan;
 use drives::Drives;
+use touches::{run_name, touches};
 use typed::Typing;
 
 #[derive(Debug, Args)]
@@ -121,7 +123,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 /// Where the experimenter leads a session: the terminal, or a page.
 pub(crate) trait Front {
     /// The bench, whose playing is shown.
-    fn shown(&self, bench: BenchStimulator<'static>) -> Box<dyn Stimulator>;
+    fn shown(&self, bench: TouchBench<'static>) -> Box<dyn Stimulator>;
 
     /// The session of `runner` from where it stands, until it is left.
     fn lead(&mut self, runner: Runner<'_>, args: &Arguments, about: About<'_>) -> Outcome;
@@ -183,7 +185,7 @@ fn played(
 ) -> Outcome {
     let taken = drives.given.clone();
     let mut bench = match bench {
-        Some(bench) => Some(front.shown(stimulator(study, bench, drives, folder)?)),
+        Some(bench) => Some(front.shown(on_bench((study, plan), args, (bench, drives), folder)?)),
         None => None,
     };
     let stimuli = match (&mut bench, args.leading.by_hand) {
@@ -399,6 +401,21 @@ fn ended(study: &Study, participant: &str) -> Outcome<Vec<(String, Option<i64>)>
     Ok(found)
 }
 
+/// The bench with the drives of the session, which records touches too.
+fn on_bench(
+    (study, plan): (&Study, &Plan),
+    args: &Arguments,
+    (bench, drives): (Bench, Drives),
+    folder: &Path,
+) -> Outcome<TouchBench<'static>> {
+    let spec = args.leading.bench.clone();
+    let spec = spec.ok_or_else(|| anyhow!("expected a bench by its name, found none"))?;
+    let of_bench = (spec, bench.acquirer.describe().kind);
+    let keeper = touches(of_bench, (&study.campaign.protocol, plan), folder);
+    let bench = stimulator(study, bench, drives, folder)?;
+    Ok(TouchBench::new(bench, &plan.participant, keeper))
+}
+
 /// The bench with the drives of the session, whose runs are kept in `folder`.
 fn stimulator(
     study: &Study,
@@ -424,19 +441,13 @@ fn stimulator(
     })
 }
 
-/// Where the run of a playing is kept: `runs/TRIAL-ATTEMPT-ELEMENT-PLAY.parquet`.
+/// Where the run of a playing is kept.
 fn journal(
     folder: &Path,
     played: &Played<'_>,
     rendering: Option<&Rendering>,
 ) -> (Box<dyn RunKeeper>, Option<String>) {
-    let name = format!(
-        "{}-{}-{}-{}.parquet",
-        crate::commands::prepare::file_name(played.trial),
-        played.attempt,
-        played.element + 1,
-        played.play
-    );
+    let name = run_name(played);
     let kept = Kept {
         path: folder.join(&name),
         rendering: rendering.cloned(),

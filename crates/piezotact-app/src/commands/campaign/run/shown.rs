@@ -4,7 +4,7 @@ use piezotact::number::counted;
 use piezotact_people::campaign::plan::{AnswerForm, Presented, Trial, TrialKind};
 use piezotact_people::campaign::protocol::TaskKind;
 use piezotact_people::campaign::session::{
-    Answer, Evidence, State, Step, TrialState, UNKNOWN, letters,
+    Answer, Evidence, State, Step, TouchRecord, TrialState, UNKNOWN, letters,
 };
 use piezotact_people::campaign::text::part_in;
 
@@ -262,6 +262,33 @@ fn played(element: usize, evidence: &Evidence) -> String {
         parts.push(format!("force {force:.2} N"));
     }
     format!("  {}", parts.join(", "))
+}
+
+/// How the sample of the trial named `name` was touched.
+pub(super) fn touched(state: &State<'_>, name: &str, touched: &TouchRecord) -> String {
+    let mut trials = state.plan().trials.iter();
+    let wanted = trials
+        .find(|trial| trial.name == name)
+        .and_then(|trial| state.strokes_wanted(trial))
+        .unwrap_or_default();
+    let mut parts = Vec::new();
+    if let Some(found) = touched.strokes {
+        parts.push(format!("strokes found: {found} of {wanted}"));
+        if found < wanted {
+            parts.push("NOT COMPLETE".to_owned());
+        }
+    }
+    let recordings = touched.recordings.iter();
+    let recordings: Vec<&str> = recordings.map(|one| one.journal.as_str()).collect();
+    if !recordings.is_empty() {
+        parts.push(format!("recorded as {}", recordings.join(", ")));
+    }
+    if let Some(why) = &touched.not_recorded {
+        parts.push(format!(
+            "THE VIBRATION WAS NOT RECORDED, or not all of it: {why}"
+        ));
+    }
+    format!("  {}", parts.join("; "))
 }
 
 /// An answer as it was said.

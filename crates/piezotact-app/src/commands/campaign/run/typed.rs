@@ -6,10 +6,10 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    BenchStimulator, Given, PlayError, Played, RunError, Runner, Stimulator, StopHandle,
+    Given, Heard, PlayError, Played, RunError, Runner, Stimulator, StopHandle, TouchBench, TouchEnd,
 };
 
-use super::shown::{PlayedBy, said, shown};
+use super::shown::{self, PlayedBy, said, shown};
 use super::terminal::{MOST_COUNTED, Terminal, Typed};
 use super::words::{Asked, HELP, understood};
 use super::{About, Arguments, Front, first_command, left, require_in_time, status, withdrawn};
@@ -25,7 +25,7 @@ const MOST_REFUSED: usize = 100;
 pub(super) struct Typing;
 
 impl Front for Typing {
-    fn shown(&self, bench: BenchStimulator<'static>) -> Box<dyn Stimulator> {
+    fn shown(&self, bench: TouchBench<'static>) -> Box<dyn Stimulator> {
         Box::new(Announced(bench))
     }
 
@@ -35,7 +35,7 @@ impl Front for Typing {
 }
 
 /// A bench that says on the screen which element of a trial it plays, and never which stimulus that is.
-struct Announced<'a>(BenchStimulator<'a>);
+struct Announced<'a>(TouchBench<'a>);
 
 impl Stimulator for Announced<'_> {
     fn check(&self, stimulus: &str) -> Result<(), PlayError> {
@@ -46,6 +46,18 @@ impl Stimulator for Announced<'_> {
         // Whoever reads has gone: the next prompt finds it out.
         let _said = print(&format!("  texture {} is played …", played.element + 1));
         self.0.play(played, stop)
+    }
+
+    fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {
+        self.0.listen(touched, stop)
+    }
+
+    fn strokes(&self) -> Option<u32> {
+        self.0.strokes()
+    }
+
+    fn heard(&mut self, end: TouchEnd) -> Option<Heard> {
+        self.0.heard(end)
     }
 }
 
@@ -182,7 +194,12 @@ fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outco
         Ok(Given::Done(Event::Ignored { why, .. })) => {
             terminal.say(&format!("  without effect: {why}"))
         }
-        Ok(Given::Done(Event::Confirmed { trial })) => feedback(runner, &trial, terminal),
+        Ok(Given::Done(Event::Confirmed { trial, touched })) => {
+            if let Some(touched) = touched {
+                terminal.say(&shown::touched(runner.state(), &trial, &touched))?;
+            }
+            feedback(runner, &trial, terminal)
+        }
         Ok(Given::Done(_)) => Ok(()),
         Ok(Given::Void { why }) => terminal.say(&format!(
             "  THE TRIAL IS VOID and will be presented again: {why}"
