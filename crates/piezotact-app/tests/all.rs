@@ -15,17 +15,17 @@ mod audio;
 mod audio_session;
 #[cfg(feature = "study")]
 mod belonging;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod bids;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod bids_attacks;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod bids_eeg;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod bids_refused;
 #[cfg(feature = "study")]
 mod campaign;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod campaign_answers;
 #[cfg(feature = "every-command")]
 mod campaign_drives;
@@ -37,9 +37,9 @@ mod campaign_server;
 mod campaign_session;
 #[cfg(feature = "study")]
 mod campaign_simulated;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod campaign_touch;
-#[cfg(feature = "study")]
+#[cfg(feature = "every-command")]
 mod campaign_trust;
 mod characterise;
 #[cfg(feature = "every-command")]

@@ -54,7 +54,6 @@ pub(super) fn touches(
 }
 
 /// What acquires the touch of `sample` where it is no sensor of the bench itself: the person of a twin touches samples elsewhere.
-#[cfg(feature = "web")]
 fn sensors(
     spec: &BenchSpec,
     strokes: usize,
@@ -79,13 +78,4 @@ fn sensors(
     let touch = ActTouch::new(&parameters, person, sample, protocol);
     let touch = touch.map_err(|error| error.to_string())?;
     Ok(Some(crate::live::acquirer(touch.into_acquirer())))
-}
-
-#[cfg(not(feature = "web"))]
-fn sensors(
-    _spec: &BenchSpec,
-    _strokes: usize,
-    _sample: &str,
-) -> Result<Option<Box<dyn Acquire>>, String> {
-    Ok(None)
 }
