@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
 use clap::Args;
-use piezotact_replay::count::PanelCount;
-use piezotact_replay::document::ReplayDocument;
-use piezotact_replay::{CLAIMS, Chapter, Claim, Finding, Replay, Verdict};
 use piezotact_report::replay::{ChapterPart, ClaimRow, Page, Standing, html};
+use piezotact_validation::count::PanelCount;
+use piezotact_validation::document::ReplayDocument;
+use piezotact_validation::{CHAPTERS, CLAIMS, Chapter, Claim, Finding, Verdict, chapter};
+use piezotact_volunteers::Laboratory;
 
 use super::outputs;
 use super::twin::twin_parameters;
@@ -53,7 +54,7 @@ pub(crate) struct Arguments {
 }
 
 fn chapter_number(text: &str) -> Result<u8, String> {
-    let known = Replay::CHAPTERS;
+    let known = CHAPTERS;
     let number = text.parse().ok().filter(|number| known.contains(number));
     number.ok_or_else(|| {
         let numbers = known.map(|number| number.to_string());
@@ -65,18 +66,18 @@ fn chapter_number(text: &str) -> Result<u8, String> {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let replay = Replay {
+    let laboratory = Laboratory {
         parameters: twin_parameters(args.twin.as_deref())?,
         seed: args.seed,
     };
     let [report, findings, stored] = written(args)?;
-    let (chapters, count) = chapters_and_count(args, &replay, &stored)?;
-    let mut page = page(&replay, args.twin.as_deref(), &chapters);
+    let (chapters, count) = chapters_and_count(args, &laboratory, &stored)?;
+    let mut page = page(&laboratory, args.twin.as_deref(), &chapters);
     page.panels = count.as_ref().map(panels::part);
     write_report(&report, &html(&page, &OptionWords)?)?;
     let names = (name(&report), args.twin.as_deref().map(name));
     let document = ReplayDocument::of(
-        &replay,
+        &laboratory,
         &chapters,
         count.as_ref(),
         (&names.0, names.1),
@@ -113,27 +114,27 @@ fn written(args: &Arguments) -> Outcome<[PathBuf; 3]> {
 /// What is measured with the seed, and how many panels meet each claim, where that is asked for.
 fn chapters_and_count(
     args: &Arguments,
-    replay: &Replay,
+    laboratory: &Laboratory,
     stored: &Path,
 ) -> Outcome<(Vec<Chapter>, Option<PanelCount>)> {
-    let asked: Vec<u8> = (args.chapter).map_or(Replay::CHAPTERS.to_vec(), |number| vec![number]);
+    let asked: Vec<u8> = (args.chapter).map_or(CHAPTERS.to_vec(), |number| vec![number]);
     let Some(count) = args.panels else {
-        return Ok((measured(replay, &asked)?, None));
+        return Ok((measured(laboratory, &asked)?, None));
     };
     // What cannot be continued is refused before anything is measured.
-    let begun = panels::begun(replay, &asked, stored)?;
-    let chapters = measured(replay, &asked)?;
-    let counted = panels::counted(replay, &chapters, begun, count, stored)?;
+    let begun = panels::begun(laboratory, &asked, stored)?;
+    let chapters = measured(laboratory, &asked)?;
+    let counted = panels::counted(laboratory, &chapters, begun, count, stored)?;
     Ok((chapters, Some(counted)))
 }
 
 /// The chapters `asked`.
-fn measured(replay: &Replay, asked: &[u8]) -> Outcome<Vec<Chapter>> {
+fn measured(laboratory: &Laboratory, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     let mut chapters = Vec::new();
     let measuring = Work::of_steps(MEASURING, asked.len());
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
-        let chapter = replay.chapter(*number).transpose();
+        let chapter = chapter(laboratory, *number).transpose();
         chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
         measuring.one_more();
     }
@@ -177,8 +178,8 @@ fn word(verdict: &Verdict) -> &'static str {
 }
 
 /// What the report shows.
-fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) -> Page<'a> {
-    let all_asked = chapters.len() == Replay::CHAPTERS.len();
+fn page<'a>(laboratory: &'a Laboratory, twin: Option<&Path>, chapters: &'a [Chapter]) -> Page<'a> {
+    let all_asked = chapters.len() == CHAPTERS.len();
     let claims = CLAIMS.iter().map(|claim| {
         let found = all(chapters).find(|finding| finding.claim == claim.number);
         let otherwise = if all_asked {
@@ -206,9 +207,9 @@ fn page<'a>(replay: &'a Replay, twin: Option<&Path>, chapters: &'a [Chapter]) ->
         }
     });
     Page {
-        seed: replay.seed,
+        seed: laboratory.seed,
         twin: twin.map(name),
-        changes: replay.parameters.changes(),
+        changes: laboratory.parameters.changes(),
         claims: claims.collect(),
         panels: None,
         chapters: parts.collect(),
@@ -249,8 +250,8 @@ mod tests {
     use piezotact::doubt::merged_of;
     use piezotact::figure::{Axis, Chart, Line, Mark, Tone};
     use piezotact::recording::RecordingDoubt;
-    use piezotact_replay::Counterpart;
     use piezotact_twin::TwinParameters;
+    use piezotact_validation::Counterpart;
 
     fn finding(claim: u8, verdict: Verdict) -> Finding {
         Finding {
@@ -284,7 +285,7 @@ mod tests {
     /// Every claim has a row that the overview leads to, whatever became of it.
     #[test]
     fn every_claim_has_its_row() {
-        let replay = Replay {
+        let laboratory = Laboratory {
             parameters: TwinParameters::built_in(),
             seed: 7,
         };
@@ -311,7 +312,7 @@ mod tests {
             missing: vec!["figure 51".into()],
         };
         let chapters = [chapter];
-        let page = page(&replay, None, &chapters);
+        let page = page(&laboratory, None, &chapters);
         let html = html(&page, &OptionWords).unwrap();
         for claim in CLAIMS {
             let (row, link) = (

@@ -10,11 +10,12 @@ use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Limit;
 use piezotact::document::read;
 use piezotact_dataset::read_input_text;
-use piezotact_replay::count::{
+use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
+use piezotact_validation::count::{
     ClaimCount, CountSettings, CountedPanels, Decided, Miss, PanelCount, PanelFindings,
 };
-use piezotact_replay::{CLAIMS, Chapter, Replay};
-use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
+use piezotact_validation::{CLAIMS, Chapter, chapter};
+use piezotact_volunteers::Laboratory;
 
 use crate::failure::Outcome;
 use crate::interrupt::{self, Between, interrupted};
@@ -32,8 +33,12 @@ const MEASURING: Words = Words {
 const LOOK: Duration = Duration::from_millis(200);
 
 /// The panels that an interrupted command stored in `stored`, or none yet.
-pub(super) fn begun(replay: &Replay, chapters: &[u8], stored: &Path) -> Outcome<CountedPanels> {
-    let settings = CountSettings::of(replay, chapters);
+pub(super) fn begun(
+    laboratory: &Laboratory,
+    chapters: &[u8],
+    stored: &Path,
+) -> Outcome<CountedPanels> {
+    let settings = CountSettings::of(laboratory, chapters);
     if std::fs::metadata(stored).is_err_and(|error| error.kind() == std::io::ErrorKind::NotFound) {
         return Ok(CountedPanels::none(settings));
     }
@@ -49,13 +54,13 @@ pub(super) fn begun(replay: &Replay, chapters: &[u8], stored: &Path) -> Outcome<
 
 /// Measures what is missing of `count` panels, the first of which is `chapters`, and counts.
 pub(super) fn counted(
-    replay: &Replay,
+    laboratory: &Laboratory,
     chapters: &[Chapter],
     mut panels: CountedPanels,
     count: u64,
     stored: &Path,
 ) -> Outcome<PanelCount> {
-    panels.add(PanelFindings::of(replay.seed, chapters));
+    panels.add(PanelFindings::of(laboratory.seed, chapters));
     store(&panels, stored)?;
     let missing = panels.missing(count);
     let known = count as usize - missing.len();
@@ -75,9 +80,9 @@ pub(super) fn counted(
         .map_or(1, usize::from)
         .min(missing.len())
     {
-        let (replay, work) = (replay.clone(), Arc::clone(&work));
+        let (laboratory, work) = (laboratory.clone(), Arc::clone(&work));
         let (numbers, done) = (Arc::clone(&numbers), done.clone());
-        std::thread::spawn(move || worker(&replay, &numbers, &work, &done));
+        std::thread::spawn(move || worker(&laboratory, &numbers, &work, &done));
     }
     drop(done);
     let began = Instant::now();
@@ -125,14 +130,19 @@ pub(super) fn counted(
 type Found = (u64, anyhow::Result<PanelFindings>);
 
 /// Measures panels until none is left, nobody listens, or one cannot be measured.
-fn worker(replay: &Replay, numbers: &[u8], work: &Mutex<VecDeque<u64>>, done: &Sender<Found>) {
+fn worker(
+    laboratory: &Laboratory,
+    numbers: &[u8],
+    work: &Mutex<VecDeque<u64>>,
+    done: &Sender<Found>,
+) {
     let next = || {
         work.lock()
             .unwrap_or_else(PoisonError::into_inner)
             .pop_front()
     };
     while let Some(seed) = next() {
-        let found = panel(replay, numbers, seed);
+        let found = panel(laboratory, numbers, seed);
         let failed = found.is_err();
         if done.send((seed, found)).is_err() || failed {
             return;
@@ -140,14 +150,14 @@ fn worker(replay: &Replay, numbers: &[u8], work: &Mutex<VecDeque<u64>>, done: &S
     }
 }
 
-fn panel(replay: &Replay, numbers: &[u8], seed: u64) -> anyhow::Result<PanelFindings> {
-    let replay = Replay {
+fn panel(laboratory: &Laboratory, numbers: &[u8], seed: u64) -> anyhow::Result<PanelFindings> {
+    let laboratory = Laboratory {
         seed,
-        ..replay.clone()
+        ..laboratory.clone()
     };
     let mut chapters = Vec::new();
     for number in numbers {
-        let chapter = replay.chapter(*number).transpose();
+        let chapter = chapter(&laboratory, *number).transpose();
         chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
     }
     Ok(PanelFindings::of(seed, &chapters))
@@ -255,12 +265,12 @@ pub(super) fn table(count: &PanelCount) -> String {
 mod tests {
     use super::*;
     use piezotact::criterion::Criterion;
-    use piezotact_replay::count::PanelFinding;
-    use piezotact_replay::{ClaimRule, Counting};
     use piezotact_twin::TwinParameters;
+    use piezotact_validation::count::PanelFinding;
+    use piezotact_validation::{ClaimRule, Counting};
 
-    fn replay(seed: u64) -> Replay {
-        Replay {
+    fn laboratory(seed: u64) -> Laboratory {
+        Laboratory {
             parameters: TwinParameters::built_in(),
             seed,
         }
@@ -292,16 +302,16 @@ mod tests {
     fn stored_panels_are_continued_or_refused() {
         let folder = tempfile::tempdir().unwrap();
         let stored = folder.path().join("panels.json");
-        let mut panels = begun(&replay(1), &[5], &stored).ok().unwrap();
+        let mut panels = begun(&laboratory(1), &[5], &stored).ok().unwrap();
         assert!(panels.panels.is_empty());
         panels.add(panel_of(1, 8.0));
         store(&panels, &stored).ok().unwrap();
-        assert_eq!(begun(&replay(1), &[5], &stored).ok().unwrap(), panels);
-        let refused = |replay: &Replay| match begun(replay, &[5], &stored) {
+        assert_eq!(begun(&laboratory(1), &[5], &stored).ok().unwrap(), panels);
+        let refused = |laboratory: &Laboratory| match begun(laboratory, &[5], &stored) {
             Err(crate::failure::Failure::Data(error)) => error.to_string(),
             _ => String::new(),
         };
-        let text = refused(&replay(2));
+        let text = refused(&laboratory(2));
         assert!(
             text.contains("seed: expected 2, found 1") && text.contains("--out"),
             "{text}"
@@ -313,7 +323,7 @@ mod tests {
             (whole[..whole.len() / 2].to_owned(), "replay_panels"),
         ] {
             std::fs::write(&stored, wrong).unwrap();
-            let text = refused(&replay(1));
+            let text = refused(&laboratory(1));
             assert!(
                 text.contains(says) && text.contains("remove the file"),
                 "{text}"
@@ -324,7 +334,7 @@ mod tests {
     /// The table names what a claim misses, with the number.
     #[test]
     fn the_table_says_by_how_much_a_claim_fails() {
-        let mut panels = CountedPanels::none(CountSettings::of(&replay(1), &[5]));
+        let mut panels = CountedPanels::none(CountSettings::of(&laboratory(1), &[5]));
         for (seed, db) in [(1, 8.0), (2, 9.5), (3, 11.0)] {
             panels.add(panel_of(seed, db));
         }

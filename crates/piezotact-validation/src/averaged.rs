@@ -6,12 +6,12 @@ use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::Verification;
 
+use super::ReplayError;
 use super::claims::{Finding, Holds, above, at_most, least, most};
 use super::figure::{Counterpart, density, frequency, line};
-use super::measured::{run, take};
-use super::rendering::{characterised, compared, device, played, rendered, resting, target};
-use super::{Replay, ReplayError};
+use super::rendering::{compared, played, rendered, target};
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
+use piezotact_volunteers::{Laboratory, characterised, resting, run, take};
 
 /// Whose fingers are new to the panel of twenty.
 const NEW: std::ops::RangeInclusive<u64> = 21..=25;
@@ -29,12 +29,12 @@ pub(super) struct Averaged {
 
 /// S7 rendered for new people with their own transfer function and with `average`.
 pub(super) fn with_average(
-    replay: &Replay,
+    laboratory: &Laboratory,
     average: &TransferFunction<Drive, Acceleration>,
 ) -> Result<Averaged, ReplayError> {
     let (mut own, mut averaged, mut figure, mut doubts) =
         (Vec::new(), Vec::new(), None, Vec::new());
-    let sample = replay.parameters.sample(TEXTURE)?;
+    let sample = laboratory.parameters.sample(TEXTURE)?;
     let protocol = ActiveProtocol {
         strokes: 3,
         movement: SlidingDirection::Proximal,
@@ -44,14 +44,14 @@ pub(super) fn with_average(
         },
     };
     for participant in NEW {
-        let mut bench = device(replay, participant);
+        let mut bench = laboratory.device(participant);
         let asked = resting("characterise", 0.2, 20.0);
-        let function = characterised(&mut bench, asked, SECONDS, replay.seed)?;
-        let person = Participant::of(participant, replay.seed, &replay.parameters);
-        let acttouch = ActTouch::new(&replay.parameters, person, sample, protocol)?;
+        let function = characterised(&mut bench, asked, SECONDS, laboratory.seed)?;
+        let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
+        let acttouch = ActTouch::new(&laboratory.parameters, person, sample, protocol)?;
         let (taken, recording) = take(
             acttouch.into_acquirer(),
-            &run(replay, "chapter 5", Some(0.2)),
+            &run(laboratory, "chapter 5", Some(0.2)),
             1_024,
         )?;
         let target = target(&taken, &recording)?;

@@ -7,12 +7,12 @@ use piezotact::series::Series;
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::standard_deviation;
 
+use super::ReplayError;
 use super::claims::{Finding, Holds, at_most, most};
 use super::figure::{Counterpart, decibels, density, frequency, line, linear};
-use super::measured::{run, take};
 use super::rendering::target;
-use super::{Replay, ReplayError};
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
+use piezotact_volunteers::{Laboratory, run, take};
 
 /// The pairs of *thesis* table 6, the lowest and the highest of each set of three.
 const PAIRS: [[&str; 2]; 2] = [["S2", "S13"], ["S5", "S11"]];
@@ -40,10 +40,10 @@ struct Inverted {
 }
 
 /// Both pairs, stroked by participant 1 at 30 mm/s and 0.2 N, with their levels exchanged.
-pub(super) fn exchanged_levels(replay: &Replay) -> Result<Exchange, ReplayError> {
+pub(super) fn exchanged_levels(laboratory: &Laboratory) -> Result<Exchange, ReplayError> {
     let (mut all, mut figures, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
     for pair in PAIRS {
-        let [first, second] = pair.map(|sample| touched(replay, sample, &mut doubts));
+        let [first, second] = pair.map(|sample| touched(laboratory, sample, &mut doubts));
         let before = [first?, second?];
         let [first, second] = before.clone();
         let after = exchanged(first, second)?;
@@ -89,11 +89,11 @@ pub(super) fn exchanged_levels(replay: &Replay) -> Result<Exchange, ReplayError>
 
 /// One stroke on `sample`, freed of the gesture.
 fn touched(
-    replay: &Replay,
+    laboratory: &Laboratory,
     sample: &'static str,
     doubts: &mut Vec<(&'static str, Doubt)>,
 ) -> Result<Texture<Acceleration>, ReplayError> {
-    let person = Participant::of(1, replay.seed, &replay.parameters);
+    let person = Participant::of(1, laboratory.seed, &laboratory.parameters);
     let protocol = ActiveProtocol {
         strokes: 3,
         movement: SlidingDirection::Proximal,
@@ -102,9 +102,9 @@ fn touched(
             stroke_s: None,
         },
     };
-    let of = replay.parameters.sample(sample)?;
-    let acttouch = ActTouch::new(&replay.parameters, person, of, protocol)?;
-    let plan = run(replay, "exchanged levels", Some(0.2));
+    let of = laboratory.parameters.sample(sample)?;
+    let acttouch = ActTouch::new(&laboratory.parameters, person, of, protocol)?;
+    let plan = run(laboratory, "exchanged levels", Some(0.2));
     let (taken, recording) = take(acttouch.into_acquirer(), &plan, SEGMENT_SAMPLES)?;
     doubts.extend(taken.doubts.iter().map(|doubt| (sample, doubt.clone())));
     Ok(Texture::of(sample, target(&taken, &recording)?))

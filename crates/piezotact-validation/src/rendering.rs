@@ -1,76 +1,24 @@
-//! Characterise, render, play, verify: the device as the thesis uses it.
+//! Render, play, verify: the device as the thesis uses it.
 
-use piezotact::device::DeviceDescription;
 use piezotact::feature::vibrations;
 use piezotact::filter::HighPass;
-use piezotact::quantity::{
-    Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
-};
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
 use piezotact::recording::Recording;
 use piezotact::render::{
     RenderConfig, RenderError, RenderedDrive, at_fitting_level, render, straight,
 };
 use piezotact::run::Discard;
 use piezotact::series::Series;
-use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Estimator, TransferFunction};
+use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
 
-use super::measured::Taken;
-use super::{Replay, ReplayError};
-use piezotact_bench::procedure::{
-    ACCELERATION_CHANNEL, CharacteriseConfig, characterise, play_and_record,
-};
-use piezotact_bench::{Bench, Placement, RunPlan, Until};
-use piezotact_bench::{Excitation, ExcitationConfig};
-use piezotact_twin::{Participant, TwinBench};
+use super::ReplayError;
+use piezotact_bench::procedure::{ACCELERATION_CHANNEL, play_and_record};
+use piezotact_bench::{Bench, RunPlan};
+use piezotact_volunteers::Taken;
 
 /// The rate of the drive, Hz.
 const DRIVE_RATE_HZ: f64 = 48_000.0;
-
-/// The PIEZOTACT bench with one participant at it.
-pub(super) fn device(replay: &Replay, participant: u64) -> Bench {
-    let participant = Participant::of(participant, replay.seed, &replay.parameters);
-    TwinBench::new(
-        &replay.parameters,
-        participant,
-        &DeviceDescription::drv2667().at_usual_gain(),
-    )
-    .into_bench()
-}
-
-/// A run on the device.
-pub(super) fn resting(label: &str, load_n: f64, angle_deg: f64) -> RunPlan {
-    RunPlan {
-        label: label.into(),
-        load: Some(Newtons(load_n)),
-        angle: Degrees(angle_deg),
-        placement: Placement::New,
-        until: Until::PlaybackEnded,
-    }
-}
-
-/// The transfer function of the device with the finger on it, from `seconds` of random drive to 1.2 kHz.
-pub(super) fn characterised(
-    bench: &mut Bench,
-    run: RunPlan,
-    seconds: f64,
-    seed: u64,
-) -> Result<TransferFunction<Drive, Acceleration>, ReplayError> {
-    let config = CharacteriseConfig {
-        excitation: ExcitationConfig {
-            kind: Excitation::Random,
-            band: Band::new(Hertz(2.0), Hertz(1200.0))?,
-            duration: Seconds(seconds),
-            peak: 0.8,
-            seed,
-        },
-        welch: WelchConfig::hann(2_048),
-        estimator: Estimator::H1,
-        run,
-    };
-    Ok(characterise(bench, &config, &mut Discard)?.function)
-}
 
 /// A texture as it is rendered: the first stroke of a recording, freed of the gesture.
 pub(super) fn target(

@@ -4,11 +4,17 @@
 //! A volunteer judges what was recorded on the nail ([`piezotact_people::judge::Cues`]) and is never handed the name of a texture.
 
 mod averaged;
+mod error;
+mod laboratory;
+mod measured;
 mod person;
 mod sitting;
 
 use averaged::averaged;
 
+pub use error::{CampaignError, MeasureError};
+pub use laboratory::{Laboratory, characterised, resting};
+pub use measured::{Taken, run, take};
 pub use person::{VirtualVolunteer, Whose, volunteer};
 pub use sitting::sit;
 
@@ -18,14 +24,12 @@ use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::transfer::TransferFunction;
 use piezotact_people::association::{Answer, Declared, answers_of, declared};
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::plan::{Plan, PlanError, PlanRequest, Presented, Trial, plan};
+use piezotact_people::campaign::plan::{Plan, PlanRequest, Presented, Trial, plan};
 use piezotact_people::campaign::protocol::{Playing, Protocol, TaskKind, TransferFunctionUse};
-use piezotact_people::campaign::store::{Purpose, SessionKey, Store, StoreError};
-use piezotact_people::judge::{Answers, CuesError, Judge, JudgeError, Touch};
-use piezotact_study::session::{RunError, state_of};
+use piezotact_people::campaign::store::{Purpose, SessionKey, Store};
+use piezotact_people::judge::{Answers, Judge, Touch};
+use piezotact_study::session::state_of;
 use piezotact_twin::{Participant, Sample, TwinParameters};
-
-use super::ReplayError;
 
 /// What chapter 6 of the thesis calls three samples.
 const SURFACES: [[&str; 2]; 3] = [["rough", "M8"], ["biomimetic", "BIO"], ["smooth", "M3"]];
@@ -88,78 +92,6 @@ pub enum LevelRule {
     Stated(Decibels),
 }
 
-/// Why a campaign cannot be simulated.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    /// The twin refuses.
-    #[error(transparent)]
-    Replay(Box<ReplayError>),
-    /// The protocol has no such session.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The session refuses.
-    #[error(transparent)]
-    Run(Box<RunError>),
-    /// The store refuses.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// What was delivered has no cues.
-    #[error("{what}: {error}")]
-    Cues {
-        /// The texture, and whose it is.
-        what: String,
-        error: CuesError,
-    },
-    /// No stroke can be used.
-    #[error("{what}: expected a stroke, found none; look at the world of the twin")]
-    NoStroke {
-        /// The texture, and whose it is.
-        what: String,
-    },
-    /// There is no answer to a trial.
-    #[error("trial {trial}: {error}")]
-    Judge { trial: String, error: JudgeError },
-    /// No average transfer function.
-    #[error(
-        "the protocol renders with the average of the panel `{panel}`, and none was measured; measure one with people who do not take part"
-    )]
-    Average { panel: String },
-    /// Somebody of the panel takes part.
-    #[error(
-        "expected a panel to which no participant belongs, found volunteer {number} in both; choose other numbers for the panel"
-    )]
-    Overlap {
-        /// The number under the seed.
-        number: u64,
-    },
-    /// A stimulus of which nothing is known.
-    #[error(
-        "the protocol presents `{stimulus}`, which is neither a sample nor a stimulus of it; correct the protocol"
-    )]
-    Stimulus { stimulus: String },
-    /// A device failed, which the twin never does.
-    #[error(
-        "{pseudonym}: trial {trial} is void again and again: {why}; look at the drives of this person"
-    )]
-    Void {
-        pseudonym: String,
-        trial: String,
-        why: String,
-    },
-}
-
-impl From<ReplayError> for CampaignError {
-    fn from(error: ReplayError) -> Self {
-        Self::Replay(Box::new(error))
-    }
-}
-
-impl From<RunError> for CampaignError {
-    fn from(error: RunError) -> Self {
-        Self::Run(Box::new(error))
-    }
-}
-
 impl Simulation<'_> {
     /// What is usual: as many strokes on each sample as the protocol has in its measurement (ten where it has none), 30 s of random
     /// drive, six corrections, one level for all textures.
@@ -191,7 +123,7 @@ impl Simulation<'_> {
     pub fn surface(&self, name: &str) -> Result<&Sample, CampaignError> {
         let known = self.surfaces.get(name).map_or(name, String::as_str);
         let sample = self.parameters.sample(known);
-        Ok(sample.map_err(ReplayError::from)?)
+        Ok(sample.map_err(MeasureError::from)?)
     }
 
     /// The panel whose average the protocol renders with; `None` where everybody has the own transfer function.

@@ -1,5 +1,5 @@
 //! The claims of the thesis on the twin, each as a test of its own, on the panel of seed 1. What is tested is what
-//! `piezotact replay` reports; a claim that an honest twin does not meet is tested to be reported so.
+//! `piezotact-validation replay` reports; a claim that an honest twin does not meet is tested to be reported so.
 #![allow(
     clippy::expect_used,
     clippy::print_stdout,
@@ -11,18 +11,21 @@ use std::sync::OnceLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::criterion::Outcome;
-use piezotact_replay::count::{CountSettings, CountedPanels, PanelCount, PanelFindings};
-use piezotact_replay::{CLAIMS, Chapter, Finding, Replay, Verdict};
 use piezotact_twin::TwinParameters;
+use piezotact_validation::count::{CountSettings, CountedPanels, PanelCount, PanelFindings};
+use piezotact_validation::{CLAIMS, Chapter, Finding, Verdict};
+use piezotact_volunteers::Laboratory;
 
 const SEED: u64 = 1;
 
 fn measured(number: u8, seed: u64) -> Chapter {
-    let replay = Replay {
+    let laboratory = Laboratory {
         parameters: TwinParameters::built_in(),
         seed,
     };
-    replay.chapter(number).unwrap().unwrap()
+    piezotact_validation::chapter(&laboratory, number)
+        .unwrap()
+        .unwrap()
 }
 
 /// Every chapter is measured once.
@@ -196,11 +199,11 @@ fn soak_claim_32_imagery_helps_nobody_on_the_twin() {
 
 /// How many of forty panels meet each claim of `chapters`.
 fn forty(chapters: &[u8]) -> PanelCount {
-    let replay = Replay {
+    let laboratory = Laboratory {
         parameters: TwinParameters::built_in(),
         seed: SEED,
     };
-    let mut counted = CountedPanels::none(CountSettings::of(&replay, chapters));
+    let mut counted = CountedPanels::none(CountSettings::of(&laboratory, chapters));
     let seeds = counted.missing(40);
     let found = |seed: u64| {
         let measured: Vec<Chapter> = chapters.iter().map(|n| measured(*n, seed)).collect();

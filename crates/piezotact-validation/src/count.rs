@@ -9,7 +9,8 @@ use piezotact::statistics::{mean, standard_deviation};
 use piezotact_twin::PARAMETERS;
 use serde::{Deserialize, Serialize};
 
-use crate::{CLAIMS, Chapter, ClaimRule, Counting, Replay};
+use crate::{CLAIMS, Chapter, ClaimRule, Counting};
+use piezotact_volunteers::Laboratory;
 
 /// A claim holds over panels when it does in this share of them.
 pub const LEAST_SHARE: f64 = 0.9;
@@ -99,14 +100,14 @@ pub struct CountSettings {
 impl CountSettings {
     /// Those of `replay` over `chapters`.
     #[must_use]
-    pub fn of(replay: &Replay, chapters: &[u8]) -> Self {
+    pub fn of(laboratory: &Laboratory, chapters: &[u8]) -> Self {
         let claims: Vec<String> = CLAIMS.iter().map(|claim| format!("{claim:?}")).collect();
         Self {
             program: env!("CARGO_PKG_VERSION").into(),
             claims: Checksum::of_bytes(claims.join("\n").as_bytes()),
             parameters: Checksum::of_bytes(PARAMETERS.as_bytes()),
-            changes: replay.parameters.changes().to_vec(),
-            seed: replay.seed,
+            changes: laboratory.parameters.changes().to_vec(),
+            seed: laboratory.seed,
             chapters: chapters.to_vec(),
         }
     }
@@ -409,11 +410,11 @@ mod tests {
     use piezotact_twin::TwinParameters;
 
     fn settings() -> CountSettings {
-        let replay = Replay {
+        let laboratory = Laboratory {
             parameters: TwinParameters::built_in(),
             seed: 5,
         };
-        CountSettings::of(&replay, &[3, 5])
+        CountSettings::of(&laboratory, &[3, 5])
     }
 
     fn panel(seed: u64, criteria: Vec<Criterion<ClaimRule>>) -> PanelFindings {

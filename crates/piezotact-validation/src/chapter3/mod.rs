@@ -15,12 +15,13 @@ use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
 use piezotact::recording::Recording;
 use piezotact::series::Series;
 
-use super::measured::{Taken, run, take};
-use super::{Chapter, Replay, ReplayError, said_once};
+use super::measured::summary;
+use super::{Chapter, ReplayError, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_twin::{
     ActTouch, ActiveProtocol, Pace, Participant, Relief, SlidingDirection, TriboAir,
 };
+use piezotact_volunteers::{Laboratory, Taken, run, take};
 
 /// Speeds of passive touch, m/s.
 const SPEEDS_M_S: [f64; 3] = [0.01, 0.02, 0.03];
@@ -62,8 +63,8 @@ impl Touched {
 ///
 /// # Errors
 /// [`ReplayError`] where the analysis refuses what the benches gave.
-pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
-    let samples = touched(replay)?;
+pub(super) fn chapter3(laboratory: &Laboratory) -> Result<Chapter, ReplayError> {
+    let samples = touched(laboratory)?;
     let findings = vec![
         broad_and_similar(&samples, band(10.0, 600.0)?),
         level_falls(&samples),
@@ -72,10 +73,10 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         hard_samples(&samples),
         friction(&samples),
         speed(&samples),
-        fingerprint(&samples, replay.parameters.person.reference_ridge_m),
+        fingerprint(&samples, laboratory.parameters.person.reference_ridge_m),
         active_as_passive(&samples, band(20.0, 500.0)?),
         repeatable(&samples, band(THIRD_OCTAVES_HZ[0], THIRD_OCTAVES_HZ[1])?),
-        transversal_touch(&samples, replay.parameters.person.reference_ridge_m),
+        transversal_touch(&samples, laboratory.parameters.person.reference_ridge_m),
     ];
     let slipped = stick_slip(&samples);
     Ok(Chapter {
@@ -84,7 +85,7 @@ pub(super) fn chapter3(replay: &Replay) -> Result<Chapter, ReplayError> {
         measured: vec![
             format!(
                 "The reference participant (ridges {:.3} mm apart) touched the 14 isotropic samples at 0.2 N: passively {PASSIVE_STROKES} times at each of 10, 20 and 30 mm/s, actively in {ACTIVE_STROKES} proximal strokes at 30 mm/s, and S1–S4 in as many transversal strokes.",
-                replay.parameters.person.reference_ridge_m * 1e3
+                laboratory.parameters.person.reference_ridge_m * 1e3
             ),
             slipped,
         ],
@@ -103,14 +104,14 @@ fn band(low_hz: f64, high_hz: f64) -> Result<Band, ReplayError> {
     Ok(Band::new(Hertz(low_hz), Hertz(high_hz))?)
 }
 
-fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
-    let parameters = &replay.parameters;
-    let person = || Participant::of(0, replay.seed, parameters);
+fn touched(laboratory: &Laboratory) -> Result<Vec<Touched>, ReplayError> {
+    let parameters = &laboratory.parameters;
+    let person = || Participant::of(0, laboratory.seed, parameters);
     let periods = Periods {
         ridge_m: Some(parameters.person.reference_ridge_m),
         texture_m: None,
     };
-    let run = run(replay, "chapter 3", Some(0.2));
+    let run = run(laboratory, "chapter 3", Some(0.2));
     let names = (1..=13).map(|i| format!("S{i}")).chain(["NO".to_owned()]);
     names
         .map(|name| {
@@ -120,7 +121,7 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
                 let bench =
                     TriboAir::new(parameters, person(), sample, PASSIVE_STROKES, speed_m_s)?;
                 let (taken, recording) = take(bench.into_acquirer(), &run, segment)?;
-                passive.push(taken.summary(&name, periods)?);
+                passive.push(summary(&taken, &name, periods)?);
                 doubts.extend(taken.doubts.iter().cloned());
                 if name == "S1" {
                     vibrations.push(strokes_joined(&taken, &recording)?);
@@ -142,7 +143,7 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
             doubts.extend(active.doubts.iter().cloned());
             let transversal = if COARSE.contains(&name.as_str()) {
                 let (taken, _) = stroked(SlidingDirection::Transversal)?;
-                let summary = taken.summary(&name, periods)?;
+                let summary = summary(&taken, &name, periods)?;
                 Some((taken, summary))
             } else {
                 None
@@ -153,7 +154,7 @@ fn touched(replay: &Replay) -> Result<Vec<Touched>, ReplayError> {
                     Relief::Isotropic { ra_m, .. } => ra_m,
                     Relief::Dots { .. } | Relief::Ridges { .. } => 0.0,
                 },
-                active_summary: active.summary(&name, periods)?,
+                active_summary: summary(&active, &name, periods)?,
                 shown: (name == "S1" || name == "S8").then_some((recording, vibrations)),
                 passive,
                 active,

@@ -25,10 +25,8 @@ use piezotact_study::session::{
     StopHandle,
 };
 
-use super::super::rendering::device;
-use super::super::{Replay, ReplayError};
-use super::person::{VirtualVolunteer, band};
-use super::{CampaignError, Playings, Simulation};
+use crate::person::{VirtualVolunteer, band};
+use crate::{CampaignError, Laboratory, MeasureError, Playings, Simulation};
 
 /// When the first session of a simulated campaign begins, in ms since 1970-01-01 00:00 UTC, and how far sessions are apart.
 const FIRST_MS: i64 = 1_700_000_000_000;
@@ -216,8 +214,8 @@ impl Stimulator for Shared<'_, '_, '_> {
 fn bench(
     simulation: &Simulation<'_>,
     volunteer: &VirtualVolunteer,
-) -> Result<BenchStimulator<'static>, ReplayError> {
-    let replay = Replay {
+) -> Result<BenchStimulator<'static>, MeasureError> {
+    let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
     };
@@ -225,7 +223,7 @@ fn bench(
     let condition = volunteer.drives.values().next();
     let condition = condition.map(|drive| &drive.target.about.condition);
     Ok(BenchStimulator {
-        bench: device(&replay, volunteer.number),
+        bench: laboratory.device(volunteer.number),
         drives: volunteer.drives.clone(),
         playing: match simulation.playings {
             Playings::Whole => rendering.map_or(Playing::Once, |rendering| rendering.playing),

@@ -5,7 +5,8 @@ use piezotact::document::{Content, Words};
 use serde::Serialize;
 
 use crate::count::PanelCount;
-use crate::{CLAIMS, Chapter, ClaimRule, Finding, Replay, Verdict};
+use crate::{CLAIMS, Chapter, ClaimRule, Finding, Verdict};
+use piezotact_volunteers::Laboratory;
 
 /// A chapter of the thesis that was measured again.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -104,7 +105,7 @@ impl<'a> ReplayDocument<'a> {
     /// beside it, and doubts in `words`.
     #[must_use]
     pub fn of(
-        replay: &'a Replay,
+        laboratory: &'a Laboratory,
         chapters: &'a [Chapter],
         panels: Option<&'a PanelCount>,
         (report, twin): (&'a str, Option<String>),
@@ -113,9 +114,9 @@ impl<'a> ReplayDocument<'a> {
         let findings = chapters.iter().flat_map(|chapter| &chapter.findings);
         Self {
             report,
-            seed: replay.seed,
+            seed: laboratory.seed,
             twin,
-            changes: replay.parameters.changes(),
+            changes: laboratory.parameters.changes(),
             chapters: (chapters.iter())
                 .map(|chapter| ChapterDocument {
                     number: chapter.number,

@@ -3,7 +3,6 @@
 
 mod averaged;
 mod brain;
-pub mod campaign;
 mod campaigns;
 mod chapter3;
 mod chapter4;
@@ -34,32 +33,23 @@ use piezotact::spectrum::EstimateError;
 use piezotact::stroke::SegmentError;
 
 use piezotact_bench::{DeviceError, ProcedureError};
-use piezotact_twin::{ParameterError, TwinParameters};
+use piezotact_twin::ParameterError;
+use piezotact_volunteers::{CampaignError, Laboratory, MeasureError};
 
-/// What a replay is made with.
-#[derive(Clone, Debug)]
-pub struct Replay {
-    pub parameters: TwinParameters,
-    /// Draws people, surfaces, movements and noise.
-    pub seed: u64,
-}
+/// The chapters that can be measured again.
+pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
 
-impl Replay {
-    /// The chapters that can be measured again.
-    pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
-
-    /// Chapter `number`, measured again; `None` unless it is one of [`Self::CHAPTERS`].
-    ///
-    /// # Errors
-    /// [`ReplayError`] where the analysis refuses what the benches gave.
-    pub fn chapter(&self, number: u8) -> Option<Result<Chapter, ReplayError>> {
-        match number {
-            3 => Some(chapter3(self)),
-            4 => Some(chapter4(self)),
-            5 => Some(chapter5(self)),
-            6 => Some(chapter6(self)),
-            _ => None,
-        }
+/// Chapter `number`, measured again in `laboratory`; `None` unless it is one of [`CHAPTERS`].
+///
+/// # Errors
+/// [`ReplayError`] where the analysis refuses what the benches gave.
+pub fn chapter(laboratory: &Laboratory, number: u8) -> Option<Result<Chapter, ReplayError>> {
+    match number {
+        3 => Some(chapter3(laboratory)),
+        4 => Some(chapter4(laboratory)),
+        5 => Some(chapter5(laboratory)),
+        6 => Some(chapter6(laboratory)),
+        _ => None,
     }
 }
 
@@ -131,9 +121,12 @@ pub enum ReplayError {
     /// A number that cannot be.
     #[error("{0}")]
     Quantity(#[from] QuantityError),
+    /// Something cannot be measured on the twin.
+    #[error("{0}")]
+    Measure(#[from] MeasureError),
     /// A campaign with virtual volunteers cannot be done.
     #[error("{0}")]
-    Campaign(Box<campaign::CampaignError>),
+    Campaign(Box<CampaignError>),
     /// The answers of a campaign make no table.
     #[error("{0}")]
     Answers(#[from] piezotact_people::association::AnswerError),
@@ -151,10 +144,10 @@ impl From<BrainError> for ReplayError {
     }
 }
 
-impl From<campaign::CampaignError> for ReplayError {
-    fn from(error: campaign::CampaignError) -> Self {
+impl From<CampaignError> for ReplayError {
+    fn from(error: CampaignError) -> Self {
         match error {
-            campaign::CampaignError::Replay(inner) => *inner,
+            CampaignError::Measure(inner) => Self::Measure(*inner),
             other => Self::Campaign(Box::new(other)),
         }
     }

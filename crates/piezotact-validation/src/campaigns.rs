@@ -17,10 +17,10 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::{LIBRARY, Protocol, read};
 use piezotact_people::campaign::store::MemoryStore;
 
-use super::campaign::{CampaignError, Playings, Simulation};
+use super::ReplayError;
 use super::claims::{Finding, Holds, above, at_least, at_most, below, least, most, no_exception};
 use super::figure::Counterpart;
-use super::{Replay, ReplayError};
+use piezotact_volunteers::{CampaignError, Laboratory, Playings, Simulation};
 
 /// The panel of thesis 4.3.2.
 const OF_TEN: RangeInclusive<u64> = 1..=10;
@@ -90,19 +90,19 @@ fn protocol(name: &str) -> Result<(Protocol, Sha), ReplayError> {
 
 /// The campaign `name` of the library with the volunteers `numbers`, rendered with `average` where it is one of those.
 fn held(
-    replay: &Replay,
+    laboratory: &Laboratory,
     name: &str,
     numbers: RangeInclusive<u64>,
     average: Option<&TransferFunction<Drive, Acceleration>>,
 ) -> Result<Held, ReplayError> {
     let (protocol, sha) = protocol(name)?;
     let simulation = Simulation {
-        parameters: replay.parameters.clone(),
+        parameters: laboratory.parameters.clone(),
         average: average.cloned(),
         // As the thesis rendered: nothing was corrected in a closed loop.
         iterations: 0,
         playings: Playings::OneStroke,
-        ..Simulation::usual(&protocol, sha, replay.seed)
+        ..Simulation::usual(&protocol, sha, laboratory.seed)
     };
     let mut store = MemoryStore::new();
     let done = simulation.run::<CampaignError>(numbers, &mut store, &mut |_| Ok(()))?;
@@ -199,10 +199,10 @@ fn drawn(number: &'static str, matrix: &AssociationMatrix, caption: &str) -> Cou
 }
 
 /// The campaigns of chapter 4: isotropic and periodic textures, and textures with exchanged levels.
-pub(super) fn of_chapter_4(replay: &Replay) -> Result<Campaigns, ReplayError> {
-    let isotropic = held(replay, "isotropic_triplets", OF_TEN, None)?;
-    let inverted = held(replay, "amplitude_inversion", OF_FIVE, None)?;
-    let periodic = held(replay, "periodic_pilot", PILOT, None)?;
+pub(super) fn of_chapter_4(laboratory: &Laboratory) -> Result<Campaigns, ReplayError> {
+    let isotropic = held(laboratory, "isotropic_triplets", OF_TEN, None)?;
+    let inverted = held(laboratory, "amplitude_inversion", OF_FIVE, None)?;
+    let periodic = held(laboratory, "periodic_pilot", PILOT, None)?;
     let tasks = ["task1", "task2", "task3"].map(|task| isotropic.matrix(task));
     let [_, places, associated] = ["", "task2", "task3"].map(|task| inverted.matrix(task));
     let pilot = ["task1", "task2"].map(|task| periodic.matrix(task));
@@ -449,16 +449,16 @@ fn pilot_of(pilot: &[AssociationMatrix; 2]) -> Finding {
 
 /// The campaign of chapter 5: rendered with `average` for people who do not belong to its panel, beside that with everybody's own.
 pub(super) fn of_chapter_5(
-    replay: &Replay,
+    laboratory: &Laboratory,
     average: &TransferFunction<Drive, Acceleration>,
 ) -> Result<Campaigns, ReplayError> {
     let averaged = held(
-        replay,
+        laboratory,
         "averaged_transfer_function",
         OF_AVERAGE,
         Some(average),
     )?;
-    let own = held(replay, "isotropic_triplets", OF_TEN, None)?;
+    let own = held(laboratory, "isotropic_triplets", OF_TEN, None)?;
     let tasks = ["task1", "task2", "task3"].map(|task| averaged.matrix(task));
     let own = mean_diagonal(&own.matrix("task3"));
     let with_average = mean_diagonal(&tasks[2]);
@@ -489,8 +489,8 @@ pub(super) fn of_chapter_5(
 }
 
 /// The discrimination of chapter 6: three surfaces, with and without imagery.
-pub(super) fn of_chapter_6(replay: &Replay) -> Result<Campaigns, ReplayError> {
-    let held = held(replay, "touch_control_imagery", OF_SURFACES, None)?;
+pub(super) fn of_chapter_6(laboratory: &Laboratory) -> Result<Campaigns, ReplayError> {
+    let held = held(laboratory, "touch_control_imagery", OF_SURFACES, None)?;
     let [control, imagery] = ["control", "imagery"].map(|task| held.matrix(task));
     let smooth = percent(&control, "smooth", "smooth");
     let confused = mean(&[

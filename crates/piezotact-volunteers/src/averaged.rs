@@ -7,17 +7,15 @@ use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons};
 use piezotact::transfer::{BundleAverage, TransferFunction};
 use piezotact_twin::Participant;
 
-use super::person::{ANGLE_DEG, LOAD_N, band};
-use super::{CampaignError, Simulation};
-use crate::rendering::{characterised, device, resting};
-use crate::{Replay, ReplayError};
+use crate::person::{ANGLE_DEG, LOAD_N, band};
+use crate::{CampaignError, Laboratory, MeasureError, Simulation, characterised, resting};
 
 /// The average over the people `members`, each measured once on the device.
 pub(super) fn averaged(
     simulation: &Simulation<'_>,
     members: &BTreeSet<u64>,
 ) -> Result<TransferFunction<Drive, Acceleration>, CampaignError> {
-    let replay = Replay {
+    let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
     };
@@ -28,9 +26,9 @@ pub(super) fn averaged(
     let mut entries = Vec::new();
     for number in members {
         let asked = resting("characterise", LOAD_N, ANGLE_DEG);
-        let mut bench = device(&replay, *number);
-        let function = characterised(&mut bench, asked, simulation.excitation_s, replay.seed)?;
-        let person = Participant::of(*number, replay.seed, &replay.parameters);
+        let mut bench = laboratory.device(*number);
+        let function = characterised(&mut bench, asked, simulation.excitation_s, laboratory.seed)?;
+        let person = Participant::of(*number, laboratory.seed, &laboratory.parameters);
         let filing = Filing {
             participant: person.pseudonym(),
             cell,
@@ -39,7 +37,7 @@ pub(super) fn averaged(
         };
         entries.push(Entry { filing, function });
     }
-    let panel = Panel::new(entries).map_err(ReplayError::from)?;
+    let panel = Panel::new(entries).map_err(MeasureError::from)?;
     let average = average_of_panel(&panel, cell, BundleAverage::LogMagnitude, band()?);
-    Ok(average.map_err(ReplayError::from)?)
+    Ok(average.map_err(MeasureError::from)?)
 }

@@ -26,11 +26,11 @@ use piezotact_twin::{
     ActTouch, ActiveProtocol, Pace, Participant, Relief, Sample, SlidingDirection,
 };
 
-use super::super::measured::{Taken, run, take};
-use super::super::rendering::{characterised, device, resting};
-use super::super::{Replay, ReplayError};
-use super::sitting::delivered;
-use super::{CampaignError, LevelRule, Simulation};
+use crate::sitting::delivered;
+use crate::{
+    CampaignError, Laboratory, LevelRule, MeasureError, Simulation, Taken, characterised, resting,
+    run, take,
+};
 
 /// The band in which textures are rendered and felt, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
@@ -92,7 +92,7 @@ pub fn volunteer(
     number: u64,
     whose: Whose,
 ) -> Result<VirtualVolunteer, CampaignError> {
-    let replay = Replay {
+    let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
     };
@@ -103,13 +103,13 @@ pub fn volunteer(
     }
     let mut touched = BTreeMap::new();
     for name in &protocol.samples {
-        touched.insert(name.clone(), touch(simulation, &replay, number, name)?);
+        touched.insert(name.clone(), touch(simulation, &laboratory, number, name)?);
     }
-    let mut bench = device(&replay, number);
+    let mut bench = laboratory.device(number);
     let drives = match &protocol.rendering {
         None => (BTreeMap::new(), None),
         Some(_) => {
-            let function = function(simulation, &replay, number, whose)?;
+            let function = function(simulation, &laboratory, number, whose)?;
             prepared(simulation, &touched, &function, &mut bench)?
         }
     };
@@ -145,10 +145,10 @@ pub fn volunteer(
 /// The transfer function that drives for volunteer `number` are rendered with.
 fn function(
     simulation: &Simulation<'_>,
-    replay: &Replay,
+    laboratory: &Laboratory,
     number: u64,
     whose: Whose,
-) -> Result<TransferFunction<Drive, Acceleration>, ReplayError> {
+) -> Result<TransferFunction<Drive, Acceleration>, MeasureError> {
     let of = match (whose, simulation.panel(), &simulation.average) {
         (Whose::Of(other), ..) => other,
         (Whose::Own, Some(_), Some(average)) => return Ok(average.clone()),
@@ -156,7 +156,7 @@ fn function(
     };
     let asked = resting("characterise", LOAD_N, ANGLE_DEG);
     characterised(
-        &mut device(replay, of),
+        &mut laboratory.device(of),
         asked,
         simulation.excitation_s,
         simulation.seed,
@@ -164,14 +164,14 @@ fn function(
 }
 
 /// The band in which textures are rendered and felt.
-pub(super) fn band() -> Result<Band, ReplayError> {
+pub(super) fn band() -> Result<Band, MeasureError> {
     Ok(Band::new(Hertz(BAND_HZ[0]), Hertz(BAND_HZ[1]))?)
 }
 
 /// The strokes of volunteer `number` on the sample `name`.
 fn touch(
     simulation: &Simulation<'_>,
-    replay: &Replay,
+    laboratory: &Laboratory,
     number: u64,
     name: &str,
 ) -> Result<Touched, CampaignError> {
@@ -186,9 +186,9 @@ fn touch(
             stroke_s: None,
         },
     };
-    let acttouch = ActTouch::new(&replay.parameters, person.clone(), sample, protocol);
-    let acttouch = acttouch.map_err(ReplayError::from)?;
-    let asked = run(replay, "measurement session", Some(LOAD_N));
+    let acttouch = ActTouch::new(&laboratory.parameters, person.clone(), sample, protocol);
+    let acttouch = acttouch.map_err(MeasureError::from)?;
+    let asked = run(laboratory, "measurement session", Some(LOAD_N));
     let (taken, recording) = take(acttouch.into_acquirer(), &asked, 1_024)?;
     let strokes = strokes(&taken, &recording)?;
     let cues = strokes.iter().map(|stroke| {
@@ -210,10 +210,13 @@ fn touch(
 }
 
 /// The steady parts of all strokes, freed of the gesture.
-fn strokes(taken: &Taken, recording: &Recording) -> Result<Vec<Series<Acceleration>>, ReplayError> {
+fn strokes(
+    taken: &Taken,
+    recording: &Recording,
+) -> Result<Vec<Series<Acceleration>>, MeasureError> {
     let what = recording.about.condition.to_string();
     let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
-    let freed = freed.map_err(|error| ReplayError::Feature { what, error })?;
+    let freed = freed.map_err(|error| MeasureError::Feature { what, error })?;
     let Some(channel) = freed.channels.first() else {
         return Ok(Vec::new());
     };
@@ -274,7 +277,7 @@ fn prepared(
     function: &TransferFunction<Drive, Acceleration>,
     bench: &mut Bench,
 ) -> Result<(BTreeMap<String, Verified>, Option<f64>), CampaignError> {
-    let rate = SampleRate::new(DRIVE_RATE_HZ).map_err(ReplayError::from)?;
+    let rate = SampleRate::new(DRIVE_RATE_HZ).map_err(MeasureError::from)?;
     let config = RenderConfig::over(band()?, rate);
     let mut targets = BTreeMap::new();
     for stimulus in stimuli(simulation.protocol) {
@@ -382,7 +385,7 @@ fn looped(
         };
         closed_loop(bench, &wanted, function, &config, &mut Discard, &mut |_| {})
     });
-    let looped = looped.map_err(ReplayError::from)?;
+    let looped = looped.map_err(MeasureError::from)?;
     let verification = looped.best_verification().clone();
     // What cannot be compared is not felt either.
     let cues = delivered(&looped.recording, config.judged).ok();
@@ -417,7 +420,7 @@ fn attempted<T>(mut of: impl FnMut(u32) -> Result<T, ProcedureError>) -> Result<
 }
 
 /// A texture as a recording of its own.
-fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, ReplayError> {
+fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, MeasureError> {
     let channel = Channel {
         name: ACCELERATION_CHANNEL.into(),
         unit: Unit::MetrePerSecondSquared,

@@ -20,12 +20,13 @@ use super::figure::{
     Counterpart, decibels, density, frequency, line, linear, names, over_names, share_scales,
     side_by_side,
 };
-use super::measured::{Taken, run, take};
-use super::rendering::{characterised, compared, device, played, rendered, resting, target};
-use super::{Chapter, Replay, ReplayError, campaigns, said_once};
+use super::measured::summary;
+use super::rendering::{compared, played, rendered, target};
+use super::{Chapter, ReplayError, campaigns, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::FORCE_CHANNEL;
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection, TriboAir};
+use piezotact_volunteers::{Laboratory, Taken, characterised, resting, run, take};
 
 /// Who takes part (*thesis* 6.2).
 const PARTICIPANTS: u64 = 10;
@@ -54,17 +55,17 @@ struct Free {
     target: Series<Acceleration>,
 }
 
-pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
-    let free = touched(replay)?;
-    let period = passive(replay)?;
+pub(super) fn chapter6(laboratory: &Laboratory) -> Result<Chapter, ReplayError> {
+    let free = touched(laboratory)?;
+    let period = passive(laboratory)?;
     let Tasks {
         forces_n,
         softest_db,
         doubts,
         figure,
-    } = tasks(replay, &free)?;
-    let campaigns = campaigns::of_chapter_6(replay)?;
-    let brains = brains(replay, SURFACES)?;
+    } = tasks(laboratory, &free)?;
+    let campaigns = campaigns::of_chapter_6(laboratory)?;
+    let brains = brains(laboratory, SURFACES)?;
     let mut findings = vec![
         harmonics(&free, period.as_ref()),
         different(&free),
@@ -108,27 +109,27 @@ pub(super) fn chapter6(replay: &Replay) -> Result<Chapter, ReplayError> {
     })
 }
 
-fn touched(replay: &Replay) -> Result<Vec<Free>, ReplayError> {
+fn touched(laboratory: &Laboratory) -> Result<Vec<Free>, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=PARTICIPANTS {
         for surface in SURFACES {
-            let person = Participant::of(participant, replay.seed, &replay.parameters);
+            let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
             let protocol = ActiveProtocol {
                 strokes: STROKES,
                 movement: SlidingDirection::Proximal,
                 pace: Pace::Free,
             };
-            let sample = replay.parameters.sample(surface)?;
-            let bench = ActTouch::new(&replay.parameters, person, sample, protocol)?;
+            let sample = laboratory.parameters.sample(surface)?;
+            let bench = ActTouch::new(&laboratory.parameters, person, sample, protocol)?;
             let (taken, recording) = take(
                 bench.into_acquirer(),
-                &run(replay, "chapter 6", None),
+                &run(laboratory, "chapter 6", None),
                 SEGMENT,
             )?;
             all.push(Free {
                 participant,
                 surface,
-                summary: taken.summary(surface, Periods::default())?,
+                summary: summary(&taken, surface, Periods::default())?,
                 target: target(&taken, &recording)?,
                 taken,
             });
@@ -138,15 +139,15 @@ fn touched(replay: &Replay) -> Result<Vec<Free>, ReplayError> {
 }
 
 /// The spatial period of M8 from passive touch at three speeds.
-fn passive(replay: &Replay) -> Result<Option<SpatialPeriod>, ReplayError> {
+fn passive(laboratory: &Laboratory) -> Result<Option<SpatialPeriod>, ReplayError> {
     let mut vibrations = Vec::new();
     for speed_m_s in SPEEDS_M_S {
-        let person = Participant::of(0, replay.seed, &replay.parameters);
-        let sample = replay.parameters.sample("M8")?;
-        let bench = TriboAir::new(&replay.parameters, person, sample, 6, speed_m_s)?;
+        let person = Participant::of(0, laboratory.seed, &laboratory.parameters);
+        let sample = laboratory.parameters.sample("M8")?;
+        let bench = TriboAir::new(&laboratory.parameters, person, sample, 6, speed_m_s)?;
         let (taken, recording) = take(
             bench.into_acquirer(),
-            &run(replay, "chapter 6", Some(0.2)),
+            &run(laboratory, "chapter 6", Some(0.2)),
             SEGMENT,
         )?;
         let speed = taken.analysis.speed_m_s().unwrap_or(speed_m_s);
@@ -183,7 +184,7 @@ struct Tasks {
 }
 
 /// Everybody's own strokes, rendered with everybody's own transfer function and played in both tasks.
-fn tasks(replay: &Replay, free: &[Free]) -> Result<Tasks, ReplayError> {
+fn tasks(laboratory: &Laboratory, free: &[Free]) -> Result<Tasks, ReplayError> {
     let mut tasks = Tasks {
         forces_n: Default::default(),
         softest_db: 0.0,
@@ -191,9 +192,9 @@ fn tasks(replay: &Replay, free: &[Free]) -> Result<Tasks, ReplayError> {
         figure: None,
     };
     for participant in 1..=PARTICIPANTS {
-        let mut bench = device(replay, participant);
+        let mut bench = laboratory.device(participant);
         let asked = resting("characterise", 0.2, 20.0);
-        let function = characterised(&mut bench, asked, CHARACTERISE_S, replay.seed)?;
+        let function = characterised(&mut bench, asked, CHARACTERISE_S, laboratory.seed)?;
         for (place, surface) in SURFACES.into_iter().enumerate() {
             let Some(one) = of(free, surface).find(|one| one.participant == participant) else {
                 continue;

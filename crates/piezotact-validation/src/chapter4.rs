@@ -9,12 +9,10 @@ use piezotact::verify::{UninvertedPrediction, Verification, predict_uninverted};
 
 use super::claims::{Finding, Holds, at_least, at_most, below, least as least_of, most};
 use super::figure::{Counterpart, decibels, density, frequency, line, linear};
-use super::measured::{run, take};
-use super::rendering::{
-    characterised, compared, device, judged_as, played, rendered, resting, sent_straight, target,
-};
-use super::{Chapter, Replay, ReplayError, campaigns, exchange, said_once};
+use super::rendering::{compared, judged_as, played, rendered, sent_straight, target};
+use super::{Chapter, ReplayError, campaigns, exchange, said_once};
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
+use piezotact_volunteers::{Laboratory, characterised, resting, run, take};
 
 /// Who takes part (*thesis* 4.3.2 has ten; five are enough for a rendering).
 const PARTICIPANTS: u64 = 5;
@@ -38,11 +36,11 @@ struct Felt {
     figures: Vec<Counterpart>,
 }
 
-pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
+pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> {
     let mut felt = Vec::new();
     for participant in 1..=PARTICIPANTS {
-        let mut bench = device(replay, participant);
-        let seed = replay.seed;
+        let mut bench = laboratory.device(participant);
+        let seed = laboratory.seed;
         let function = characterised(
             &mut bench,
             resting("characterise", 0.2, 20.0),
@@ -50,8 +48,8 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             seed,
         )?;
         for texture in TEXTURES {
-            let sample = replay.parameters.sample(texture)?;
-            let person = Participant::of(participant, seed, &replay.parameters);
+            let sample = laboratory.parameters.sample(texture)?;
+            let person = Participant::of(participant, seed, &laboratory.parameters);
             let protocol = ActiveProtocol {
                 strokes: 3,
                 movement: SlidingDirection::Proximal,
@@ -60,10 +58,10 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
                     stroke_s: None,
                 },
             };
-            let acttouch = ActTouch::new(&replay.parameters, person, sample, protocol)?;
+            let acttouch = ActTouch::new(&laboratory.parameters, person, sample, protocol)?;
             let (taken, recording) = take(
                 acttouch.into_acquirer(),
-                &run(replay, "chapter 4", Some(0.2)),
+                &run(laboratory, "chapter 4", Some(0.2)),
                 1_024,
             )?;
             let target = target(&taken, &recording)?;
@@ -104,8 +102,8 @@ pub(super) fn chapter4(replay: &Replay) -> Result<Chapter, ReplayError> {
             });
         }
     }
-    let exchange = exchange::exchanged_levels(replay)?;
-    let campaigns = campaigns::of_chapter_4(replay)?;
+    let exchange = exchange::exchanged_levels(laboratory)?;
+    let campaigns = campaigns::of_chapter_4(laboratory)?;
     let mut findings = vec![wrong_strategy(&felt), overlaps(&felt), exchange.finding];
     findings.extend(campaigns.findings);
     let softest = felt.iter().map(|f| f.level.0).fold(0.0, f64::min);

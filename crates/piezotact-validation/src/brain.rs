@@ -20,9 +20,9 @@ use piezotact_people::eeg::tfr::{Method, Power, TfrConfig, TfrError, TfrPlan};
 use piezotact_twin::Participant;
 use piezotact_twin::eeg::{EegError, EegProtocol, REST, Task, record};
 
-use super::Replay;
 use super::claims::{Finding, Holds, below};
 use super::figure::{Counterpart, line, linear, names, side_by_side};
+use piezotact_volunteers::Laboratory;
 
 /// Who takes part (*thesis* 6.2).
 const PARTICIPANTS: u64 = 10;
@@ -80,9 +80,9 @@ struct Session {
 /// The sessions of all participants: one list for each task of [`ORDER`].
 type Sessions = [Vec<Session>; 3];
 
-pub(super) fn brains(replay: &Replay, surfaces: [&str; 3]) -> Result<Brains, BrainError> {
-    let sessions = recorded(replay, surfaces)?;
-    let tests = tested(&sessions, replay.seed)?;
+pub(super) fn brains(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Brains, BrainError> {
+    let sessions = recorded(laboratory, surfaces)?;
+    let tests = tested(&sessions, laboratory.seed)?;
     Ok(Brains {
         findings: vec![gradient(&sessions, surfaces)?, clusters(&tests)],
         figures: vec![
@@ -108,11 +108,11 @@ pub(super) fn brains(replay: &Replay, surfaces: [&str; 3]) -> Result<Brains, Bra
 }
 
 /// All participants in all tasks.
-fn recorded(replay: &Replay, surfaces: [&str; 3]) -> Result<Sessions, BrainError> {
+fn recorded(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Sessions, BrainError> {
     let mut sessions: Sessions = Default::default();
     for participant in 1..=PARTICIPANTS {
         for (task, list) in ORDER.into_iter().zip(&mut sessions) {
-            list.push(session(replay, participant, task, surfaces)?);
+            list.push(session(laboratory, participant, task, surfaces)?);
         }
     }
     Ok(sessions)
@@ -126,21 +126,21 @@ fn tested(sessions: &Sessions, seed: u64) -> Result<[ClusterTest; 3], BrainError
 }
 
 fn session(
-    replay: &Replay,
+    laboratory: &Laboratory,
     participant: u64,
     task: Task,
     surfaces: [&str; 3],
 ) -> Result<Session, BrainError> {
-    let person = Participant::of(participant, replay.seed, &replay.parameters);
+    let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
     let protocol = EegProtocol {
         surfaces: surfaces.map(str::to_owned).to_vec(),
         trials_per_surface: TRIALS,
         rate: SampleRate::new(RATE_HZ)?,
         channels: REGION.map(str::to_owned).to_vec(),
-        ..EegProtocol::usual(&replay.parameters, task)?
+        ..EegProtocol::usual(&laboratory.parameters, task)?
     };
     let epochs = epochs(&record(
-        &replay.parameters,
+        &laboratory.parameters,
         &person,
         &protocol,
         "chapter 6",
@@ -503,11 +503,11 @@ mod tests {
         let model = &mut parameters.eeg.desynchronisation;
         (model.control, model.imagery, model.natural) = (0.0, 0.0, 0.0);
         (model.person_spread, model.task_spread, model.surface_spread) = (0.0, 0.0, 0.0);
-        let replay = Replay {
+        let laboratory = Laboratory {
             parameters,
             seed: 1,
         };
-        let sessions = recorded(&replay, ["M8", "BIO", "M3"]).unwrap();
+        let sessions = recorded(&laboratory, ["M8", "BIO", "M3"]).unwrap();
         for task in &sessions {
             // Ten people with 180 trials each, of which each alone scatters by 12 points.
             let change = mean(&overall(task));

@@ -1,7 +1,6 @@
 //! From a bench to what its strokes say, as anybody would do it: record, guess the roles, cut, analyse.
 
 use piezotact::Doubt;
-use piezotact::compare::{Periods, Summary, summarise};
 use piezotact::feature::{Analysis, FeatureConfig, analyse};
 use piezotact::filter::HighPass;
 use piezotact::quantity::{Degrees, Newtons};
@@ -9,41 +8,45 @@ use piezotact::recording::{Condition, Recording};
 use piezotact::roles::Roles;
 use piezotact::spectrum::WelchConfig;
 use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
-
-use super::{Replay, ReplayError};
 use piezotact_bench::procedure::record;
 use piezotact_bench::{Acquire, Placement, RunPlan, Until};
 
+use crate::{Laboratory, MeasureError};
+
 /// What a bench gave.
 #[derive(Clone, Debug)]
-pub(super) struct Taken {
-    pub(super) condition: Condition,
-    pub(super) segmentation: Segmentation,
-    pub(super) analysis: Analysis,
+pub struct Taken {
+    pub condition: Condition,
+    pub segmentation: Segmentation,
+    pub analysis: Analysis,
     /// Contacts that stuck and slipped, and what became of them.
-    pub(super) slipped: usize,
-    pub(super) judging: Judging,
+    pub slipped: usize,
+    pub judging: Judging,
     /// What a person should know before relying on it.
-    pub(super) doubts: Vec<Doubt>,
+    pub doubts: Vec<Doubt>,
 }
 
 /// A run at `load_n`, or at the person's own load.
-pub(super) fn run(replay: &Replay, label: &str, load_n: Option<f64>) -> RunPlan {
+#[must_use]
+pub fn run(laboratory: &Laboratory, label: &str, load_n: Option<f64>) -> RunPlan {
     RunPlan {
         label: label.into(),
         load: load_n.map(Newtons),
-        angle: Degrees(replay.parameters.hand.angle_deg),
+        angle: Degrees(laboratory.parameters.hand.angle_deg),
         placement: Placement::New,
         until: Until::Stopped,
     }
 }
 
 /// Records, cuts and analyses, with PSDs of segments of `segment_samples`.
-pub(super) fn take(
+///
+/// # Errors
+/// [`MeasureError`] where the bench or the analysis refuses.
+pub fn take(
     mut acquirer: Box<dyn Acquire>,
     run: &RunPlan,
     segment_samples: usize,
-) -> Result<(Taken, Recording), ReplayError> {
+) -> Result<(Taken, Recording), MeasureError> {
     let recording = record(acquirer.as_mut(), run)?;
     let what = recording.about.condition.to_string();
     let cut = |judging: Judging| {
@@ -53,7 +56,7 @@ pub(super) fn take(
             speed_m_s: recording.about.condition.speed_m_s,
             judging,
         };
-        segment(&recording, &roles, expected).map_err(|error| ReplayError::Segment {
+        segment(&recording, &roles, expected).map_err(|error| MeasureError::Segment {
             what: what.clone(),
             error,
         })
@@ -90,8 +93,8 @@ fn analysed(
     recording: &Recording,
     segmentation: &Segmentation,
     segment_samples: usize,
-) -> Result<Analysis, ReplayError> {
-    let feature = |error| ReplayError::Feature {
+) -> Result<Analysis, MeasureError> {
+    let feature = |error| MeasureError::Feature {
         what: recording.about.condition.to_string(),
         error,
     };
@@ -107,12 +110,4 @@ fn analysed(
         ..usual
     };
     analyse(recording, segmentation, &config).map_err(feature)
-}
-
-impl Taken {
-    /// What its strokes say together.
-    pub(super) fn summary(&self, name: &str, periods: Periods) -> Result<Summary, ReplayError> {
-        let members = [(&self.analysis, &self.condition)];
-        Ok(summarise(name, &members, periods)?)
-    }
 }

@@ -10,10 +10,10 @@ use piezotact_people::campaign::store::{
     MemoryStore, NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
 };
 use piezotact_people::judge::Judge;
-use piezotact_replay::campaign::{
+use piezotact_study::session::state_of;
+use piezotact_volunteers::{
     Arrival, CampaignError, Playings, Simulated, Simulation, Whose, sit, volunteer,
 };
-use piezotact_study::session::state_of;
 
 /// The isotropic protocol of the library with four samples in two sets, played for 8 s.
 fn two_sets() -> Protocol {
@@ -120,7 +120,7 @@ fn with_somebody_elses_transfer_function_the_evidence_says_why_answers_are_wrong
     };
     let own = volunteer(&simulation, 1, Whose::Own).unwrap();
     let others = volunteer(&simulation, 1, Whose::Of(4)).unwrap();
-    let passed = |volunteer: &piezotact_replay::campaign::VirtualVolunteer| {
+    let passed = |volunteer: &piezotact_volunteers::VirtualVolunteer| {
         let drives = volunteer.drives.values();
         drives.filter(|one| one.verified == Outcome::Met).count()
     };

@@ -18,12 +18,12 @@ use piezotact::transfer::{BundleAverage, Estimator, TransferFunction, estimate};
 use crate::averaged::with_average;
 use crate::claims::{Finding, Holds, above, at_most, below, least, most, no_exception};
 use crate::figure::{Counterpart, frequency, line, linear};
-use crate::rendering::{characterised, device, resting};
-use crate::{Chapter, Replay, ReplayError, campaigns, said_once};
+use crate::{Chapter, ReplayError, campaigns, said_once};
 use piezotact_bench::ProcedureError;
 use piezotact_bench::procedure::record;
 use piezotact_bench::{Placement, RunPlan, Until};
 use piezotact_twin::{Participant, ShakerBench, ShakerExcitation, ShakerMount};
+use piezotact_volunteers::{Laboratory, characterised, resting};
 
 const LOADS_N: [f64; 3] = [0.2, 0.4, 0.6];
 const ANGLES_DEG: [f64; 2] = [20.0, 40.0];
@@ -56,8 +56,8 @@ fn cell(load_n: f64, angle_deg: f64) -> Cell {
     }
 }
 
-fn pseudonym(replay: &Replay, participant: u64) -> String {
-    Participant::of(participant, replay.seed, &replay.parameters).pseudonym()
+fn pseudonym(laboratory: &Laboratory, participant: u64) -> String {
+    Participant::of(participant, laboratory.seed, &laboratory.parameters).pseudonym()
 }
 
 /// One measurement of a protocol: the finger is put down for the first repeat of a placement, and left there.
@@ -89,17 +89,17 @@ impl Asked {
     }
 
     /// Every repeat is driven by its own random signal.
-    fn seed(self, replay: &Replay) -> u64 {
-        replay.seed.wrapping_add(u64::from(self.repeat - 1))
+    fn seed(self, laboratory: &Laboratory) -> u64 {
+        laboratory.seed.wrapping_add(u64::from(self.repeat - 1))
     }
 
     fn filed<I: Quantity>(
         self,
-        replay: &Replay,
+        laboratory: &Laboratory,
         function: TransferFunction<I, Acceleration>,
     ) -> Entry<I, Acceleration> {
         let filing = Filing {
-            participant: pseudonym(replay, self.participant),
+            participant: pseudonym(laboratory, self.participant),
             cell: self.cell,
             placement: self.placement,
             repeat: self.repeat,
@@ -108,15 +108,15 @@ impl Asked {
     }
 }
 
-pub(super) fn chapter5(replay: &Replay) -> Result<Chapter, ReplayError> {
-    let control = control(replay)?;
-    let fingers = fingers(replay)?;
-    let devices = devices(replay)?;
-    let repeats = repeats(replay, &devices)?;
-    let panels = Panels::of(&fingers, &devices, replay.seed)?;
-    let averaged = with_average(replay, panels.device_average())?;
-    let campaigns = campaigns::of_chapter_5(replay, panels.device_average())?;
-    let mut figures = figures(replay, &control, &fingers, &devices, &repeats)?;
+pub(super) fn chapter5(laboratory: &Laboratory) -> Result<Chapter, ReplayError> {
+    let control = control(laboratory)?;
+    let fingers = fingers(laboratory)?;
+    let devices = devices(laboratory)?;
+    let repeats = repeats(laboratory, &devices)?;
+    let panels = Panels::of(&fingers, &devices, laboratory.seed)?;
+    let averaged = with_average(laboratory, panels.device_average())?;
+    let campaigns = campaigns::of_chapter_5(laboratory, panels.device_average())?;
+    let mut figures = figures(laboratory, &control, &fingers, &devices, &repeats)?;
     figures.extend(panels.figures());
     figures.extend(averaged.figure);
     figures.extend(campaigns.figures);
@@ -196,14 +196,14 @@ fn of_panel(doubts: &[piezotact::Doubt]) -> impl Iterator<Item = &piezotact::Dou
 }
 
 fn shaken(
-    replay: &Replay,
+    laboratory: &Laboratory,
     participant: u64,
     mount: ShakerMount,
     run: &RunPlan,
     excitation: ShakerExcitation,
 ) -> Result<Recording, ReplayError> {
-    let person = Participant::of(participant, replay.seed, &replay.parameters);
-    let bench = ShakerBench::new(&replay.parameters, person, mount, excitation);
+    let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
+    let bench = ShakerBench::new(&laboratory.parameters, person, mount, excitation);
     // The shaker drives itself, and is done when its excitation is.
     let run = RunPlan {
         until: Until::Stopped,
@@ -229,17 +229,19 @@ fn h1<I: Quantity>(
     Ok(function)
 }
 
-fn control(replay: &Replay) -> Result<TransferFunction<Potential, Acceleration>, ReplayError> {
+fn control(
+    laboratory: &Laboratory,
+) -> Result<TransferFunction<Potential, Acceleration>, ReplayError> {
     let run = RunPlan {
         load: None,
         ..resting("control", 0.2, ANGLES_DEG[0])
     };
-    let excitation = ShakerExcitation::thesis(Seconds(CONTROL_S), replay.seed);
-    let recording = shaken(replay, 1, ShakerMount::Plate, &run, excitation)?;
+    let excitation = ShakerExcitation::thesis(Seconds(CONTROL_S), laboratory.seed);
+    let recording = shaken(laboratory, 1, ShakerMount::Plate, &run, excitation)?;
     h1(&recording, "drive")
 }
 
-fn fingers(replay: &Replay) -> Result<Fingers, ReplayError> {
+fn fingers(laboratory: &Laboratory) -> Result<Fingers, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=ON_SHAKER {
         for load_n in LOADS_N {
@@ -250,20 +252,21 @@ fn fingers(replay: &Replay) -> Result<Fingers, ReplayError> {
                     placement: 1,
                     repeat,
                 };
-                let excitation = ShakerExcitation::thesis(Seconds(SHAKER_S), asked.seed(replay));
+                let excitation =
+                    ShakerExcitation::thesis(Seconds(SHAKER_S), asked.seed(laboratory));
                 let mount = ShakerMount::Finger;
-                let recording = shaken(replay, participant, mount, &asked.run(), excitation)?;
-                all.push(asked.filed(replay, h1(&recording, "force")?));
+                let recording = shaken(laboratory, participant, mount, &asked.run(), excitation)?;
+                all.push(asked.filed(laboratory, h1(&recording, "force")?));
             }
         }
     }
     Ok(Panel::new(all)?)
 }
 
-fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
+fn devices(laboratory: &Laboratory) -> Result<Devices, ReplayError> {
     let mut all = Vec::new();
     for participant in 1..=ON_DEVICE {
-        let mut bench = device(replay, participant);
+        let mut bench = laboratory.device(participant);
         for (angle_deg, load_n) in ANGLES_DEG.into_iter().flat_map(|a| LOADS_N.map(|l| (a, l))) {
             for repeat in 1..=REPEATS {
                 let asked = Asked {
@@ -272,9 +275,9 @@ fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
                     placement: 1,
                     repeat,
                 };
-                let seed = asked.seed(replay);
+                let seed = asked.seed(laboratory);
                 let function = characterised(&mut bench, asked.run(), DEVICE_S, seed)?;
-                all.push(asked.filed(replay, function));
+                all.push(asked.filed(laboratory, function));
             }
         }
     }
@@ -282,12 +285,12 @@ fn devices(replay: &Replay) -> Result<Devices, ReplayError> {
 }
 
 /// Every finger at 20° and 0.2 N: the three measurements of the panel without repositioning, and three with repositioning.
-fn repeats(replay: &Replay, devices: &Devices) -> Result<Devices, ReplayError> {
+fn repeats(laboratory: &Laboratory, devices: &Devices) -> Result<Devices, ReplayError> {
     let light = cell(LOADS_N[0], ANGLES_DEG[0]);
     let lying = devices.entries().iter().filter(|e| e.filing.cell.is(light));
     let mut all: Vec<Entry<Drive, Acceleration>> = lying.cloned().collect();
     for participant in 1..=ON_DEVICE {
-        let mut bench = device(replay, participant);
+        let mut bench = laboratory.device(participant);
         for placement in 2..=4 {
             let asked = Asked {
                 participant,
@@ -295,9 +298,9 @@ fn repeats(replay: &Replay, devices: &Devices) -> Result<Devices, ReplayError> {
                 placement,
                 repeat: 1,
             };
-            let seed = asked.seed(replay).wrapping_add(u64::from(placement));
+            let seed = asked.seed(laboratory).wrapping_add(u64::from(placement));
             let function = characterised(&mut bench, asked.run(), DEVICE_S, seed)?;
-            all.push(asked.filed(replay, function));
+            all.push(asked.filed(laboratory, function));
         }
     }
     Ok(Panel::new(all)?)
@@ -470,7 +473,7 @@ fn shown<I: Quantity>(
 type Named = (String, Vec<(f64, f64)>);
 
 fn figures(
-    replay: &Replay,
+    laboratory: &Laboratory,
     control: &TransferFunction<Potential, Acceleration>,
     fingers: &Fingers,
     devices: &Devices,
@@ -481,7 +484,7 @@ fn figures(
     const ALL_HZ: [f64; 2] = [20.0, 1000.0];
     const NEAR_HZ: [f64; 2] = [200.0, 340.0];
     let flat = |load_n: f64| cell(load_n, ANGLES_DEG[0]);
-    let first = pseudonym(replay, 1);
+    let first = pseudonym(laboratory, 1);
     let at = |load_n: f64| -> Result<Vec<Named>, ReplayError> {
         let people = fingers.participants().iter();
         people
