@@ -49,7 +49,6 @@ mod prepare;
 mod real_input;
 mod record;
 mod refusals;
-mod replay;
 mod rerun;
 mod roughness;
 mod score;

@@ -1,4 +1,4 @@
-//! `xtask bench stop`: how soon the output is silent after a person's stop, on the twin in real time and on sound devices, while the journal of
+//! `piezotact-validation stops`: how soon the output is silent after a person's stop, on the twin in real time and on sound devices, while the journal of
 //! the run is written, and while what writes it waits.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]

@@ -1,6 +1,4 @@
-//! `replay` as a black box: what it prints and writes, and what it refuses.
-#![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
-
+//! `piezotact-validation replay` as a black box: what it prints and writes, and what it refuses.
 use crate::support::{Folder, results};
 
 /// The claims that chapter 3 speaks of, and the figures that have a counterpart.
@@ -202,4 +200,49 @@ fn a_place_that_cannot_be_written_is_named() {
     folder.write("own/findings.json", "");
     let own = ["replay", "--out", "own", "--twin", "own/findings.json"];
     folder.run(&own).expect_failure(2, &["would be replaced"]);
+}
+
+/// What another command wrote stands in the way; what this one wrote before does not, and a device is no parameter file.
+#[test]
+fn files_of_others_are_left_alone() {
+    let folder = Folder::new();
+    std::fs::create_dir(folder.path("out")).unwrap();
+    folder.write("out/report.html", "a page");
+    let again = [
+        "replay",
+        "--chapter",
+        "3",
+        "--out",
+        "out",
+        "--date",
+        "2026-03-01",
+    ];
+    folder
+        .run_as_given(&again)
+        .expect_failure(2, &["report.html already exists", "--force"]);
+    folder.run(&again).expect_success();
+    let report = || std::fs::read_to_string(folder.path("out/report.html")).unwrap();
+    let first = report();
+    assert!(
+        first.contains("piezotact-validation 0")
+            && first.contains("<span>piezotact-validation</span> <span>--force</span>")
+    );
+    let parts = ["--figures", "figures", "--tables", "tables"];
+    folder
+        .run_as_given(&[&again[..], &parts].concat())
+        .expect_success();
+    for (parts, ending, least) in [("figures", "svg", 23), ("tables", "csv", 1)] {
+        let files = std::fs::read_dir(folder.path(parts)).unwrap();
+        let names = files.map(|file| file.unwrap().path());
+        let names = names.filter(|name| name.extension().is_some_and(|found| found == ending));
+        assert!(names.count() >= least, "{parts}");
+    }
+    assert_eq!(
+        report().split("<section id=\"invocation\">").next(),
+        first.split("<section id=\"invocation\">").next()
+    );
+    #[cfg(unix)]
+    folder
+        .run(&["replay", "--out", "r", "--twin", "/dev/zero"])
+        .expect_failure(1, &["found a device or a pipe"]);
 }

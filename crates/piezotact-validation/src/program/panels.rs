@@ -9,18 +9,19 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Limit;
 use piezotact::document::read;
+use piezotact::number::{counted as plural, digits};
 use piezotact_dataset::read_input_text;
-use piezotact_report::replay::{PanelMiss, PanelPart, PanelRow};
 use piezotact_validation::count::{
     ClaimCount, CountSettings, CountedPanels, Decided, Miss, PanelCount, PanelFindings,
 };
 use piezotact_validation::{CLAIMS, Chapter, chapter};
 use piezotact_volunteers::Laboratory;
 
-use crate::failure::Outcome;
-use crate::interrupt::{self, Between, interrupted};
-use crate::output::{counted as plural, digits, say, state_text, write_text};
-use crate::progress::{Words, Work, time};
+use super::failure::Outcome;
+use super::interrupt::{self, Between, interrupted};
+use super::output::{say, state_text, write_text};
+use super::progress::{Items, Words, Work, time};
+use super::report::{PanelMiss, PanelPart, PanelRow};
 
 const MEASURING: Words = Words {
     doing: "measuring",
@@ -72,7 +73,7 @@ pub(super) fn counted(
         ));
     }
     let between = Between::moments();
-    let measuring = Work::of_sizes(MEASURING, vec![1.0; missing.len()]);
+    let measuring = Work::of(MEASURING, Items::Alike, missing.len());
     let numbers: Arc<[u8]> = chapters.iter().map(|chapter| chapter.number).collect();
     let work = Arc::new(Mutex::new(VecDeque::from(missing.clone())));
     let (done, results) = channel();
@@ -308,7 +309,7 @@ mod tests {
         store(&panels, &stored).ok().unwrap();
         assert_eq!(begun(&laboratory(1), &[5], &stored).ok().unwrap(), panels);
         let refused = |laboratory: &Laboratory| match begun(laboratory, &[5], &stored) {
-            Err(crate::failure::Failure::Data(error)) => error.to_string(),
+            Err(super::super::failure::Failure::Data(error)) => error.to_string(),
             _ => String::new(),
         };
         let text = refused(&laboratory(2));

@@ -1,4 +1,4 @@
-//! `xtask bench V1`: verdicts against the truth. Renderings on the twin that are known to be right or wrong, and the verdicts
+//! `piezotact-validation verdicts`: verdicts against the truth. Renderings on the twin that are known to be right or wrong, and the verdicts
 //! of `verify` on their recordings.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]

@@ -1,4 +1,4 @@
-//! `xtask bench C1`: false-positive and true-positive rates of the comparison of samples.
+//! `piezotact-validation discrimination`: false-positive and true-positive rates of the comparison of samples.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
@@ -11,7 +11,7 @@ use piezotact::compare::{
 use piezotact::discrimination::Model;
 use piezotact::quantity::{Band, Hertz};
 
-use crate::studies::{
+use super::studies::{
     Change, LEVEL_SD_DB, Random, SPECTRUM_SD_DB, sample, spectrum, spectrum_apart,
 };
 

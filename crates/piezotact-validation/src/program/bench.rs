@@ -1,4 +1,4 @@
-//! `xtask bench`: compares this program with its peers on the same inputs, alternating, in one run.
+//! `piezotact-validation bench`: compares this program with its peers on the same inputs, alternating, in one run.
 
 mod blocks;
 
@@ -164,16 +164,16 @@ struct Turn {
 #[allow(clippy::print_stdout, reason = "its result is a table")]
 pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     if only == ["R1"] {
-        return crate::rendering::run();
+        return super::rendering::run();
     }
     if let ["V1", part @ ..] = only {
-        return crate::verdicts::run(part);
+        return super::verdicts::run(part);
     }
     if only == ["C1"] {
-        return crate::discrimination::run();
+        return super::discrimination::run();
     }
-    if only == [crate::stops::NAME] {
-        return crate::stops::run();
+    if only == [super::stops::NAME] {
+        return super::stops::run();
     }
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../bench/peers.py");
     if only == [blocks::NAME] {
@@ -269,9 +269,9 @@ pub(crate) fn run(python: &str, only: &[&str]) -> Result<()> {
     }
     say(&missed);
     if only.is_empty() {
-        crate::rendering::run()?;
-        crate::verdicts::run(&[])?;
-        crate::stops::run()?;
+        super::rendering::run()?;
+        super::verdicts::run(&[])?;
+        super::stops::run()?;
     }
     Ok(())
 }

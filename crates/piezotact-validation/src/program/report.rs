@@ -6,27 +6,27 @@ use piezotact::document::Words;
 use piezotact::doubt::Merged;
 use piezotact::figure::Figure;
 
-use crate::{DrawError, broad_document, criteria, origin, svg};
+use piezotact_report::{DrawError, broad_document, criteria, origin, svg};
 
 /// What a report on a replay shows.
 #[derive(Clone, Debug)]
-pub struct Page<'a> {
+pub(super) struct Page<'a> {
     /// What everything was drawn with.
-    pub seed: u64,
+    pub(super) seed: u64,
     /// The name of the laboratory's own parameter file; absent without one.
-    pub twin: Option<String>,
-    pub changes: &'a [String],
+    pub(super) twin: Option<String>,
+    pub(super) changes: &'a [String],
     /// Every claim of the thesis.
-    pub claims: Vec<ClaimRow<'a>>,
+    pub(super) claims: Vec<ClaimRow<'a>>,
     /// How many panels meet each claim; absent where one panel alone was measured.
-    pub panels: Option<PanelPart<'a>>,
+    pub(super) panels: Option<PanelPart<'a>>,
     /// The chapters that were measured again.
-    pub chapters: Vec<ChapterPart<'a>>,
+    pub(super) chapters: Vec<ChapterPart<'a>>,
 }
 
 /// What a replay says of a claim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Standing {
+pub(super) enum Standing {
     /// It holds.
     Holds,
     /// It does not, or in part.
@@ -40,7 +40,7 @@ pub enum Standing {
 impl Standing {
     /// The standing in words.
     #[must_use]
-    pub fn word(self) -> &'static str {
+    pub(super) fn word(self) -> &'static str {
         match self {
             Self::Holds => "holds",
             Self::DoesNot => "does not hold",
@@ -62,84 +62,84 @@ impl Standing {
 
 /// A claim of the thesis with what was found of it.
 #[derive(Clone, Debug)]
-pub struct ClaimRow<'a> {
-    pub number: u8,
+pub(super) struct ClaimRow<'a> {
+    pub(super) number: u8,
     /// The chapter of the thesis.
-    pub chapter: u8,
+    pub(super) chapter: u8,
     /// Where it stands there.
-    pub at: &'a str,
-    pub says: &'a str,
+    pub(super) at: &'a str,
+    pub(super) says: &'a str,
     /// The sentence of the thesis that the criterion follows, where it is quoted.
-    pub quote: Option<&'a str>,
+    pub(super) quote: Option<&'a str>,
     /// What holds it, in numbers.
-    pub holds_if: &'a str,
+    pub(super) holds_if: &'a str,
     /// What the replay says of it.
-    pub standing: Standing,
+    pub(super) standing: Standing,
     /// Whether the replay measured or mentions it.
-    pub is_found: bool,
+    pub(super) is_found: bool,
     /// What was measured; empty where nothing was.
-    pub measured: &'a str,
+    pub(super) measured: &'a str,
     /// Why it does not hold, or what brings it; empty where nothing is to say.
-    pub why: String,
+    pub(super) why: String,
     /// What the verdict follows from, each named by what the measurements would say were it not met.
-    pub criteria: Vec<Criterion<String>>,
+    pub(super) criteria: Vec<Criterion<String>>,
 }
 
 /// How many panels meet each claim.
 #[derive(Clone, Debug)]
-pub struct PanelPart<'a> {
+pub(super) struct PanelPart<'a> {
     /// How many were counted.
-    pub panels: usize,
+    pub(super) panels: usize,
     /// The seed of the first; the others follow it.
-    pub first_seed: u64,
-    pub rows: Vec<PanelRow<'a>>,
+    pub(super) first_seed: u64,
+    pub(super) rows: Vec<PanelRow<'a>>,
 }
 
 /// How many panels meet a claim.
 #[derive(Clone, Debug)]
-pub struct PanelRow<'a> {
-    pub number: u8,
-    pub says: &'a str,
+pub(super) struct PanelRow<'a> {
+    pub(super) number: u8,
+    pub(super) says: &'a str,
     /// In how many panels it holds.
-    pub held: usize,
+    pub(super) held: usize,
     /// In how many it was measured.
-    pub of: usize,
+    pub(super) of: usize,
     /// The 95 % interval of the share, 0–1.
-    pub interval: Option<[f64; 2]>,
+    pub(super) interval: Option<[f64; 2]>,
     /// Whether that is enough; not decided by a few panels.
-    pub enough: Outcome,
+    pub(super) enough: Outcome,
     /// How its criteria are counted where that is not all of them in one panel, in words.
-    pub decided: Option<&'a str>,
+    pub(super) decided: Option<&'a str>,
     /// What some panels miss.
-    pub misses: Vec<PanelMiss<'a>>,
+    pub(super) misses: Vec<PanelMiss<'a>>,
 }
 
 /// What some panels miss.
 #[derive(Clone, Debug)]
-pub struct PanelMiss<'a> {
+pub(super) struct PanelMiss<'a> {
     /// How many panels, the limit and the distances from it, in words.
-    pub by: String,
+    pub(super) by: String,
     /// What is the case in them, and why.
-    pub why: &'a str,
+    pub(super) why: &'a str,
 }
 
 /// A chapter that was measured again.
 #[derive(Clone, Debug)]
-pub struct ChapterPart<'a> {
+pub(super) struct ChapterPart<'a> {
     /// Its number in the thesis.
-    pub number: u8,
+    pub(super) number: u8,
     /// What it is about.
-    pub title: &'a str,
+    pub(super) title: &'a str,
     /// What was measured, in sentences.
-    pub measured: &'a [String],
+    pub(super) measured: &'a [String],
     /// How many of its claims hold, in words.
-    pub tally: String,
-    pub claims: Vec<ClaimRow<'a>>,
+    pub(super) tally: String,
+    pub(super) claims: Vec<ClaimRow<'a>>,
     /// The counterparts of its figures, each with its number.
-    pub figures: Vec<(&'a str, &'a Figure)>,
-    pub doubts: &'a [Merged],
+    pub(super) figures: Vec<(&'a str, &'a Figure)>,
+    pub(super) doubts: &'a [Merged],
     /// What is not there yet.
-    pub missing: &'a [String],
+    pub(super) missing: &'a [String],
 }
 
 /// The height of a chart in the page.
@@ -149,7 +149,7 @@ const HEIGHT: u32 = 400;
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
-pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
+pub(super) fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let title = "The thesis, measured again";
     let chapters = page.chapters.iter();
     let chapters: Vec<Markup> = chapters

@@ -1,4 +1,4 @@
-//! `xtask bench R1`: rendering errors on the twin by method and level, for many people.
+//! `piezotact-validation rendering`: rendering errors on the twin by method and level, for many people.
 
 #![allow(clippy::print_stdout, reason = "it prints a table")]
 
