@@ -686,22 +686,3 @@ fn the_program_has_one_name_completions_and_man_pages() {
         refused.err()
     );
 }
-
-/// What was given to the command that is gone is what the other program is given.
-#[test]
-fn replay_names_the_program_that_has_it() {
-    let folder = Folder::new();
-    for (given, says) in [
-        (
-            &["replay", "--chapter", "3", "--out", "replay"][..],
-            "./x validate replay --chapter 3 --out replay builds and runs it",
-        ),
-        (
-            &["replay"],
-            "`piezotact replay` is now `piezotact-validation replay`",
-        ),
-    ] {
-        folder.run(given).expect_failure(2, &[says]);
-    }
-    assert!(folder.names().is_empty());
-}

@@ -30,7 +30,6 @@ use piezotact::feature::FeatureError;
 use piezotact::quantity::QuantityError;
 use piezotact::series::SeriesError;
 use piezotact::spectrum::EstimateError;
-use piezotact::stroke::SegmentError;
 
 use piezotact_bench::{DeviceError, ProcedureError};
 use piezotact_twin::ParameterError;
@@ -91,9 +90,6 @@ pub enum ReplayError {
     /// The twin has no such sample.
     #[error("{0}")]
     Parameter(#[from] ParameterError),
-    /// A recording cannot be cut.
-    #[error("{what}: {error}")]
-    Segment { what: String, error: SegmentError },
     /// A recording has no strokes to analyse.
     #[error("{what}: {error}")]
     Feature { what: String, error: FeatureError },
