@@ -88,14 +88,9 @@ impl Outputs<'_> {
     /// Whether the command that `made` states wrote `path`.
     fn wrote(&self, made: &Invocation, path: &Path) -> bool {
         let here = self.here.join(path);
-        let mut written = made.settings.iter().filter(|setting| setting.name == "out");
-        written.any(|setting| {
-            let there = setting
-                .values
-                .iter()
-                .map(|value| Path::new(&made.folder).join(value));
-            there.into_iter().any(|there| here.starts_with(there))
-        })
+        let outs = made.settings.iter().filter(|setting| setting.name == "out");
+        let mut outs = outs.flat_map(|setting| &setting.values);
+        outs.any(|value| here.starts_with(Path::new(&made.folder).join(value)))
     }
 }
 
