@@ -1,7 +1,7 @@
 // Makes every kind of report with the program, on the twin, in a folder; the reports are what is measured.
 import { execFile } from "node:child_process";
 import { mkdirSync, writeFileSync } from "node:fs";
-import { join } from "node:path";
+import { dirname, join } from "node:path";
 import { promisify } from "node:util";
 
 import { answers, hits, profile, rest } from "./signals.mjs";
@@ -96,7 +96,7 @@ const rows = (twin) => [
   ],
 ];
 
-/// Makes all reports in `folder` with `program`; what a command printed is in the error where it fails.
+/// Makes all reports in `folder` with `program`, and with the program of validation beside it; what a command printed is in the error where it fails.
 export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   const twin = (who) => `twin:participant=${who},seed=7`;
   for (const name of ["passive", "active", "speeds", "people", "loads", "directions", "session"]) {
@@ -107,7 +107,7 @@ export async function makeReports(program, folder, accepted = [0, 3, 4, 5]) {
   }
   const piezotact = async (row) => {
     try {
-      await run(program, row, { cwd: folder, maxBuffer: 1 << 26 });
+      await run(row[0] === "replay" ? join(dirname(program), "piezotact-validation") : program, row, { cwd: folder, maxBuffer: 1 << 26 });
     } catch (error) {
       if (!accepted.includes(error.code)) {
         throw new Error(`piezotact ${row.join(" ")}: ended with ${error.code}\n${error.stderr ?? error.message}`);

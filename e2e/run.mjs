@@ -1,4 +1,4 @@
-// Measures in a browser that nothing overflows in any report: node run.mjs PROGRAM [FOLDER]
+// Measures in a browser that nothing overflows in any report: node run.mjs PROGRAM [FOLDER]; piezotact-validation stands beside PROGRAM
 import { mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, relative, resolve } from "node:path";

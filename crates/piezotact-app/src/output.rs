@@ -52,12 +52,6 @@ pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outc
     Ok(serde_json::to_string_pretty(&value)?)
 }
 
-/// The document of `content` as readable JSON without how it was made: the state of a command that continues.
-#[cfg(feature = "study")]
-pub(crate) fn state_text(content: &impl Content) -> Outcome<String> {
-    Ok(serde_json::to_string_pretty(&document_value(content)?)?)
-}
-
 /// The document of `content`, with every doubt in it whole: all its keys and a sentence.
 fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
     let mut value = serde_json::to_value(Document::of(content))?;

@@ -12,7 +12,7 @@ use crate::failure::Outcome;
 use crate::output::write_bytes;
 
 /// Commands that always write a report.
-const REPORTING: [&str; 2] = ["demo", "replay"];
+const REPORTING: [&str; 1] = ["demo"];
 const FIGURES: &str = "figures";
 const TABLES: &str = "tables";
 /// The same in both builds, so that help and manuals are.

@@ -32,8 +32,6 @@ const BESIDE_SETUP: [[&str; 2]; 2] = [
 ];
 /// Folders whose commands go on with what is in them, and check it themselves.
 const CONTINUED: [[&str; 2]; 1] = [["panel run", "out"]];
-/// The state of a replay, which it goes on with.
-const PANELS: &str = "panels.json";
 /// The endings of outputs that have only some, by the end of the command's name; one that is not theirs would name a file that is
 /// something else.
 const ENDINGS: [(&str, &str, &[&str]); 8] = [
@@ -148,7 +146,6 @@ impl Writing {
             return false;
         };
         let known = [self.command.as_str(), output.setting.as_str()];
-        let is_state = self.command == "replay" && path.file_name() == Some(OsStr::new(PANELS));
         // The journal of an interrupted recording is kept by the next one.
         let is_journal = beside.ends_with(".part");
         let runs = |file: &Path| with(file, ".runs").is_dir();
@@ -161,7 +158,6 @@ impl Writing {
             || is_measured_in
             || is_corrected
             || CONTINUED.contains(&known)
-            || is_state
             || is_journal
             || is_of_loop
     }

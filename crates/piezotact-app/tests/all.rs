@@ -89,8 +89,6 @@ mod real_input;
 mod record;
 #[cfg(feature = "every-command")]
 mod refusals;
-#[cfg(feature = "every-command")]
-mod replay;
 mod rerun;
 mod roughness;
 mod score;

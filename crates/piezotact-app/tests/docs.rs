@@ -97,9 +97,6 @@ fn the_readme_runs_from_top_to_bottom_on_an_empty_folder() {
 #[test]
 fn the_examples_in_the_help_are_understood() {
     let folder = Folder::new();
-    // Forty panels take hours: a folder that holds other panels is refused at once.
-    std::fs::create_dir(folder.path("replay")).unwrap();
-    folder.write("replay/panels.json", "{}");
     // A console would be served until it is stopped: a file in the place of its folder is refused at once.
     folder.write("console", "");
     let mut ran = 0;

@@ -40,7 +40,6 @@ const WITH_INPUTS: &[&str] = &[
     "export IN --out o.uff",
     "twin record --bench acttouch --twin IN --sample S8 --out o.wav",
     "twin parameters --twin IN",
-    "replay --twin IN --out r",
 ];
 
 #[cfg(unix)]

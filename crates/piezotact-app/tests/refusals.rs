@@ -454,3 +454,22 @@ fn a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed()
     let (code, err) = within(1_500_000, score);
     assert_eq!(code, Some(0), "{err}");
 }
+
+/// What was given to the command that is gone is what the other program is given.
+#[test]
+fn replay_names_the_program_that_has_it() {
+    let folder = Folder::new();
+    for (given, says) in [
+        (
+            &["replay", "--chapter", "3", "--out", "replay"][..],
+            "./x validate replay --chapter 3 --out replay builds and runs it",
+        ),
+        (
+            &["replay"],
+            "`piezotact replay` is now `piezotact-validation replay`",
+        ),
+    ] {
+        folder.run(given).expect_failure(2, &[says]);
+    }
+    assert!(folder.names().is_empty());
+}

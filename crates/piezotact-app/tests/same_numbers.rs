@@ -47,7 +47,7 @@ fn a_panel_on_the_twin_gives_the_stored_values() {
 }
 
 #[test]
-fn a_chapter_of_the_thesis_and_the_demo_give_the_stored_values() {
+fn the_demo_gives_the_stored_values() {
     check(&[("thesis", chains::THESIS)]);
 }
 

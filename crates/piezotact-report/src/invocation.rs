@@ -62,12 +62,14 @@ fn section(invocation: &Invocation, again: &str) -> Result<Markup, serde_json::E
     let read: Vec<&Input> = (invocation.inputs.iter())
         .filter(|input| input.found != Found::Nothing)
         .collect();
+    // Its name without its version.
+    let program = invocation.program.split(' ').next().unwrap_or_default();
     // No text ends the script.
     let data = serde_json::to_string(invocation)?.replace('<', "\\u003c");
     let script = [SCRIPT[0], &data, SCRIPT[1]].concat();
     let section = html! {
         h2 { "How this report was made" }
-        p { code.command { @for word in words(&invocation.command) { span { (word) } " " } } }
+        p { code.command { @for word in words(program, &invocation.command) { span { (word) } " " } } }
         p.soft { (invocation.program) ", " (invocation.date) ". " (again) }
         @if !read.is_empty() {
             div.wide { table {
@@ -104,17 +106,17 @@ fn setting_row(setting: &Setting, origin: &str) -> Markup {
 /// The command as a person types it in a shell.
 #[must_use]
 pub fn command_line(command: &[String]) -> String {
-    words(command).join(" ")
+    words("piezotact", command).join(" ")
 }
 
-/// The words of a command as a person types them, the program first.
-fn words(command: &[String]) -> Vec<String> {
+/// The words of a command of `program` as a person types them, the program first.
+fn words(program: &str, command: &[String]) -> Vec<String> {
     let plain = |c: char| c.is_alphanumeric() || "-_./:=,+@%".contains(c);
     let word = |word: &String| match word.chars().all(plain) && !word.is_empty() {
         true => word.clone(),
         false => format!("'{}'", word.replace('\'', "'\\''")),
     };
-    let program = std::iter::once("piezotact".to_owned());
+    let program = std::iter::once(program.to_owned());
     program.chain(command.iter().map(word)).collect()
 }
 

@@ -5,7 +5,8 @@ use std::fmt::Display;
 use maud::{Markup, Render, html};
 
 /// A section called `heading` with a table of `rows`, the program last.
-pub(crate) fn section(heading: &str, rows: &Markup) -> Markup {
+#[must_use]
+pub fn section(heading: &str, rows: &Markup) -> Markup {
     html! {
         section {
             h2 { (heading) }
@@ -18,7 +19,7 @@ pub(crate) fn section(heading: &str, rows: &Markup) -> Markup {
 }
 
 /// A row: what, and its value.
-pub(crate) fn row(what: &str, value: &dyn Render) -> Markup {
+pub fn row(what: &str, value: &dyn Render) -> Markup {
     html! { tr { th { (what) } td { (value) } } }
 }
 
@@ -28,7 +29,7 @@ pub(crate) fn traced(what: &str, source: &str, done: &[impl Display]) -> Markup 
 }
 
 /// What was done, step by step.
-pub(crate) fn steps(done: &[impl Display]) -> Markup {
+pub fn steps(done: &[impl Display]) -> Markup {
     html! { ol { @for step in done { li { (step.to_string()) } } } }
 }
 

@@ -23,7 +23,7 @@ const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 13] = [
+const ARROWS: [(&str, &[&str]); 14] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
@@ -45,7 +45,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
         &["piezotact", "piezotact-fourier", "piezotact-bench"],
     ),
     (
-        "piezotact-replay",
+        "piezotact-volunteers",
         &[
             "piezotact",
             "piezotact-people",
@@ -67,15 +67,15 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "piezotact-study",
             "piezotact-web",
             "piezotact-twin",
-            "piezotact-replay",
+            "piezotact-volunteers",
             "piezotact-report",
             "piezotact-dataset",
             "piezotact-audio",
         ],
     ),
-    // Not part of the product: it measures and checks it.
+    // Not part of the product: they measure and check it.
     (
-        "xtask",
+        "piezotact-validation",
         &[
             "piezotact",
             "piezotact-fourier",
@@ -83,10 +83,22 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "piezotact-people",
             "piezotact-audio",
             "piezotact-bench",
+            "piezotact-twin",
+            "piezotact-volunteers",
+            "piezotact-report",
+        ],
+    ),
+    // For the JSON Schemas of documents.
+    (
+        "xtask",
+        &[
+            "piezotact",
+            "piezotact-dataset",
+            "piezotact-people",
+            "piezotact-bench",
             "piezotact-study",
             "piezotact-twin",
-            // For the JSON Schema of its document.
-            "piezotact-replay",
+            "piezotact-validation",
         ],
     ),
 ];

@@ -24,7 +24,6 @@ mod play;
 mod prepare;
 mod record;
 mod render;
-#[cfg(feature = "study")]
 mod replay;
 pub(crate) mod rerun;
 pub(crate) mod roughness;
@@ -56,7 +55,6 @@ lacking::lacking! {
     campaign(Campaign), "campaign";
     eeg(Eeg), "eeg";
     matrix(Arguments), "matrix";
-    replay(Arguments), "replay";
 }
 #[cfg(not(feature = "web"))]
 lacking::lacking! { serve(Arguments), "serve"; }
@@ -249,7 +247,7 @@ commands! {
     Twin(cli::twin::Twin) => twin::run,
     /// Repeats the measurements of the thesis on the digital twin and reports which of its claims hold there.
     #[command(
-        after_help = "A claim that does not hold is a finding, not an error: the exit code is still 0.\n\nExample:\n  piezotact replay --chapter 3 --out replay\n  piezotact replay --panels 40 --out replay\n  piezotact replay --twin laboratory.toml --out replay --json"
+        after_help = "Not in this program: it is now `piezotact-validation replay`, which ./x validate builds and runs.\n\nExample:\n  ./x validate replay --chapter 3 --out replay"
     )]
     Replay(replay::Arguments) => replay::run,
     /// Writes completions for the shells and man pages into a folder, as `./x build` does.

@@ -86,11 +86,8 @@ pub(crate) const PANEL: &[&str] = &[
     "verify --target texture.wav --scale 200m/s2 --measured placed.parquet",
 ];
 
-/// A chapter of the thesis on the twin, and the demo.
-pub(crate) const THESIS: &[&str] = &[
-    "replay --chapter 6 --out replay",
-    "demo --out demo --seed 3",
-];
+/// The demo.
+pub(crate) const THESIS: &[&str] = &["demo --out demo --seed 3"];
 
 /// Measured files of others; `DATA` is their folder.
 pub(crate) const FILES: &[&str] = &[

@@ -15,8 +15,8 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::Judge;
-use piezotact_replay::campaign::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
 use piezotact_study::store::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
+use piezotact_volunteers::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
 
 use super::protocol_text;
 use super::study::{Begun, Study};

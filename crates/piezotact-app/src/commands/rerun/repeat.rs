@@ -22,8 +22,9 @@ use crate::made::{Made, Results};
 use crate::progress::Work;
 
 /// Commands that cannot be run again, with the reason.
-const NOT_AGAIN: [(&str, &str); 2] = [
+const NOT_AGAIN: [(&str, &str); 3] = [
     ("panel add", "it changes the folder of a panel"),
+    ("replay", "`piezotact-validation replay` does it"),
     ("rerun", "it runs another command again"),
 ];
 /// The exit codes of a command that has results: done, and the verdicts of a verification.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use anyhow::anyhow;
 use piezotact_people::campaign::protocol::{Protocol, TransferFunctionUse};
 use piezotact_people::judge::Judge;
-use piezotact_replay::campaign::LevelRule;
+use piezotact_volunteers::LevelRule;
 use serde::{Deserialize, Serialize};
 
 use super::super::study::Study;

@@ -1,0 +1,150 @@
+//! The thesis' measurements again, on the twin and through the ordinary analysis: record, segment, analyse,
+//! compare; characterise, render, play, verify. What comes out is held against what the thesis says.
+
+mod averaged;
+mod brain;
+mod campaigns;
+mod chapter3;
+mod chapter4;
+mod chapter5;
+mod chapter6;
+mod claims;
+mod comb;
+pub mod count;
+pub mod document;
+mod exchange;
+mod figure;
+mod measured;
+mod rendering;
+
+pub use brain::BrainError;
+use chapter3::chapter3;
+use chapter4::chapter4;
+use chapter5::chapter5;
+use chapter6::chapter6;
+pub use claims::{CLAIMS, Claim, ClaimRule, Counting, Finding, Verdict};
+pub use figure::Counterpart;
+
+use piezotact::compare::CompareError;
+use piezotact::feature::FeatureError;
+use piezotact::quantity::QuantityError;
+use piezotact::series::SeriesError;
+use piezotact::spectrum::EstimateError;
+
+use piezotact_bench::{DeviceError, ProcedureError};
+use piezotact_twin::ParameterError;
+use piezotact_volunteers::{CampaignError, Laboratory, MeasureError};
+
+/// The chapters that can be measured again.
+pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
+
+/// Chapter `number`, measured again in `laboratory`; `None` unless it is one of [`CHAPTERS`].
+///
+/// # Errors
+/// [`ReplayError`] where the analysis refuses what the benches gave.
+pub fn chapter(laboratory: &Laboratory, number: u8) -> Option<Result<Chapter, ReplayError>> {
+    match number {
+        3 => Some(chapter3(laboratory)),
+        4 => Some(chapter4(laboratory)),
+        5 => Some(chapter5(laboratory)),
+        6 => Some(chapter6(laboratory)),
+        _ => None,
+    }
+}
+
+/// One chapter of the thesis, measured again.
+#[derive(Clone, Debug)]
+pub struct Chapter {
+    /// Its number in the thesis.
+    pub number: u8,
+    /// What it is about.
+    pub title: &'static str,
+    /// What was measured, in sentences.
+    pub measured: Vec<String>,
+    /// What was found of its claims, in their order.
+    pub findings: Vec<Finding>,
+    /// The counterparts of its figures.
+    pub figures: Vec<Counterpart>,
+    /// What a person should know before relying on it, each once, with how often it was said.
+    pub doubts: Vec<piezotact::doubt::Merged>,
+    /// What is not there yet: figures and the issue that brings them.
+    pub missing: Vec<String>,
+}
+
+/// Doubts of many recordings, those of one kind once and with what they are about.
+fn said_once<'a>(
+    doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>,
+) -> Vec<piezotact::doubt::Merged> {
+    piezotact::doubt::merged_of(doubts.map(|(of, doubt)| (Some(of), doubt)))
+}
+
+/// Why a chapter could not be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// A bench refuses.
+    #[error("{0}")]
+    Bench(#[from] ProcedureError),
+    /// A device refuses.
+    #[error("{0}")]
+    Device(#[from] DeviceError),
+    /// The twin has no such sample.
+    #[error("{0}")]
+    Parameter(#[from] ParameterError),
+    /// A recording has no strokes to analyse.
+    #[error("{what}: {error}")]
+    Feature { what: String, error: FeatureError },
+    /// Groups cannot be compared.
+    #[error("{0}")]
+    Compare(#[from] CompareError),
+    /// A spectrum cannot be estimated.
+    #[error("{0}")]
+    Estimate(#[from] EstimateError),
+    /// A texture cannot be rendered.
+    #[error("{0}")]
+    Render(#[from] piezotact::render::RenderError),
+    /// A texture cannot be manipulated.
+    #[error("{0}")]
+    Manipulate(#[from] piezotact::manipulate::ManipulateError),
+    /// A measurement cannot be compared.
+    #[error("{0}")]
+    Verify(#[from] piezotact::verify::VerifyError),
+    /// Transfer functions make no bundle.
+    #[error("{0}")]
+    Bundle(#[from] piezotact::transfer::BundleError),
+    /// Transfer functions make no panel.
+    #[error("{0}")]
+    Panel(#[from] piezotact::panel::PanelError),
+    /// A number that cannot be.
+    #[error("{0}")]
+    Quantity(#[from] QuantityError),
+    /// Something cannot be measured on the twin.
+    #[error("{0}")]
+    Measure(#[from] MeasureError),
+    /// A campaign with virtual volunteers cannot be done.
+    #[error("{0}")]
+    Campaign(Box<CampaignError>),
+    /// The answers of a campaign make no table.
+    #[error("{0}")]
+    Answers(#[from] piezotact_people::association::AnswerError),
+    /// Samples that make no series.
+    #[error("{0}")]
+    Series(#[from] SeriesError),
+    /// An EEG says nothing.
+    #[error("EEG: {0}")]
+    Brain(Box<BrainError>),
+}
+
+impl From<BrainError> for ReplayError {
+    fn from(error: BrainError) -> Self {
+        Self::Brain(Box::new(error))
+    }
+}
+
+impl From<CampaignError> for ReplayError {
+    fn from(error: CampaignError) -> Self {
+        match error {
+            CampaignError::Measure(inner) => Self::Measure(*inner),
+            other => Self::Campaign(Box::new(other)),
+        }
+    }
+}
