@@ -12,6 +12,8 @@ use piezotact_people::association::{AssociationDoubt, FeltDoubt};
 use piezotact_people::campaign::session::CampaignDoubt;
 #[cfg(feature = "study")]
 use piezotact_people::eeg::EegDoubt;
+#[cfg(feature = "surface")]
+use piezotact_surface::SurfaceDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -62,6 +64,10 @@ pub(crate) fn words(advice: &Advice) -> String {
 pub(crate) fn text(doubt: &Doubt) -> String {
     #[cfg(feature = "study")]
     if let Some(text) = of_people(doubt) {
+        return text;
+    }
+    #[cfg(feature = "surface")]
+    if let Some(text) = wording::text_of::<SurfaceDoubt>(doubt, &words) {
         return text;
     }
     wording::text_with(doubt, &words)

@@ -49,14 +49,18 @@ mod prepare;
 mod real_input;
 mod record;
 mod refusals;
+#[cfg(feature = "surface")]
+mod reliefs;
 mod replay;
 mod rerun;
+#[cfg(feature = "surface")]
 mod roughness;
 mod score;
 mod script;
 mod serve;
 mod snapshots;
 mod support;
+#[cfg(feature = "surface")]
 mod surfcom;
 mod touch;
 mod twin;

@@ -25,7 +25,6 @@ macro_rules! kinds_of_doubts {
             $of::<crate::clipping::ClippingDoubt>,
             $of::<crate::integrity::SignalDoubt>,
             $of::<crate::noise::NoiseDoubt>,
-            $of::<crate::surface::SurfaceDoubt>,
             $of::<crate::stroke::StrokeDoubt>,
             $of::<crate::stroke::ForceDoubt>,
             $of::<crate::feature::FeatureDoubt>,

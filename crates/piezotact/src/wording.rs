@@ -74,11 +74,25 @@ pub fn advice(doubt: &Doubt) -> Vec<Advice> {
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
 pub fn text_with(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> String {
-    let advice: Vec<String> = advice(doubt).iter().map(words).collect();
+    worded(finding(doubt), &advice(doubt), words)
+}
+
+/// As [`text_with`], of a doubt of the kind `K` that another crate raises; `None` where it is of another kind.
+///
+/// Source: house rule; decision 0037 of this project.
+#[must_use]
+pub fn text_of<K: DoubtKind>(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> Option<String> {
+    let (found, advice) = said_by::<K>(doubt)?;
+    let stored = !doubt.advice.is_empty();
+    let advice = if stored { &doubt.advice } else { &advice };
+    Some(worded(found, advice, words))
+}
+
+fn worded(found: String, advice: &[Advice], words: &dyn Fn(&Advice) -> String) -> String {
+    let advice: Vec<String> = advice.iter().map(words).collect();
     if advice.is_empty() {
-        return finding(doubt);
+        return found;
     }
-    let found = finding(doubt);
     let between = if found.contains(": ") { "; " } else { ": " };
     format!("{found}{between}{}", advice.join("; "))
 }

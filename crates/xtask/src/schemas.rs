@@ -15,7 +15,6 @@ use piezotact::score::ScoreDocument;
 use piezotact::sound::{LatencySummary, SoundCalibration, SoundDevices};
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
-use piezotact::surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact::transfer::EstimateDocument;
 use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
@@ -35,6 +34,7 @@ use piezotact_people::eeg::person::EegErd;
 use piezotact_replay::count::CountedPanels;
 use piezotact_replay::document::ReplayDocument;
 use piezotact_study::bids::{Checked, Exported};
+use piezotact_surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
