@@ -6,6 +6,8 @@ use piezotact::Doubt;
 use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
+#[cfg(feature = "haptic")]
+use piezotact_haptic::envelope::EnvelopeError;
 #[cfg(feature = "study")]
 use piezotact_people::association::{AssociationDoubt, FeltDoubt};
 #[cfg(feature = "study")]
@@ -105,6 +107,11 @@ impl Words for OptionWords {
 /// The options that help with an error of the science.
 pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<String> {
     let advice = wording::advice_of_error(error);
+    #[cfg(feature = "haptic")]
+    let advice = match error.downcast_ref() {
+        Some(EnvelopeError::TooMany { .. }) => vec![Advice::LowerRate],
+        _ => advice,
+    };
     let options: Vec<String> = advice.iter().filter_map(option).collect();
     (!options.is_empty()).then(|| options.join(", "))
 }

@@ -26,6 +26,7 @@ mod discrimination;
 mod docs;
 mod eeg;
 mod examples;
+#[cfg(feature = "haptic")]
 mod export;
 mod fake_bench;
 mod hostile_inputs;

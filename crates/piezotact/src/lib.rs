@@ -70,6 +70,7 @@ pub mod noise;
 pub mod recording;
 pub mod resample;
 pub mod series;
+pub mod share;
 pub mod sound;
 pub mod spectrum;
 
@@ -85,7 +86,6 @@ pub mod surface;
 // Device.
 pub mod correct;
 pub mod device;
-pub mod envelope;
 pub mod manipulate;
 pub mod monitor;
 pub mod panel;

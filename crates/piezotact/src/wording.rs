@@ -6,7 +6,6 @@
 use std::fmt;
 
 use crate::doubt::{Advice, ChannelRole, Doubt, DoubtKind, Value};
-use crate::envelope::EnvelopeError;
 use crate::feature::FeatureError;
 use crate::recording::RecordingError;
 use crate::score::ScoreError;
@@ -123,9 +122,6 @@ pub fn advice_of_error(error: &(dyn std::error::Error + 'static)) -> Vec<Advice>
     }
     if let Some(FeatureError::NoVibration | FeatureError::Units { .. }) = error.downcast_ref() {
         return vec![role(ChannelRole::Vibration)];
-    }
-    if let Some(EnvelopeError::TooMany { .. }) = error.downcast_ref() {
-        return vec![Advice::LowerRate];
     }
     if let Some(ScoreError::TooShort { .. }) = error.downcast_ref() {
         return vec![Advice::JoinWithItself];

@@ -18,20 +18,22 @@ use syn::visit::Visit;
 use crate::source::{self, rust_files};
 
 /// The sources of the sciences: of signals and touch, of people, and of what is optional beside them.
-const SCIENCES: [&str; 3] = [
+const SCIENCES: [&str; 4] = [
     "crates/piezotact/src",
     "crates/piezotact-people/src",
+    "crates/piezotact-haptic/src/envelope",
     "crates/piezotact-surface/src/roughness",
 ];
 /// Modules whose functions compute nothing: they hold numbers of any unit, which a label beside them names, or word them.
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 14] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
-    ("piezotact-dataset", &["piezotact"]),
+    ("piezotact-haptic", &["piezotact"]),
+    ("piezotact-dataset", &["piezotact", "piezotact-haptic"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
     ("piezotact-audio", &["piezotact", "piezotact-bench"]),
     ("piezotact-report", &["piezotact", "piezotact-people"]),
@@ -83,6 +85,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "piezotact-replay",
             "piezotact-report",
             "piezotact-dataset",
+            "piezotact-haptic",
             "piezotact-surface",
             "piezotact-audio",
         ],

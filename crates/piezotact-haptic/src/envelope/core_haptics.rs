@@ -12,7 +12,7 @@ const DUCKING: f64 = 0.2;
 /// Source: Lofelt `NiceVibrations`, `core/datamodel/src/ios/v1.rs` (MIT).
 ///
 /// ```
-/// use piezotact::envelope::{AmplitudePoint, continuous_intensity};
+/// use piezotact_haptic::envelope::{AmplitudePoint, continuous_intensity};
 /// let point = AmplitudePoint { time_s: 0.0, amplitude: 0.25, emphasis: None };
 /// assert_eq!(continuous_intensity(&point), 0.5);
 /// ```

@@ -4,20 +4,18 @@
 
 use piezotact::clipping::ClippingDoubt;
 use piezotact::recording::RecordingDoubt;
-use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::envelope::{
+use crate::envelope::{
     AmplitudePoint, Emphasis, EnvelopeConfig, EnvelopeError, Envelopes, FrequencyPoint,
     MOST_SAMPLES, analyse,
 };
+use piezotact::Doubt;
 use piezotact::quantity::{Measure, Quantity, Unit};
 use piezotact::series::Series;
 use serde::{Deserialize, Serialize};
 
+use super::FormatError;
 use super::{Exported, json, loses};
-use crate::error::{ReadError, WriteError};
-use crate::sidecar::write_json;
 
 /// The version of a clip's format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -149,14 +147,14 @@ const AGAIN: &str = "export the clip again";
 /// of the breakpoints of their time, and its envelope reaches to the stated duration.
 ///
 /// # Errors
-/// [`ReadError::Content`] when it is no clip, or of another version, a field is missing or of another type, or a
+/// [`FormatError::Content`] when it is no clip, or of another version, a field is missing or of another type, or a
 /// breakpoint breaks a rule of [`Envelopes`]; each named with its place.
-pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> {
+pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, FormatError> {
     let expected = "a `.haptic` clip with `signals.continuous.envelopes.amplitude`, or with `voices` in version 0";
-    let stated: Versioned = json(path, bytes, expected, AGAIN)?;
+    let stated: Versioned = json(bytes, expected, AGAIN)?;
     match stated.version {
         Some(version) if version.major == 1 => {
-            let file: FileV1 = json(path, bytes, expected, AGAIN)?;
+            let file: FileV1 = json(bytes, expected, AGAIN)?;
             let envelopes = file.signals.continuous.envelopes;
             let envelopes = Envelopes::new(
                 envelopes
@@ -181,29 +179,27 @@ pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> 
             Ok(HapticClip {
                 version,
                 metadata: file.metadata,
-                envelopes: envelopes.map_err(|error| broken(path, error))?,
+                envelopes: envelopes.map_err(broken)?,
                 doubts: Vec::new(),
             })
         }
-        Some(version) if version.major > 1 => Err(ReadError::content(
-            path,
+        Some(version) if version.major > 1 => Err(FormatError::content(
             "a `.haptic` clip of version 0 or 1",
             format!("version {version}"),
             "export it as version 1.0.0",
         )),
         older => upgraded(
-            path,
             older.unwrap_or(HapticVersion {
                 major: 0,
                 minor: 2,
                 patch: 0,
             }),
-            json(path, bytes, expected, AGAIN)?,
+            json(bytes, expected, AGAIN)?,
         ),
     }
 }
 
-pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
+pub(super) fn broken(error: EnvelopeError) -> FormatError {
     let (expected, found, todo) = match error {
         EnvelopeError::Empty => (
             "a breakpoint of amplitude".into(),
@@ -231,12 +227,11 @@ pub(super) fn broken(path: &Path, error: EnvelopeError) -> ReadError {
         ),
         other => ("a signal".into(), other.to_string(), AGAIN.to_owned()),
     };
-    ReadError::content(path, expected, found, todo)
+    FormatError::content(expected, found, todo)
 }
 
-fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticClip, ReadError> {
-    let wrong =
-        |expected: &str, found: String| Err(ReadError::content(path, expected, found, AGAIN));
+fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatError> {
+    let wrong = |expected: &str, found: String| Err(FormatError::content(expected, found, AGAIN));
     let mut voices = file.voices.envelopes.into_iter();
     let duration_s = file.metadata.duration;
     let mut amplitude: Vec<AmplitudePoint> = voices
@@ -322,7 +317,7 @@ fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticC
             );
         }
     }
-    let envelopes = Envelopes::new(amplitude, frequency).map_err(|error| broken(path, error))?;
+    let envelopes = Envelopes::new(amplitude, frequency).map_err(broken)?;
     Ok(HapticClip {
         version,
         metadata: HapticMetadata {
@@ -334,11 +329,9 @@ fn upgraded(path: &Path, version: HapticVersion, file: FileV0) -> Result<HapticC
     })
 }
 
-/// Writes `clip` as a `.haptic` file of version 1.0.0, whole or not at all.
-///
-/// # Errors
-/// [`WriteError`] when it cannot be written.
-pub fn write_haptic(path: &Path, clip: &HapticClip) -> Result<(), WriteError> {
+/// What stands in a `.haptic` file of version 1.0.0 with `clip`.
+#[must_use]
+pub fn clip_file(clip: &HapticClip) -> impl Serialize {
     let frequency: Vec<FileFrequency> = clip
         .envelopes
         .frequency()
@@ -348,7 +341,7 @@ pub fn write_haptic(path: &Path, clip: &HapticClip) -> Result<(), WriteError> {
             frequency: point.frequency,
         })
         .collect();
-    let file = FileV1 {
+    FileV1 {
         version: HapticClip::WRITTEN,
         metadata: clip.metadata.clone(),
         signals: Signals {
@@ -368,8 +361,7 @@ pub fn write_haptic(path: &Path, clip: &HapticClip) -> Result<(), WriteError> {
                 },
             },
         },
-    };
-    write_json(path, &file)
+    }
 }
 
 /// The clip of a texture `x`, in shares of a full scale that stands for `full_scale`, with what a clip does not carry. An

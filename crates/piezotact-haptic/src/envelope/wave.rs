@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use super::wavelet::wavelet_synthesis;
 use super::{EnvelopeError, LONGEST, Lines, MOST_SAMPLES, require_few};
-use crate::quantity::{Band, SampleRate, Seconds, Uncalibrated};
-use crate::resample::resample;
-use crate::series::Series;
+use piezotact::quantity::{Band, SampleRate, Seconds, Uncalibrated};
+use piezotact::resample::resample;
+use piezotact::series::Series;
 
 /// How long a tap is played, s.
 ///
@@ -362,7 +362,7 @@ impl<'a> Hermite<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::Hertz;
+    use piezotact::quantity::Hertz;
 
     fn frames(values: &[(f64, f64, f64)]) -> Vec<Keyframe> {
         let frame = |(time_s, amplitude, hertz): &(f64, f64, f64)| Keyframe {

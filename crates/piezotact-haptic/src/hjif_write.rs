@@ -1,21 +1,19 @@
 //! Writes a texture or a drive as HJIF for a piezo actuator.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use piezotact::Doubt;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Measure, Quantity, Unit};
 use piezotact::series::Series;
 
+use super::Mismatch;
 use super::clip::scale_text;
 use super::hjif::{
     Hjif, HjifBand, HjifBandType, HjifBaseSignal, HjifChannel, HjifCurveType, HjifEffect,
     HjifEffectType, HjifKeyframe, HjifPerception, HjifReferenceDevice,
 };
 use super::{Exported, loses};
-use crate::error::WriteError;
-use crate::sidecar::prepare_compact_json;
 
 /// The edition that is written.
 const EDITION: &str = "2025";
@@ -69,7 +67,7 @@ pub fn piezo_device(
 /// The day of a moment counted in seconds from the start of 1970 (UTC), as ISO 8601 writes it.
 ///
 /// ```
-/// assert_eq!(piezotact_dataset::haptic::date_of(951_782_400), "2000-02-29");
+/// assert_eq!(piezotact_haptic::date_of(951_782_400), "2000-02-29");
 /// ```
 #[must_use]
 pub fn date_of(unix_s: u64) -> String {
@@ -99,33 +97,26 @@ pub fn date_of(unix_s: u64) -> String {
 /// keyframe for each sample and a tick for each sample: the waveform itself, in single precision.
 ///
 /// # Errors
-/// [`WriteError::Content`] when a sample lies beyond ±1, there are fewer than two, or the rate is no whole number of
+/// [`Mismatch`] when a sample lies beyond ±1, there are fewer than two, or the rate is no whole number of
 /// at most 48000 Hz.
-fn experience<Q: Quantity>(
-    path: &Path,
-    x: &Series<Q>,
-    texture: &HjifTexture,
-) -> Result<Hjif, WriteError> {
+fn experience<Q: Quantity>(x: &Series<Q>, texture: &HjifTexture) -> Result<Hjif, Mismatch> {
     let (samples, rate_hz) = (x.samples(), x.rate().hz());
     if !(1.0..=48_000.0).contains(&rate_hz) || rate_hz.fract() > 0.0 {
-        return Err(WriteError::content(
-            path,
+        return Err(Mismatch::new(
             "a rate of whole Hz, at most 48000",
             format!("{rate_hz} Hz"),
             "resample it first",
         ));
     }
     if samples.len() < 2 {
-        return Err(WriteError::content(
-            path,
+        return Err(Mismatch::new(
             "two samples or more",
             samples.len().to_string(),
             "give a longer signal",
         ));
     }
     if let Some(at) = samples.iter().position(|v| !(-1.0..=1.0).contains(v)) {
-        return Err(WriteError::content(
-            path,
+        return Err(Mismatch::new(
             "amplitudes from −1 to 1",
             format!("{} in sample {at}", samples[at]),
             "lower the level",
@@ -133,8 +124,7 @@ fn experience<Q: Quantity>(
     }
     let count = u32::try_from(samples.len());
     let Ok(count) = count else {
-        return Err(WriteError::content(
-            path,
+        return Err(Mismatch::new(
             "at most 4294967295 samples",
             samples.len().to_string(),
             "write a part of it",
@@ -221,19 +211,16 @@ fn experience<Q: Quantity>(
     })
 }
 
-/// Writes `x`, in shares of full scale, as HJIF for the device of `texture`, whole or not at all, and says what it does
-/// not carry.
+/// `x`, in shares of full scale, as HJIF for the device of `texture`, and what it does not carry.
 ///
 /// # Errors
-/// [`WriteError::Content`] when a sample lies beyond ±1, there are fewer than two, or the rate is no whole number of
-/// at most 48000 Hz; [`WriteError::Io`] when it cannot be written.
-pub fn write_hjif<Q: Quantity>(
-    path: &Path,
+/// [`Mismatch`] when a sample lies beyond ±1, there are fewer than two, or the rate is no whole number of
+/// at most 48000 Hz.
+pub fn hjif_of<Q: Quantity>(
     x: &Series<Q>,
     texture: &HjifTexture,
-) -> Result<Exported<Hjif>, WriteError> {
-    let content = experience(path, x, texture)?;
-    prepare_compact_json(path, &content)?.commit()?;
+) -> Result<Exported<Hjif>, Mismatch> {
+    let content = experience(x, texture)?;
     let mut losses: Vec<Doubt> = vec![loses(
         "HJIF",
         "the sliding speed (in the standard a Vibrotactile Texture is a function of position; here positions are times)",

@@ -3,14 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use super::{AmplitudePoint, EnvelopeError, Envelopes, FrequencyPoint, FrequencyRange};
-use crate::fourier::{RealTransform, fast_length};
-use crate::quantity::{Quantity, QuantityError, Seconds};
-use crate::series::Series;
-use crate::spectrum::{Symmetry, Window};
+use piezotact::fourier::{RealTransform, fast_length};
+use piezotact::quantity::{Quantity, QuantityError, Seconds};
+use piezotact::series::Series;
+use piezotact::spectrum::{Symmetry, Window};
 
 /// How envelopes are taken.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct EnvelopeConfig {
     /// From one breakpoint to the next, s.
     pub hop_s: f64,

@@ -2,25 +2,22 @@
 
 use piezotact::recording::RecordingDoubt;
 use std::collections::BTreeSet;
-use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::envelope::{
+use crate::envelope::{
     Course, EnvelopeError, FrequencyRange, Keyframe, MOST_SAMPLES, PLAYED_AT_HZ, Shape, Wave,
     WaveKind, mix, mixed_length, synthesise,
 };
-use piezotact::quantity::{Band, Hertz, SampleRate};
+use piezotact::Doubt;
+use piezotact::quantity::{Band, Hertz, Measure, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 
+use super::FormatError;
 use super::HapticClip;
 use super::clip::broken;
 use super::hjif::{
     Hjif, HjifBand, HjifBandType, HjifBaseSignal, HjifChannel, HjifCurveType, HjifEffect,
     HjifEffectType, HjifKeyframe,
 };
-use crate::error::ReadError;
-use crate::open::ReadOptions;
-use crate::sidecar::unit_and_factor;
 
 /// What is left out of a file.
 const NOT_PLAYED: &str =
@@ -28,18 +25,25 @@ const NOT_PLAYED: &str =
 /// The ticks of a second in a file that does not say.
 const DEFAULT_TICKS: u32 = 1000;
 
-/// A clip as a recording of one channel, at the rate of the options or 8 kHz.
-pub(crate) fn recording_of_clip(
-    path: &Path,
-    clip: HapticClip,
-    options: &ReadOptions,
-) -> Result<Recording, ReadError> {
-    let rate = playing_rate(path, options)?;
-    let range = FrequencyRange::texture().map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })?;
-    let played = synthesise(&clip.envelopes, range, rate).map_err(|error| broken(path, error))?;
+/// How a file is read as a recording.
+#[derive(Clone, Copy, Debug)]
+pub struct Asked<'a> {
+    /// Where it comes from, as its provenance says it.
+    pub source: &'a str,
+    /// What a sample of 1 stands for; full scale of a device where it is not known.
+    pub scale: Option<&'a Measure>,
+    /// The rate at which it is played.
+    pub rate: Option<SampleRate>,
+}
+
+/// A clip as a recording of one channel, at the rate asked for or 8 kHz.
+///
+/// # Errors
+/// [`FormatError`] when it cannot be played.
+pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recording, FormatError> {
+    let rate = playing_rate(asked)?;
+    let range = FrequencyRange::texture().map_err(FormatError::from)?;
+    let played = synthesise(&clip.envelopes, range, rate).map_err(broken)?;
     let mut doubts = clip.doubts;
     doubts.push(Doubt::from(RecordingDoubt::Guessed {
         what: format!(
@@ -50,19 +54,18 @@ pub(crate) fn recording_of_clip(
     }));
     let step = format!("haptic clip of version {}", clip.version);
     let named = vec![("signal".to_owned(), played.into_samples())];
-    recording(path, named, rate, options, doubts, step)
+    recording(named, rate, asked, doubts, step)
 }
 
-/// The channels of an HJIF file as those of a recording, at the rate of the options, that of the file, or 8 kHz.
-pub(crate) fn recording_of_hjif(
-    path: &Path,
-    file: &Hjif,
-    options: &ReadOptions,
-) -> Result<Recording, ReadError> {
+/// The channels of an HJIF file as those of a recording, at the rate asked for, that of the file, or 8 kHz.
+///
+/// # Errors
+/// [`FormatError`] when it cannot be played.
+pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, FormatError> {
     let own = own_rate(file);
-    let rate = match options.rate.or(own) {
+    let rate = match asked.rate.or(own) {
         Some(rate) => rate,
-        None => playing_rate(path, options)?,
+        None => playing_rate(asked)?,
     };
     let mut notes = BTreeSet::new();
     if let Some(own) = own.filter(|own| *own != rate) {
@@ -81,8 +84,7 @@ pub(crate) fn recording_of_hjif(
     }
     let ticks = f64::from(file.timescale.unwrap_or(DEFAULT_TICKS));
     if ticks <= 0.0 {
-        return Err(ReadError::content(
-            path,
+        return Err(FormatError::content(
             "a timescale of 1 tick a second or more",
             "0",
             "export it again",
@@ -109,7 +111,6 @@ pub(crate) fn recording_of_hjif(
             let mut waves = Vec::new();
             for band in &channel.bands {
                 let playing = Playing {
-                    path,
                     ticks,
                     channel,
                     band,
@@ -148,24 +149,23 @@ pub(crate) fn recording_of_hjif(
     let mut longest = 0;
     for (_, waves) in &named {
         let length = mixed_length(waves, rate).map_err(|error| match error {
-            EnvelopeError::NoLength { .. } if notes.contains(NOT_PLAYED) => ReadError::content(
-                path,
+            EnvelopeError::NoLength { .. } if notes.contains(NOT_PLAYED) => FormatError::content(
                 "basic effects, or references to such in the library",
                 NOT_PLAYED,
                 "export it again without composites",
             ),
-            error => broken(path, error),
+            error => broken(error),
         })?;
         longest = longest.max(length);
     }
     let all = longest.saturating_mul(named.len());
     if all > MOST_SAMPLES {
         let found = format!("{all} ({} channels of {longest} at {rate})", named.len());
-        return Err(broken(path, EnvelopeError::TooMany { found }));
+        return Err(broken(EnvelopeError::TooMany { found }));
     }
     let mut channels = Vec::with_capacity(named.len());
     for (name, waves) in named {
-        let played = mix(&waves, rate).map_err(|error| broken(path, error))?;
+        let played = mix(&waves, rate).map_err(broken)?;
         let mut samples = played.into_samples();
         samples.resize(longest, 0.0);
         channels.push((name, samples));
@@ -178,7 +178,7 @@ pub(crate) fn recording_of_hjif(
         "MPEG haptics JSON, profile {}, level {}",
         file.profile, file.level
     );
-    recording(path, channels, rate, options, doubts, step)
+    recording(channels, rate, asked, doubts, step)
 }
 
 fn bands(file: &Hjif) -> impl Iterator<Item = &HjifBand> {
@@ -201,31 +201,27 @@ fn own_rate(file: &Hjif) -> Option<SampleRate> {
     SampleRate::new(f64::from(first)).ok()
 }
 
-fn playing_rate(path: &Path, options: &ReadOptions) -> Result<SampleRate, ReadError> {
-    options.rate.map_or_else(
-        || {
-            SampleRate::new(PLAYED_AT_HZ).map_err(|source| ReadError::Quantity {
-                path: path.into(),
-                source,
-            })
-        },
+fn playing_rate(asked: &Asked<'_>) -> Result<SampleRate, FormatError> {
+    asked.rate.map_or_else(
+        || SampleRate::new(PLAYED_AT_HZ).map_err(FormatError::from),
         Ok,
     )
 }
 
 fn recording(
-    path: &Path,
     named: Vec<(String, Vec<f64>)>,
     rate: SampleRate,
-    options: &ReadOptions,
+    asked: &Asked<'_>,
     mut doubts: Vec<Doubt>,
     step: String,
-) -> Result<Recording, ReadError> {
-    let (unit, factor) = unit_and_factor(options.scale.as_ref());
+) -> Result<Recording, FormatError> {
+    let (unit, factor) = asked.scale.map_or((Unit::FullScale, 1.0), |scale| {
+        (scale.unit.clone(), scale.value)
+    });
     let channels = named
         .into_iter()
         .map(|(name, mut samples)| {
-            if options.scale.is_none() {
+            if asked.scale.is_none() {
                 doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
                     channel: name.clone(),
                 }));
@@ -241,31 +237,25 @@ fn recording(
         })
         .collect();
     let provenance = Provenance {
-        source: path.display().to_string(),
+        source: asked.source.to_owned(),
         ..Provenance::default()
     }
     .then(step);
-    let mut recording =
-        Recording::new(channels, rate, Condition::default(), provenance).map_err(|source| {
-            ReadError::Recording {
-                path: path.into(),
-                source,
-            }
-        })?;
+    let mut recording = Recording::new(channels, rate, Condition::default(), provenance)
+        .map_err(FormatError::from)?;
     recording.about.doubts = doubts;
     Ok(recording)
 }
 
 /// Where an effect stands.
 struct Playing<'a> {
-    path: &'a Path,
     ticks: f64,
     channel: &'a HjifChannel,
     band: &'a HjifBand,
 }
 
 impl Playing<'_> {
-    fn wave(&self, effect: &HjifEffect, notes: &mut BTreeSet<String>) -> Result<Wave, ReadError> {
+    fn wave(&self, effect: &HjifEffect, notes: &mut BTreeSet<String>) -> Result<Wave, FormatError> {
         let frames = effect.keyframes.as_deref().unwrap_or(&[]);
         let shape = match effect.base_signal.unwrap_or_default() {
             HjifBaseSignal::Sine => Shape::Sine,
@@ -319,17 +309,12 @@ impl Playing<'_> {
         }
     }
 
-    fn limits(&self) -> Result<Band, ReadError> {
+    fn limits(&self) -> Result<Band, FormatError> {
         let (low, high) = (
             self.band.lower_frequency_limit,
             self.band.upper_frequency_limit,
         );
-        Band::new(Hertz(f64::from(low)), Hertz(f64::from(high))).map_err(|source| {
-            ReadError::Quantity {
-                path: self.path.into(),
-                source,
-            }
-        })
+        Band::new(Hertz(f64::from(low)), Hertz(f64::from(high))).map_err(FormatError::from)
     }
 
     /// A block: as many coefficients as a power of two, or these with their scale and their number of bits after them.
@@ -337,7 +322,7 @@ impl Playing<'_> {
         &self,
         frames: &[HjifKeyframe],
         notes: &mut BTreeSet<String>,
-    ) -> Result<WaveKind, ReadError> {
+    ) -> Result<WaveKind, FormatError> {
         let mut coefficients: Vec<f64> = frames
             .iter()
             .map(|frame| f64::from(frame.amplitude_modulation.unwrap_or(0.0)))
@@ -354,17 +339,11 @@ impl Playing<'_> {
             );
         }
         let rate = SampleRate::new(f64::from(self.band.upper_frequency_limit));
-        let rate = rate.map_err(|source| ReadError::Quantity {
-            path: self.path.into(),
-            source,
-        })?;
+        let rate = rate.map_err(FormatError::from)?;
         if coefficients.is_empty() {
-            return Err(broken(
-                self.path,
-                EnvelopeError::NoLength {
-                    found: "a block of wavelets without coefficients".into(),
-                },
-            ));
+            return Err(broken(EnvelopeError::NoLength {
+                found: "a block of wavelets without coefficients".into(),
+            }));
         }
         Ok(WaveKind::Wavelet { rate, coefficients })
     }

@@ -3,16 +3,13 @@
 //! Source of the structure: Apple, *Representing haptic patterns in AHAP files*; of the conversion: Lofelt
 //! `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/ios/v1.rs`.
 
-use std::path::Path;
-
-use piezotact::envelope::{
+use crate::envelope::{
     AmplitudePoint, FrequencyPoint, continuous_intensity, sharpness_control, transient_intensity,
 };
 use serde::{Deserialize, Serialize};
 
+use super::FormatError;
 use super::{Exported, HapticClip, json, loses};
-use crate::error::{ReadError, WriteError};
-use crate::sidecar::write_json;
 
 /// The control points that one curve holds at most.
 const POINTS_A_CURVE: usize = 16;
@@ -150,10 +147,9 @@ pub struct AhapControlPoint {
 /// Reads an AHAP file strictly: what its structure does not name is refused.
 ///
 /// # Errors
-/// [`ReadError::Content`] when a field is missing, unknown or of another type, each named with its place.
-pub fn parse_ahap(path: &Path, bytes: &[u8]) -> Result<Ahap, ReadError> {
+/// [`FormatError::Content`] when a field is missing, unknown or of another type, each named with its place.
+pub fn parse_ahap(bytes: &[u8]) -> Result<Ahap, FormatError> {
     json(
-        path,
         bytes,
         "an AHAP file with `Version` and a `Pattern` of `Event`, `Parameter` and `ParameterCurve`",
         "correct that field",
@@ -290,12 +286,4 @@ fn curves(parameter_id: AhapParameterId, points: &[AhapControlPoint]) -> Vec<Aha
             })
         }))
         .collect()
-}
-
-/// Writes a pattern as an AHAP file, whole or not at all.
-///
-/// # Errors
-/// [`WriteError`] when it cannot be written.
-pub fn write_ahap(path: &Path, pattern: &Ahap) -> Result<(), WriteError> {
-    write_json(path, pattern)
 }

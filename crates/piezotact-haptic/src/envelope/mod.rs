@@ -7,21 +7,17 @@
 
 mod analysis;
 mod core_haptics;
-mod share;
 mod wave;
 mod wavelet;
 
 use serde::{Deserialize, Serialize};
 
-use crate::number::digits;
-use crate::number::rounded;
-use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
-use crate::resample::ResampleError;
-use crate::series::{Series, SeriesError};
+use piezotact::number::rounded;
+use piezotact::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
+use piezotact::series::{Series, SeriesError};
 
 pub use analysis::{EnvelopeConfig, analyse};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
-pub use share::{Shares, shares_of_full_scale};
 pub use wave::{Course, Keyframe, Shape, Wave, WaveKind, mix, mixed_length};
 #[cfg(test)]
 pub(crate) use wavelet::wavelet_analysis;
@@ -41,7 +37,6 @@ const EMPHASIS_S: f64 = 0.02;
 
 /// A short accent at a breakpoint: amplitude and frequency, both 0–1.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Emphasis {
     /// The amplitude, 0–1, at least that of its breakpoint.
     pub amplitude: f64,
@@ -217,18 +212,6 @@ pub enum EnvelopeError {
         found = rounded(*found)
     )]
     FullScale { found: f64 },
-    /// A drive that is larger than full scale.
-    #[error(
-        "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
-        digits(*peak)
-    )]
-    Drive { peak: f64 },
-    /// A drive of zeros.
-    #[error("expected a signal, found silence; there is nothing to export")]
-    Silence,
-    /// A rate that cannot be reached.
-    #[error(transparent)]
-    Rate(#[from] ResampleError),
     /// A range that no frequency can be placed in.
     #[error(transparent)]
     Range(#[from] QuantityError),
@@ -240,7 +223,6 @@ pub enum EnvelopeError {
 /// What 0 and 1 of a frequency envelope stand for. No haptic file says it: a player maps them to what its actuator can
 /// do, so a program that reads or writes hertz has to choose, and to say what it chose.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FrequencyRange(Band);
 
 impl FrequencyRange {
@@ -402,8 +384,9 @@ impl<'a> Lines<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::quantity::{Acceleration, Unit};
-    use crate::spectrum::amplitude_spectrum;
+    use piezotact::quantity::{Acceleration, Unit};
+    use piezotact::share::shares_of_full_scale;
+    use piezotact::spectrum::amplitude_spectrum;
 
     fn point(time_s: f64, amplitude: f64) -> AmplitudePoint {
         AmplitudePoint {

@@ -5,13 +5,12 @@
 //! `source/Types/include`; the names of perceptions as in draft-ietf-avtcore-rtp-haptics, section 6.2.
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Number, Value};
 
+use super::FormatError;
 use super::json;
-use crate::error::ReadError;
 
 /// What stands beside the fields that the structure names.
 type Unknown = BTreeMap<String, Value>;
@@ -286,11 +285,10 @@ pub struct HjifSync {
 /// kept: [`Hjif::departures`] lists it.
 ///
 /// # Errors
-/// [`ReadError::Content`] when a field that is needed is missing, or of another type, or names what the structure does
+/// [`FormatError::Content`] when a field that is needed is missing, or of another type, or names what the structure does
 /// not know.
-pub fn parse_hjif(path: &Path, bytes: &[u8]) -> Result<Hjif, ReadError> {
+pub fn parse_hjif(bytes: &[u8]) -> Result<Hjif, FormatError> {
     json(
-        path,
         bytes,
         "MPEG haptics JSON (HJIF, ISO/IEC 23090-31) with `perceptions`, their `channels`, `bands` and `effects`",
         "export it again as HJIF of the 2025 edition",
