@@ -30,6 +30,7 @@ mod examples;
 mod export;
 mod fake_bench;
 mod hostile_inputs;
+#[cfg(feature = "modal")]
 mod impact;
 mod integrity;
 mod interrupts;

@@ -16,6 +16,7 @@ mod format;
 mod grid;
 pub mod heatmap;
 mod image;
+#[cfg(feature = "modal")]
 mod impact;
 pub mod invocation;
 mod legend;
