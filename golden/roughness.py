@@ -2,7 +2,7 @@
 standards define them, with NumPy 2.4.6, SciPy 1.17.1 and contourpy 1.3.3; and what surfalize 0.19.2 and
 SurfaceTopography 1.27.1 give for the same surfaces.
 
-    python3 golden/roughness.py ../shared/data/topography/nanovea/test1.txt > crates/piezotact/tests/golden/roughness.json
+    python3 golden/roughness.py ../shared/data/topography/nanovea/test1.txt > crates/piezotact-surface/tests/golden/roughness.json
 
 The surfaces come from formulas that the Rust test computes too, and one from the measured map named in the command.
 """

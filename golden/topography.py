@@ -1,6 +1,6 @@
 """Golden values of measured topographies, as SurfaceTopography 1.27.1 reads them; the Surfcom profiles with NumPy.
 
-    python3 golden/topography.py ../shared/data/topography > crates/piezotact-dataset/tests/golden/topography.json
+    python3 golden/topography.py ../shared/data/topography > crates/piezotact-surface/tests/golden/topography.json
 
 Lengths in m. Heights are taken from their mean, since programs differ in whether they add an offset.
 """

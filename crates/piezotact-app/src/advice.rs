@@ -6,12 +6,16 @@ use piezotact::Doubt;
 use piezotact::document::Words;
 use piezotact::doubt::{Advice, ChannelRole, Merged};
 use piezotact::wording;
+#[cfg(feature = "haptic")]
+use piezotact_haptic::envelope::EnvelopeError;
 #[cfg(feature = "study")]
 use piezotact_people::association::{AssociationDoubt, FeltDoubt};
 #[cfg(feature = "study")]
 use piezotact_people::campaign::session::CampaignDoubt;
 #[cfg(feature = "study")]
 use piezotact_people::eeg::EegDoubt;
+#[cfg(feature = "surface")]
+use piezotact_surface::SurfaceDoubt;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -64,6 +68,10 @@ pub(crate) fn text(doubt: &Doubt) -> String {
     if let Some(text) = of_people(doubt) {
         return text;
     }
+    #[cfg(feature = "surface")]
+    if let Some(text) = wording::text_of::<SurfaceDoubt>(doubt, &words) {
+        return text;
+    }
     wording::text_with(doubt, &words)
 }
 
@@ -99,6 +107,11 @@ impl Words for OptionWords {
 /// The options that help with an error of the science.
 pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<String> {
     let advice = wording::advice_of_error(error);
+    #[cfg(feature = "haptic")]
+    let advice = match error.downcast_ref() {
+        Some(EnvelopeError::TooMany { .. }) => vec![Advice::LowerRate],
+        _ => advice,
+    };
     let options: Vec<String> = advice.iter().filter_map(option).collect();
     (!options.is_empty()).then(|| options.join(", "))
 }

@@ -11,10 +11,9 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser};
 use piezotact::filter::HighPass;
-use piezotact::quantity::{Hertz, Measure, Unit};
+use piezotact::quantity::{Hertz, Measure};
 use piezotact::spectrum::Window;
-use piezotact::surface::{Form, ShortWaves};
-use piezotact_dataset::{NamePattern, recording_formats, topography_formats, transfer_formats};
+use piezotact_dataset::{NamePattern, recording_formats, transfer_formats};
 
 pub(crate) use device::{
     Characterise, EstimatorName, ExcitationName, Finger, ForceWindowName, Gate, InverseName, Level,
@@ -296,117 +295,4 @@ pub(crate) struct Spectrum {
         allow_negative_numbers = true
     )]
     pub(crate) max_frequency: Option<f64>,
-}
-
-/// Which standard says what is averaged along a profile.
-#[derive(Clone, Copy, Debug, clap::ValueEnum)]
-pub(crate) enum StandardName {
-    /// ISO 4287:1997: the mean over the sampling lengths.
-    Iso4287,
-    /// ISO 21920-2:2021: most parameters over the evaluation length.
-    Iso21920,
-}
-
-/// What separates roughness from waviness.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum FilterName {
-    /// The Gaussian filter of ISO 16610.
-    Gauss,
-    /// No filter.
-    None,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Roughness {
-    #[arg(
-        required = true,
-        value_name = "FILE",
-        help = format!("Profiles or height maps ({}); several are ordered by Ra", topography_formats())
-    )]
-    pub(crate) files: Vec<PathBuf>,
-    /// The standard that defines the averages along a profile; default iso4287.
-    #[arg(long, value_enum)]
-    pub(crate) standard: Option<StandardName>,
-    /// The cut-off λc of a profile, such as 2.5mm; by default chosen by the rule of ISO 4288. On a height map, the
-    /// nesting index of the L-filter; by default there is no L-filter.
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
-    pub(crate) cutoff: Option<f64>,
-    /// Chooses the cut-off by the mean width of the profile elements (RSm), as ISO 4288 requires for turned,
-    /// planed and other periodic profiles.
-    #[arg(long, conflicts_with = "cutoff")]
-    pub(crate) periodic: bool,
-    /// The filter that separates roughness from waviness. Default: gauss, and none for a roughness profile that the
-    /// instrument has filtered (.tx2 with its .tx3).
-    #[arg(long, value_enum)]
-    pub(crate) filter: Option<FilterName>,
-    /// The form that is removed first: mean, level (least-squares line or plane) or poly2 … poly10. Default: level,
-    /// or mean with --filter none.
-    #[arg(long, value_parser = form)]
-    pub(crate) form: Option<Form>,
-    /// The S-filter, which removes short wavelengths: iso (λs of ISO 3274), none, or a length such as 8um. Default:
-    /// iso for a profile and none for a height map.
-    #[arg(long, value_name = "iso|none|LENGTH", value_parser = short_waves, allow_hyphen_values = true)]
-    pub(crate) s_filter: Option<ShortWaves>,
-    /// The unit of the coordinates in a text file without units, such as mm.
-    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
-    pub(crate) x_unit: Option<f64>,
-    /// The unit of the heights in a text file without units, such as um.
-    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
-    pub(crate) z_unit: Option<f64>,
-    /// The spacing of the points in a text file without coordinates, such as 0.5um.
-    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
-    pub(crate) step: Option<f64>,
-    /// Writes the primary profile, its mean line and its roughness profile as a table; of several files, a table of their
-    /// parameters.
-    #[arg(long, value_name = "TABLE.csv")]
-    pub(crate) csv: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// A length with its unit, in m.
-fn length(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(Measure {
-            value,
-            unit: Unit::Metre,
-        }) => Ok(value),
-        _ => Err(format!(
-            "expected a length above zero with a unit (m, mm, um, nm), found `{text}`; write for example 2.5mm"
-        )),
-    }
-}
-
-/// A unit of length, in m.
-fn length_unit(text: &str) -> Result<f64, String> {
-    match Unit::parse(text) {
-        (Unit::Metre, factor) => Ok(factor),
-        _ => length(text).map_err(|_says_less| {
-            format!(
-                "expected a unit of length (m, mm, um, nm), found `{text}`; write for example um"
-            )
-        }),
-    }
-}
-
-fn form(text: &str) -> Result<Form, String> {
-    let degree = |text: &str| text.strip_prefix("poly")?.parse().ok();
-    match (text, degree(text)) {
-        ("mean", _) => Ok(Form::Mean),
-        ("level", _) => Ok(Form::Level),
-        (_, Some(degree @ 2..=10)) => Ok(Form::Polynomial(degree)),
-        _ => Err("expected mean, level or poly2 to poly10".into()),
-    }
-}
-
-fn short_waves(text: &str) -> Result<ShortWaves, String> {
-    match text {
-        "iso" => Ok(ShortWaves::Iso3274),
-        "none" => Ok(ShortWaves::Kept),
-        text => length(text).map(ShortWaves::Stated),
-    }
 }

@@ -62,6 +62,7 @@ mod export;
 mod fake_bench;
 #[cfg(feature = "every-command")]
 mod hostile_inputs;
+#[cfg(feature = "modal")]
 mod impact;
 mod integrity;
 mod interrupts;
@@ -89,7 +90,10 @@ mod real_input;
 mod record;
 #[cfg(feature = "every-command")]
 mod refusals;
+#[cfg(feature = "surface")]
+mod reliefs;
 mod rerun;
+#[cfg(feature = "surface")]
 mod roughness;
 mod score;
 #[cfg(feature = "every-command")]
@@ -99,6 +103,7 @@ mod serve;
 #[cfg(feature = "every-command")]
 mod snapshots;
 mod support;
+#[cfg(feature = "surface")]
 mod surfcom;
 mod touch;
 #[cfg(feature = "every-command")]

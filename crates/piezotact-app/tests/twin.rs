@@ -130,6 +130,7 @@ fn no_eeg_is_replaced() {
 }
 
 /// A map has the Ra of its sample as its Sa, and dots their height.
+#[cfg(feature = "surface")]
 #[test]
 fn surfaces_measure_as_their_samples() {
     let folder = Folder::new();

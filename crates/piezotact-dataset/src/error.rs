@@ -139,7 +139,9 @@ impl WriteError {
         }
     }
 
-    pub(crate) fn content(
+    /// That a file of this format cannot hold what was found instead of what was `expected`, with what is to be done.
+    #[must_use]
+    pub fn content(
         path: &Path,
         expected: impl Into<String>,
         found: impl Into<String>,

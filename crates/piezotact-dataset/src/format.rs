@@ -1,7 +1,7 @@
 //! Tables of file formats: one row per format, in the order in which they are tried.
 //!
 //! A new format is a file with its reader and one row in the table of what it holds: recordings (`open.rs`), transfer
-//! functions (`transfer_file.rs`) or topographies (`topography/mod.rs`). Lists of formats in helps and errors are made
+//! functions (`transfer_file.rs`) or topographies (in `piezotact-surface`). Lists of formats in helps and errors are made
 //! from the tables.
 
 use std::fs::File;
@@ -14,20 +14,23 @@ use crate::error::ReadError;
 const HEAD: usize = 1024;
 
 /// One format: its names, how it is known, and what reads it.
-pub(crate) struct Format<K, R> {
-    pub(crate) kind: K,
+#[derive(Debug)]
+pub struct Format<K, R> {
+    /// What its files are called.
+    pub kind: K,
     /// Its name in a list of formats; empty where it is known only to be refused by its name.
-    pub(crate) label: &'static str,
+    pub label: &'static str,
     /// The endings of its files, in lower case, the usual one first.
-    pub(crate) endings: &'static [&'static str],
+    pub endings: &'static [&'static str],
     /// How its files are known.
-    pub(crate) sniff: Recognition,
-    pub(crate) read: R,
+    pub sniff: Recognition,
+    /// What reads them.
+    pub read: R,
 }
 
 /// How the files of a format are known.
-#[derive(Clone, Copy)]
-pub(crate) enum Recognition {
+#[derive(Clone, Copy, Debug)]
+pub enum Recognition {
     /// By their first bytes: nothing more is read for this.
     Head(fn(&[u8]) -> bool),
     /// By their name and all their bytes.
@@ -35,8 +38,10 @@ pub(crate) enum Recognition {
 }
 
 /// A file that is read only as far as it has to be.
-pub(crate) struct Opened<'a> {
-    pub(crate) path: &'a Path,
+#[derive(Debug)]
+pub struct Opened<'a> {
+    /// Where it is.
+    pub path: &'a Path,
     bytes: Vec<u8>,
     /// What is not read yet.
     rest: Option<File>,
@@ -44,7 +49,10 @@ pub(crate) struct Opened<'a> {
 
 impl<'a> Opened<'a> {
     /// The file at `path` with its first bytes.
-    pub(crate) fn open(path: &'a Path) -> Result<Self, ReadError> {
+    ///
+    /// # Errors
+    /// [`ReadError`] when it cannot be read.
+    pub fn open(path: &'a Path) -> Result<Self, ReadError> {
         let mut file = crate::input::open_input(path)?;
         let mut bytes = Vec::new();
         file.by_ref()
@@ -59,12 +67,16 @@ impl<'a> Opened<'a> {
     }
 
     /// The first bytes.
-    pub(crate) fn head(&self) -> &[u8] {
+    #[must_use]
+    pub fn head(&self) -> &[u8] {
         &self.bytes[..self.bytes.len().min(HEAD)]
     }
 
     /// All bytes.
-    pub(crate) fn bytes(&mut self) -> Result<&[u8], ReadError> {
+    ///
+    /// # Errors
+    /// [`ReadError`] when they cannot be read.
+    pub fn bytes(&mut self) -> Result<&[u8], ReadError> {
         if let Some(mut file) = self.rest.take() {
             file.read_to_end(&mut self.bytes)
                 .map_err(|error| ReadError::io(self.path, &error))?;
@@ -74,7 +86,10 @@ impl<'a> Opened<'a> {
 }
 
 /// The first format of `table` that recognises this file.
-pub(crate) fn recognise<'t, K, R>(
+///
+/// # Errors
+/// [`ReadError`] when it cannot be read.
+pub fn recognise<'t, K, R>(
     table: &'t [Format<K, R>],
     file: &mut Opened<'_>,
 ) -> Result<Option<&'t Format<K, R>>, ReadError> {
@@ -91,7 +106,8 @@ pub(crate) fn recognise<'t, K, R>(
 }
 
 /// The first format of `table` whose file `bytes` are.
-pub(crate) fn recognise_bytes<'t, K, R>(
+#[must_use]
+pub fn recognise_bytes<'t, K, R>(
     table: &'t [Format<K, R>],
     path: &Path,
     bytes: &[u8],
@@ -103,10 +119,8 @@ pub(crate) fn recognise_bytes<'t, K, R>(
 }
 
 /// The format of `table` with the ending of `path`.
-pub(crate) fn of_ending<'t, K, R>(
-    table: &'t [Format<K, R>],
-    path: &Path,
-) -> Option<&'t Format<K, R>> {
+#[must_use]
+pub fn of_ending<'t, K, R>(table: &'t [Format<K, R>], path: &Path) -> Option<&'t Format<K, R>> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     table
         .iter()
@@ -114,7 +128,8 @@ pub(crate) fn of_ending<'t, K, R>(
 }
 
 /// The names of the formats of `table` that can be read, with `last` before the last: `WAV, MAT or CSV`.
-pub(crate) fn list<K, R>(table: &[Format<K, R>], last: &str) -> String {
+#[must_use]
+pub fn list<K, R>(table: &[Format<K, R>], last: &str) -> String {
     let labels: Vec<&str> = table
         .iter()
         .map(|format| format.label)

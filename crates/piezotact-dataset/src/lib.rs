@@ -16,7 +16,7 @@ pub mod eeg;
 mod error;
 mod felt_folder;
 mod flat;
-mod format;
+pub mod format;
 pub mod haptic;
 mod input;
 mod journal;
@@ -32,7 +32,6 @@ mod recording_file;
 mod sample_set;
 pub mod sidecar;
 mod stored;
-pub mod topography;
 mod transfer_file;
 mod transfer_json;
 pub mod uff;
@@ -60,10 +59,6 @@ pub use panel_folder::{
 };
 pub use recording_file::recording_of_ours;
 pub use sample_set::{known_sample_sets, read_sample_set};
-pub use topography::{
-    TopographyFile, TopographyKind, TopographyOptions, read_topography, topography_formats,
-    write_sur,
-};
 pub use transfer_file::{
     TransferFormat, holds_transfer, read_transfer, stored_transfer, transfer_formats,
     write_transfer, write_transfer_as,

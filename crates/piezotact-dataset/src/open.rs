@@ -241,23 +241,21 @@ static RECORDINGS: &[Format<FileKind, Reader>] = &[
     npy::NPY,
     Format {
         kind: FileKind::HAPTIC_CLIP,
-        label: "HAPTIC",
+        label: if cfg!(feature = "haptic") {
+            "HAPTIC"
+        } else {
+            ""
+        },
         endings: &["haptic"],
         sniff: Recognition::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Clip)),
-        read: |file, options| {
-            let clip = haptic::parse_haptic(file.path, file.bytes()?)?;
-            Ok(haptic::recording_of_clip(file.path, clip, options)?.into())
-        },
+        read: from_clip,
     },
     Format {
         kind: FileKind::HJIF,
-        label: "HJIF",
+        label: if cfg!(feature = "haptic") { "HJIF" } else { "" },
         endings: &["hjif"],
         sniff: Recognition::Whole(|_, bytes| haptic_kind(bytes) == Some(HapticKind::Hjif)),
-        read: |file, options| {
-            let content = haptic::parse_hjif(file.path, file.bytes()?)?;
-            Ok(haptic::recording_of_hjif(file.path, &content, options)?.into())
-        },
+        read: from_hjif,
     },
     Format {
         kind: FileKind::AHAP,
@@ -356,6 +354,32 @@ fn refuse_json(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadErr
     }
     let todo = format!("give a file that is {}", format::list(RECORDINGS, " or "));
     Err(none(file, "JSON", todo))
+}
+
+#[cfg(feature = "haptic")]
+fn from_clip(file: &mut Opened<'_>, options: &ReadOptions) -> Result<Stored, ReadError> {
+    let clip = haptic::parse_haptic(file.path, file.bytes()?)?;
+    Ok(haptic::recording_of_clip(file.path, clip, options)?.into())
+}
+
+#[cfg(feature = "haptic")]
+fn from_hjif(file: &mut Opened<'_>, options: &ReadOptions) -> Result<Stored, ReadError> {
+    let content = haptic::parse_hjif(file.path, file.bytes()?)?;
+    Ok(haptic::recording_of_hjif(file.path, &content, options)?.into())
+}
+
+#[cfg(not(feature = "haptic"))]
+use {not_here as from_clip, not_here as from_hjif};
+
+/// A haptic file, in a build that reads none.
+#[cfg(not(feature = "haptic"))]
+fn not_here(file: &mut Opened<'_>, _: &ReadOptions) -> Result<Stored, ReadError> {
+    let todo = "build piezotact with ./x build, which reads it";
+    Err(none(
+        file,
+        "a haptic file, which this build does not read",
+        todo.into(),
+    ))
 }
 
 /// The first segment of an EEG file.

@@ -158,6 +158,7 @@ pub(crate) fn prepare_json(path: &Path, value: &impl Serialize) -> Result<Prepar
 }
 
 /// JSON on one line, for files that hold a line for each sample otherwise.
+#[cfg(feature = "haptic")]
 pub(crate) fn prepare_compact_json(
     path: &Path,
     value: &impl Serialize,

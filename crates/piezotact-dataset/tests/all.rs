@@ -14,8 +14,5 @@ mod shared_data;
 mod sidecar;
 mod stored_functions;
 mod support;
-mod topography;
-mod topography_formats;
-mod topography_text;
 mod uff;
 mod uff_clocks;

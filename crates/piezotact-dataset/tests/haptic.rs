@@ -12,16 +12,18 @@ use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
 use piezotact::device::{DeviceDescription, DriveSetup};
-use piezotact::envelope::EnvelopeConfig;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, SampleRate, Unit, Volts};
 use piezotact::series::Series;
 use piezotact_dataset::haptic::{
-    HapticClip, HapticKind, HapticMetadata, HjifTexture, ahap_of, clip_of, date_of, haptic_kind,
-    parse_ahap, parse_haptic, parse_hjif, piezo_device, read_haptic, write_ahap, write_haptic,
-    write_hjif,
+    HapticKind, haptic_kind, parse_ahap, parse_haptic, parse_hjif, read_haptic, write_ahap,
+    write_haptic, write_hjif,
 };
 use piezotact_dataset::{
     Contents, FileKind, ReadError, ReadOptions, holds_transfer, read_recording,
+};
+use piezotact_haptic::envelope::EnvelopeConfig;
+use piezotact_haptic::{
+    HapticClip, HapticMetadata, HjifTexture, ahap_of, clip_of, date_of, piezo_device,
 };
 use serde_json::Value;
 

@@ -5,11 +5,11 @@ use std::path::Path;
 
 use piezotact::quantity::{Drive, SampleRate};
 use piezotact::series::Series;
-use piezotact_dataset::haptic::{
-    Ahap, AhapParameterId, AhapPattern, Exported, HjifTexture, ahap_of, parse_haptic, piezo_device,
-    write_hjif,
-};
+use piezotact_dataset::haptic::{parse_haptic, write_hjif};
 use piezotact_dataset::{ReadOptions, holds_transfer, read_recording};
+use piezotact_haptic::{
+    Ahap, AhapParameterId, AhapPattern, Exported, HjifTexture, ahap_of, piezo_device,
+};
 
 /// One breakpoint is a constant: without it the event beneath plays at full strength.
 #[test]

@@ -16,6 +16,7 @@ mod format;
 mod grid;
 pub mod heatmap;
 mod image;
+#[cfg(feature = "modal")]
 mod impact;
 pub mod invocation;
 mod legend;
@@ -27,7 +28,6 @@ pub mod panel;
 pub mod parts;
 pub mod rendering;
 pub mod report;
-pub mod roughness;
 pub mod score;
 pub mod spectrogram;
 pub mod touch;
@@ -36,8 +36,8 @@ pub mod verify;
 
 use piezotact::figure::{Chart, Drawn, Figure};
 
-pub(crate) use page::{UNKNOWN_BENCH, bench_text, file_name};
-pub use page::{broad_document, document, figure};
+pub(crate) use page::{UNKNOWN_BENCH, bench_text};
+pub use page::{broad_document, document, figure, file_name};
 
 /// A figure, a table or a report that could not be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

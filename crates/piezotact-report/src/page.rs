@@ -40,7 +40,7 @@ pub fn figure(svg: &str, caption: &str) -> Markup {
 }
 
 /// The name of a file without its folder.
-pub(crate) fn file_name(path: &Path) -> String {
+pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(
         || path.display().to_string(),
         |name| name.to_string_lossy().into_owned(),

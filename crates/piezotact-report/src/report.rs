@@ -99,7 +99,7 @@ pub(crate) fn drawn_doubts_and(doubts: &[Merged], more: &[String], words: &dyn W
 }
 
 /// The section of doubts of a report.
-pub(crate) fn doubts_section(doubts: &[Merged], words: &dyn Words) -> Markup {
+pub fn doubts_section(doubts: &[Merged], words: &dyn Words) -> Markup {
     html! { section { h2 { "Doubts" } (drawn_doubts(doubts, words)) } }
 }
 

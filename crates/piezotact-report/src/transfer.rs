@@ -7,8 +7,10 @@ use piezotact::number::digits;
 use piezotact::quantity::{Band, Quantity, Unit};
 use piezotact::transfer::{Bias, Distortion, ImpactTraces, Limits, TransferFunction};
 
+#[cfg(feature = "modal")]
+use crate::impact;
 use crate::report::drawn_doubts_and;
-use crate::{DrawError, bench_text, document, figure, figures, impact};
+use crate::{DrawError, bench_text, document, figure, figures};
 
 /// What the figures of a transfer function show.
 pub(crate) fn captions<I: Quantity, O: Quantity>(
@@ -100,7 +102,10 @@ pub fn html<I: Quantity, O: Quantity>(
         .distortion
         .map(|d| figures::distortion(d, &page.response_unit))
         .transpose()?;
+    #[cfg(feature = "modal")]
     let hits = impact::section(page)?;
+    #[cfg(not(feature = "modal"))]
+    let hits = html! {};
     let body = html! {
         h1 { (page.title) }
         p.soft { (bench_line(function)) }

@@ -10,7 +10,7 @@ mod json;
 mod list;
 mod merged;
 mod value;
-pub(crate) mod words;
+pub mod words;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -116,6 +116,8 @@ impl Doubt {
 }
 
 /// Declares the doubts of a rule: an enum, with the code of each and the field that names what it is about.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! doubts {
     (
         $(#[$meta:meta])*
@@ -172,7 +174,8 @@ macro_rules! doubts {
         }
     };
 }
-pub(crate) use doubts;
+#[doc(hidden)]
+pub use doubts;
 
 /// Declares the causes that a doubt can name in one of its fields: as [`doubts!`], each kept as a doubt within the doubt. Their
 /// last is `Said`, a cause known only as a sentence.

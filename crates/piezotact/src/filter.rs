@@ -63,6 +63,7 @@ struct Section {
 /// The side of its cut-off that a filter passes.
 #[derive(Clone, Copy)]
 enum Side {
+    #[cfg(feature = "modal")]
     Low,
     High,
 }
@@ -77,6 +78,7 @@ impl Side {
                 // A pole of the low-pass prototype, and s = warped · pole or warped / pole; z = (1 + s)/(1 − s).
                 let prototype = Complex::new(-turn.sin(), turn.cos());
                 let (pole, level, middle) = match self {
+                    #[cfg(feature = "modal")]
                     Self::Low => (warped * prototype, warped * warped, 2.0),
                     Self::High => (Complex::from(warped) / prototype, 1.0, -2.0),
                 };
@@ -105,11 +107,13 @@ fn through(sections: &[Section], states: &mut [[f64; 2]], sample: f64) -> f64 {
 }
 
 /// A causal Butterworth band-pass of one octave, which says nothing of what comes later: second order below it, fourth above.
+#[cfg(feature = "modal")]
 #[derive(Clone, Debug)]
 pub(crate) struct Octave {
     sections: Vec<Section>,
 }
 
+#[cfg(feature = "modal")]
 impl Octave {
     /// The octave above `low`; all above `low` where the octave would reach half the rate.
     pub(crate) fn above(low: Hertz, rate: SampleRate) -> Self {

@@ -7,8 +7,10 @@ pub use piezotact_fourier::{ComplexPlanner, ComplexToReal, Fft, RealPlanner, Rea
 
 /// The transforms of real signals of one length. Each direction is planned at its first use, as the plan and the scratch memory of
 /// a long signal are larger than the signal.
+///
+/// Source: [`piezotact_fourier`].
 #[derive(Clone)]
-pub(crate) struct RealTransform {
+pub struct RealTransform {
     length: usize,
     forward: Option<Arc<dyn RealToComplex<f64>>>,
     inverse: Option<Arc<dyn ComplexToReal<f64>>>,
@@ -17,7 +19,9 @@ pub(crate) struct RealTransform {
 }
 
 impl RealTransform {
-    pub(crate) fn new(length: usize) -> Self {
+    /// The transforms of signals of `length` samples.
+    #[must_use]
+    pub fn new(length: usize) -> Self {
         Self {
             length,
             forward: None,
@@ -27,12 +31,15 @@ impl RealTransform {
         }
     }
 
-    pub(crate) fn length(&self) -> usize {
+    /// The number of samples.
+    #[must_use]
+    pub fn length(&self) -> usize {
         self.length
     }
 
     /// The n/2 + 1 bins of `x`, which is cut or filled with zeros to the length; not scaled.
-    pub(crate) fn forward(&mut self, x: &[f64]) -> Vec<Complex<f64>> {
+    #[must_use]
+    pub fn forward(&mut self, x: &[f64]) -> Vec<Complex<f64>> {
         self.forward_about(x, 0.0)
     }
 
@@ -55,7 +62,8 @@ impl RealTransform {
 
     /// The signal with the given n/2 + 1 bins, scaled by 1/n. The imaginary parts of the bins that must be
     /// real (0 Hz, and Nyquist for even n) are dropped.
-    pub(crate) fn inverse(&mut self, mut bins: Vec<Complex<f64>>) -> Vec<f64> {
+    #[must_use]
+    pub fn inverse(&mut self, mut bins: Vec<Complex<f64>>) -> Vec<f64> {
         let length = self.length;
         let plan = (self.inverse).get_or_insert_with(|| piezotact_fourier::real_inverse(length));
         bins.resize(length / 2 + 1, Complex::default());
@@ -106,7 +114,10 @@ pub(crate) fn minimum_phase(magnitudes: &[f64], length: usize) -> Vec<f64> {
 }
 
 /// The smallest even length from `n` up whose only prime factors are 2, 3 and 5: quick to transform.
-pub(crate) fn fast_length(n: usize) -> usize {
+///
+/// Source: J. W. Cooley and J. W. Tukey (1965), Math. Comput. 19(90).
+#[must_use]
+pub fn fast_length(n: usize) -> usize {
     let smooth = |mut m: usize| {
         for p in [2, 3, 5] {
             while m.is_multiple_of(p) {

@@ -25,7 +25,6 @@ macro_rules! kinds_of_doubts {
             $of::<crate::clipping::ClippingDoubt>,
             $of::<crate::integrity::SignalDoubt>,
             $of::<crate::noise::NoiseDoubt>,
-            $of::<crate::surface::SurfaceDoubt>,
             $of::<crate::stroke::StrokeDoubt>,
             $of::<crate::stroke::ForceDoubt>,
             $of::<crate::feature::FeatureDoubt>,
@@ -71,6 +70,7 @@ pub mod noise;
 pub mod recording;
 pub mod resample;
 pub mod series;
+pub mod share;
 pub mod sound;
 pub mod spectrum;
 
@@ -86,7 +86,6 @@ pub mod surface;
 // Device.
 pub mod correct;
 pub mod device;
-pub mod envelope;
 pub mod manipulate;
 pub mod monitor;
 pub mod panel;

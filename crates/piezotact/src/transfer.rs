@@ -39,9 +39,10 @@ pub use estimator::Estimator;
 pub(crate) use impact::short_pulses;
 pub use impact::{
     Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactDoubt,
-    ImpactError, ImpactEstimate, ImpactSegment, ImpactTest, ImpactTraces, Transient,
-    estimate_impacts, transient,
+    ImpactError, ImpactSegment, ImpactTest, ImpactTraces, Transient, transient,
 };
+#[cfg(feature = "modal")]
+pub use impact::{ImpactEstimate, estimate_impacts};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};

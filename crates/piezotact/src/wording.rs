@@ -6,7 +6,6 @@
 use std::fmt;
 
 use crate::doubt::{Advice, ChannelRole, Doubt, DoubtKind, Value};
-use crate::envelope::EnvelopeError;
 use crate::feature::FeatureError;
 use crate::recording::RecordingError;
 use crate::score::ScoreError;
@@ -74,11 +73,25 @@ pub fn advice(doubt: &Doubt) -> Vec<Advice> {
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
 pub fn text_with(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> String {
-    let advice: Vec<String> = advice(doubt).iter().map(words).collect();
+    worded(finding(doubt), &advice(doubt), words)
+}
+
+/// As [`text_with`], of a doubt of the kind `K` that another crate raises; `None` where it is of another kind.
+///
+/// Source: house rule; decision 0037 of this project.
+#[must_use]
+pub fn text_of<K: DoubtKind>(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> Option<String> {
+    let (found, advice) = said_by::<K>(doubt)?;
+    let stored = !doubt.advice.is_empty();
+    let advice = if stored { &doubt.advice } else { &advice };
+    Some(worded(found, advice, words))
+}
+
+fn worded(found: String, advice: &[Advice], words: &dyn Fn(&Advice) -> String) -> String {
+    let advice: Vec<String> = advice.iter().map(words).collect();
     if advice.is_empty() {
-        return finding(doubt);
+        return found;
     }
-    let found = finding(doubt);
     let between = if found.contains(": ") { "; " } else { ": " };
     format!("{found}{between}{}", advice.join("; "))
 }
@@ -109,9 +122,6 @@ pub fn advice_of_error(error: &(dyn std::error::Error + 'static)) -> Vec<Advice>
     }
     if let Some(FeatureError::NoVibration | FeatureError::Units { .. }) = error.downcast_ref() {
         return vec![role(ChannelRole::Vibration)];
-    }
-    if let Some(EnvelopeError::TooMany { .. }) = error.downcast_ref() {
-        return vec![Advice::LowerRate];
     }
     if let Some(ScoreError::TooShort { .. }) = error.downcast_ref() {
         return vec![Advice::JoinWithItself];

@@ -21,8 +21,6 @@ mod prepare;
 mod receptors;
 mod reference;
 mod related;
-mod roughness;
-mod roughness_of_anything;
 mod score;
 mod shared_data;
 mod sound_golden;

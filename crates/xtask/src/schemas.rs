@@ -15,7 +15,6 @@ use piezotact::score::ScoreDocument;
 use piezotact::sound::{LatencySummary, SoundCalibration, SoundDevices};
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
-use piezotact::surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact::transfer::EstimateDocument;
 use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{
@@ -33,6 +32,7 @@ use piezotact_people::eeg::group::EegStats;
 use piezotact_people::eeg::info::EegInfo;
 use piezotact_people::eeg::person::EegErd;
 use piezotact_study::bids::{Checked, Exported};
+use piezotact_surface::{RoughnessDocument, RoughnessSetDocument};
 use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
 use piezotact_validation::count::CountedPanels;
 use piezotact_validation::document::ReplayDocument;

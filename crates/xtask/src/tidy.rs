@@ -17,20 +17,35 @@ use syn::visit::Visit;
 
 use crate::source::{self, rust_files};
 
-/// The folders of the sciences: of signals and touch, and of people.
-const SCIENCES: [&str; 2] = ["crates/piezotact", "crates/piezotact-people"];
+/// The sources of the sciences: of signals and touch, of people, and of what is optional beside them.
+const SCIENCES: [&str; 4] = [
+    "crates/piezotact/src",
+    "crates/piezotact-people/src",
+    "crates/piezotact-haptic/src/envelope",
+    "crates/piezotact-surface/src/roughness",
+];
 /// Modules whose functions compute nothing: they hold numbers of any unit, which a label beside them names, or word them.
 const SHOWN_NUMBERS: [&str; 2] = ["src/figure.rs", "src/number.rs"];
 
 /// The arrows between crates, and no others.
-const ARROWS: [(&str, &[&str]); 14] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("piezotact-fourier", &[]),
     ("piezotact", &["piezotact-fourier"]),
     ("piezotact-people", &["piezotact"]),
-    ("piezotact-dataset", &["piezotact"]),
+    ("piezotact-haptic", &["piezotact"]),
+    ("piezotact-dataset", &["piezotact", "piezotact-haptic"]),
     ("piezotact-bench", &["piezotact", "piezotact-fourier"]),
     ("piezotact-audio", &["piezotact", "piezotact-bench"]),
     ("piezotact-report", &["piezotact", "piezotact-people"]),
+    (
+        "piezotact-surface",
+        &[
+            "piezotact",
+            "piezotact-fourier",
+            "piezotact-dataset",
+            "piezotact-report",
+        ],
+    ),
     (
         "piezotact-study",
         &[
@@ -70,6 +85,8 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "piezotact-volunteers",
             "piezotact-report",
             "piezotact-dataset",
+            "piezotact-haptic",
+            "piezotact-surface",
             "piezotact-audio",
         ],
     ),
@@ -99,6 +116,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "piezotact-study",
             "piezotact-twin",
             "piezotact-validation",
+            "piezotact-surface",
         ],
     ),
 ];
@@ -253,7 +271,7 @@ fn arrows(metadata: &Metadata, findings: &mut Findings) {
 /// Invariant 3: no public function of the science without shape, unit, errors and source.
 fn science_is_documented(root: &Path, findings: &mut Findings) -> Result<()> {
     for science in SCIENCES {
-        for file in rust_files(&root.join(science).join("src"))? {
+        for file in rust_files(&root.join(science))? {
             if SHOWN_NUMBERS.iter().any(|module| file.ends_with(module)) {
                 continue;
             }
@@ -481,14 +499,10 @@ mod tests {
 
     /// Each science is looked at: a module that its table lacks would be found.
     #[test]
-    fn both_sciences_are_there() {
+    fn all_sciences_are_there() {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         for science in super::SCIENCES {
-            assert!(
-                !super::rust_files(&root.join(science).join("src"))
-                    .unwrap()
-                    .is_empty()
-            );
+            assert!(!super::rust_files(&root.join(science)).unwrap().is_empty());
         }
     }
 

@@ -168,6 +168,12 @@ pub(crate) struct Transfer {
     pub(crate) reading: Reading,
     /// What the drive is taken for; a random estimate refuses a drive of short pulses.
     #[arg(long, value_enum, default_value = "auto")]
+    #[cfg_attr(
+        not(feature = "modal"),
+        arg(
+            help = "What the drive is taken for. Impact tests are not in this build: ./x build has them"
+        )
+    )]
     pub(crate) excitation: ExcitationName,
     /// Samples in a segment. Default: 0.41 s, 2048 at 5 kHz; for impacts, twice as long as the response takes to decay.
     #[arg(long)]

@@ -12,6 +12,12 @@ pub(crate) struct Export {
     pub(crate) input: PathBuf,
     /// The file to write: .wav, .hjif, .haptic, .ahap, or .uff.
     #[arg(long)]
+    #[cfg_attr(
+        not(feature = "haptic"),
+        arg(
+            help = "The file to write: .wav or .uff; .hjif, .haptic and .ahap are not in this build: ./x build has them"
+        )
+    )]
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) reading: Reading,

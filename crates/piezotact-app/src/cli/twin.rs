@@ -24,7 +24,7 @@ pub(crate) enum TwinCommand {
     #[command(
         after_help = "Example:\n  piezotact twin surface S4 --out map.sur\n  piezotact twin surface M8 --size 4mm --step 4um --out M8.sur"
     )]
-    Surface(Surface),
+    Surface(crate::commands::twin::surface::Arguments),
     /// Stands in for a device with a finger on it: a client of a JACK server that hears what `audio:SETUP.toml` plays and answers on its
     /// inputs, in a process of its own.
     #[command(
@@ -138,30 +138,6 @@ pub(crate) struct Record {
     pub(crate) out: PathBuf,
     #[command(flatten)]
     pub(crate) live: Live,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Args)]
-pub(crate) struct Surface {
-    /// The sample: S1–S13, NO, M1–M12, BIO, or one of --twin FILE.
-    pub(crate) sample: String,
-    /// The side length of the square map, such as 4mm; default: large enough for statistics.
-    #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
-    pub(crate) size: Option<f64>,
-    /// The spacing of the points, such as 4um; default: fine enough for the sample.
-    #[arg(long, value_name = "LENGTH", value_parser = super::length, allow_hyphen_values = true)]
-    pub(crate) step: Option<f64>,
-    /// Seed of the random surface.
-    #[arg(long, default_value_t = 1)]
-    pub(crate) seed: u64,
-    /// A laboratory's own parameter file.
-    #[arg(long, value_name = "FILE.toml")]
-    pub(crate) twin: Option<PathBuf>,
-    /// The map to write (SUR).
-    #[arg(long)]
-    pub(crate) out: PathBuf,
     /// Prints a summary as JSON.
     #[arg(long)]
     pub(crate) json: bool,

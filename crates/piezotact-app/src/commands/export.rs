@@ -1,21 +1,17 @@
 //! `piezotact export`: textures, drives and transfer functions for other devices and programs.
 
+#[cfg(feature = "haptic")]
+mod haptic;
+
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::envelope::{EnvelopeConfig, Shares, shares_of_full_scale};
-use piezotact::quantity::{
-    Acceleration, Band, Drive, Hertz, Measure, SampleRate, Uncalibrated, Unit,
-};
-use piezotact::recording::{About, Recording, RecordingDoubt};
+use piezotact::quantity::{Measure, SampleRate, Uncalibrated, Unit};
+use piezotact::recording::{About, Recording};
 use piezotact::series::Series;
+use piezotact::share::{Shares, shares_of_full_scale};
 use piezotact_dataset::document::ExportDocument;
-use piezotact_dataset::haptic::{
-    HapticClip, HapticKind, HapticMetadata, HjifReferenceDevice, HjifTexture, ahap_of, clip_of,
-    date_of, haptic_kind_of_file, piezo_device, read_haptic, write_ahap, write_haptic, write_hjif,
-};
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -122,6 +118,10 @@ pub(crate) fn run(args: &Export) -> Outcome {
         writes.push(&sidecar);
     }
     outputs(&inputs, &writes)?;
+    #[cfg(not(feature = "haptic"))]
+    if !matches!(format, Format::Wav | Format::Uff) {
+        return super::lacking::other(&format!("--out {}", args.out.display()));
+    }
     if args.transfer.is_some() && format != Format::Hjif {
         return Err(usage(anyhow!(
             "expected --transfer with a .hjif output only, found it with {}; leave it out",
@@ -130,12 +130,15 @@ pub(crate) fn run(args: &Export) -> Outcome {
     }
     let written = if holds_transfer(&args.input) {
         of_transfer(args, format)?
-    } else if matches!(format, Format::Haptic | Format::Ahap)
-        && haptic_kind_of_file(&args.input) == Some(HapticKind::Clip)
-    {
-        of_clip(args, format)?
     } else {
-        of_recording(args, format)?
+        #[cfg(feature = "haptic")]
+        let of_clip = haptic::of_clip(args, format)?;
+        #[cfg(not(feature = "haptic"))]
+        let of_clip = None;
+        match of_clip {
+            Some(written) => written,
+            None => of_recording(args, format)?,
+        }
     };
     let document = ExportDocument::of(
         (&args.out, format.name()),
@@ -189,93 +192,41 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     })
 }
 
-/// A clip as it is: nothing is played and analysed again.
-fn of_clip(args: &Export, format: Format) -> Outcome<Written> {
-    for (option, given) in [
-        ("--rate", args.reading.rate.is_some()),
-        ("--scale", args.reading.scale.is_some()),
-        ("--channel", args.channel.is_some()),
-    ] {
-        if given {
-            return Err(usage(anyhow!(
-                "{} is a haptic clip, which is written without computing a waveform: leave {option} out",
-                args.input.display()
-            )));
-        }
-    }
-    let mut clip = read_haptic(&args.input)?;
-    let doubts = std::mem::take(&mut clip.doubts);
-    write_clip(&args.out, &clip, format, doubts)
-}
-
-fn write_clip(
-    path: &Path,
-    clip: &HapticClip,
-    format: Format,
-    mut doubts: Vec<Doubt>,
-) -> Outcome<Written> {
-    if format == Format::Ahap {
-        let pattern = ahap_of(clip);
-        write_ahap(path, &pattern.content)?;
-        doubts.extend(pattern.losses);
-    } else {
-        write_haptic(path, clip)?;
-    }
-    Ok(Written {
-        rate: None,
-        full_scale: None,
-        doubts,
-    })
-}
-
 fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     let contents = read(&args.input, &args.reading)?;
     let recording = &contents.recording;
     if format == Format::Uff {
         return universal(args, recording);
     }
-    let named =
-        |error: anyhow::Error| Failure::Data(error.context(args.input.display().to_string()));
-    let (channel, of_channel) = shares_of(args, format, recording).map_err(named)?;
+    let (channel, of_channel) =
+        shares_of(args, format, recording).map_err(|error| named(args, error))?;
     let mut doubts = recording.about.doubts.clone();
     doubts.extend(of_channel.doubts(&format.name()));
     let Shares {
         shares, full_scale, ..
     } = of_channel;
-    let mut written = Written {
+    let written = Written {
         rate: Some(shares.rate()),
         full_scale: Some(full_scale.clone()),
         doubts,
     };
-    match format {
-        Format::Wav => audio(
-            args,
-            &contents,
-            &channel,
-            (&shares, &full_scale),
-            &written.doubts,
-        )?,
-        Format::Hjif => {
-            let texture = HjifTexture {
-                description: described(args, recording),
-                date: today(),
-                full_scale,
-                device: device(args, &contents)?,
-            };
-            let exported = write_hjif(&args.out, &shares, &texture)?;
-            written.doubts.extend(exported.losses);
-        }
-        // A clip, or AHAP by way of one; universal files have left above.
-        _ => {
-            let description = described(args, recording);
-            let (clip, losses) =
-                clip_at(args, format, (&shares, &full_scale), description).map_err(named)?;
-            written.doubts.extend(losses);
-            written.rate = None;
-            written.doubts = write_clip(&args.out, &clip, format, written.doubts)?.doubts;
-        }
+    #[cfg(feature = "haptic")]
+    if format != Format::Wav {
+        return haptic::of_texture(args, format, &contents, (&shares, full_scale), written);
     }
+    audio(
+        args,
+        &contents,
+        &channel,
+        (&shares, &full_scale),
+        &written.doubts,
+    )?;
     Ok(written)
+}
+
+/// An error about the input.
+fn named(args: &Export, error: anyhow::Error) -> Failure {
+    Failure::Data(error.context(args.input.display().to_string()))
 }
 
 /// The channel that is exported, by name and in shares of its full scale at the rate of `format`.
@@ -291,30 +242,6 @@ fn shares_of(
     );
     let shares = shares_of_full_scale(&what, signal, &channel.unit, rate)?;
     Ok((channel.name.clone(), shares))
-}
-
-/// The clip of a texture, and what it loses in `format`.
-fn clip_at(
-    args: &Export,
-    format: Format,
-    (shares, full_scale): (&Series<Uncalibrated>, &Measure),
-    description: String,
-) -> anyhow::Result<(HapticClip, Vec<Doubt>)> {
-    let metadata = HapticMetadata {
-        editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
-        source: name(&args.input),
-        description,
-        ..HapticMetadata::default()
-    };
-    let clip = clip_of(shares, full_scale, &EnvelopeConfig::texture()?, metadata)?;
-    let losses = clip.losses.into_iter().map(|loss| match loss.kind() {
-        Some(RecordingDoubt::FormatLoses { what, .. }) if format == Format::Ahap => {
-            let format = "AHAP".into();
-            RecordingDoubt::FormatLoses { format, what }.into()
-        }
-        _ => loss,
-    });
-    Ok((clip.content, losses.collect()))
 }
 
 /// All channels, or the one that is named, as time responses.
@@ -381,39 +308,4 @@ fn audio(
         &sidecar,
     )?;
     Ok(())
-}
-
-/// The device that a file is for: of the transfer function, or as far as the drive says it.
-fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
-    let Some(path) = &args.transfer else {
-        let setup = contents.setup.as_ref();
-        let band = contents
-            .rendering
-            .as_ref()
-            .map(|made| made.config.inverse.band);
-        return Ok(piezo_device(setup, band, None));
-    };
-    let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
-    let rendered = Band::new(Hertz(20.0), Hertz(1000.0))?;
-    let band = function
-        .driven
-        .and_then(|driven| driven.common(rendered))
-        .unwrap_or(rendered);
-    let setup = function.drive.as_ref();
-    Ok(piezo_device(setup, Some(band), function.strongest_hz(band)))
-}
-
-/// What a texture is, in a line.
-fn described(args: &Export, recording: &Recording) -> String {
-    let condition = recording.about.condition.to_string();
-    if condition.is_empty() {
-        name(&args.input)
-    } else {
-        format!("{}: {condition}", name(&args.input))
-    }
-}
-
-fn today() -> String {
-    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH);
-    date_of(since_1970.map_or(0, |time| time.as_secs()))
 }

@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use anyhow::anyhow;
 use clap::{Args, Command};
 
-use crate::failure::{Outcome, usage};
+use crate::failure::{Failure, Outcome, usage};
 
 /// The build that has every command.
 const FULL: &str = "./x build";
@@ -31,9 +31,15 @@ pub(super) fn refuse(name: &str, given: &Lacking) -> Outcome {
 /// Refuses `what`, which is a part of a command.
 #[allow(dead_code, reason = "a full build has every part")]
 pub(super) fn other(what: &str) -> Outcome {
-    Err(usage(anyhow!(
+    Err(without(what))
+}
+
+/// That this build lacks `what`, which is a part of a command.
+#[allow(dead_code, reason = "a full build has every part")]
+pub(super) fn without(what: &str) -> Failure {
+    usage(anyhow!(
         "{what}: this build does not have it; build piezotact with {FULL}"
-    )))
+    ))
 }
 
 /// `command`, in whose help the commands that this build lacks say which build has them.

@@ -26,7 +26,8 @@ mod record;
 mod render;
 mod replay;
 pub(crate) mod rerun;
-pub(crate) mod roughness;
+#[cfg(feature = "surface")]
+mod roughness;
 mod score;
 #[cfg(feature = "web")]
 mod serve;
@@ -58,6 +59,8 @@ lacking::lacking! {
 }
 #[cfg(not(feature = "web"))]
 lacking::lacking! { serve(Arguments), "serve"; }
+#[cfg(not(feature = "surface"))]
+lacking::lacking! { roughness(Arguments), "roughness"; }
 
 /// One line for each command: its name with its arguments, which its help stands above, and what runs it.
 macro_rules! commands {
@@ -206,7 +209,7 @@ commands! {
     #[command(
         after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq, Rk, Rpk, Rvk, Mr1, Mr2; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form. The settings of a\nSurfcom profile (.tx3) are read beside it. Several files are ordered by Ra; one that fails does not stop the others.\n\nExample:\n  piezotact roughness S*.tx2 --report set.html\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
-    Roughness(cli::Roughness) => roughness::run,
+    Roughness(roughness::Arguments) => roughness::run,
     /// Computes association matrices of participants' answers: what was presented, and what it was declared to be.
     #[command(
         after_help = "Columns of the table, between commas or semicolons: participant, task, trial, presented, answered; optional are set, session,\nposition, offered (the samples that could be answered), source and expected (of a manipulated texture), flags\n(missed_target, not_measured, wrong_sample, simulated), rehearsal (yes, no) and judge (of virtual volunteers). A pair of which neither was\npresented while the other could be answered is untested: n/a, not 0 %.\n\nExample:\n  piezotact matrix answers.csv --report matrices.html\n  piezotact matrix answers.csv --samples S1,S2,S3,S4 --by task --ordering 1 --csv cells.csv\n  piezotact matrix answers.csv --felt prepared --report matrices.html"

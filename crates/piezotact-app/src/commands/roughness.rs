@@ -3,17 +3,18 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::surface::{
-    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, HeightMap, MeasuredProfile,
-    ProfileFilter, ProfileRoughness, ProfileStandard, ProfileWish, Roughness as Evaluated,
-    RoughnessDocument, RoughnessSet, ShortWaves, SurfaceError, Topography, areal_roughness,
-    evaluated_profile,
+use clap::Args;
+use piezotact::quantity::{Measure, Unit};
+use piezotact::surface::HeightMap;
+use piezotact_report::report;
+use piezotact_surface::{
+    ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, MeasuredProfile, ProfileFilter,
+    ProfileRoughness, ProfileStandard, ProfileWish, Roughness as Evaluated, RoughnessDocument,
+    RoughnessError, RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions,
+    areal_roughness, evaluated_profile, read_topography, report as of_surface, topography_formats,
 };
-use piezotact_dataset::{TopographyKind, TopographyOptions, read_topography};
-use piezotact_report::{report, roughness};
 
 use crate::advice::{OptionWords, merged_text};
-use crate::cli::{FilterName, Roughness, StandardName};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
 use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
@@ -27,7 +28,120 @@ const EVALUATING: Words = Words {
     then: "ordering",
 };
 
-pub(crate) fn run(args: &Roughness) -> Outcome {
+/// Which standard says what is averaged along a profile.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+enum StandardName {
+    /// ISO 4287:1997: the mean over the sampling lengths.
+    Iso4287,
+    /// ISO 21920-2:2021: most parameters over the evaluation length.
+    Iso21920,
+}
+
+/// What separates roughness from waviness.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum FilterName {
+    /// The Gaussian filter of ISO 16610.
+    Gauss,
+    /// No filter.
+    None,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[arg(
+        required = true,
+        value_name = "FILE",
+        help = format!("Profiles or height maps ({}); several are ordered by Ra", topography_formats())
+    )]
+    files: Vec<PathBuf>,
+    /// The standard that defines the averages along a profile; default iso4287.
+    #[arg(long, value_enum)]
+    standard: Option<StandardName>,
+    /// The cut-off λc of a profile, such as 2.5mm; by default chosen by the rule of ISO 4288. On a height map, the
+    /// nesting index of the L-filter; by default there is no L-filter.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    cutoff: Option<f64>,
+    /// Chooses the cut-off by the mean width of the profile elements (RSm), as ISO 4288 requires for turned,
+    /// planed and other periodic profiles.
+    #[arg(long, conflicts_with = "cutoff")]
+    periodic: bool,
+    /// The filter that separates roughness from waviness. Default: gauss, and none for a roughness profile that the
+    /// instrument has filtered (.tx2 with its .tx3).
+    #[arg(long, value_enum)]
+    filter: Option<FilterName>,
+    /// The form that is removed first: mean, level (least-squares line or plane) or poly2 … poly10. Default: level,
+    /// or mean with --filter none.
+    #[arg(long, value_parser = form_name)]
+    form: Option<Form>,
+    /// The S-filter, which removes short wavelengths: iso (λs of ISO 3274), none, or a length such as 8um. Default:
+    /// iso for a profile and none for a height map.
+    #[arg(long, value_name = "iso|none|LENGTH", value_parser = short_waves, allow_hyphen_values = true)]
+    s_filter: Option<ShortWaves>,
+    /// The unit of the coordinates in a text file without units, such as mm.
+    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
+    x_unit: Option<f64>,
+    /// The unit of the heights in a text file without units, such as um.
+    #[arg(long, value_name = "UNIT", value_parser = length_unit, allow_hyphen_values = true)]
+    z_unit: Option<f64>,
+    /// The spacing of the points in a text file without coordinates, such as 0.5um.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// Writes the primary profile, its mean line and its roughness profile as a table; of several files, a table of their
+    /// parameters.
+    #[arg(long, value_name = "TABLE.csv")]
+    csv: Option<PathBuf>,
+    /// Writes a report.
+    #[arg(long, value_name = "REPORT.html")]
+    report: Option<PathBuf>,
+    /// Prints the result as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A length with its unit, in m.
+pub(super) fn length(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(Measure {
+            value,
+            unit: Unit::Metre,
+        }) => Ok(value),
+        _ => Err(format!(
+            "expected a length above zero with a unit (m, mm, um, nm), found `{text}`; write for example 2.5mm"
+        )),
+    }
+}
+
+/// A unit of length, in m.
+fn length_unit(text: &str) -> Result<f64, String> {
+    match Unit::parse(text) {
+        (Unit::Metre, factor) => Ok(factor),
+        _ => length(text).map_err(|_says_less| {
+            format!(
+                "expected a unit of length (m, mm, um, nm), found `{text}`; write for example um"
+            )
+        }),
+    }
+}
+
+fn form_name(text: &str) -> Result<Form, String> {
+    let degree = |text: &str| text.strip_prefix("poly")?.parse().ok();
+    match (text, degree(text)) {
+        ("mean", _) => Ok(Form::Mean),
+        ("level", _) => Ok(Form::Level),
+        (_, Some(degree @ 2..=10)) => Ok(Form::Polynomial(degree)),
+        _ => Err("expected mean, level or poly2 to poly10".into()),
+    }
+}
+
+fn short_waves(text: &str) -> Result<ShortWaves, String> {
+    match text {
+        "iso" => Ok(ShortWaves::Iso3274),
+        "none" => Ok(ShortWaves::Kept),
+        text => length(text).map(ShortWaves::Stated),
+    }
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
     let written: Vec<&Path> = args
         .csv
         .iter()
@@ -44,12 +158,12 @@ pub(crate) fn run(args: &Roughness) -> Outcome {
 }
 
 /// Writes and prints one surface.
-fn one(args: &Roughness, surface: &EvaluatedSurface) -> Outcome {
+fn one(args: &Arguments, surface: &EvaluatedSurface) -> Outcome {
     if let (Some(path), Evaluated::Profile(roughness)) = (&args.csv, &surface.roughness) {
         write_text(path, &report::csv(&roughness.points_table())?)?;
     }
     if let Some(path) = &args.report {
-        write_report(path, &roughness::html(surface, &OptionWords)?)?;
+        write_report(path, &of_surface::html(surface, &OptionWords)?)?;
     }
     if args.json {
         return print_document(&RoughnessDocument::of(surface));
@@ -59,7 +173,7 @@ fn one(args: &Roughness, surface: &EvaluatedSurface) -> Outcome {
 }
 
 /// Evaluates every file; one that fails does not stop the others. Writes and prints the set.
-fn several(args: &Roughness, written: &[&Path]) -> Outcome {
+fn several(args: &Arguments, written: &[&Path]) -> Outcome {
     let (mut surfaces, mut failed) = (Vec::new(), Failures::of(args.files.len()));
     let evaluating = Work::of_files(EVALUATING, &args.files);
     for file in &args.files {
@@ -93,14 +207,14 @@ fn several(args: &Roughness, written: &[&Path]) -> Outcome {
     failed.outcome()
 }
 
-fn say_written(args: &Roughness, written: &[&Path]) -> Outcome {
+fn say_written(args: &Arguments, written: &[&Path]) -> Outcome {
     for path in written.iter().filter(|_| !args.json) {
         print(&format!("wrote {}", path.display()))?;
     }
     Ok(())
 }
 
-fn evaluated(args: &Roughness, file: &Path) -> Outcome<EvaluatedSurface> {
+fn evaluated(args: &Arguments, file: &Path) -> Outcome<EvaluatedSurface> {
     let options = TopographyOptions {
         step_m: args.step,
         coordinate_unit_m: args.x_unit,
@@ -130,7 +244,7 @@ fn evaluated(args: &Roughness, file: &Path) -> Outcome<EvaluatedSurface> {
 }
 
 /// Refuses a scale for a file that has no use for it: it would change nothing, and look as if it did.
-fn nothing_stated_in_vain(args: &Roughness, file: &Path, kind: TopographyKind) -> Outcome {
+fn nothing_stated_in_vain(args: &Arguments, file: &Path, kind: TopographyKind) -> Outcome {
     use TopographyKind as Kind;
     let (step, x_unit, z_unit) = match kind {
         Kind::PointText | Kind::ProfileText => (false, true, true),
@@ -161,7 +275,7 @@ fn contradiction(file: &Path, expected: &str, found: &str) -> Failure {
 }
 
 fn of_line(
-    args: &Roughness,
+    args: &Arguments,
     file: &Path,
     measured: MeasuredProfile<'_>,
 ) -> Outcome<ProfileRoughness> {
@@ -200,7 +314,7 @@ fn of_line(
     evaluated_profile(measured, &wish).map_err(|error| refused(file, &error))
 }
 
-fn of_map(args: &Roughness, file: &Path, map: &HeightMap) -> Outcome<ArealRoughness> {
+fn of_map(args: &Arguments, file: &Path, map: &HeightMap) -> Outcome<ArealRoughness> {
     let config = ArealConfig {
         // Without a filter only the mean is taken away, unless a person says otherwise.
         form: args.form.unwrap_or(match args.filter {
@@ -214,7 +328,7 @@ fn of_map(args: &Roughness, file: &Path, map: &HeightMap) -> Outcome<ArealRoughn
 }
 
 /// The nesting index of the S-filter of a map, m; options that are for profiles alone are refused.
-fn s_nesting_of_map(args: &Roughness, file: &Path) -> Outcome<Option<f64>> {
+fn s_nesting_of_map(args: &Arguments, file: &Path) -> Outcome<Option<f64>> {
     for (option, given) in [
         ("--standard", args.standard.is_some()),
         ("--periodic", args.periodic),
@@ -255,10 +369,10 @@ fn s_nesting_of_map(args: &Roughness, file: &Path) -> Outcome<Option<f64>> {
 }
 
 /// What the surface cannot give is a matter of the data; what no surface could give, of the command.
-fn refused(file: &Path, error: &SurfaceError) -> Failure {
+fn refused(file: &Path, error: &RoughnessError) -> Failure {
     let said = anyhow!("{}: {error}", file.display());
     match error {
-        SurfaceError::ShortWaves { .. } | SurfaceError::Degree { .. } => usage(said),
+        RoughnessError::ShortWaves { .. } | RoughnessError::Degree { .. } => usage(said),
         _ => Failure::Data(said),
     }
 }

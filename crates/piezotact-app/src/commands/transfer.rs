@@ -137,7 +137,12 @@ fn excitation(args: &Transfer) -> Outcome<Excitation> {
         ))),
         (ExcitationName::Random, None) => Ok(Excitation::Lasting),
         (ExcitationName::Auto, None) => Ok(Excitation::Found),
+        #[cfg(feature = "modal")]
         (ExcitationName::Impact, _) | (ExcitationName::Auto, Some(_)) => Ok(Excitation::Impact),
+        #[cfg(not(feature = "modal"))]
+        (ExcitationName::Impact, _) | (ExcitationName::Auto, Some(_)) => Err(
+            super::lacking::without(option.unwrap_or("--excitation impact")),
+        ),
     }
 }
 

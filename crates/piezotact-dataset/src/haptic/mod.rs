@@ -1,44 +1,16 @@
-//! Files for consumer haptic devices: `.haptic` clips, Apple's AHAP, and the interchange format of MPEG, HJIF.
-//!
-//! None of them holds a waveform in m/s², as a texture is here. Whatever a format cannot represent is returned as
-//! [`RecordingDoubt::FormatLoses`], so that nobody takes such a file for a complete copy.
+//! Haptic files: which of the formats that are JSON a file is of, and, with the feature `haptic`, its reading and writing.
 
-mod ahap;
-mod clip;
-mod hjif;
-mod hjif_check;
-mod hjif_write;
-mod target;
+#[cfg(feature = "haptic")]
+mod files;
 
-use piezotact::recording::RecordingDoubt;
 use std::path::Path;
 
-use piezotact::Doubt;
-
-use crate::error::ReadError;
-
-pub use ahap::{
-    Ahap, AhapControlPoint, AhapCurve, AhapDynamic, AhapEvent, AhapEventType, AhapMetadata,
-    AhapParameter, AhapParameterId, AhapPattern, ahap_of, parse_ahap, write_ahap,
+#[cfg(feature = "haptic")]
+pub use files::{
+    parse_ahap, parse_haptic, parse_hjif, read_haptic, write_ahap, write_haptic, write_hjif,
 };
-pub use clip::{HapticClip, HapticMetadata, HapticVersion, clip_of, parse_haptic, write_haptic};
-pub use hjif::{
-    Hjif, HjifAvatar, HjifBand, HjifBandType, HjifBaseSignal, HjifChannel, HjifCurveType,
-    HjifEffect, HjifEffectType, HjifKeyframe, HjifPerception, HjifReferenceDevice, HjifSync,
-    parse_hjif,
-};
-pub use hjif_write::{HjifTexture, date_of, piezo_device, write_hjif};
-
-pub(crate) use target::{recording_of_clip, recording_of_hjif};
-
-/// The result of an export, and the information that the format could not represent.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Exported<T> {
-    /// The content of the file.
-    pub content: T,
-    /// The doubts about information that was lost.
-    pub losses: Vec<Doubt>,
-}
+#[cfg(feature = "haptic")]
+pub(crate) use files::{recording_of_clip, recording_of_hjif};
 
 /// The haptic formats that are JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,23 +72,6 @@ pub fn haptic_kind_of_file(path: &Path) -> Option<HapticKind> {
     haptic_kind(&head)
 }
 
-/// Reads a `.haptic` clip.
-///
-/// # Errors
-/// [`ReadError::Io`] when the file cannot be read; those of [`parse_haptic`].
-pub fn read_haptic(path: &Path) -> Result<HapticClip, ReadError> {
-    let bytes = crate::input::read_input(path)?;
-    parse_haptic(path, &bytes)
-}
-
-/// The loss of `what` by `format`.
-fn loses(format: &str, what: impl Into<String>) -> Doubt {
-    Doubt::from(RecordingDoubt::FormatLoses {
-        format: format.into(),
-        what: what.into(),
-    })
-}
-
 /// The bytes without the mark that some editors put before UTF-8.
 fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
@@ -124,15 +79,4 @@ fn without_mark(bytes: &[u8]) -> &[u8] {
 
 fn holds(text: &[u8], name: &[u8]) -> bool {
     text.windows(name.len()).any(|window| window == name)
-}
-
-/// Reads JSON as `T`; what is missing or of another type is named with its place.
-fn json<T: serde::de::DeserializeOwned>(
-    path: &Path,
-    bytes: &[u8],
-    expected: &str,
-    todo: &str,
-) -> Result<T, ReadError> {
-    serde_json::from_slice(without_mark(bytes))
-        .map_err(|error| ReadError::content(path, expected, error.to_string(), todo))
 }

@@ -5,8 +5,11 @@ use crate::quantity::Band;
 /// The number of entries of a list that are named.
 const LISTED: usize = 4;
 
-/// A share in per cent.
-pub(crate) fn percent(share: f64) -> String {
+/// A share (0–1) in per cent: `12 %`.
+///
+/// Source: house rule.
+#[must_use]
+pub fn percent(share: f64) -> String {
     let p = share * 100.0;
     if p >= 1.0 || p <= 0.0 {
         format!("{p:.0} %")

@@ -195,6 +195,7 @@ fn measured(unit: &Unit) -> bool {
 }
 
 /// The parts of `samples` in which one value is held or the signal is at its floor, in the order of time.
+#[cfg(feature = "modal")]
 pub(crate) fn lost_parts(samples: &[f64], rate: SampleRate) -> Vec<Span> {
     let level::Lost { frozen, mut gaps } = level::lost(samples, rate);
     gaps.extend(frozen);

@@ -2,10 +2,11 @@
 
 use super::related::repeats_itself;
 use super::{
-    Estimator, Excitation, ImpactConfig, ImpactDoubt, ImpactEstimate, ImpactTraces, OneClock,
-    TransferDoubt, TransferError, TransferFunction, Transient, estimate_impacts, estimate_without,
-    prepared, transient,
+    Estimator, Excitation, ImpactConfig, ImpactDoubt, ImpactTraces, OneClock, TransferDoubt,
+    TransferError, TransferFunction, Transient, estimate_without, prepared, transient,
 };
+#[cfg(feature = "modal")]
+use super::{ImpactEstimate, estimate_impacts};
 use crate::clipping::ClippingDoubt;
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::doubt::Doubt;
@@ -160,26 +161,9 @@ fn estimated(
     response: Series<Uncalibrated>,
     config: &BetweenConfig<'_>,
 ) -> Result<Estimated, TransferError> {
-    let found = match config.excitation {
-        Excitation::Found => transient(drive.samples(), drive.rate()),
-        Excitation::Lasting | Excitation::Impact => None,
-    };
-    if found.is_some() || config.excitation == Excitation::Impact {
-        let ImpactEstimate {
-            mut function,
-            traces,
-        } = estimate_impacts(
-            drive,
-            &response,
-            &config.impact,
-            config.estimator,
-            &config.lost_s,
-        )?;
-        let guessed = found.map(|Transient { hits, share }| {
-            Doubt::from(ImpactDoubt::TakenAsImpact { hits, share })
-        });
-        function.about.doubts.extend(guessed);
-        return Ok((function, Some(traces)));
+    #[cfg(feature = "modal")]
+    if let Some(estimated) = of_impacts(drive, &response, config)? {
+        return Ok(estimated);
     }
     let OneClock {
         response,
@@ -202,6 +186,36 @@ fn estimated(
         );
     }
     Ok((function, None))
+}
+
+/// The estimate where the drive is taken for hits.
+#[cfg(feature = "modal")]
+fn of_impacts(
+    drive: &Series<Uncalibrated>,
+    response: &Series<Uncalibrated>,
+    config: &BetweenConfig<'_>,
+) -> Result<Option<Estimated>, TransferError> {
+    let found = match config.excitation {
+        Excitation::Found => transient(drive.samples(), drive.rate()),
+        Excitation::Lasting | Excitation::Impact => None,
+    };
+    if found.is_none() && config.excitation != Excitation::Impact {
+        return Ok(None);
+    }
+    let ImpactEstimate {
+        mut function,
+        traces,
+    } = estimate_impacts(
+        drive,
+        response,
+        &config.impact,
+        config.estimator,
+        &config.lost_s,
+    )?;
+    let guessed = found
+        .map(|Transient { hits, share }| Doubt::from(ImpactDoubt::TakenAsImpact { hits, share }));
+    function.about.doubts.extend(guessed);
+    Ok(Some((function, Some(traces))))
 }
 
 /// The drive, as a share of full scale where volts per full scale are stated, and its unit.

@@ -12,7 +12,7 @@ use crate::source::item_end;
 /// Invariant 12: no string of the science names an option.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
     for science in SCIENCES {
-        for file in rust_files(&root.join(science).join("src"))? {
+        for file in rust_files(&root.join(science))? {
             let text = std::fs::read_to_string(&file)?;
             let place = file.strip_prefix(root).map(PathBuf::from)?;
             for (line, option) in options(&text)? {

@@ -7,9 +7,10 @@ use anyhow::Result;
 use super::{Findings, rust_files, shown};
 
 /// Where files of a person are read.
-const SOURCES: [&str; 4] = [
+const SOURCES: [&str; 5] = [
     "crates/piezotact-dataset/src",
     "crates/piezotact-study/src",
+    "crates/piezotact-surface/src",
     "crates/piezotact-app/src/commands",
     "crates/piezotact-app/src/benches",
 ];

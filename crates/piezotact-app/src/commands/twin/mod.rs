@@ -3,7 +3,8 @@
 #[cfg(feature = "study")]
 mod eeg;
 mod record;
-mod surface;
+#[cfg(feature = "surface")]
+pub(crate) mod surface;
 
 use std::path::Path;
 
@@ -14,6 +15,9 @@ use piezotact_twin::{PARAMETERS, TwinParameters};
 use crate::cli::twin::{Parameters, Twin, TwinCommand};
 use crate::failure::{Failure, Outcome};
 use crate::output::print;
+
+#[cfg(not(feature = "surface"))]
+super::lacking::lacking! { surface(Arguments), "twin surface"; }
 
 pub(crate) fn run(args: &Twin) -> Outcome {
     match &args.command {

@@ -1,18 +1,43 @@
 //! `piezotact twin surface`: the height map of a sample.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use piezotact_dataset::write_sur;
+use clap::Args;
+use piezotact_surface::write_sur;
 use piezotact_twin::document::TwinSurfaceDocument;
 use piezotact_twin::{Patch, SurfaceError};
 
 use super::twin_parameters;
-use crate::cli::twin::Surface;
+use crate::commands::roughness::length;
 use crate::failure::{Outcome, usage};
 use crate::output::{digits, print, print_document};
 use crate::places::{has_ending, outputs};
 
-pub(crate) fn run(args: &Surface) -> Outcome {
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// The sample: S1–S13, NO, M1–M12, BIO, or one of --twin FILE.
+    sample: String,
+    /// The side length of the square map, such as 4mm; default: large enough for statistics.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    size: Option<f64>,
+    /// The spacing of the points, such as 4um; default: fine enough for the sample.
+    #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
+    step: Option<f64>,
+    /// Seed of the random surface.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// A laboratory's own parameter file.
+    #[arg(long, value_name = "FILE.toml")]
+    twin: Option<PathBuf>,
+    /// The map to write (SUR).
+    #[arg(long)]
+    out: PathBuf,
+    /// Prints a summary as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Arguments) -> Outcome {
     let read: Vec<&Path> = args.twin.as_deref().into_iter().collect();
     outputs(&read, &[&args.out])?;
     has_ending(&args.out, &["sur"])?;

@@ -175,6 +175,7 @@ doubts! {
 
 impl ImpactDoubt {
     /// The doubt about the hit at `at_s` that was left out for `fault`.
+    #[cfg(feature = "modal")]
     pub(super) fn of_hit(at_s: f64, fault: HitFault) -> Doubt {
         Doubt::from(match fault {
             HitFault::Double { after_s, share } => Self::DoubleHit {

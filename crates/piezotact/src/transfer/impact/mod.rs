@@ -3,19 +3,26 @@
 //! A window of an average by segments is near zero at the ends of the segment: a hit that lies there is weighted away while
 //! the response to it is not, and the estimate is wrong by any amount. A segment that begins just before the hit and ends
 //! when the response has decayed needs no window.
+//!
+//! The estimate is there with the feature `modal`. Hits are found in any build: no average by segments takes them for a drive that lasts.
 
+#[cfg(feature = "modal")]
 mod decay;
 mod doubt;
 mod error;
+#[cfg(feature = "modal")]
 mod estimate;
 mod fault;
+#[cfg(feature = "modal")]
 mod overload;
 mod pulses;
 mod record;
+#[cfg(feature = "modal")]
 mod segments;
 
 pub use doubt::ImpactDoubt;
 pub use error::ImpactError;
+#[cfg(feature = "modal")]
 pub use estimate::{ImpactEstimate, estimate_impacts};
 pub use fault::HitFault;
 pub(crate) use pulses::short_pulses;
@@ -31,6 +38,7 @@ pub enum Excitation {
     /// A drive that lasts over the whole recording, such as noise: averages over segments.
     Lasting,
     /// Hits of a hammer: one segment a hit.
+    #[cfg(feature = "modal")]
     Impact,
 }
 

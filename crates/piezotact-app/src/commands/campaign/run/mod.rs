@@ -131,7 +131,10 @@ pub(crate) trait Front {
 
 /// What a front end shows of a session beside its state.
 #[derive(Clone, Copy, Debug)]
-#[cfg_attr(not(feature = "web"), allow(dead_code, reason = "the pages show it"))]
+#[cfg_attr(
+    not(feature = "web"),
+    expect(dead_code, reason = "only pages show all of it")
+)]
 pub(crate) struct About<'a> {
     /// What is to be said of the clock of the computer, where it is behind what is stored.
     pub(crate) clock: Option<&'a str>,

@@ -1,0 +1,14 @@
+//! Topographies: the files of instruments, roughness after the standards, and its report.
+//!
+//! [`read_topography`] reads a file into heights in m. A profile goes through [`evaluated_profile`] or [`profile_roughness`], a map
+//! through [`areal_roughness`]; [`report::html`] shows what was found.
+
+pub mod report;
+mod roughness;
+pub mod topography;
+
+pub use roughness::*;
+pub use topography::{
+    TopographyFile, TopographyKind, TopographyOptions, read_topography, topography_formats,
+    write_sur,
+};

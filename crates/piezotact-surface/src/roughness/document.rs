@@ -1,0 +1,240 @@
+//! The roughness of a surface as it is handed out: lengths in µm and mm.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::parameters::key_of;
+use super::{
+    ArealRoughness, Cutoff, Ends, Form, InstrumentSettings, ProfileFilter, ProfileRoughness,
+    ProfileStandard, Roughness,
+};
+use piezotact::document::Content;
+use piezotact::doubt::{Doubts, Merged};
+
+/// The surface in a file with its roughness.
+#[derive(Clone, Debug)]
+pub struct EvaluatedSurface {
+    pub file: PathBuf,
+    /// What kind of file it is.
+    pub format: String,
+    pub roughness: Roughness,
+    /// What the instrument states of it; absent without such a file.
+    pub instrument: Option<InstrumentSettings>,
+    /// What limits it: of the file and of the evaluation.
+    pub doubts: Doubts,
+}
+
+/// What was evaluated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum RoughnessExtent {
+    /// A profile.
+    Profile {
+        /// How many points it has.
+        points: usize,
+        /// The distance of two points, µm.
+        step_um: f64,
+        /// How long it is, mm.
+        length_mm: f64,
+    },
+    /// A height map.
+    Map {
+        /// Points in a row.
+        columns: usize,
+        /// Rows.
+        rows: usize,
+        /// The distance of two points in a row, µm.
+        step_x_um: f64,
+        /// The distance of two rows, µm.
+        step_y_um: f64,
+        /// How long a row is, mm.
+        length_x_mm: f64,
+        /// How long a column is, mm.
+        length_y_mm: f64,
+        /// The share of the points that were not measured, 0–1.
+        missing_share: f64,
+    },
+}
+
+/// How the roughness was computed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RoughnessMethod {
+    /// By which standard: "iso4287".
+    pub standard: &'static str,
+    /// Which form was taken away: "level", "poly2".
+    pub form: String,
+    /// Which filter: "gauss", "none", or "instrument" for a profile that the instrument had filtered.
+    pub filter: &'static str,
+    /// The cut-off of long waves, mm; absent without one.
+    pub cutoff_mm: Option<f64>,
+    /// What the cut-off follows from: "stated", "iso4288", "`iso4288_periodic`" or "instrument"; absent without one.
+    pub cutoff_by: Option<&'static str>,
+    /// The cut-off of short waves, µm; absent without one.
+    pub lambda_s_um: Option<f64>,
+    /// How many sections were evaluated; absent for a map.
+    pub sections: Option<usize>,
+    /// The length that was evaluated, mm; absent for a map.
+    pub evaluation_length_mm: Option<f64>,
+    /// What was done at the ends; absent for a map.
+    pub ends: Option<Ends>,
+}
+
+/// What an instrument states of a profile that it measured.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct InstrumentDocument<'a> {
+    /// The file that states it.
+    pub file: &'a Path,
+    /// The cut-off of long waves, mm; absent where it is not stated.
+    pub cutoff_mm: Option<f64>,
+    /// The cut-off of short waves, µm; absent where it is not stated.
+    pub lambda_s_um: Option<f64>,
+    /// The length that was set, mm; absent where it is not stated.
+    pub measured_length_mm: Option<f64>,
+    /// The length that was evaluated, mm; absent where it is not stated.
+    pub evaluation_length_mm: Option<f64>,
+    /// Its parameters under our names and in our units.
+    pub parameters: BTreeMap<&'a str, f64>,
+}
+
+impl<'a> InstrumentDocument<'a> {
+    fn of(settings: &'a InstrumentSettings) -> Self {
+        let mm = |length_m: Option<f64>| length_m.map(|m| m * 1e3);
+        Self {
+            file: &settings.file,
+            cutoff_mm: mm(settings.cutoff_m),
+            lambda_s_um: settings.lambda_s_m.map(|m| m * 1e6),
+            measured_length_mm: mm(settings.measured_length_m),
+            evaluation_length_mm: mm(settings.evaluation_length_m),
+            parameters: (settings.values.iter())
+                .map(|value| (key_of(&value.symbol), value.value))
+                .collect(),
+        }
+    }
+}
+
+/// The roughness of a surface.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct RoughnessDocument<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// What kind of file it is.
+    pub format: &'a str,
+    /// The unit of lengths among the parameters.
+    pub unit: &'static str,
+    /// The parameters by their symbol, lengths in `unit`; absent where the surface has none.
+    #[serde(flatten)]
+    pub parameters: BTreeMap<&'static str, Option<f64>>,
+    /// What was evaluated.
+    #[serde(flatten)]
+    pub extent: RoughnessExtent,
+    /// How.
+    #[serde(flatten)]
+    pub method: RoughnessMethod,
+    /// What the instrument states of it; absent without such a file.
+    pub instrument: Option<InstrumentDocument<'a>>,
+    /// What limits it.
+    pub doubts: Vec<Merged>,
+}
+
+impl Content for RoughnessDocument<'_> {
+    const SCHEMA: &'static str = "roughness";
+}
+
+impl<'a> RoughnessDocument<'a> {
+    /// The roughness of `surface`, lengths in µm and mm.
+    ///
+    /// Source: decision 0046 of this project.
+    #[must_use]
+    pub fn of(surface: &'a EvaluatedSurface) -> Self {
+        let parameters = surface.roughness.parameters();
+        let (extent, method) = match &surface.roughness {
+            Roughness::Profile(roughness) => of_profile(roughness),
+            Roughness::Map(roughness) => of_map(roughness),
+        };
+        Self {
+            file: &surface.file,
+            format: &surface.format,
+            unit: "um",
+            parameters: (parameters.iter())
+                .map(|parameter| (parameter.key(), parameter.value))
+                .collect(),
+            extent,
+            method,
+            instrument: surface.instrument.as_ref().map(InstrumentDocument::of),
+            doubts: surface.doubts.merged(),
+        }
+    }
+}
+
+fn form_name(form: Form) -> String {
+    match form {
+        Form::Mean => "mean".into(),
+        Form::Level => "level".into(),
+        Form::Polynomial(degree) => format!("poly{degree}"),
+    }
+}
+
+fn of_profile(r: &ProfileRoughness) -> (RoughnessExtent, RoughnessMethod) {
+    let extent = RoughnessExtent::Profile {
+        points: r.roughness.heights_m().len(),
+        step_um: r.roughness.step_m() * 1e6,
+        length_mm: r.roughness.length_m() * 1e3,
+    };
+    let method = RoughnessMethod {
+        standard: match r.config.standard {
+            ProfileStandard::Iso4287 => "iso4287",
+            ProfileStandard::Iso21920 => "iso21920",
+        },
+        form: form_name(r.config.form),
+        filter: match r.config.filter {
+            ProfileFilter::Gauss => "gauss",
+            ProfileFilter::None => "none",
+            ProfileFilter::Instrument => "instrument",
+        },
+        cutoff_mm: r.cutoff_m.map(|m| m * 1e3),
+        cutoff_by: match (r.config.filter, r.config.cutoff) {
+            (ProfileFilter::Instrument, Cutoff::Stated(_)) => Some("instrument"),
+            (_, Cutoff::Stated(_)) => Some("stated"),
+            (ProfileFilter::None | ProfileFilter::Instrument, _) => None,
+            (_, Cutoff::Iso4288) => Some("iso4288"),
+            (_, Cutoff::Iso4288Periodic) => Some("iso4288_periodic"),
+        },
+        lambda_s_um: r.lambda_s_m.map(|m| m * 1e6),
+        sections: Some(r.sections),
+        evaluation_length_mm: Some(r.evaluation_length_m * 1e3),
+        ends: Some(r.ends),
+    };
+    (extent, method)
+}
+
+fn of_map(r: &ArealRoughness) -> (RoughnessExtent, RoughnessMethod) {
+    let map = &r.surface;
+    let filtered = r.config.s_nesting_m.or(r.config.l_nesting_m).is_some();
+    let extent = RoughnessExtent::Map {
+        columns: map.columns(),
+        rows: map.rows(),
+        step_x_um: map.step_x_m() * 1e6,
+        step_y_um: map.step_y_m() * 1e6,
+        length_x_mm: map.length_x_m() * 1e3,
+        length_y_mm: map.length_y_m() * 1e3,
+        missing_share: map.missing_share(),
+    };
+    let method = RoughnessMethod {
+        standard: "iso25178",
+        form: form_name(r.config.form),
+        filter: if filtered { "gauss" } else { "none" },
+        cutoff_mm: r.config.l_nesting_m.map(|m| m * 1e3),
+        cutoff_by: r.config.l_nesting_m.map(|_| "stated"),
+        lambda_s_um: r.config.s_nesting_m.map(|m| m * 1e6),
+        sections: None,
+        evaluation_length_mm: None,
+        ends: None,
+    };
+    (extent, method)
+}

@@ -1,0 +1,283 @@
+//! X3P of ISO 25178-72: a zip with `main.xml`, the heights as a binary file in m, and checksums.
+
+use piezotact::recording::RecordingDoubt;
+use std::io::{Cursor, Read as _};
+
+use md5::{Digest as _, Md5};
+use piezotact::Doubt;
+use roxmltree::{Document, Node, ParsingOptions};
+use zip::ZipArchive;
+
+use super::source::{Number, Order, Source};
+use super::{Read, TopographyKind};
+use piezotact_dataset::ReadError;
+
+const MAIN: &str = "main.xml";
+/// A longer description than this is none.
+const LONGEST_XML: u64 = 4 << 20;
+const MOST_NODES: u32 = 1 << 16;
+
+struct Archive<'a> {
+    source: Source<'a>,
+    zip: ZipArchive<Cursor<&'a [u8]>>,
+}
+
+impl Archive<'_> {
+    /// A file of the archive, of at most `most` bytes.
+    fn file(&mut self, name: &str, most: u64) -> Result<Vec<u8>, ReadError> {
+        let Self { source, zip } = self;
+        let wrong = |found: String| {
+            source.wrong(
+                format!("`{name}` of at most {most} bytes in the archive"),
+                found,
+                "copy it again, or export it again as X3P or SUR",
+            )
+        };
+        let name = name.trim_start_matches("./");
+        let file = zip
+            .by_name(name)
+            .map_err(|error| wrong(error.to_string()))?;
+        let mut bytes = Vec::new();
+        file.take(most.saturating_add(1))
+            .read_to_end(&mut bytes)
+            .map_err(|error| wrong(error.to_string()))?;
+        if bytes.len() as u64 > most {
+            return Err(wrong("more".into()));
+        }
+        Ok(bytes)
+    }
+}
+
+pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
+    let zip = ZipArchive::new(Cursor::new(source.bytes)).map_err(|error| {
+        source.wrong(
+            "an X3P file, a zip archive",
+            error.to_string(),
+            "copy or export it again",
+        )
+    })?;
+    let mut archive = Archive { source, zip };
+    let main = archive.file(MAIN, LONGEST_XML)?;
+    let text = String::from_utf8_lossy(&main);
+    let options = ParsingOptions {
+        nodes_limit: MOST_NODES,
+        ..ParsingOptions::default()
+    };
+    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
+        .map_err(|error| {
+            source.wrong(
+                "`main.xml` to be XML",
+                error.to_string(),
+                "copy or export it again",
+            )
+        })?;
+    let description = Description {
+        source,
+        root: document.root_element(),
+    };
+
+    let mut doubts = Vec::new();
+    if let Some(name) = description.text("ChecksumFile")
+        && let Ok(line) = archive.file(name, LONGEST_XML)
+        && let Some(stated) = checksum(&String::from_utf8_lossy(&line))
+        && stated != digest(&main)
+    {
+        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            what: "the checksum of `main.xml` does not match: it was changed after the file was written; its steps and units \
+                 were used".into(),
+        }));
+    }
+
+    let feature = description.text("FeatureType").unwrap_or("SUR");
+    if !["SUR", "PRF"].contains(&feature) {
+        return Err(source.wrong(
+            "a surface or profile (feature type SUR or PRF)",
+            format!("`{feature}`"),
+            "export it as a surface on a grid",
+        ));
+    }
+    let size = |name| -> Result<usize, ReadError> { description.number(name) };
+    let (columns, rows, layers) = (size("SizeX")?, size("SizeY")?, size("SizeZ")?);
+    if layers != 1 {
+        return Err(source.wrong("one layer", format!("{layers}"), "export one surface"));
+    }
+    let points = source.points(columns, rows)?;
+    let step_x_m = description.step("CX")?;
+    let step_y_m = if rows == 1 {
+        step_x_m
+    } else {
+        description.step("CY")?
+    };
+    let height = description.axis("CZ")?;
+    let number = match child(height, "DataType").unwrap_or("") {
+        "I" => Number::I16,
+        "L" => Number::I32,
+        "F" => Number::F32,
+        "D" => Number::F64,
+        other => {
+            return Err(source.wrong(
+                "heights of data type I, L, F or D",
+                format!("`{other}`"),
+                "export it again",
+            ));
+        }
+    };
+    let real = |name: &str, otherwise: f64| -> Result<f64, ReadError> {
+        child(height, name).map_or(Ok(otherwise), |text| {
+            text.parse().ok().ok_or_else(|| {
+                source.wrong(
+                    format!("a number for the heights' {name}"),
+                    format!("`{text}`"),
+                    "export it again",
+                )
+            })
+        })
+    };
+    let (scale_m, offset_m) = (real("Increment", 1.0)?, real("Offset", 0.0)?);
+    if !scale_m.is_normal() || !offset_m.is_finite() {
+        return Err(source.wrong(
+            "a scale of the heights",
+            format!("{scale_m}, offset {offset_m}"),
+            "export it again",
+        ));
+    }
+
+    let Some(link) = description.text("PointDataLink") else {
+        return Err(source.wrong(
+            "heights in a binary file of the archive",
+            "heights in the XML or none",
+            "export it with binary data",
+        ));
+    };
+    let expected = points * number.size();
+    let data = archive.file(link, expected as u64)?;
+    if data.len() != expected {
+        return Err(source.wrong(
+            format!("{expected} bytes of heights ({columns} × {rows})"),
+            format!("{}", data.len()),
+            "copy or export it again",
+        ));
+    }
+    if let Some(stated) = description.text("MD5ChecksumPointData").and_then(checksum)
+        && stated != digest(&data)
+    {
+        return Err(source.wrong(
+            format!("heights with the checksum {stated}"),
+            digest(&data),
+            "they are not the heights that were written: copy or export it again",
+        ));
+    }
+    let mut heights_m = number.decode(&data, Order::Little);
+    for z in &mut heights_m {
+        *z = z.mul_add(scale_m, offset_m);
+    }
+    if let Some(link) = description.text("ValidPointsLink") {
+        let length = points.div_ceil(8);
+        let valid = archive.file(link, length as u64)?;
+        if valid.len() != length {
+            return Err(source.wrong(
+                format!("{length} bytes that say which points were measured"),
+                format!("{}", valid.len()),
+                "copy or export it again",
+            ));
+        }
+        let bits = valid
+            .iter()
+            .flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1));
+        for (z, bit) in heights_m.iter_mut().zip(bits) {
+            if bit == 0 {
+                *z = f64::NAN;
+            }
+        }
+    }
+    Ok(Read {
+        kind: TopographyKind::X3p,
+        heights_m,
+        columns,
+        step_x_m,
+        step_y_m,
+        doubts,
+    })
+}
+
+/// The 32 hexadecimal digits that a text begins with; none where a program wrote a placeholder.
+fn checksum(text: &str) -> Option<String> {
+    let digits: String = text
+        .trim()
+        .chars()
+        .take_while(char::is_ascii_hexdigit)
+        .collect();
+    (digits.len() == 32 && digits.bytes().any(|digit| digit != b'0'))
+        .then(|| digits.to_ascii_lowercase())
+}
+
+fn digest(bytes: &[u8]) -> String {
+    Md5::digest(bytes)
+        .iter()
+        .map(|byte| format!("{byte:02x}"))
+        .collect()
+}
+
+fn child<'d>(node: Node<'d, '_>, name: &str) -> Option<&'d str> {
+    node.children()
+        .find(|node| node.tag_name().name() == name)
+        .and_then(|node| node.text())
+        .map(str::trim)
+        .filter(|text| !text.is_empty())
+}
+
+struct Description<'s, 'd, 'i> {
+    source: Source<'s>,
+    root: Node<'d, 'i>,
+}
+
+impl<'d, 'i> Description<'_, 'd, 'i> {
+    fn text(&self, name: &str) -> Option<&'d str> {
+        self.root.descendants().find_map(|node| child(node, name))
+    }
+
+    fn number<T: std::str::FromStr>(&self, name: &str) -> Result<T, ReadError> {
+        let text = self.text(name);
+        text.and_then(|text| text.parse().ok()).ok_or_else(|| {
+            self.source.wrong(
+                format!("a number for `{name}` in `main.xml`"),
+                text.map_or("nothing".to_owned(), |text| format!("`{text}`")),
+                "export it as a surface on a grid",
+            )
+        })
+    }
+
+    fn axis(&self, name: &str) -> Result<Node<'d, 'i>, ReadError> {
+        self.root
+            .descendants()
+            .find(|node| node.tag_name().name() == name)
+            .ok_or_else(|| {
+                self.source.wrong(
+                    format!("the axis `{name}` in `main.xml`"),
+                    "nothing",
+                    "export it again",
+                )
+            })
+    }
+
+    /// The step in m of an axis whose points are evenly spaced.
+    fn step(&self, name: &str) -> Result<f64, ReadError> {
+        let axis = self.axis(name)?;
+        let kind = child(axis, "AxisType").unwrap_or("");
+        if kind != "I" {
+            return Err(self.source.wrong(
+                format!("evenly spaced points on the axis {name} (type I)"),
+                format!("`{kind}`"),
+                "export it as a surface on a grid",
+            ));
+        }
+        let text = child(axis, "Increment");
+        text.and_then(|text| text.parse().ok()).ok_or_else(|| {
+            self.source.wrong(
+                format!("an increment of the axis {name}"),
+                text.map_or("nothing".to_owned(), |text| format!("`{text}`")),
+                "export it again",
+            )
+        })
+    }
+}
