@@ -47,6 +47,7 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
     with_pages(&mut bed, (&protocol, &plan), |pages| {
         let experimenter = pages.experimenter();
         let participant = pages.participant(&experimenter);
+        let here = pages.follow(&participant);
         let beats = || assert_eq!(pages.post(&experimenter, "/beat").status, 204);
         while step(pages, &experimenter) {}
         let press = |word: &str| {
@@ -76,6 +77,21 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
         assert!(!pages.shown(&participant).contains("data-final"));
         assert!(step(pages, &experimenter));
         press("first");
+        // The participant's page is closed: the experimenter begins by hand.
+        drop(here);
+        let away = "The participant's page is not open";
+        waits(pages, &experimenter, away);
+        beats();
+        std::thread::sleep(Duration::from_millis(900));
+        assert!(!pages.shown(&participant).contains("data-final"));
+        assert!(pages.shown(&experimenter).contains(away));
+        assert!(step(pages, &experimenter));
+        let _here = pages.follow(&participant);
+        while pages.shown(&experimenter).contains(away) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        press("second");
         // No page of the experimenter answers any more, though its connection may be open: nothing begins.
         let _open = pages.follow(&experimenter);
         std::thread::sleep(Duration::from_millis(900));
@@ -87,7 +103,7 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
     });
     let events = bed.events(&plan).into_iter();
     let confirmed = events.filter(|event| matches!(event, Event::Confirmed { .. }));
-    assert_eq!(confirmed.count(), 3);
+    assert_eq!(confirmed.count(), 4);
 }
 
 /// What is chosen and not sent is shown to the experimenter at this step alone, and is no answer.
