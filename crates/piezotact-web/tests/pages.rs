@@ -25,6 +25,13 @@ fn compared() -> (Protocol, Plan) {
     (protocol, plan)
 }
 
+/// The mark by which `page` keeps what is chosen and not sent.
+fn draft_mark(pages: &Pages, page: &Page) -> String {
+    let shown = pages.shown(page);
+    let (_, at) = shown.split_once("data-draft=\"").unwrap();
+    at.split('"').next().unwrap().to_owned()
+}
+
 /// Waits until `page` shows `what`.
 fn waits(pages: &Pages, page: &Page, what: &str) -> String {
     let began = Instant::now();
@@ -115,7 +122,7 @@ fn the_experimenter_sees_the_draft() {
         let experimenter = pages.experimenter();
         let participant = pages.participant(&experimenter);
         while step(pages, &experimenter) {}
-        let at = pages.mark(&participant);
+        let at = draft_mark(pages, &participant);
         let draft_of = |at: &str, page: &Page, words: &str| {
             let body = format!(r#"{{"at":"{at}","words":{words}}}"#);
             let headers = [
@@ -135,6 +142,35 @@ fn the_experimenter_sees_the_draft() {
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
         assert_eq!(draft("another step", &participant), 409);
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
+    });
+}
+
+/// What is chosen and not sent stays while a texture is felt once more: a page keeps its draft by this mark.
+#[test]
+fn a_draft_outlives_a_texture_that_is_felt_once_more() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let plays = || pages.shown(&experimenter).contains("Once more");
+        for trial in 0.. {
+            while step(pages, &experimenter) {}
+            if plays() {
+                break;
+            }
+            answers(pages, &experimenter, trial);
+        }
+        let participant = pages.participant(&experimenter);
+        let marks = || (draft_mark(pages, &participant), pages.mark(&participant));
+        let (draft, mark) = marks();
+        let again = r#""do":"play","element":2"#;
+        assert_eq!(pages.ask(&experimenter, again).status, 204);
+        let (same, other) = marks();
+        assert_eq!(same, draft);
+        assert_ne!(other, mark, "what is asked at the step before is late");
+        answers(pages, &participant, 0);
+        while step(pages, &experimenter) {}
+        assert_ne!(marks().0, draft);
     });
 }
 
