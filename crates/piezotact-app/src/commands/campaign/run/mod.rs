@@ -258,10 +258,10 @@ fn ready(
     ) {
         return Ok(());
     }
-    let renderings = match args.leading.by_hand {
+    let (renderings, incomplete) = match args.leading.by_hand {
         // Nothing is played here.
-        true => Vec::new(),
-        false => drives.facts.clone(),
+        true => (&[][..], &[][..]),
+        false => (&drives.facts[..], &drives.incomplete[..]),
     };
     let ended = ended(study, &plan.participant)?;
     let earlier: Vec<EarlierSession<'_>> = ended
@@ -273,7 +273,8 @@ fn ready(
         .collect();
     let sensor = sensor(&args.leading.at_rest)?;
     let known = Known {
-        renderings: &renderings,
+        renderings,
+        incomplete,
         earlier: &earlier,
         panels: &study.campaign.panels,
         bench,
