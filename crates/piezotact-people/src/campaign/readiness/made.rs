@@ -97,8 +97,8 @@ fn todo((sample, level_of, gain_db): (&str, &str, f64)) -> String {
     match manipulate.is_empty() {
         true => "prepare all textures of the session by one `piezotact prepare`".to_owned(),
         false => format!(
-            "make its texture from the target of {sample} by `piezotact manipulate` with{manipulate} into a file of the name of this drive, and prepare all textures of the \
-             session by one `piezotact prepare`"
+            "make its texture from the target of {sample} by `piezotact manipulate` with{manipulate} into a file of the name of this \
+             drive, and prepare all textures of the session by one `piezotact prepare`"
         ),
     }
 }
