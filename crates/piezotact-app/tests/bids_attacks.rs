@@ -68,6 +68,14 @@ const CHANGES: &[Change] = &[
         let own = text.lines().nth(1).unwrap().contains(&other[0]);
         cell(root, ANSWERS, (2, "stim_file"), &other[usize::from(own)]);
     }),
+    (
+        "a flag that the playings deny",
+        "level",
+        "beh.tsv",
+        |root| {
+            cell(root, ANSWERS, (2, "flags"), "missed_target");
+        },
+    ),
     ("a rank without a sample", "ranking", "beh.tsv", |root| {
         edit(&file(root, ORDERS), |text| {
             let without = with_cell(text, 2, "response", |_| "n/a".into());

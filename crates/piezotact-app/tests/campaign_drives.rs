@@ -11,7 +11,7 @@ use piezotact_dataset::{ReadOptions, read_recording, write_measurement};
 
 use crate::campaign_session::{holds, run, session, until, whole};
 use crate::support::session::{table, two_sets};
-use crate::support::{BENCH, Folder, copy};
+use crate::support::{BENCH, Done, Folder, copy};
 
 /// Four textures, their strokes, the transfer function and the drives of P01.
 pub(crate) fn prepared() -> &'static Folder {
@@ -135,6 +135,15 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     );
     let measured = |sample: &str| folder.path(&format!("drives/measured/{sample}.parquet"));
     let right = std::fs::read(measured("S8")).unwrap();
+    std::fs::remove_file(measured("S8")).unwrap();
+    refused(
+        &on_bench,
+        1,
+        &[
+            "S8: expected drives/measured/S8.parquet beside its other files, found nothing",
+            "for the reason above",
+        ],
+    );
     std::fs::copy(measured("S2"), measured("S8")).unwrap();
     refused(
         &on_bench,
@@ -241,6 +250,137 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     );
     goes_on.type_line("");
     until(&mut goes_on, "trial 2 of 7");
+}
+
+/// The refusals of `done` for what is there, by their first words: most stimuli have no drive in this test.
+fn not_ready(done: &Done) -> Vec<String> {
+    let said = done.err();
+    let lines = said
+        .lines()
+        .filter_map(|line| line.strip_prefix("not ready: "));
+    let lines = lines.filter(|line| !line.contains("there is no drive"));
+    lines.map(str::to_owned).collect()
+}
+
+/// A level that is compared with another one is rendered, not copied: one texture for all is no experiment.
+#[test]
+fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refused() {
+    let folder = Folder::new();
+    let from = |file: &str| prepared().path(file).display().to_string();
+    let prepare = format!(
+        "--transfer {} --bench {BENCH} --mode texture --out drives",
+        from("tf.json")
+    );
+    let lines = [
+        format!(
+            "manipulate {} --gain 0.425dB --out S8_increment_-26.wav",
+            from("drives/targets/S8.wav")
+        ),
+        format!(
+            "manipulate {} --gain 0.5dB --out S8_increment_-22.wav",
+            from("drives/targets/S8.wav")
+        ),
+        format!(
+            "prepare {} S8_increment_-26.wav S8_increment_-22.wav {prepare}",
+            from("S8.parquet")
+        ),
+        "campaign new study --protocol roughness_jnd --seed 7".to_owned(),
+    ];
+    for line in &lines {
+        run(&folder, line).expect_success();
+    }
+    let session = format!("campaign run study P01 discrimination --drives drives --bench {BENCH}");
+    let faults = not_ready(&run(&folder, &session));
+    assert!(
+        faults.len() == 1
+            && faults[0].starts_with("S8 increment -22: expected the level of S8 itself +0.664 dB, found its own level +0.500 dB"),
+        "{faults:?}"
+    );
+    for (part, ending) in [
+        ("targets", "wav"),
+        ("targets", "wav.json"),
+        ("drives", "wav"),
+        ("drives", "wav.json"),
+        ("measured", "parquet"),
+    ] {
+        let file = |name: &str| folder.path(&format!("drives/{part}/{name}.{ending}"));
+        std::fs::copy(file("S8"), file("S8_increment_-22")).unwrap();
+    }
+    let done = run(&folder, &session);
+    done.expect_failure(1, &["cannot begin, for the", "nothing was stored"]);
+    let faults = not_ready(&done);
+    let parts = [
+        "S8 increment -22: expected a drive of its own in",
+        "S8_increment_-22.wav, found that of S8 in",
+        "by `piezotact manipulate` with --gain 0.664dB into a file of the name of this drive, and prepare all textures",
+    ];
+    assert!(
+        faults.len() == 1 && parts.iter().all(|part| faults[0].contains(part)),
+        "{faults:?}"
+    );
+}
+
+#[test]
+fn an_inverted_texture_is_made_by_manipulate_and_prepare() {
+    let folder = Folder::new();
+    let from = |file: &str| prepared().path(file).display().to_string();
+    run(
+        &folder,
+        "campaign new study --protocol amplitude_inversion --seed 7",
+    )
+    .expect_success();
+    let line = "twin record --bench acttouch --sample S13 --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out S13.parquet";
+    run(&folder, line).expect_success();
+    let prepare = format!(
+        "--transfer {} --bench {BENCH} --mode texture",
+        from("tf.json")
+    );
+    run(
+        &folder,
+        &format!("prepare S13.parquet {prepare} --out plain"),
+    )
+    .expect_success();
+    let target = from("drives/targets/S2.wav");
+    let named = [
+        "manipulate",
+        &target,
+        "--rms-of",
+        "plain/targets/S13.wav",
+        "--out",
+        "S2 INVERTED.wav",
+    ];
+    folder.run_as_given(&named).expect_success();
+    let (s2, tf) = (from("S2.parquet"), from("tf.json"));
+    let prepare = [
+        "prepare",
+        &s2,
+        "S13.parquet",
+        "S2 INVERTED.wav",
+        "--transfer",
+        &tf,
+        "--bench",
+        BENCH,
+        "--mode",
+        "texture",
+        "--out",
+        "drives",
+    ];
+    folder.run_as_given(&prepare).expect_success();
+    whole(&folder, "campaign run study P01 measurement");
+    let session = format!("campaign run study P01 discrimination --drives drives --bench {BENCH}");
+    let done = run(&folder, &session);
+    let said = done.err();
+    assert!(
+        said.contains("S5, S5 INVERTED") || said.contains("there is no drive"),
+        "{said}"
+    );
+    let faults = not_ready(&done);
+    assert!(
+        faults
+            .iter()
+            .all(|fault| fault.starts_with("session measurement") || fault.contains("another day")),
+        "{faults:?}"
+    );
 }
 
 /// What would be found out with the volunteer in the chair is found out before: nothing is stored, nothing is played.

@@ -195,6 +195,13 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
         &said,
         &["task1: 2 of 6 trials", "campaign run study P01 naming"],
     );
+    let mut other = self::session(&folder, "campaign run study P01 naming --language it");
+    other.prompt().unwrap();
+    other.type_line("/leave");
+    holds(
+        &other.end().1,
+        &["--language it is not applied: the session goes on without it, as it was begun"],
+    );
     let seen = whole(&folder, "campaign run study P01 naming --experimenter CD");
     holds(
         &seen,
@@ -529,10 +536,7 @@ fn refused_until_there_is_room(folder: &Folder, mut session: Session, room: impl
         }
         text = next;
     };
-    holds(
-        &refused,
-        &["the answer is not stored", "Then give it again."],
-    );
+    holds(&refused, &["nothing was stored", "Then give it again."]);
     let prompt = |text: &str| text.lines().last().unwrap().to_owned();
     // It waits at the same step, as long as it takes.
     assert_eq!(prompt(&refused), prompt(&text));

@@ -1,12 +1,14 @@
 //! Comparisons whose stimuli follow from the answers.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::page::Cell;
+use piezotact_people::association::{StimulusFiles, behaviour};
 use piezotact_people::campaign::plan::{Plan, Presented};
 use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::{Command, Stage, State, Step};
-use piezotact_study::session::state_of;
+use piezotact_study::session::{Given, state_of};
 
-use crate::support::{Bed, done, next, planned, said};
+use crate::support::{Bed, done, next, planned, present, said, until_presenting};
 
 /// A session of somebody who always, or never, names the comparison; gives what each counted trial of QUEST+ presented.
 fn session(
@@ -79,4 +81,58 @@ fn what_is_played_follows_from_the_answers_and_is_found_again_in_the_store() {
         last(&right),
         last(&wrong)
     );
+}
+
+struct NoFiles;
+
+impl StimulusFiles for NoFiles {
+    fn drive(&self, _stimulus: &str) -> Option<String> {
+        None
+    }
+
+    fn recording(&self, _journal: &str) -> Option<String> {
+        None
+    }
+}
+
+/// The tables say one thing of a comparison: either texture missing its target is a miss, and an attempt that was stopped is no replay.
+#[test]
+fn a_comparison_has_the_flags_of_both_textures_and_no_replays_of_a_void_attempt() {
+    let (protocol, plan) = planned("roughness_jnd", "discrimination");
+    for (misses, flags) in [
+        (None, ""),
+        (Some(0), "missed_target"),
+        (Some(1), "missed_target"),
+    ] {
+        let mut bed = Bed::new();
+        bed.tape.misses.set(misses);
+        bed.tape.fails_after.set(Some(1));
+        bed.volunteer((&protocol, &plan), |runner| {
+            until_presenting(runner, "quest");
+            assert!(matches!(runner.give(present()), Ok(Given::Void { .. })));
+            done(runner, present());
+            for _ in 0..2 {
+                let command = next(runner.state()).unwrap();
+                done(runner, command);
+            }
+        });
+        let state = state_of(&bed.store, &protocol, &plan).unwrap();
+        let found = behaviour(&state, &NoFiles);
+        let first = |table: &piezotact::page::Table, name: &str| {
+            let column = table.columns.iter().position(|one| one.name == name);
+            let cells = table.rows.iter().map(|row| &row[column.unwrap()]);
+            let mut known = cells.filter(|cell| **cell != Cell::Missing(()));
+            known.next().cloned().unwrap_or(Cell::Missing(()))
+        };
+        let text = |text: &str| match text {
+            "" => Cell::Missing(()),
+            text => Cell::from(text),
+        };
+        let answers = &found[0].responses;
+        assert_eq!(first(answers, "flags"), text(flags), "{misses:?}");
+        assert_eq!(first(answers, "n_replays"), Cell::from(0.0));
+        let events = &found[0].events;
+        let missed = if flags.is_empty() { "no" } else { "yes" };
+        assert_eq!(first(events, "missed_target"), text(missed), "{misses:?}");
+    }
 }

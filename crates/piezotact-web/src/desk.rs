@@ -285,13 +285,15 @@ impl Desk {
         Ok(given)
     }
 
-    /// Begins the next trial when its time has come, where a page is open that can stop it.
+    /// Begins the next trial when its time has come, where a page of the experimenter, and of the participant who has one, is open that can
+    /// stop it.
     fn begin_next(&mut self, runner: &mut Runner<'_>) -> Result<(), RunError> {
         let Some((at, settled, stops)) = self.next else {
             return Ok(());
         };
         // A connection that is open is no page that answers: its lid may be closed.
-        let is_watched = self.beat.last().is_some_and(|beat| beat > settled);
+        let is_watched =
+            self.beat.last().is_some_and(|beat| beat > settled) && !self.beat.is_participant_away();
         let now = Instant::now();
         if self.stop.asked() != stops || now > at + LONGEST {
             self.next = None;

@@ -194,11 +194,12 @@ impl Site {
         };
         listener.set_nonblocking(true)?;
         let led = pages.led.clone();
+        let pages = Arc::new(pages);
         let answering = serving::Answering {
             tls,
             address: pages.address(),
             ends: ends.subscribe(),
-            router: server::router(Arc::new(pages)),
+            router: server::router(Arc::clone(&pages)),
         };
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -209,7 +210,7 @@ impl Site {
             .name("pages".into())
             .spawn(move || {
                 runtime.block_on(async move {
-                    let _watches = led.map(|led| tokio::spawn(beat::watched(led)));
+                    let _watches = led.map(|led| tokio::spawn(beat::watched(pages, led)));
                     if let Ok(listener) = tokio::net::TcpListener::from_std(listener) {
                         serving::serve(listener, answering).await;
                     }

@@ -236,7 +236,7 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
                 OpenStep::Playing(which) => { (playing(*which, language)) },
                 OpenStep::Answer(answer) => {
                     @if let Some(instruction) = &open.instruction { p.instruction { (instruction.in_language(language)) } }
-                    (form(answer, &open.mark, language))
+                    (form(answer, &open.draft, language))
                     @if !answer.is_final { p.soft.keys { (w(Word::KeysHelp)) } }
                 },
                 OpenStep::Confirm { said, form: answer } => {
@@ -245,7 +245,7 @@ pub(crate) fn participant(open: &Open, language: Language, pages: usize) -> Mark
                     (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
                     details.change {
                         summary { (w(Word::Change)) }
-                        (form(answer, &open.mark, language))
+                        (form(answer, &open.draft, language))
                     }
                 },
             }
@@ -464,11 +464,11 @@ fn answer(closed: &Closed, open: &Open, sight: Sight, language: Language) -> Mar
         (own_order(closed, language))
         (played(closed, sight, language))
         @match &closed.answer {
-            Some((answer, None)) => { (form(answer, &open.mark, language)) },
+            Some((answer, None)) => { (form(answer, &open.draft, language)) },
             Some((answer, Some(said))) => {
                 p.big { (w(Word::Noted)) " " b { (said.in_language(language)) } }
                 (ask(r#"{"do":"confirm"}"#, w(Word::Final), "main"))
-                details.change { summary { (w(Word::Change)) } (form(answer, &open.mark, language)) }
+                details.change { summary { (w(Word::Change)) } (form(answer, &open.draft, language)) }
             },
             None => { p.big { (w(Word::Wait)) } },
         }

@@ -316,7 +316,7 @@ fn for_experimenter(page: &Page, sight: Sight, language: Language) -> Drawn {
             is_paired: site.access.has_participant(now_ms()),
         };
         let open = [&led.experimenters, &led.participants].map(|of| of.load(Ordering::Relaxed));
-        let draft = led.draft(&view.open.mark);
+        let draft = led.draft(&view.open.draft);
         pages::experimenter(view, sight, language, role, (&pairing, open, &draft)).into_string()
     })
 }
@@ -580,7 +580,7 @@ async fn draft(
 ) -> StatusCode {
     let is_one = {
         let view = led.asking.views.borrow();
-        view.open.mark == draft.at && view.open.step.can_say(&draft.words)
+        view.open.draft == draft.at && view.open.step.can_say(&draft.words)
     };
     if !is_one {
         return StatusCode::CONFLICT;

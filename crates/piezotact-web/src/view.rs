@@ -29,6 +29,8 @@ pub struct View {
 pub struct Open {
     /// At which step the session is, as a mark that changes with every step: a command that was given at another one is late.
     pub mark: String,
+    /// The same for what is chosen and not sent yet: what is felt once more leaves it.
+    pub draft: String,
     /// The language that the participant stated.
     pub language: Option<String>,
     /// How many trials are confirmed, and how many there are.
@@ -336,6 +338,7 @@ impl View {
         let task = trial.and_then(|trial| state.protocol().task(&trial.task));
         let open = Open {
             mark: mark(state),
+            draft: draft(state),
             language: state.participant().language.clone(),
             progress: [sum(|(done, _)| *done), sum(|(_, planned)| *planned)],
             instruction: task.filter(|_| runs).map(|task| {
@@ -391,6 +394,16 @@ fn presentable(state: &State<'_>, trial: Option<&Trial>) -> Vec<String> {
         names.extend(made.map(|stimulus| stimulus.name.clone()));
     }
     names
+}
+
+/// A mark that changes with every attempt and every answer.
+fn draft(state: &State<'_>) -> String {
+    let Some((trial, of)) = state.current() else {
+        return String::new();
+    };
+    let number = state.number(&trial.name);
+    let stage = state.stage();
+    format!("{stage:?}-{number}-{}-{}", of.attempts, of.answers.len())
 }
 
 /// A mark that changes with every step, and with nothing else: notes and corrections leave it.

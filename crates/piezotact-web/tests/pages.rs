@@ -25,6 +25,13 @@ fn compared() -> (Protocol, Plan) {
     (protocol, plan)
 }
 
+/// The mark by which `page` keeps what is chosen and not sent.
+fn draft_mark(pages: &Pages, page: &Page) -> String {
+    let shown = pages.shown(page);
+    let (_, at) = shown.split_once("data-draft=\"").unwrap();
+    at.split('"').next().unwrap().to_owned()
+}
+
 /// Waits until `page` shows `what`.
 fn waits(pages: &Pages, page: &Page, what: &str) -> String {
     let began = Instant::now();
@@ -47,6 +54,7 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
     with_pages(&mut bed, (&protocol, &plan), |pages| {
         let experimenter = pages.experimenter();
         let participant = pages.participant(&experimenter);
+        let here = pages.follow(&participant);
         let beats = || assert_eq!(pages.post(&experimenter, "/beat").status, 204);
         while step(pages, &experimenter) {}
         let press = |word: &str| {
@@ -76,6 +84,21 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
         assert!(!pages.shown(&participant).contains("data-final"));
         assert!(step(pages, &experimenter));
         press("first");
+        // The participant's page is closed: the experimenter begins by hand.
+        drop(here);
+        let away = "The participant's page is not open";
+        waits(pages, &experimenter, away);
+        beats();
+        std::thread::sleep(Duration::from_millis(900));
+        assert!(!pages.shown(&participant).contains("data-final"));
+        assert!(pages.shown(&experimenter).contains(away));
+        assert!(step(pages, &experimenter));
+        let _here = pages.follow(&participant);
+        while pages.shown(&experimenter).contains(away) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        std::thread::sleep(Duration::from_millis(200));
+        press("second");
         // No page of the experimenter answers any more, though its connection may be open: nothing begins.
         let _open = pages.follow(&experimenter);
         std::thread::sleep(Duration::from_millis(900));
@@ -87,7 +110,7 @@ fn a_comparison_is_one_press_and_the_next_begins_by_itself() {
     });
     let events = bed.events(&plan).into_iter();
     let confirmed = events.filter(|event| matches!(event, Event::Confirmed { .. }));
-    assert_eq!(confirmed.count(), 3);
+    assert_eq!(confirmed.count(), 4);
 }
 
 /// What is chosen and not sent is shown to the experimenter at this step alone, and is no answer.
@@ -99,7 +122,7 @@ fn the_experimenter_sees_the_draft() {
         let experimenter = pages.experimenter();
         let participant = pages.participant(&experimenter);
         while step(pages, &experimenter) {}
-        let at = pages.mark(&participant);
+        let at = draft_mark(pages, &participant);
         let draft_of = |at: &str, page: &Page, words: &str| {
             let body = format!(r#"{{"at":"{at}","words":{words}}}"#);
             let headers = [
@@ -119,6 +142,35 @@ fn the_experimenter_sees_the_draft() {
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
         assert_eq!(draft("another step", &participant), 409);
         assert!(!pages.shown(&experimenter).contains("<b>C, A</b>"));
+    });
+}
+
+/// What is chosen and not sent stays while a texture is felt once more: a page keeps its draft by this mark.
+#[test]
+fn a_draft_outlives_a_texture_that_is_felt_once_more() {
+    let (protocol, plan) = isotropic();
+    let mut bed = Bed::new();
+    with_pages(&mut bed, (&protocol, &plan), |pages| {
+        let experimenter = pages.experimenter();
+        let plays = || pages.shown(&experimenter).contains("Once more");
+        for trial in 0.. {
+            while step(pages, &experimenter) {}
+            if plays() {
+                break;
+            }
+            answers(pages, &experimenter, trial);
+        }
+        let participant = pages.participant(&experimenter);
+        let marks = || (draft_mark(pages, &participant), pages.mark(&participant));
+        let (draft, mark) = marks();
+        let again = r#""do":"play","element":2"#;
+        assert_eq!(pages.ask(&experimenter, again).status, 204);
+        let (same, other) = marks();
+        assert_eq!(same, draft);
+        assert_ne!(other, mark, "what is asked at the step before is late");
+        answers(pages, &participant, 0);
+        while step(pages, &experimenter) {}
+        assert_ne!(marks().0, draft);
     });
 }
 

@@ -247,6 +247,37 @@ impl Lineage {
         self.steps.push(step);
         self
     }
+
+    /// Whether more was done than to cut a stroke, to subtract the mean and to render.
+    #[must_use]
+    pub fn is_manipulated(&self) -> bool {
+        let is_plain = |step: &Step| {
+            matches!(
+                step.operation,
+                Operation::Stroke { .. }
+                    | Operation::MeanTakenAway { .. }
+                    | Operation::Rendered { .. }
+            )
+        };
+        !self.steps.iter().all(is_plain)
+    }
+
+    /// The level that its steps set: the texture whose rms level it was given last, none where it is its own, and the sum of the gains
+    /// after that, in dB. The level of a rendering is not among them.
+    ///
+    /// ```
+    /// use piezotact::lineage::Lineage;
+    /// assert_eq!(Lineage::of("S2").level(), (None, 0.0));
+    /// ```
+    #[must_use]
+    pub fn level(&self) -> (Option<&Self>, f64) {
+        let steps = self.steps.iter();
+        steps.fold((None, 0.0), |(of, sum_db), step| match &step.operation {
+            Operation::Gain { gain_db } => (of, sum_db + gain_db),
+            Operation::RmsOf { of, .. } => (Some(of), 0.0),
+            _ => (of, sum_db),
+        })
+    }
 }
 
 impl Operation {

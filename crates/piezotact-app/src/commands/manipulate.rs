@@ -389,6 +389,12 @@ fn condition_of(mut condition: Condition, operations: &[Requested]) -> Condition
     condition
 }
 
+/// The sample that was touched, by the name of its texture, manipulated or not.
+#[cfg(feature = "study")]
+pub(super) fn before_manipulation(sample: &str) -> &str {
+    sample.strip_suffix(MANIPULATED).unwrap_or(sample)
+}
+
 /// What still holds of the annotations after the steps of `lineage` beyond the first so many, and what was left out.
 fn annotations_after(
     (mut annotations, steps_before): (Annotations, usize),

@@ -546,6 +546,16 @@ impl Protocol {
         }
     }
 
+    /// Of what `stimulus` is made: its sample, the sample whose rms level it has, and how much higher its level is than that, in dB.
+    #[must_use]
+    pub fn made_of<'a>(&'a self, stimulus: &'a str) -> Option<(&'a str, &'a str, f64)> {
+        let of = self.sample_of(stimulus)?;
+        let manipulated = self.stimuli.iter().find(|other| other.name == stimulus);
+        let level_of = manipulated.and_then(|one| one.level_of.as_deref());
+        let gain_db = manipulated.and_then(|one| one.gain_db).unwrap_or(0.0);
+        Some((of, level_of.unwrap_or(of), gain_db))
+    }
+
     /// The answer that is expected for `stimulus`: its sample, or the one that the hypothesis names.
     #[must_use]
     pub fn expected<'a>(&'a self, stimulus: &'a str) -> Option<&'a str> {

@@ -3,12 +3,15 @@
 //! Everything that is missing is said at once, so that a volunteer is not called in vain.
 
 mod error;
+mod made;
 
 use std::collections::BTreeSet;
 
 pub use error::NotReady;
 
+use piezotact::checksum::Checksum;
 use piezotact::criterion::Outcome;
+use piezotact::lineage::Lineage;
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::transfer::AtRest;
 
@@ -90,6 +93,14 @@ pub struct Origin {
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderingFacts {
     pub stimulus: String,
+    /// The file of the drive.
+    pub file: String,
+    /// The checksum of the samples of the drive.
+    pub samples: Checksum,
+    /// What the drive was made from, and how; `None` where nothing says it.
+    pub lineage: Option<Lineage>,
+    /// The level that it was rendered at, relative to its texture, in dB.
+    pub level_db: f64,
     /// The strokes that it was made from.
     pub strokes: Origin,
     /// The transfer function that it was rendered with.
@@ -146,6 +157,8 @@ pub struct EarlierSession<'a> {
 pub struct Known<'a> {
     /// The drives that are there.
     pub renderings: &'a [RenderingFacts],
+    /// The stimuli of which some files are there, with those that are not.
+    pub incomplete: &'a [(String, String)],
     /// The earlier sessions of this participant.
     pub earlier: &'a [EarlierSession<'a>],
     /// Panels by name with their members.
@@ -195,19 +208,33 @@ pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotR
             .and_then(|bench| finger(&plan.participant, bench)),
     );
     found.extend(known.sensor.iter().flat_map(|now| sensor(now, known)));
+    let mut drives = Vec::new();
     for stimulus in stimuli_of(plan) {
         let facts = known.renderings.iter().find(|one| one.stimulus == stimulus);
+        drives.extend(facts);
         match facts {
-            None => found.push(NotReady::Missing {
-                stimulus: stimulus.to_owned(),
-            }),
+            None => found.push(missing(stimulus, known.incomplete)),
             Some(facts) => {
                 found.extend(of_drive(protocol, plan, facts, known.now_ms));
                 found.extend(known.bench.iter().flat_map(|bench| on_bench(facts, bench)));
             }
         }
     }
+    found.extend(made::faults(protocol, &drives));
     found
+}
+
+/// What of a stimulus without a drive is not there.
+fn missing(stimulus: &str, incomplete: &[(String, String)]) -> NotReady {
+    let mut incomplete = incomplete.iter();
+    let stimulus = stimulus.to_owned();
+    match incomplete.find(|(of, _)| *of == stimulus) {
+        Some((_, files)) => NotReady::Incomplete {
+            stimulus,
+            files: files.clone(),
+        },
+        None => NotReady::Missing { stimulus },
+    }
 }
 
 /// Who would feel what is played, where it is not the participant. Real devices need not say whose finger is on them.

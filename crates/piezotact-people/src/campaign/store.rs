@@ -124,7 +124,7 @@ pub enum StoreError {
     #[error("what is stored was changed or damaged: {why}; restore the whole folder from a copy")]
     Damaged { why: String },
     /// The place where it is kept cannot be read or written.
-    #[error("the answer is not stored: {why}; {advice}")]
+    #[error("nothing was stored: {why}; {advice}")]
     Place {
         /// What the system said.
         why: String,

@@ -32,7 +32,7 @@ fn refused_whole(lines: &[String], folder: &Path, advice: &str) {
         .find(|line| line.starts_with("refused"))
         .unwrap();
     assert!(
-        last.contains("the answer is not stored") && last.contains(advice),
+        last.contains("nothing was stored") && last.contains(advice),
         "{last}"
     );
     let stored = acknowledged(lines);

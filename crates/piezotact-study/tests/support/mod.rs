@@ -105,6 +105,8 @@ pub(crate) struct Tape {
     pub(crate) fails_after: Rc<Cell<Option<usize>>>,
     /// A stimulus without a drive.
     pub(crate) missing: Rc<RefCell<Option<String>>>,
+    /// The element whose playings miss their target.
+    pub(crate) misses: Rc<Cell<Option<usize>>>,
     /// How long a stimulus is played.
     pub(crate) lasts: Rc<Cell<Duration>>,
     /// The strokes that its sensors find in a touch; none where it has no sensors.
@@ -143,8 +145,13 @@ impl Stimulator for Tape {
         if stop.wait(self.lasts.get()) {
             return Err(PlayError::Device("the run was stopped".to_owned()));
         }
+        let reached = match self.misses.get() == Some(element) {
+            true => Outcome::NotMet,
+            false => Outcome::Met,
+        };
         Ok(Evidence {
             journal: Some(journal),
+            reached,
             ..evidence(stimulus)
         })
     }

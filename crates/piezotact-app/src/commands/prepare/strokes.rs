@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::Doubt;
-use piezotact::lineage::Operation;
+use piezotact::lineage::{Lineage, Operation};
 use piezotact::manipulate::{Manipulated, textures_of_strokes};
 use piezotact::prepare::{ChosenStroke, TextureStrokes, doubts_of_conditions, typical_stroke};
 use piezotact::quantity::{Acceleration, Drive};
@@ -145,11 +145,14 @@ fn require_same_finger(
     }
 }
 
-/// The recordings of each texture, in the order in which they were given.
+/// The recordings of each texture, in the order in which they were given. A manipulated one is a texture of its own.
 fn by_texture(takes: &[Take]) -> Vec<(String, Vec<&Take>)> {
     let mut groups: Vec<(String, Vec<&Take>)> = Vec::new();
     for take in takes {
+        let lineage = take.recording.about.provenance.lineage.as_ref();
+        let is_manipulated = lineage.is_some_and(Lineage::is_manipulated);
         let sample = take.condition().sample.clone();
+        let sample = sample.filter(|_| !is_manipulated);
         let known = groups
             .iter_mut()
             .find(|(known, _)| Some(&**known) == sample.as_deref());

@@ -224,7 +224,10 @@ impl Meanings<'_> {
                 "Time from the presentation of the trial to its confirmation, the same in all rows of a trial.",
                 "s",
             ),
-            "n_replays" => number("How often the stimulus was felt again.", "1"),
+            "n_replays" => number(
+                "How often the stimulus was felt again, in the attempt that was answered.",
+                "1",
+            ),
             "stim_file" => text("Drive that was played, re the folder stimuli."),
             "flags" => ColumnMeaning {
                 delimiter: Some(" ".to_owned()),

@@ -334,7 +334,7 @@ impl OfTask<'_> {
                     expected.map_or(Cell::Missing(()), |one| is_right(one, placed)),
                 ),
                 ("offered", text(offered.as_str())),
-                ("flags", self.flags(trial, of, i)),
+                ("flags", self.flags(trial, of, [i])),
             ]);
             row
         });
@@ -365,7 +365,7 @@ impl OfTask<'_> {
                     expected.map_or(Cell::Missing(()), |one| is_right(one, &answer.answered)),
                 ),
                 ("offered", text(answer.offered.join(BETWEEN))),
-                ("flags", self.flags(trial, of, element)),
+                ("flags", self.flags(trial, of, [element])),
                 ("n_replays", self.replays(of, element)),
                 ("stim_file", self.drive(&answer.presented)),
             ]);
@@ -383,17 +383,13 @@ impl OfTask<'_> {
             .iter()
             .filter_map(|stimulus| self.files.drive(stimulus))
             .collect();
-        let replays = of
-            .felt
-            .iter()
-            .map(|felt| felt.saturating_sub(1))
-            .sum::<u32>();
+        let replays = of.plays.iter().map(|plays| plays.saturating_sub(1));
         row.extend([
             ("presented", text(presented.join(BETWEEN))),
             ("response", text(response)),
             ("offered", text(offered(self.state, trial).join(BETWEEN))),
-            ("flags", self.flags(trial, of, 0)),
-            ("n_replays", count(replays)),
+            ("flags", self.flags(trial, of, 0..presented.len().max(1))),
+            ("n_replays", count(replays.sum::<u32>())),
             // BIDS has one file in a cell.
             (
                 "stim_file",
@@ -406,15 +402,28 @@ impl OfTask<'_> {
         Some(row)
     }
 
-    fn flags(&self, trial: &Trial, of: &TrialState, element: usize) -> Cell {
-        let flags = flags((self.state, trial), of, element);
-        let words: Vec<&str> = flags.iter().map(|flag| flag.word()).collect();
+    /// What was wrong with any of these elements of a trial, each once.
+    fn flags(
+        &self,
+        trial: &Trial,
+        of: &TrialState,
+        elements: impl IntoIterator<Item = usize>,
+    ) -> Cell {
+        let mut words: Vec<&str> = Vec::new();
+        for element in elements {
+            for flag in flags((self.state, trial), of, element) {
+                if !words.contains(&flag.word()) {
+                    words.push(flag.word());
+                }
+            }
+        }
         text(words.join(" "))
     }
 
+    /// How often an element was felt again in the attempt that was answered.
     fn replays(&self, of: &TrialState, element: usize) -> Cell {
-        let felt = of.felt.get(element);
-        felt.map_or(Cell::Missing(()), |felt| count(felt.saturating_sub(1)))
+        let plays = of.plays.get(element);
+        plays.map_or(Cell::Missing(()), |plays| count(plays.saturating_sub(1)))
     }
 
     fn drive(&self, stimulus: &str) -> Cell {

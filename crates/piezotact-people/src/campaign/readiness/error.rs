@@ -12,6 +12,15 @@ pub enum NotReady {
     /// There is no drive for a stimulus.
     #[error("{stimulus}: there is no drive; prepare it from the strokes of this participant")]
     Missing { stimulus: String },
+    /// Some files of a stimulus are there and others are not.
+    #[error(
+        "{stimulus}: expected {files} beside its other files, found nothing; put back what was removed, or prepare it again"
+    )]
+    Incomplete {
+        stimulus: String,
+        /// Those that are not there.
+        files: String,
+    },
     /// A drive made from somebody else's strokes.
     #[error(
         "{stimulus}: expected strokes of {participant}, found those of {found}; prepare the drives of {participant}"
@@ -40,6 +49,32 @@ pub enum NotReady {
         "{stimulus}: the measurement beside it was made with another drive; play this drive, record it, and compare it with its target"
     )]
     Measured { stimulus: String },
+    /// The drive of another stimulus.
+    #[error(
+        "{stimulus}: expected a drive of its own in {file}, found that of {other} in {other_file}; {todo}"
+    )]
+    SameDrive {
+        stimulus: String,
+        /// Its file.
+        file: String,
+        /// The stimulus with the same drive.
+        other: String,
+        /// The file of that one.
+        other_file: String,
+        todo: String,
+    },
+    /// A drive whose level the lineage states otherwise than the protocol.
+    #[error("{stimulus}: expected {expected}, found {found} by the lineage of {file}; {todo}")]
+    Level {
+        stimulus: String,
+        /// The level that the protocol states.
+        expected: String,
+        /// The level that the lineage and the rendering state.
+        found: String,
+        /// The file of the drive.
+        file: String,
+        todo: String,
+    },
     /// The bench does not play the drive.
     #[error("{stimulus}: {why}")]
     Refused { stimulus: String, why: String },
@@ -156,10 +191,13 @@ impl NotReady {
     pub fn stimulus(&self) -> Option<&str> {
         match self {
             Self::Missing { stimulus }
+            | Self::Incomplete { stimulus, .. }
             | Self::Strokes { stimulus, .. }
             | Self::TransferFunction { stimulus, .. }
             | Self::NotPassed { stimulus, .. }
             | Self::Measured { stimulus }
+            | Self::SameDrive { stimulus, .. }
+            | Self::Level { stimulus, .. }
             | Self::Refused { stimulus, .. }
             | Self::OtherBench { stimulus, .. }
             | Self::TwinSeed { stimulus, .. }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use piezotact::criterion::Outcome;
-use piezotact_people::association::BETWEEN;
+use piezotact_people::association::{BETWEEN, Flag};
 
 use super::super::NOTHING;
 use super::super::name::TRIALS;
@@ -31,6 +31,9 @@ struct Answered {
     responses: Vec<String>,
     presented: Vec<String>,
     seconds: String,
+    /// Where the trial stands last, and whether a line of it is flagged as one that missed its target.
+    place: (String, u64),
+    is_missed: bool,
 }
 
 /// The cells of a trial in the events.
@@ -78,6 +81,9 @@ impl Both {
                 .presented
                 .extend(known("presented").map(str::to_owned));
             answered.seconds = text("response_time");
+            answered.place = (entry.file.clone(), number);
+            let mut flags = cell("flags").unwrap_or_default().split(' ');
+            answered.is_missed |= flags.any(|flag| flag == Flag::MissedTarget.word());
             return;
         }
         match known("trial_type") {
@@ -108,6 +114,7 @@ impl Both {
             of.targets(found);
             if !of.noted.is_empty() && !of.answered.is_empty() {
                 of.answers(found);
+                of.flags(found);
             }
         }
     }
@@ -155,6 +162,24 @@ impl Trials {
                 );
                 found.add(ProblemKind::Response, &self.events, noted.line, why);
             }
+        }
+    }
+
+    /// Flags of answers against the events of their trials.
+    fn flags(&self, found: &mut Found) {
+        for (trial, answered) in &self.answered {
+            let missed = self.noted.get(trial).map(|noted| noted.missed.as_str());
+            let flag = Flag::MissedTarget.word();
+            let (expected, is) = match (missed, answered.is_missed) {
+                (Some("yes"), false) => ("the flag", "none"),
+                (Some("no" | "not decided"), true) => ("no flag", "one"),
+                _ => continue,
+            };
+            let why = format!(
+                "expected {expected} {flag} in trial {trial}, as the events say, found {is}; correct one of them"
+            );
+            let (file, line) = &answered.place;
+            found.add(ProblemKind::Level, file, *line, why);
         }
     }
 

@@ -23,6 +23,7 @@ use piezotact_people::campaign::readiness::{
 };
 use piezotact_study::session::PreparedDrive;
 
+use crate::commands::manipulate::before_manipulation;
 use crate::commands::prepare::file_name;
 use crate::commands::verify::verified;
 use crate::failure::Failure;
@@ -40,6 +41,8 @@ const PARTS: [(&str, &str); 3] = [
 pub(super) struct Drives {
     pub(super) ready: BTreeMap<String, PreparedDrive>,
     pub(super) facts: Vec<RenderingFacts>,
+    /// The stimuli of which some files are there, with those that are not.
+    pub(super) incomplete: Vec<(String, String)>,
     pub(super) band: Option<Band>,
     /// The files to take into the study, stimulus by stimulus.
     pub(super) given: Vec<(String, [PathBuf; 3])>,
@@ -73,20 +76,29 @@ impl Drives {
         let mut drives = Self {
             ready: BTreeMap::new(),
             facts: Vec::new(),
+            incomplete: Vec::new(),
             band: None,
             given: Vec::new(),
         };
         require_names(plan)?;
         for stimulus in stimuli_of(plan) {
             let given = given.map(|given| files(given, stimulus));
-            if let Some(given) = given.filter(are_there) {
+            if let Some(given) = given.clone().filter(are_there) {
                 drives.add((protocol, plan), stimulus, &given)?;
                 drives.given.push((stimulus.to_owned(), given));
                 continue;
             }
-            let files = files(folder, stimulus);
-            if are_there(&files) {
-                drives.add((protocol, plan), stimulus, &files)?;
+            let kept = files(folder, stimulus);
+            if are_there(&kept) {
+                drives.add((protocol, plan), stimulus, &kept)?;
+                continue;
+            }
+            let some = |files: &[PathBuf; 3]| files.iter().any(|file| file.is_file());
+            if let Some(files) = given.into_iter().chain([kept]).find(some) {
+                let lacking = files.iter().filter(|file| !file.is_file());
+                let lacking: Vec<String> = lacking.map(|file| file.display().to_string()).collect();
+                let stimulus = stimulus.to_owned();
+                drives.incomplete.push((stimulus, lacking.join(", ")));
             }
         }
         Ok(drives)
@@ -128,13 +140,18 @@ impl Drives {
         };
         let wanted = read_recording(target, &ReadOptions::default())?;
         let sample = wanted.recording.about.condition.sample.as_deref();
-        if let (Some(found), Some(expected)) = (sample, protocol.sample_of(stimulus))
-            && found != expected
-        {
-            return Err(Failure::Data(anyhow!(
-                "{}: expected a texture of {expected}, found one of {found}; give the files of {stimulus} their own names",
-                target.display()
-            )));
+        if let (Some(found), Some(expected)) = (sample, protocol.sample_of(stimulus)) {
+            // The plain texture of a sample has its name.
+            let known = match expected == stimulus {
+                true => found,
+                false => before_manipulation(found),
+            };
+            if known != expected {
+                return Err(Failure::Data(anyhow!(
+                    "{}: expected a texture of {expected}, found one of {found}; give the files of {stimulus} their own names",
+                    target.display()
+                )));
+            }
         }
         let band = rendering.config.inverse.band;
         let of_series = Checksum::of(series.samples().iter().copied());
@@ -156,6 +173,10 @@ impl Drives {
         self.band = Some(band);
         self.facts.push(RenderingFacts {
             stimulus: stimulus.to_owned(),
+            file: drive.display().to_string(),
+            samples: of_series,
+            lineage: rendering.about.provenance.lineage.clone(),
+            level_db: rendering.level_db,
             strokes: origin(&wanted.recording),
             transfer_function: Origin {
                 bench: rendering.about.provenance.bench,

@@ -264,10 +264,10 @@ fn ready(
     ) {
         return Ok(());
     }
-    let renderings = match args.leading.by_hand {
+    let (renderings, incomplete) = match args.leading.by_hand {
         // Nothing is played here.
-        true => Vec::new(),
-        false => drives.facts.clone(),
+        true => (&[][..], &[][..]),
+        false => (&drives.facts[..], &drives.incomplete[..]),
     };
     let ended = ended(study, &plan.participant)?;
     let earlier: Vec<EarlierSession<'_>> = ended
@@ -279,7 +279,8 @@ fn ready(
         .collect();
     let sensor = sensor(&args.leading.at_rest)?;
     let known = Known {
-        renderings: &renderings,
+        renderings,
+        incomplete,
         earlier: &earlier,
         panels: &study.campaign.panels,
         bench,
@@ -484,23 +485,57 @@ pub(crate) fn first_command(runner: &mut Runner<'_>, args: &Arguments) -> Option
             experimenter,
             program: crate::invocation::PROGRAM.to_owned(),
             purpose: purpose(args),
-            participant: Participant {
-                sex: args.leading.sex.clone(),
-                age_years: args.leading.age,
-                handedness: args.leading.handedness.map(|hand| {
-                    let word = hand.to_possible_value();
-                    word.map_or(String::new(), |word| word.get_name().to_owned())
-                }),
-                finger: args.leading.finger.clone(),
-                language: args.leading.language.clone(),
-                judge: None,
-            },
+            participant: stated(args),
         }),
-        Stage::Consent | Stage::Running | Stage::Paused => Some(Command::Resume {
-            experimenter,
-            now_ms: runner.now_ms(),
-        }),
+        Stage::Consent | Stage::Running | Stage::Paused => {
+            say_kept(runner.state().participant(), &stated(args));
+            Some(Command::Resume {
+                experimenter,
+                now_ms: runner.now_ms(),
+            })
+        }
         Stage::Stopped | Stage::Ended | Stage::Withdrawn => None,
+    }
+}
+
+/// What `args` state of the participant.
+fn stated(args: &Arguments) -> Participant {
+    let leading = &args.leading;
+    Participant {
+        sex: leading.sex.clone(),
+        age_years: leading.age,
+        handedness: leading.handedness.map(|hand| {
+            let word = hand.to_possible_value();
+            word.map_or(String::new(), |word| word.get_name().to_owned())
+        }),
+        finger: leading.finger.clone(),
+        language: leading.language.clone(),
+        judge: None,
+    }
+}
+
+/// Says what is `stated` now of the participant of a session that goes on, and is not what was stated when it began.
+fn say_kept(kept: &Participant, stated: &Participant) {
+    let age = |of: &Participant| of.age_years.map(|years| years.to_string());
+    let pairs = [
+        ("--sex", kept.sex.clone(), stated.sex.clone()),
+        ("--age", age(kept), age(stated)),
+        (
+            "--handedness",
+            kept.handedness.clone(),
+            stated.handedness.clone(),
+        ),
+        ("--finger", kept.finger.clone(), stated.finger.clone()),
+        ("--language", kept.language.clone(), stated.language.clone()),
+    ];
+    for (option, kept, stated) in pairs {
+        let Some(stated) = stated.filter(|stated| kept.as_ref() != Some(stated)) else {
+            continue;
+        };
+        let kept = kept.map_or("without it".to_owned(), |kept| format!("with {kept}"));
+        say(&format!(
+            "{option} {stated} is not applied: the session goes on {kept}, as it was begun"
+        ));
     }
 }
 

@@ -67,13 +67,7 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
     // Where all are the same texture, what is listed as more of it must be rendered so.
     let rendered: Vec<(&str, &str, f64)> = std::iter::once(standard)
         .chain(levels.iter().map(|level| &level.stimulus))
-        .filter_map(|name| {
-            let manipulated = protocol.stimuli.iter().find(|one| one.name == *name);
-            let of = protocol.sample_of(name)?;
-            let level_of = manipulated.and_then(|one| one.level_of.as_deref());
-            let gain_db = manipulated.and_then(|one| one.gain_db).unwrap_or(0.0);
-            Some((of, level_of.unwrap_or(of), gain_db))
-        })
+        .filter_map(|name| protocol.made_of(name))
         .collect();
     let same = |a: &(&str, &str, f64), b: &(&str, &str, f64)| (a.0, a.1) == (b.0, b.1);
     if rendered.iter().all(|one| same(one, &rendered[0])) {
