@@ -136,7 +136,7 @@ fn place(path: &Path) -> (String, Vec<String>) {
     let at = names
         .iter()
         .position(|name| name == "src" || name == "tests");
-    let at = at.unwrap_or(1).max(1);
+    let at = at.unwrap_or(2).max(1);
     let mut module = names[at..].to_vec();
     module.retain(|name| !["src", "lib", "main", "mod"].contains(&name.as_str()));
     (names[at - 1].clone(), module)
