@@ -128,18 +128,7 @@ pub(crate) fn run(args: &Export) -> Outcome {
             args.out.display()
         )));
     }
-    let written = if holds_transfer(&args.input) {
-        of_transfer(args, format)?
-    } else {
-        #[cfg(feature = "haptic")]
-        let of_clip = haptic::of_clip(args, format)?;
-        #[cfg(not(feature = "haptic"))]
-        let of_clip = None;
-        match of_clip {
-            Some(written) => written,
-            None => of_recording(args, format)?,
-        }
-    };
+    let written = written(args, format)?;
     let document = ExportDocument::of(
         (&args.out, format.name()),
         (written.rate, written.full_scale.as_ref()),
@@ -150,6 +139,18 @@ pub(crate) fn run(args: &Export) -> Outcome {
     }
     say_merged(&document.doubts);
     print(&text(&document))
+}
+
+/// Writes the file for what the input holds.
+fn written(args: &Export, format: Format) -> Outcome<Written> {
+    if holds_transfer(&args.input) {
+        return of_transfer(args, format);
+    }
+    #[cfg(feature = "haptic")]
+    if let Some(written) = haptic::of_clip(args, format)? {
+        return Ok(written);
+    }
+    of_recording(args, format)
 }
 
 fn text(document: &ExportDocument<'_>) -> String {

@@ -16,6 +16,19 @@ use crate::cli::twin::{Parameters, Twin, TwinCommand};
 use crate::failure::{Failure, Outcome};
 use crate::output::print;
 
+/// In place of the EEG of a person.
+#[cfg(not(feature = "study"))]
+mod eeg {
+    use piezotact_twin::TwinParameters;
+
+    use crate::cli::twin::Record;
+    use crate::failure::Outcome;
+
+    pub(super) fn run(_: &Record, _: &TwinParameters) -> Outcome {
+        crate::commands::lacking::other("--bench eeg")
+    }
+}
+
 #[cfg(not(feature = "surface"))]
 super::lacking::lacking! { surface(Arguments), "twin surface"; }
 

@@ -18,9 +18,7 @@ use piezotact_twin::{
     ShakerMount, TriboAir, TwinParameters,
 };
 
-#[cfg(feature = "study")]
-use super::eeg;
-use super::twin_parameters;
+use super::{eeg, twin_parameters};
 use crate::cli::twin::{BenchName, DirectionName, Record};
 use crate::failure::bench_failure;
 use crate::failure::{Outcome, usage};
@@ -48,10 +46,7 @@ pub(crate) fn run(args: &Record) -> Outcome {
     }
     let parameters = twin_parameters(args.who.twin.as_deref())?;
     let Some(bench) = bench(args, &parameters)? else {
-        #[cfg(feature = "study")]
         return eeg::run(args, &parameters);
-        #[cfg(not(feature = "study"))]
-        return crate::commands::lacking::other("--bench eeg");
     };
     let wav = checked(args)?;
     args.live.begin();
