@@ -250,6 +250,15 @@ fn drives_that_are_missing_or_of_somebody_else_are_refused() {
     );
     goes_on.type_line("");
     until(&mut goes_on, "trial 2 of 7");
+    goes_on.kill();
+    // Who takes part was stated when it began.
+    let mut other = session(&folder, &format!("{without} --language it"));
+    other.prompt().unwrap();
+    other.type_line("/leave");
+    holds(
+        &other.end().1,
+        &["--language it is not applied: the session goes on without it, as it was begun"],
+    );
 }
 
 /// The refusals of `done` for what is there, by their first words: most stimuli have no drive in this test.
@@ -312,7 +321,7 @@ fn stimuli_are_made_by_manipulate_and_prepare_and_copies_of_one_drive_are_refuse
     let parts = [
         "S8 increment -22: expected a drive of its own in",
         "S8_increment_-22.wav, found that of S8 in",
-        "by `piezotact manipulate` with --gain 0.664dB into a file of the name of this drive, and prepare all textures",
+        "by `piezotact manipulate` with a gain of 0.664 dB into a file of the name of this drive, and prepare all textures",
     ];
     assert!(
         faults.len() == 1 && parts.iter().all(|part| faults[0].contains(part)),

@@ -195,13 +195,6 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
         &said,
         &["task1: 2 of 6 trials", "campaign run study P01 naming"],
     );
-    let mut other = self::session(&folder, "campaign run study P01 naming --language it");
-    other.prompt().unwrap();
-    other.type_line("/leave");
-    holds(
-        &other.end().1,
-        &["--language it is not applied: the session goes on without it, as it was begun"],
-    );
     let seen = whole(&folder, "campaign run study P01 naming --experimenter CD");
     holds(
         &seen,

@@ -87,18 +87,19 @@ fn words(level: &str, by_db: f64) -> String {
 
 /// How the drive of a stimulus that is `made` so is made.
 fn todo((sample, level_of, gain_db): (&str, &str, f64)) -> String {
-    let mut manipulate = String::new();
+    let mut changes = Vec::new();
     if level_of != sample {
-        manipulate += &format!(" --rms-of the target of {level_of}");
+        changes.push(format!("the rms of the target of {level_of}"));
     }
     if gain_db != 0.0 {
-        manipulate += &format!(" --gain {gain_db}dB");
+        changes.push(format!("a gain of {gain_db} dB"));
     }
-    match manipulate.is_empty() {
+    match changes.is_empty() {
         true => "prepare all textures of the session by one `piezotact prepare`".to_owned(),
         false => format!(
-            "make its texture from the target of {sample} by `piezotact manipulate` with{manipulate} into a file of the name of this \
-             drive, and prepare all textures of the session by one `piezotact prepare`"
+            "make its texture from the target of {sample} by `piezotact manipulate` with {} into a file of the name of this \
+             drive, and prepare all textures of the session by one `piezotact prepare`",
+            changes.join(" and ")
         ),
     }
 }

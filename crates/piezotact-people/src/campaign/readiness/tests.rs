@@ -487,7 +487,7 @@ fn one_drive_under_the_names_of_several_stimuli_is_refused() {
     assert_eq!(
         said[1],
         "S8 increment -12: expected a drive of its own in drives/S8 increment -12.wav, found that of S8 in drives/S8.wav; make its \
-         texture from the target of S8 by `piezotact manipulate` with --gain 1.946dB into a file of the name of this drive, and prepare all textures of the session by one \
+         texture from the target of S8 by `piezotact manipulate` with a gain of 1.946 dB into a file of the name of this drive, and prepare all textures of the session by one \
          `piezotact prepare`"
     );
     let two_samples = |drives: &mut [RenderingFacts]| {
@@ -515,7 +515,7 @@ fn a_drive_whose_lineage_lacks_the_manipulation_of_its_stimulus_is_refused() {
         with("roughness_jnd", step, None),
         [
             "S8 increment -26: expected the level of S8 itself +0.425 dB, found its own level by the lineage of drives/S8 increment \
-             -26.wav; make its texture from the target of S8 by `piezotact manipulate` with --gain 0.425dB into a file of the name of this drive, and prepare all textures of \
+             -26.wav; make its texture from the target of S8 by `piezotact manipulate` with a gain of 0.425 dB into a file of the name of this drive, and prepare all textures of \
              the session by one `piezotact prepare`"
         ]
     );
@@ -537,7 +537,7 @@ fn a_drive_whose_lineage_lacks_the_manipulation_of_its_stimulus_is_refused() {
     assert!(
         said.len() == 1
             && said[0].contains("expected the level of S13, found its own level")
-            && said[0].contains("with --rms-of the target of S13"),
+            && said[0].contains("with the rms of the target of S13"),
         "{said:?}"
     );
     let said = with(
