@@ -70,6 +70,7 @@ mod interrupts;
 mod keeps;
 #[path = "../../piezotact/tests/known_cuts/mod.rs"]
 mod known_cuts;
+mod lean;
 mod levels;
 mod manipulate;
 #[cfg(feature = "study")]

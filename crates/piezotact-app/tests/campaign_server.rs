@@ -132,7 +132,7 @@ fn a_session_goes_on_when_the_server_runs_again() {
     let refused = first.type_and_read("K1");
     holds(
         &refused,
-        &["not stored", "check the network and that the server runs"],
+        &["NOT STORED", "check the network and that the server runs"],
     );
     own.start_again();
     let text = first.type_and_read("K1");

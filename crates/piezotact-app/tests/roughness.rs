@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use crate::support::{Folder, noise, shared};
+use crate::support::{Folder, noise, self_contained, shared};
 use serde_json::Value;
 
 fn measured(file: &str) -> Option<PathBuf> {
@@ -319,18 +319,6 @@ fn a_map_is_reported_with_its_image() {
         folder.run(&arguments).expect_failure(2, parts);
     }
     assert_eq!(folder.names(), ["map.csv", "map.html"]);
-}
-
-/// Nothing is fetched and nothing runs; what a program reads is data alone.
-#[track_caller]
-pub(crate) fn self_contained(html: &str) {
-    let html = html.replace("<script type=\"application/json\"", "");
-    for outside in ["<script", "<link", "src=", "http://", "https://", "url("] {
-        let found = html
-            .match_indices(outside)
-            .filter(|(at, _)| !html[*at..].starts_with("http://www.w3.org/"));
-        assert_eq!(found.count(), 0, "the report reaches for {outside}");
-    }
 }
 
 #[test]

@@ -380,7 +380,7 @@ fn pages_lead_a_session_of_a_shared_study() {
     let at = server.pages.mark(&page);
     let lost = server.pages.ask_as(&page, ("n", &at), note);
     assert_eq!(lost.status, 507, "{lost:?}");
-    assert!(lost.body.contains("is not stored"), "{lost:?}");
+    assert!(lost.body.contains("nothing was stored"), "{lost:?}");
     let unread = overview();
     assert_eq!(unread.status, 422, "{unread:?}");
     database.start_again();

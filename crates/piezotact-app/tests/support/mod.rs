@@ -289,3 +289,15 @@ pub(crate) const RENDER: [&str; 7] = [
     "drive.wav",
     "--scale",
 ];
+
+/// Nothing is fetched and nothing runs; what a program reads is data alone.
+#[track_caller]
+pub(crate) fn self_contained(html: &str) {
+    let html = html.replace("<script type=\"application/json\"", "");
+    for outside in ["<script", "<link", "src=", "http://", "https://", "url("] {
+        let found = html
+            .match_indices(outside)
+            .filter(|(at, _)| !html[*at..].starts_with("http://www.w3.org/"));
+        assert_eq!(found.count(), 0, "the report reaches for {outside}");
+    }
+}

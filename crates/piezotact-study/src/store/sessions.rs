@@ -279,7 +279,6 @@ impl Store for StudyStore {
     /// # Errors
     /// [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
     fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
-        self.counted()?.verify()?;
         let rows = self.read(async |database| {
             let rows = "SELECT s.participant, s.session, s.purpose, w.at_ms, w.at_ms IS NOT NULL AND EXISTS \
                 (SELECT 1 FROM events AS e WHERE e.participant = s.participant AND e.session = s.session AND e.payload IS NOT NULL) \
@@ -288,7 +287,9 @@ impl Store for StudyStore {
                 database.rows(rows, &[]).await?;
             Ok(rows)
         })?;
-        rows.into_iter().map(entry).collect()
+        let sessions = rows.into_iter().map(entry).collect::<Result<_, _>>()?;
+        self.counted()?.verify()?;
+        Ok(sessions)
     }
 
     fn erase(&mut self, participant: &str, at_ms: i64) -> Result<usize, StoreError> {

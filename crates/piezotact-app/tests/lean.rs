@@ -1,0 +1,72 @@
+//! A build without some commands says which build has them.
+
+use crate::support::Folder;
+
+#[test]
+fn every_command_that_a_build_lacks_says_which_build_has_it() {
+    let folder = Folder::new();
+    let lacks = [
+        ("study", "campaign status study", "campaign status"),
+        ("study", "matrix answers.csv --report m.html", "matrix"),
+        ("study", "bids check data", "bids check"),
+        ("study", "eeg stats a.json", "eeg stats"),
+        (
+            "study",
+            "twin record --bench eeg --task control --out a.edf",
+            "--bench eeg",
+        ),
+        ("web", "serve study P01 discrimination", "serve"),
+        ("audio", "devices", "devices"),
+        ("audio", "calibrate setup.toml --tone 20", "calibrate"),
+        (
+            "audio",
+            "play d.wav --bench audio:setup.toml --record r.parquet",
+            "audio",
+        ),
+        (
+            "fake",
+            "play d.wav --bench fake:script.toml --record r.parquet",
+            "fake",
+        ),
+        ("surface", "roughness a.tx2", "roughness"),
+    ];
+    for (feature, command, named) in lacks {
+        if has(feature) {
+            continue;
+        }
+        let words: Vec<&str> = command.split(' ').collect();
+        folder.run(&words).expect_failure(2, &[named, "./x build"]);
+    }
+}
+
+#[test]
+fn the_help_says_so_too() {
+    let folder = Folder::new();
+    let help = folder.run(&["--help"]).out();
+    for (feature, command) in [
+        ("study", "matrix"),
+        ("web", "serve"),
+        ("audio", "devices"),
+        ("surface", "roughness"),
+    ] {
+        let line = help
+            .lines()
+            .find(|line| line.trim_start().starts_with(&format!("{command} ")));
+        let says = line.is_some_and(|line| line.contains("./x build"));
+        let own = folder.run(&[command, "--help"]).out();
+        assert_eq!(says, !has(feature), "{line:?}");
+        assert_eq!(own.contains("./x build"), !has(feature), "{own}");
+    }
+}
+
+/// Whether this build has the feature.
+fn has(feature: &str) -> bool {
+    match feature {
+        "audio" => cfg!(feature = "audio"),
+        "fake" => cfg!(feature = "fake"),
+        "study" => cfg!(feature = "study"),
+        "surface" => cfg!(feature = "surface"),
+        "web" => cfg!(feature = "web"),
+        other => panic!("expected a feature of the app, found {other}"),
+    }
+}
