@@ -39,6 +39,7 @@ const MADE: &[&str] = &[
 ];
 
 /// Every kind of report and document, and every number of them.
+#[cfg(feature = "every-command")]
 #[test]
 fn every_report_and_document_is_made_again_with_the_same_values() {
     let folder = Folder::new();
