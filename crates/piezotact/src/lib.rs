@@ -4,7 +4,7 @@
 //! drive signal that makes the finger feel that texture, and the proof of how close it came, come out.
 //! Nothing here touches a file, a clock, a thread or a device: what a function needs is an argument.
 //!
-//! The modules stand in four layers, and a module uses only what stands before it; `ARCHITECTURE.md` has the table and
+//! The modules stand in four layers, and a module uses only what stands before it; `docs/layers.md` has the table and
 //! `xtask tidy` checks it:
 //!
 //! - ground: units, statistics, checksums, criteria, doubts, lineages;

@@ -1,6 +1,6 @@
 //! The modules of the science stand in layers, and a module uses only what stands before it.
 //!
-//! The table is the one in `ARCHITECTURE.md`. Uses are read from the tokens of the source, macros included: paths that begin
+//! The table is the one in `docs/layers.md`. Uses are read from the tokens of the source, macros included: paths that begin
 //! with `crate`, and those of so many `super` that they lead to the root. Comments and `#[cfg(test)]` do not count.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -23,7 +23,7 @@ const TABLES: [(&str, &str); 2] = [
 
 /// Invariant 11: the science has no circle.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
-    let page = std::fs::read_to_string(root.join("ARCHITECTURE.md")).context("ARCHITECTURE.md")?;
+    let page = std::fs::read_to_string(root.join("docs/layers.md")).context("docs/layers.md")?;
     for (heading, source) in TABLES {
         let folder = root.join(source);
         let mut sources = Sources::new();
@@ -42,7 +42,7 @@ pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
 fn table(page: &str, heading: &str) -> Result<Vec<String>> {
     let (_, after) = page
         .split_once(&format!("\n{heading}\n"))
-        .with_context(|| format!("ARCHITECTURE.md has no heading `{heading}`"))?;
+        .with_context(|| format!("docs/layers.md has no heading `{heading}`"))?;
     let section = after.split("\n## ").next().unwrap_or_default();
     let mut modules = Vec::new();
     for row in section.lines().filter(|line| line.starts_with('|')) {
@@ -50,7 +50,7 @@ fn table(page: &str, heading: &str) -> Result<Vec<String>> {
         modules.extend(cell.split('`').skip(1).step_by(2).map(str::to_owned));
     }
     if modules.is_empty() {
-        bail!("ARCHITECTURE.md: `{heading}` has no table with modules in its second column");
+        bail!("docs/layers.md: `{heading}` has no table with modules in its second column");
     }
     Ok(modules)
 }
@@ -65,7 +65,7 @@ fn against(modules: &[String], source: &str, sources: &Sources) -> Result<Vec<St
     for (i, module) in modules.iter().enumerate() {
         if place.insert(module.as_str(), i).is_some() {
             found.push(format!(
-                "ARCHITECTURE.md: module {module} stands twice in the table of layers: keep one"
+                "docs/layers.md: module {module} stands twice in the table of layers: keep one"
             ));
         }
     }
@@ -74,13 +74,13 @@ fn against(modules: &[String], source: &str, sources: &Sources) -> Result<Vec<St
     found.append(&mut tree.findings);
     for module in modules.iter().filter(|m| !tree.modules.contains(*m)) {
         found.push(format!(
-            "ARCHITECTURE.md: the table of layers has a module {module}, which {source}/lib.rs does not: take it out"
+            "docs/layers.md: the table of layers has a module {module}, which {source}/lib.rs does not: take it out"
         ));
     }
     for module in &tree.modules {
         if !place.contains_key(module.as_str()) {
             found.push(format!(
-                "{source}/lib.rs: module {module} is not in the table of layers of ARCHITECTURE.md: add it behind what it uses"
+                "{source}/lib.rs: module {module} is not in the table of layers of docs/layers.md: add it behind what it uses"
             ));
         }
     }
@@ -99,7 +99,7 @@ fn against(modules: &[String], source: &str, sources: &Sources) -> Result<Vec<St
             continue;
         }
         found.push(format!(
-            "{at}: {from} uses {to}, which stands below it in the table of layers of ARCHITECTURE.md: move what both need up"
+            "{at}: {from} uses {to}, which stands below it in the table of layers of docs/layers.md: move what both need up"
         ));
     }
     Ok(found)
