@@ -5,7 +5,6 @@ use std::process::ExitCode;
 use piezotact_dataset::WriteError;
 
 use super::advice::options_for;
-use super::interrupt;
 use super::output::say;
 
 /// The name of the program, before what it says of its end.
@@ -41,13 +40,13 @@ pub(super) fn usage(error: anyhow::Error) -> Failure {
     Failure::Usage(error)
 }
 
-/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage, 130 ended early by Ctrl-C, 143 by SIGTERM.
+/// Tells what happened and with which code the program ends: 0 done, 1 data, 2 usage.
 pub(super) fn exit_code(outcome: Outcome) -> ExitCode {
     match outcome {
         Ok(()) | Err(Failure::ReaderGone) => ExitCode::SUCCESS,
         Err(Failure::Data(error)) => {
             say(&format!("{NAME}: {}", sentence(&error)));
-            ExitCode::from(interrupt::exit_code().unwrap_or(1))
+            ExitCode::FAILURE
         }
         Err(Failure::Usage(error)) => {
             say(&format!("{NAME}: {}", sentence(&error)));

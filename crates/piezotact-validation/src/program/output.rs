@@ -1,6 +1,6 @@
 //! What the program prints: results on standard output, what is being done on standard error; and what it writes, whole or not at all.
 
-use std::io::{IsTerminal as _, Write as _};
+use std::io::Write as _;
 use std::path::Path;
 
 use piezotact::document::{Content, Document, complete_doubts};
@@ -8,7 +8,6 @@ use piezotact_dataset::{WriteError, write_atomically};
 
 use super::advice::OptionWords;
 use super::failure::{Failure, Outcome};
-use super::progress::aside;
 
 /// `text` without control characters, except line ends and tabs, nor signs that turn the direction of writing: what a file holds acts on
 /// no terminal.
@@ -33,11 +32,7 @@ pub(super) fn print(text: &str) -> Outcome {
             .and_then(|()| out.write_all(b"\n"))
             .and_then(|()| out.flush())
     };
-    let written = match std::io::stdout().is_terminal() {
-        true => aside(write),
-        false => write(),
-    };
-    match written {
+    match write() {
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Err(Failure::ReaderGone),
         other => Ok(other?),
     }
@@ -45,7 +40,7 @@ pub(super) fn print(text: &str) -> Outcome {
 
 /// Says on standard error what is being done. When nobody can hear it the work still goes on.
 pub(super) fn say(text: &str) {
-    let _nobody_hears = aside(|| writeln!(std::io::stderr().lock(), "{}", harmless(text)));
+    let _nobody_hears = writeln!(std::io::stderr().lock(), "{}", harmless(text));
 }
 
 /// The document of `content`, with every doubt in it whole: all its keys and a sentence.

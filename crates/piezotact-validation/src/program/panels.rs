@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 use std::path::Path;
-use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -18,20 +18,8 @@ use piezotact_validation::{CLAIMS, Chapter, chapter};
 use piezotact_volunteers::Laboratory;
 
 use super::failure::Outcome;
-use super::interrupt::{self, Between, interrupted};
 use super::output::{say, state_text, write_text};
-use super::progress::{Items, Words, Work, time};
 use super::report::{PanelMiss, PanelPart, PanelRow};
-
-const MEASURING: Words = Words {
-    doing: "measuring",
-    done: "measured",
-    item: "panel",
-    then: "counting",
-};
-
-/// How often Ctrl-C is looked for.
-const LOOK: Duration = Duration::from_millis(200);
 
 /// The panels that an interrupted command stored in `stored`, or none yet.
 pub(super) fn begun(
@@ -72,8 +60,6 @@ pub(super) fn counted(
             plural(known, "panel")
         ));
     }
-    let between = Between::moments();
-    let measuring = Work::of(MEASURING, Items::Alike, missing.len());
     let numbers: Arc<[u8]> = chapters.iter().map(|chapter| chapter.number).collect();
     let work = Arc::new(Mutex::new(VecDeque::from(missing.clone())));
     let (done, results) = channel();
@@ -89,42 +75,40 @@ pub(super) fn counted(
     let began = Instant::now();
     let mut measured = 0;
     while measured < missing.len() {
-        match results.recv_timeout(LOOK) {
-            Ok((seed, found)) => {
-                let panel = found.with_context(|| format!("panel of seed {seed}"))?;
-                measured += 1;
-                let left = missing.len() - measured;
-                let per_panel = began.elapsed() / u32::try_from(measured).unwrap_or(u32::MAX);
-                let (holding, of) = panel.holding();
-                let left = match u32::try_from(left).unwrap_or(u32::MAX) {
-                    0 => String::new(),
-                    left => format!("; about {} left", time(per_panel * left)),
-                };
-                say(&format!(
-                    "{}/{count} panel of seed {seed}: {holding} of {} hold{left}",
-                    known + measured,
-                    plural(of, "claim"),
-                ));
-                panels.add(panel);
-                store(&panels, stored)?;
-                measuring.one_more();
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => {
-                return Err(anyhow!("a panel ended without a result; report this").into());
-            }
-        }
-        if interrupted() && measured < missing.len() {
-            let done = format!(
-                "{} of {count} panels are stored in {}",
-                known + measured,
-                stored.display()
-            );
-            return Err(interrupt::failure(&done, "the same command continues"));
-        }
+        let (seed, found) = results
+            .recv()
+            .map_err(|_ended| anyhow!("a panel ended without a result; report this"))?;
+        let panel = found.with_context(|| format!("panel of seed {seed}"))?;
+        measured += 1;
+        let left = missing.len() - measured;
+        let per_panel = began.elapsed() / u32::try_from(measured).unwrap_or(u32::MAX);
+        let (holding, of) = panel.holding();
+        let left = match u32::try_from(left).unwrap_or(u32::MAX) {
+            0 => String::new(),
+            left => format!("; about {} left", time(per_panel * left)),
+        };
+        say(&format!(
+            "{}/{count} panel of seed {seed}: {holding} of {} hold{left}",
+            known + measured,
+            plural(of, "claim"),
+        ));
+        panels.add(panel);
+        store(&panels, stored)?;
     }
-    drop((measuring, between));
     Ok(panels.counts(count))
+}
+
+/// A time that is left, in words: in steps of 5 s below a minute, else in minutes.
+fn time(time: Duration) -> String {
+    let seconds = time.as_secs_f64();
+    if seconds <= 55.0 {
+        return format!("{:.0} s", (seconds / 5.0).ceil() * 5.0);
+    }
+    let minutes = (seconds / 60.0).ceil() as u64;
+    match (minutes / 60, minutes % 60) {
+        (0, minutes) => format!("{minutes} min"),
+        (hours, minutes) => format!("{hours} h {minutes:02} min"),
+    }
 }
 
 /// What a panel said, or why it could not be measured.

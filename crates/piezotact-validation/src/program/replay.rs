@@ -18,16 +18,8 @@ use super::failure::{Failure, Outcome};
 use super::made::{Called, Written};
 use super::output::{name, print, say, write_text};
 use super::outputs::{Existing, Outputs};
-use super::progress::{Items, Words, Work};
+use super::panels;
 use super::report::{ChapterPart, ClaimRow, Page, Standing, html};
-use super::{interrupt, panels};
-
-const MEASURING: Words = Words {
-    doing: "measuring",
-    done: "measured",
-    item: "chapter",
-    then: "measuring",
-};
 
 #[derive(Debug, Args)]
 pub(super) struct Arguments {
@@ -76,7 +68,6 @@ fn chapter_number(text: &str) -> Result<u8, String> {
 
 /// Repeats what `args` ask for; files that another command wrote are replaced where `existing` says so.
 pub(super) fn run(args: &Arguments, called: &Called, existing: Existing) -> Outcome {
-    interrupt::listen();
     let laboratory = Laboratory {
         parameters: twin_parameters(args.twin.as_deref())?,
         seed: args.seed,
@@ -201,12 +192,10 @@ fn chapters_and_count(
 /// The chapters `asked`.
 fn measured(laboratory: &Laboratory, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     let mut chapters = Vec::new();
-    let measuring = Work::of(MEASURING, Items::Unlike, asked.len());
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
         let chapter = chapter(laboratory, *number).transpose();
         chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
-        measuring.one_more();
     }
     Ok(chapters)
 }
