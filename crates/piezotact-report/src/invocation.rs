@@ -106,7 +106,13 @@ fn setting_row(setting: &Setting, origin: &str) -> Markup {
 /// The command as a person types it in a shell.
 #[must_use]
 pub fn command_line(command: &[String]) -> String {
-    words("piezotact", command).join(" ")
+    line_of("piezotact", command)
+}
+
+/// A command of `program` as a person types it in a shell.
+#[must_use]
+pub fn line_of(program: &str, command: &[String]) -> String {
+    words(program, command).join(" ")
 }
 
 /// The words of a command of `program` as a person types them, the program first.

@@ -48,7 +48,7 @@ pub(super) fn marked(command: Command) -> Command {
         let lacks = below.get_arguments().any(|given| given.get_id() == WORDS);
         match (lacks, below.get_about().map(ToString::to_string)) {
             (true, Some(about)) => below
-                .about(format!("{about} Not in this build: {FULL} has it"))
+                .about(format!("{about}. Not in this build: {FULL} has it"))
                 .after_help(format!("Not in this build; build piezotact with {FULL}.")),
             _ => marked(below),
         }

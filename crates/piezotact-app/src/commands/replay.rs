@@ -4,6 +4,7 @@ use std::ffi::OsString;
 
 use anyhow::anyhow;
 use clap::Args;
+use piezotact_report::invocation::line_of;
 
 use crate::failure::{Outcome, usage};
 
@@ -15,9 +16,12 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let words = args.words.iter().map(|word| word.to_string_lossy());
-    let given: String = words.map(|word| format!(" {word}")).collect();
+    let words = args
+        .words
+        .iter()
+        .map(|word| word.to_string_lossy().into_owned());
+    let given = line_of("./x validate replay", &words.collect::<Vec<_>>());
     Err(usage(anyhow!(
-        "`piezotact replay` is now `piezotact-validation replay`; ./x validate replay{given} builds and runs it"
+        "`piezotact replay` is now `piezotact-validation replay`; {given} builds and runs it"
     )))
 }

@@ -220,6 +220,22 @@ impl StudyStore {
         Ok(unexplained.max(0).unsigned_abs())
     }
 
+    /// The sessions that are there, also of a study from which some were removed: what a participant who withdraws has there is erased.
+    ///
+    /// # Errors
+    /// [`StoreError::Place`], [`StoreError::Damaged`].
+    pub fn entries(&self) -> Result<Vec<SessionEntry>, StoreError> {
+        let rows = self.read(async |database| {
+            let rows = "SELECT s.participant, s.session, s.purpose, w.at_ms, w.at_ms IS NOT NULL AND EXISTS \
+                (SELECT 1 FROM events AS e WHERE e.participant = s.participant AND e.session = s.session AND e.payload IS NOT NULL) \
+                FROM sessions AS s LEFT JOIN withdrawals AS w ON w.participant = s.participant ORDER BY s.begun";
+            let rows: Vec<(String, String, String, Option<i64>, bool)> =
+                database.rows(rows, &[]).await?;
+            Ok(rows)
+        })?;
+        rows.into_iter().map(entry).collect()
+    }
+
     fn counted(&self) -> Result<Counted, StoreError> {
         if self.kept() == Kept::OnServer {
             return Ok(Counted::default());
@@ -277,18 +293,16 @@ impl Store for StudyStore {
     /// The sessions in the order in which they were begun.
     ///
     /// # Errors
-    /// [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
+    /// [`StoreError::Chain`] and [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
     fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
-        let rows = self.read(async |database| {
-            let rows = "SELECT s.participant, s.session, s.purpose, w.at_ms, w.at_ms IS NOT NULL AND EXISTS \
-                (SELECT 1 FROM events AS e WHERE e.participant = s.participant AND e.session = s.session AND e.payload IS NOT NULL) \
-                FROM sessions AS s LEFT JOIN withdrawals AS w ON w.participant = s.participant ORDER BY s.begun";
-            let rows: Vec<(String, String, String, Option<i64>, bool)> =
-                database.rows(rows, &[]).await?;
-            Ok(rows)
-        })?;
-        let sessions = rows.into_iter().map(entry).collect::<Result<_, _>>()?;
-        self.counted()?.verify()?;
+        let sessions = self.entries()?;
+        if let Err(uncounted) = self.counted()?.verify() {
+            // The chains say where it is, unless it was at an end.
+            for entry in &sessions {
+                entry.verify(&self.events(&entry.key)?)?;
+            }
+            return Err(uncounted);
+        }
         Ok(sessions)
     }
 

@@ -189,6 +189,10 @@ fn last_events_that_were_removed_are_found_by_the_count() {
     );
     assert_eq!(unexplained, 1);
     assert!(changed(true, &[last]).0.contains("were removed"));
+    // What was in the middle is named by its session.
+    let middle = "DELETE FROM events WHERE participant = 'P01' AND number = 0";
+    let found = changed(false, &[middle]).0;
+    assert!(found.contains("P01") && !found.contains("last"), "{found}");
     let session = [
         "DELETE FROM events WHERE participant = 'P01'",
         "DELETE FROM sessions WHERE participant = 'P01'",

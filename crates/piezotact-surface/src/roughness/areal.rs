@@ -75,6 +75,7 @@ pub struct ArealRoughness {
 ///
 /// ```
 /// use piezotact::surface::*;
+/// use piezotact_surface::*;
 /// let wave = |i: i32| (f64::from(i) / 50.0 * std::f64::consts::TAU).sin();
 /// let heights = (0..40_000).map(|i| 1e-6 * wave(i % 200) * wave(i / 200)).collect();
 /// let map = HeightMap::new(heights, 200, 1e-6, 1e-6).unwrap();

@@ -20,7 +20,7 @@ pub struct HeightDistribution {
 /// Source: ISO 4287:1997, 4.5 (amplitude density and material ratio curve).
 ///
 /// ```
-/// use piezotact::surface::height_distribution;
+/// use piezotact_surface::height_distribution;
 /// let d = height_distribution(&[0.0, 1.0, 1.5, f64::NAN, 2.0], (0.0, 2.0), 2).unwrap();
 /// assert_eq!(d.borders_m, [0.0, 1.0, 2.0]);
 /// assert_eq!(d.shares, [0.25, 0.75]);
@@ -74,7 +74,7 @@ pub fn height_distribution(
 ///
 /// ```
 /// let heights: Vec<f64> = (0..=100).map(f64::from).collect();
-/// assert_eq!(piezotact::surface::height_limits_m(&heights, 0.04), Some((2.0, 98.0)));
+/// assert_eq!(piezotact_surface::height_limits_m(&heights, 0.04), Some((2.0, 98.0)));
 /// ```
 #[must_use]
 pub fn height_limits_m(heights_m: &[f64], beyond_share: f64) -> Option<(f64, f64)> {
@@ -120,7 +120,7 @@ pub fn distribution_of(heights_m: &[f64]) -> Option<HeightDistribution> {
 /// Source: as [`height_limits_m`].
 ///
 /// ```
-/// assert_eq!(piezotact::surface::height_span_m(&[0.0, 0.0]), (-1e-9, 1e-9));
+/// assert_eq!(piezotact_surface::height_span_m(&[0.0, 0.0]), (-1e-9, 1e-9));
 /// ```
 #[must_use]
 pub fn height_span_m(heights_m: &[f64]) -> (f64, f64) {

@@ -22,7 +22,7 @@ pub(super) const ALPHA: f64 = 0.469_718_639_349_825_66;
 /// heights are beyond any surface.
 ///
 /// ```
-/// use piezotact::surface::{HeightProfile, profile_mean_line};
+/// use piezotact_surface::{HeightProfile, profile_mean_line};
 /// let wave = |i: i32| (f64::from(i) * 1e-6 / 0.8e-3 * std::f64::consts::TAU).sin();
 /// let profile = HeightProfile::new((0..8000).map(wave).collect(), 1e-6).unwrap();
 /// let mean_line = profile_mean_line(&profile, 0.8e-3).unwrap();

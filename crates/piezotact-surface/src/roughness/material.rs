@@ -32,7 +32,7 @@ pub struct MaterialRatio {
 /// two-step filter of ISO 13565-1 is not applied.
 ///
 /// ```
-/// use piezotact::surface::material_ratio;
+/// use piezotact_surface::material_ratio;
 /// // evenly distributed heights from 0 to 1 µm are all core
 /// let ramp: Vec<f64> = (0..=100).map(|i| f64::from(i) * 1e-8).collect();
 /// let found = material_ratio(&ramp).unwrap();

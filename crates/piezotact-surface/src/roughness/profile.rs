@@ -163,7 +163,7 @@ impl ProfileRoughness {
 /// cannot be fitted, [`RoughnessError::Huge`] when the heights are beyond any surface.
 ///
 /// ```
-/// use piezotact::surface::*;
+/// use piezotact_surface::*;
 /// let wave = |i: i32| 1e-6 * (f64::from(i) * 1e-6 / 0.1e-3 * std::f64::consts::TAU).sin();
 /// let profile = HeightProfile::new((0..6000).map(wave).collect(), 1e-6).unwrap();
 /// let config = ProfileConfig {

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::read_input_text;
-use piezotact_people::campaign::store::Store as _;
 use piezotact_study::store::{Passphrase, Pseudonym, Remains, StudyStore};
 
 use super::study::{now_ms, open_store};
@@ -64,7 +63,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 
 /// Refuses while a session of `participant` is led: it would go on, and what plays with it. It is withdrawn from there, which stops both.
 fn require_not_led(store: &StudyStore, participant: &Pseudonym) -> Outcome {
-    for entry in store.sessions()? {
+    for entry in store.entries()? {
         let (of, session) = entry.key.names();
         let is_of = of == participant.as_str();
         if is_of && store.session_folder(participant, session)?.is_dir() {
