@@ -8,7 +8,7 @@ mod programs;
 mod reads;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use cargo_metadata::{DependencyKind, Metadata, MetadataCommand, Package};
@@ -130,6 +130,17 @@ const CORE: [&str; 7] = [
     "piezotact-report",
     "piezotact-app",
 ];
+/// Names that the science must not use: files, clocks, threads, environment, entropy.
+const FORBIDDEN_IN_SCIENCE: [&str; 8] = [
+    "std::fs",
+    "std::env",
+    "std::net",
+    "std::process",
+    "std::thread",
+    "std::time",
+    "std::io",
+    "getrandom",
+];
 /// The largest number of lines of a file.
 const LONGEST_FILE: usize = 700;
 /// Suffixes of names that state the unit of a number, or that it has none.
@@ -182,6 +193,7 @@ fn findings() -> Result<BTreeSet<String>> {
     let metadata = MetadataCommand::new().current_dir(&root).exec()?;
     let mut findings = Findings::default();
     arrows(&metadata, &mut findings);
+    science_is_pure(&root, &mut findings)?;
     science_is_documented(&root, &mut findings)?;
     docs::check(&source::read(&root)?, &mut findings)?;
     layers::check(&root, &mut findings)?;
@@ -192,6 +204,7 @@ fn findings() -> Result<BTreeSet<String>> {
     real_time(&root, &mut findings)?;
     reads::check(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;
+    decisions(&root, &mut findings)?;
     Ok(findings.0)
 }
 
@@ -286,6 +299,47 @@ fn arrows(metadata: &Metadata, findings: &mut Findings) {
             ));
         }
     }
+}
+
+/// Invariant 2: the science touches no file, clock, thread, environment or entropy.
+fn science_is_pure(root: &Path, findings: &mut Findings) -> Result<()> {
+    for science in SCIENCES {
+        // A crate that is nothing else has lints of its own.
+        if let Some(own) = science.strip_suffix("/src") {
+            let lints = format!("{own}/clippy.toml");
+            let text = std::fs::read_to_string(root.join(&lints)).with_context(|| lints.clone())?;
+            for wanted in [
+                "std::fs",
+                "std::time",
+                "std::thread",
+                "std::env",
+                "RandomState",
+            ] {
+                if !text.contains(wanted) {
+                    findings.add(format!("{lints} no longer forbids {wanted}"));
+                }
+            }
+        }
+        for file in rust_files(&root.join(science))? {
+            let text = std::fs::read_to_string(&file)?;
+            for (line, forbidden) in impure(&text) {
+                findings.add(format!(
+                    "{}:{line}: the science uses {forbidden}: take it as an argument",
+                    shown(root, &file)
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The first line of each forbidden name in `text`. Comments do not count.
+fn impure(text: &str) -> Vec<(usize, &'static str)> {
+    let found = FORBIDDEN_IN_SCIENCE.iter().filter_map(|forbidden| {
+        let named = |line: &str| line.contains(forbidden) && !line.trim().starts_with("//");
+        Some((text.lines().position(named)? + 1, *forbidden))
+    });
+    found.collect()
 }
 
 /// Invariant 3: no public function of the science without shape, unit, errors and source.
@@ -486,8 +540,14 @@ fn linked(metadata: &Metadata) -> Result<Vec<&Package>> {
         .collect())
 }
 
-/// No file is longer than the limit.
+/// No file above the length limit, no leftover to-do, no path of one machine.
 fn files(root: &Path, findings: &mut Findings) -> Result<()> {
+    // Written in two parts, so that this file does not find itself.
+    let left_undone = [
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
+        concat!("unimpl", "emented!("),
+    ];
     for file in rust_files(&root.join("crates"))? {
         let text = std::fs::read_to_string(&file)?;
         let place = shown(root, &file);
@@ -495,6 +555,42 @@ fn files(root: &Path, findings: &mut Findings) -> Result<()> {
             findings.add(format!(
                 "{place} has more than {LONGEST_FILE} lines: split it"
             ));
+        }
+        for (line, content) in text.lines().enumerate() {
+            if let Some(mark) = left_undone.iter().find(|mark| content.contains(**mark)) {
+                findings.add(format!(
+                    "{place}:{}: {mark}: do it, or open an issue",
+                    line + 1
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Decisions are numbered without gaps, and each says context, decision and consequences.
+fn decisions(root: &Path, findings: &mut Findings) -> Result<()> {
+    let mut names: Vec<PathBuf> = std::fs::read_dir(root.join("docs/decisions"))?
+        .map(|entry| Ok(entry?.path()))
+        .collect::<Result<_>>()?;
+    names.sort();
+    for (number, path) in names.iter().enumerate() {
+        let name = path
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        if !name.starts_with(&format!("{:04}-", number + 1)) {
+            findings.add(format!(
+                "docs/decisions/{name}: expected number {:04}",
+                number + 1
+            ));
+        }
+        let text = std::fs::read_to_string(path)?;
+        for part in ["## Context", "## Decision", "## Consequences"] {
+            if !text.contains(part) {
+                findings.add(format!("docs/decisions/{name} lacks `{part}`"));
+            }
         }
     }
     Ok(())
@@ -510,8 +606,9 @@ fn shown(root: &Path, file: &Path) -> String {
 #[cfg(test)]
 mod tests {
     #[test]
-    fn what_is_not_documented_is_found() {
-        let text = "/// Sum.\npub fn of(force: f64) -> Result<f64, E> { g() }\n";
+    fn what_is_impure_or_undocumented_is_found() {
+        let text = "// std::fs\nuse std::time::Instant;\n/// Sum.\npub fn of(force: f64) -> Result<f64, E> { g() }\n";
+        assert_eq!(super::impure(text), [(2, "std::time")]);
         let mut findings = super::Findings::default();
         super::undocumented(text, "a.rs".into(), &mut findings).unwrap();
         assert_eq!(findings.0.len(), 3, "{:?}", findings.0);

@@ -170,7 +170,7 @@ fn last_events_that_were_removed_are_found_by_the_count() {
         drop(store);
         let store = StudyStore::open(folder.path()).unwrap();
         let verified = store.verify().map_err(|error| error.to_string());
-        // Whoever reads results is told the same.
+        // Reading the sessions gives the same error.
         let read = store.sessions().map_err(|error| error.to_string());
         assert_eq!(read.err(), verified.clone().err());
         (
