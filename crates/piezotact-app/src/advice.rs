@@ -2,20 +2,20 @@
 
 use std::error::Error;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Words;
-use piezotact::doubt::{Advice, ChannelRole, Merged};
+use piezotact::warning::{Advice, ChannelRole, Merged};
 use piezotact::wording;
 #[cfg(feature = "haptic")]
 use piezotact_haptic::envelope::EnvelopeError;
 #[cfg(feature = "study")]
-use piezotact_people::association::{AssociationDoubt, FeltDoubt};
+use piezotact_people::association::{AssociationWarning, FeltWarning};
 #[cfg(feature = "study")]
-use piezotact_people::campaign::session::CampaignDoubt;
+use piezotact_people::campaign::session::CampaignWarning;
 #[cfg(feature = "study")]
-use piezotact_people::eeg::EegDoubt;
+use piezotact_people::eeg::EegWarning;
 #[cfg(feature = "surface")]
-use piezotact_surface::SurfaceDoubt;
+use piezotact_surface::SurfaceWarning;
 
 /// The option with which advice is followed on the command line; `None` where there is none.
 fn option(advice: &Advice) -> Option<String> {
@@ -45,7 +45,7 @@ fn option(advice: &Advice) -> Option<String> {
         Advice::EvaluateAsImpacts => "--excitation impact",
         Advice::StateExcitation => "--excitation",
         Advice::ExponentialWindow => "--exponential",
-        Advice::ShowDoubts => "piezotact info",
+        Advice::ShowWarnings => "piezotact info",
         Advice::PlayThroughOtherPlacement => {
             "panel=FOLDER after the file name of the measured bench"
         }
@@ -62,41 +62,45 @@ pub(crate) fn words(advice: &Advice) -> String {
     }
 }
 
-/// A doubt in words: what was found, and what to do on the command line.
-pub(crate) fn text(doubt: &Doubt) -> String {
+/// A warning in words: what was found, and what to do on the command line.
+pub(crate) fn text(warning: &Warning) -> String {
     #[cfg(feature = "study")]
-    if let Some(text) = of_people(doubt) {
+    if let Some(text) = of_people(warning) {
         return text;
     }
     #[cfg(feature = "surface")]
-    if let Some(text) = wording::text_of::<SurfaceDoubt>(doubt, &words) {
+    if let Some(text) = wording::text_of::<SurfaceWarning>(warning, &words) {
         return text;
     }
-    wording::text_with(doubt, &words)
+    wording::text_with(warning, &words)
 }
 
-/// A doubt of the science of people in words.
+/// A warning of the science of people in words.
 #[cfg(feature = "study")]
-fn of_people(doubt: &Doubt) -> Option<String> {
-    (doubt
-        .kind::<AssociationDoubt>()
+fn of_people(warning: &Warning) -> Option<String> {
+    (warning
+        .kind::<AssociationWarning>()
         .map(|said| said.to_string()))
-    .or_else(|| doubt.kind::<FeltDoubt>().map(|said| said.to_string()))
-    .or_else(|| doubt.kind::<CampaignDoubt>().map(|said| said.to_string()))
-    .or_else(|| doubt.kind::<EegDoubt>().map(|said| said.to_string()))
+    .or_else(|| warning.kind::<FeltWarning>().map(|said| said.to_string()))
+    .or_else(|| {
+        warning
+            .kind::<CampaignWarning>()
+            .map(|said| said.to_string())
+    })
+    .or_else(|| warning.kind::<EegWarning>().map(|said| said.to_string()))
 }
 
-/// Doubts of one kind in words.
-pub(crate) fn merged_text(doubts: &Merged) -> String {
-    doubts.text_with(&text)
+/// Warnings of one kind in words.
+pub(crate) fn merged_text(warnings: &Merged) -> String {
+    warnings.text_with(&text)
 }
 
-/// Doubts in the words of the command line.
+/// Warnings in the words of the command line.
 pub(crate) struct OptionWords;
 
 impl Words for OptionWords {
-    fn doubt(&self, doubt: &Doubt) -> String {
-        text(doubt)
+    fn warning(&self, warning: &Warning) -> String {
+        text(warning)
     }
 
     fn advice(&self, advice: &Advice) -> String {

@@ -1,13 +1,13 @@
-//! What a command prints: results on standard output, doubts on standard error.
+//! What a command prints: results on standard output, warnings on standard error.
 
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::document::{Content, Document, complete_doubts};
-use piezotact::doubt::{Merged, merged};
+use piezotact::Warning;
+use piezotact::document::{Content, Document, complete_warnings};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
+use piezotact::warning::{Merged, merged};
 use piezotact_dataset::{WriteError, write_atomically};
 
 use crate::advice::{OptionWords, merged_text};
@@ -40,7 +40,7 @@ pub(crate) fn print(text: &str) -> Outcome {
     }
 }
 
-/// Prints the document of `content` as readable JSON, with every doubt in it whole.
+/// Prints the document of `content` as readable JSON, with every warning in it whole.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
     print(&document_text(content, None)?)
 }
@@ -52,10 +52,10 @@ pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outc
     Ok(serde_json::to_string_pretty(&value)?)
 }
 
-/// The document of `content`, with every doubt in it whole: all its keys and a sentence.
+/// The document of `content`, with every warning in it whole: all its keys and a sentence.
 fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
     let mut value = serde_json::to_value(Document::of(content))?;
-    complete_doubts(&mut value, &OptionWords);
+    complete_warnings(&mut value, &OptionWords);
     Ok(value)
 }
 
@@ -86,20 +86,20 @@ pub(crate) fn say(text: &str) {
     let _nobody_hears = aside(|| writeln!(std::io::stderr().lock(), "{}", message(text)));
 }
 
-/// Says every doubt on standard error, those of one kind once.
-pub(crate) fn say_doubts(doubts: &[Doubt]) {
-    say_merged(&merged(doubts));
+/// Says every warning on standard error, those of one kind once.
+pub(crate) fn say_warnings(warnings: &[Warning]) {
+    say_merged(&merged(warnings));
 }
 
-/// As [`say_doubts`], of doubts that are merged.
-pub(crate) fn say_merged(doubts: &[Merged]) {
+/// As [`say_warnings`], of warnings that are merged.
+pub(crate) fn say_merged(warnings: &[Merged]) {
     let mut text = String::new();
-    for doubt in doubts {
+    for warning in warnings {
         let _never_fails = write!(
             text,
-            "{}doubt: {}",
+            "{}warning: {}",
             if text.is_empty() { "" } else { "\n" },
-            merged_text(doubt)
+            merged_text(warning)
         );
     }
     if !text.is_empty() {

@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
-use piezotact::integrity::doubts_of;
+use piezotact::integrity::warnings_of;
 use piezotact::quantity::{Acceleration, QuantityError, SampleRate, Unit};
-use piezotact::recording::{Recording, RecordingDoubt, RecordingError};
+use piezotact::recording::{Recording, RecordingError, RecordingWarning};
 use piezotact::series::Series;
 use piezotact_dataset::{Contents, ReadOptions, read_recording};
 
@@ -31,12 +31,12 @@ pub(crate) fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
     inspected(path, &options)
 }
 
-/// The recording in a file, with the doubts about what broke on its way to the file.
+/// The recording in a file, with the warnings about what broke on its way to the file.
 pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents> {
     reading_fits(path)?;
     let mut contents = read_recording(path, options)?;
-    let found = doubts_of(&contents.recording, drive_limit(contents.setup.as_ref()));
-    contents.recording.about.doubts.extend(found);
+    let found = warnings_of(&contents.recording, drive_limit(contents.setup.as_ref()));
+    contents.recording.about.warnings.extend(found);
     Ok(contents)
 }
 
@@ -45,8 +45,8 @@ pub(crate) fn read_drive(path: &Path) -> Outcome<Contents> {
     reading_fits(path)?;
     let mut contents = read_recording(path, &ReadOptions::default())?;
     let has_scale =
-        |doubt: &Doubt| !matches!(doubt.kind(), Some(RecordingDoubt::Uncalibrated { .. }));
-    contents.recording.about.doubts.retain(has_scale);
+        |warning: &Warning| !matches!(warning.kind(), Some(RecordingWarning::Uncalibrated { .. }));
+    contents.recording.about.warnings.retain(has_scale);
     Ok(contents)
 }
 

@@ -208,7 +208,7 @@ fn the_recording_on_the_clock_of_the_drive_holds_all_channels_and_the_drive() {
             .any(|step| step.contains("placed on the clock")),
         "{steps:?}"
     );
-    let codes: Vec<&str> = placed.about.doubts.iter().map(|d| &*d.code).collect();
+    let codes: Vec<&str> = placed.about.warnings.iter().map(|d| &*d.code).collect();
     assert!(codes.contains(&"align_part_covered"), "{codes:?}");
     // The sweeps drive from 100 to 1000 Hz: 20 m/s² of full scale.
     let transfer = [

@@ -34,7 +34,7 @@ fn cuts_of_an_earlier_recording_are_not_applied() {
     folder
         .run(&["analyse", "a.csv", "--by", "file"])
         .expect_failure(1, &refused);
-    // cuts without a checksum still apply, with a doubt that gives the line
+    // cuts without a checksum still apply, with a warning that gives the line
     let old: String = text
         .lines()
         .filter(|line| !line.contains("recording "))
@@ -42,12 +42,12 @@ fn cuts_of_an_earlier_recording_are_not_applied() {
         .collect();
     folder.write("a.csv.cuts", &old);
     let value = folder.run(&["segment", "a.csv", "--json"]).json();
-    let doubts = value["recordings"][0]["doubts"].as_array().unwrap();
-    let doubt = doubts
+    let warnings = value["recordings"][0]["warnings"].as_array().unwrap();
+    let warning = warnings
         .iter()
         .find(|d| d["code"] == "cuts_unconfirmed")
         .unwrap();
-    let said = doubt["text"].as_str().unwrap();
+    let said = warning["text"].as_str().unwrap();
     let line = said.split('`').nth(1).unwrap();
     folder.write("a.csv.cuts", format!("{line}\n{old}"));
     let done = folder.run(&["segment", "a.csv"]);
@@ -120,11 +120,11 @@ fn scale(value: &mut Value, names: &[&str], factor: f64) {
 }
 
 fn has(value: &Value, code: &str) -> bool {
-    value["doubts"]
+    value["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .any(|doubt| doubt["code"] == code)
+        .any(|warning| warning["code"] == code)
 }
 
 #[test]
@@ -256,7 +256,7 @@ fn a_gain_that_the_recording_contradicts_is_refused() {
 }
 
 #[test]
-fn a_matlab_rate_that_the_option_contradicts_is_a_doubt() {
+fn a_matlab_rate_that_the_option_contradicts_is_a_warning() {
     let folder = Folder::new();
     folder.write("a.mat", mat_with_rate("sr", 50_000.0));
     let value = folder.run(&["info", "a.mat", "--json"]).json();

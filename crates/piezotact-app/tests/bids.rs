@@ -334,7 +334,7 @@ fn what_is_imported_is_what_was_exported() {
         };
         let info = |path: &str| run(folder, &format!("info {path} --json")).json();
         let (one, other) = (info(&own), info(&format!("imported/recordings/{imported}")));
-        for key in ["channels", "condition", "doubts", "samples", "rate_hz"] {
+        for key in ["channels", "condition", "warnings", "samples", "rate_hz"] {
             assert_eq!(one[key], other[key], "{key} of {own}");
         }
         let csv = |path: &str, name: &str| {

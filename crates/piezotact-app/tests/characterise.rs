@@ -187,7 +187,7 @@ fn refused_attempts_are_kept_as_they_broke_off() {
     for file in ["raw.parquet", "raw-again-1.parquet"] {
         let said = folder.run(&["info", file, "--json"]).json();
         assert!(
-            said["doubts"].to_string().contains("refused by the gate"),
+            said["warnings"].to_string().contains("refused by the gate"),
             "{said}"
         );
     }
@@ -338,7 +338,7 @@ fn what_is_not_driven_is_not_rendered() {
         .unwrap();
     assert!(highest < 305.0, "{said}");
     assert!(
-        said["doubts"].to_string().contains("is not driven"),
+        said["warnings"].to_string().contains("is not driven"),
         "{said}"
     );
     // A band below what the device answers to has nothing to be judged by, and is no error.

@@ -309,8 +309,8 @@ fn part_of_a_band_is_not_all_of_it() {
         "--band 300..400 --level -6 --mode texture --bench {BENCH} --iterations 1 --record narrow.parquet --json"
     );
     let said = render(&folder, &narrow).json();
-    let doubts = said["doubts"].to_string();
-    assert!(doubts.contains("lies outside 300"), "{doubts}");
+    let warnings = said["warnings"].to_string();
+    assert!(warnings.contains("lies outside 300"), "{warnings}");
     let line = [
         "verify",
         "--target",

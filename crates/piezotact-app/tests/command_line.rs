@@ -115,7 +115,7 @@ fn the_chain_of_commands_keeps_its_promises() {
         "level_error_db",
         "waveform_correlation",
         "clipped_fraction",
-        "doubts",
+        "warnings",
     ] {
         assert!(!verified[key].is_null(), "{key}");
     }
@@ -292,7 +292,7 @@ fn a_killed_recording_is_readable() {
         read >= 7500.0 && read * 24.0 > on_disk as f64 - 5000.0 * 24.0 - 8192.0,
         "{read} samples of {on_disk} bytes"
     );
-    assert_eq!(info["doubts"][0]["code"], "interrupted");
+    assert_eq!(info["warnings"][0]["code"], "interrupted");
     // A spectrum of what is there can be had.
     folder.run(&["spectrum", "raw.parquet"]).expect_success();
     // It does not block the next recording of that name, and is kept beside it.
@@ -306,15 +306,15 @@ fn a_killed_recording_is_readable() {
     assert_eq!(info["samples"].as_f64().unwrap(), read);
 }
 
-/// Allowed clipping is played, measured, and doubted.
+/// Allowed clipping is played, measured, and reported.
 #[test]
-fn allowed_clipping_is_doubted() {
+fn allowed_clipping_is_reported() {
     let folder = prepared();
     let render = [&RENDER[..], &["60 m/s2", "--allow-clipping", "--json"]].concat();
     let rendered = folder.run(&render).json();
     assert!(rendered["headroom"]["clipped_fraction"].as_f64().unwrap() > 0.0);
     assert!(
-        rendered["doubts"].to_string().contains("clipped"),
+        rendered["warnings"].to_string().contains("clipped"),
         "{rendered}"
     );
     folder
@@ -378,7 +378,7 @@ fn a_changed_level_is_said() {
         "{verified}"
     );
     assert!(
-        verified["doubts"]
+        verified["warnings"]
             .to_string()
             .contains("intentionally rendered at -6.0 dB")
     );
@@ -447,7 +447,7 @@ fn an_offset_changes_nothing() {
 
 /// A drive for one finger, played to another and under another load: played, and said.
 #[test]
-fn another_finger_is_doubted() {
+fn another_finger_is_reported() {
     let folder = prepared();
     folder
         .run(&[&RENDER[..], &["2 m/s2"]].concat())
@@ -481,7 +481,7 @@ fn another_finger_is_doubted() {
     ];
     let (verified, _) = folder.run(&verify).json_and_code();
     assert!(
-        verified["doubts"].to_string().contains("other_condition"),
+        verified["warnings"].to_string().contains("other_condition"),
         "{verified}"
     );
 }
@@ -604,13 +604,13 @@ fn a_device_of_one_s_own_is_described() {
     folder
         .run(&[&transfer[..], &["--rate", "5000"]].concat())
         .expect_success();
-    let doubts = folder
+    let warnings = folder
         .run(&[&render[..], &["--gain", "B3"]].concat())
-        .json()["doubts"]
+        .json()["warnings"]
         .to_string();
     assert!(
-        doubts.contains("has no unit") && doubts.contains("device_not_described"),
-        "{doubts}"
+        warnings.contains("has no unit") && warnings.contains("device_not_described"),
+        "{warnings}"
     );
 }
 

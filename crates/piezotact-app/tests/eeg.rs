@@ -504,8 +504,10 @@ fn bad_electrodes_are_interpolated_and_markers_come_from_a_table() {
     let left_out = run(&folder, &format!("{of_table} --json")).json();
     assert_eq!(left_out["channels"].as_array().unwrap().len(), 10);
     let codes = |document: &serde_json::Value| -> Vec<String> {
-        let doubts = document["doubts"].as_array().unwrap().iter();
-        doubts.map(|doubt| doubt["code"].to_string()).collect()
+        let warnings = document["warnings"].as_array().unwrap().iter();
+        warnings
+            .map(|warning| warning["code"].to_string())
+            .collect()
     };
     assert!(codes(&left_out).contains(&"\"eeg_bad_channels_left_out\"".to_owned()));
     let done = run(

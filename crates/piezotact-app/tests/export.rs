@@ -7,9 +7,9 @@
 )]
 
 use crate::support::{self, BENCH, Folder, noise, shared, wav};
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Drive, SampleRate};
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use piezotact::resample::resample;
 use piezotact_dataset::haptic::{parse_hjif, read_haptic};
 use piezotact_dataset::{ReadOptions, holds_transfer, read_recording, read_transfer};
@@ -36,12 +36,12 @@ fn export(folder: &Folder, input: &str, out: &str, extra: &[&str]) -> support::D
 
 /// What the JSON says is lost.
 fn lost(json: &Value) -> Vec<String> {
-    json["doubts"]
+    json["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .filter(|doubt| doubt["code"] == "format_loses")
-        .map(|doubt| doubt["text"].as_str().unwrap().to_owned())
+        .filter(|warning| warning["code"] == "format_loses")
+        .map(|warning| warning["text"].as_str().unwrap().to_owned())
         .collect()
 }
 
@@ -127,7 +127,7 @@ fn a_texture_goes_into_a_clip_and_comes_back_with_its_level() {
     assert!(
         console
             .err()
-            .contains("doubt: .haptic cannot store the waveform"),
+            .contains("warning: .haptic cannot store the waveform"),
         "{}",
         console.err()
     );
@@ -491,13 +491,13 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
 }
 
 #[test]
-fn what_a_doubt_says_is_read_again() {
-    let loss = Doubt::from(RecordingDoubt::FormatLoses {
+fn what_a_warning_says_is_read_again() {
+    let loss = Warning::from(RecordingWarning::FormatLoses {
         format: "AHAP".into(),
         what: "hertz".into(),
     });
     let text = serde_json::to_string(&loss).unwrap();
-    assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), loss);
+    assert_eq!(serde_json::from_str::<Warning>(&text).unwrap(), loss);
     assert_eq!(
         loss.to_string(),
         "AHAP cannot store hertz: keep the original file as well"

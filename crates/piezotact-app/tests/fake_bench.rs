@@ -514,8 +514,8 @@ fn a_transfer_function_leaves_out_what_was_lost() {
     let record = ["--record", "raw.parquet", "--json"];
     let said = characterise(&folder, "holes.toml", "holes.json", &record).json();
     let find = |said: &serde_json::Value, code: &str| {
-        let doubts = said["doubts"].as_array().unwrap();
-        doubts.iter().find(|d| d["code"] == code).cloned()
+        let warnings = said["warnings"].as_array().unwrap();
+        warnings.iter().find(|d| d["code"] == code).cloned()
     };
     let lost = find(&said, "samples_lost").unwrap();
     let places = lost["values"]["places_s"].as_array().unwrap().clone();
@@ -593,8 +593,8 @@ fn realisations_and_sweeps_that_lost_samples_are_left_out() {
             folder.run(&[&fixed[..], &more].concat())
         };
         let said = run("hole.toml").json();
-        let doubts = said["doubts"].as_array().unwrap();
-        let left_out = doubts.iter().find(|d| d["code"] == "segments_left_out");
+        let warnings = said["warnings"].as_array().unwrap();
+        let left_out = warnings.iter().find(|d| d["code"] == "segments_left_out");
         assert_eq!(left_out.unwrap()["values"]["left_out"], 1, "{kind}: {said}");
         run("holes.toml").expect_failure(1, &["sweeps or realisations", "lost samples"]);
     }

@@ -11,7 +11,7 @@ use std::fmt::Write as _;
 use crate::support::{Folder, noise, shared, wav};
 use serde_json::Value;
 
-/// The kinds of doubts that say that a signal broke.
+/// The kinds of warnings that say that a signal broke.
 const BROKEN: [&str; 9] = [
     "frozen",
     "drop_outs",
@@ -25,10 +25,10 @@ const BROKEN: [&str; 9] = [
 ];
 
 fn broken(said: &Value) -> Vec<String> {
-    let doubts = said["doubts"].as_array().unwrap();
-    let kinds = doubts
+    let warnings = said["warnings"].as_array().unwrap();
+    let kinds = warnings
         .iter()
-        .filter_map(|doubt| Some(doubt["code"].as_str()?.to_owned()));
+        .filter_map(|warning| Some(warning["code"].as_str()?.to_owned()));
     kinds
         .filter(|kind| BROKEN.contains(&kind.as_str()))
         .collect()
@@ -187,8 +187,8 @@ fn what_broke_is_said_by_every_command() {
         let command = "transfer run.csv --drive out --response nail --out tf.json --json";
         let said = folder.run(&command.split(' ').collect::<Vec<_>>()).json();
         assert_eq!(broken(&said), expected(as_pair), "{name}: {said}");
-        for doubt in said["doubts"].as_array().unwrap() {
-            writeln!(texts, "{}", doubt["text"].as_str().unwrap()).unwrap();
+        for warning in said["warnings"].as_array().unwrap() {
+            writeln!(texts, "{}", warning["text"].as_str().unwrap()).unwrap();
         }
     }
     eprintln!("{texts}");
@@ -247,10 +247,10 @@ fn clipping_is_said_once_whatever_the_format() {
     ] {
         let said = folder.run(&call.split(' ').collect::<Vec<_>>()).json();
         assert_eq!(broken(&said), ["clipped"], "{call}: {said}");
-        let doubts = said["doubts"].as_array().unwrap();
-        let fraction = doubts
+        let warnings = said["warnings"].as_array().unwrap();
+        let fraction = warnings
             .iter()
-            .find_map(|doubt| doubt["values"]["fraction"].as_f64())
+            .find_map(|warning| warning["values"]["fraction"].as_f64())
             .unwrap();
         assert!((fraction - 0.4).abs() < 0.01, "{call}: {fraction}");
     }

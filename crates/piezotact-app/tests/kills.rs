@@ -154,16 +154,16 @@ fn check_left(folder: &Path, said: &str) -> (usize, f64) {
                     Ok(contents) => {
                         journals += 1;
                         seconds += contents.recording.duration().0;
-                        let doubts = contents.recording.about.doubts.iter();
-                        let doubts: Vec<String> = doubts.map(ToString::to_string).collect();
+                        let warnings = contents.recording.about.warnings.iter();
+                        let warnings: Vec<String> = warnings.map(ToString::to_string).collect();
                         // Killed between its end, where the force is judged, and its removal, the journal is whole.
-                        let judged = |doubt: &String| doubt.contains("mean normal force");
+                        let judged = |warning: &String| warning.contains("mean normal force");
                         let whole = path.with_extension("").exists()
-                            || doubts.is_empty()
-                            || doubts.iter().any(judged);
+                            || warnings.is_empty()
+                            || warnings.iter().any(judged);
                         assert!(
-                            whole || doubts.iter().any(|d| d.contains("interrupted")),
-                            "{text}: {doubts:?}"
+                            whole || warnings.iter().any(|d| d.contains("interrupted")),
+                            "{text}: {warnings:?}"
                         );
                     }
                     // Killed before its first samples were on the disk, or within the write of them.

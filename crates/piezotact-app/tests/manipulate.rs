@@ -224,7 +224,10 @@ fn strokes_and_tables_are_textures_as_well() {
     );
     assert!(said["duration_s"].as_f64().unwrap() < 2.0);
     let said = manipulate(&folder, "S8.parquet --gain 1dB --out x.wav --json").json();
-    assert!(said["doubts"].to_string().contains("--stroke N"), "{said}");
+    assert!(
+        said["warnings"].to_string().contains("--stroke N"),
+        "{said}"
+    );
     manipulate(&folder, "S8.parquet --stroke 9 --gain 1dB --out x.wav").expect_failure(
         1,
         &["a stroke from 1 to 3", "--stroke 9", "piezotact segment"],
@@ -242,9 +245,9 @@ fn strokes_and_tables_are_textures_as_well() {
     assert!((mean - 9.0).abs() < 0.05, "{mean}");
 }
 
-/// What was doubted while a texture was made otherwise stands in its file: whoever opens it later sees it.
+/// What gives a warning while a texture was made otherwise stands in its file: whoever opens it later sees it.
 #[test]
-fn doubts_stay_with_the_file() {
+fn warnings_stay_with_the_file() {
     let folder = two_textures();
     let clipped = noise(20_000).map(|v| (3.0 * v).clamp(-0.9, 0.9));
     folder.write("clipped.wav", wav(clipped, 5_000));
@@ -254,15 +257,18 @@ fn doubts_stay_with_the_file() {
     )
     .expect_success();
     let said = folder.run(&["info", "a.wav", "--json"]).json();
-    let doubts = said["doubts"].as_array().unwrap();
-    let names: Vec<&str> = doubts.iter().map(|d| d["code"].as_str().unwrap()).collect();
-    for doubt in [
+    let warnings = said["warnings"].as_array().unwrap();
+    let names: Vec<&str> = warnings
+        .iter()
+        .map(|d| d["code"].as_str().unwrap())
+        .collect();
+    for warning in [
         "scale_overridden",
         "rate_not_used",
         "left_the_band",
         "clipped",
     ] {
-        assert!(names.contains(&doubt), "no {doubt} in {names:?}");
+        assert!(names.contains(&warning), "no {warning} in {names:?}");
     }
     // And with what is made of it.
     manipulate(&folder, "S13.wav --spectrum-of a.wav --out b.wav").expect_success();
@@ -288,7 +294,7 @@ fn another_texture_may_have_another_rate() {
     )
     .json();
     assert!(
-        !said["doubts"].to_string().contains("rate_converted"),
+        !said["warnings"].to_string().contains("rate_converted"),
         "{said}"
     );
     let said = manipulate(
@@ -297,7 +303,7 @@ fn another_texture_may_have_another_rate() {
     )
     .json();
     assert!(
-        said["doubts"].to_string().contains("rate_converted"),
+        said["warnings"].to_string().contains("rate_converted"),
         "{said}"
     );
     let b = series(&folder, "b.wav");
@@ -429,7 +435,7 @@ fn what_cannot_be_is_refused() {
     // What leaves the band is said, not refused.
     let said = manipulate(&folder, "S13.wav --shift 400Hz --out x.wav --json").json();
     assert!(
-        said["doubts"].to_string().contains("left_the_band"),
+        said["warnings"].to_string().contains("left_the_band"),
         "{said}"
     );
 }

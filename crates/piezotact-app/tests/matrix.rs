@@ -90,14 +90,14 @@ fn one_matrix_is_the_same_in_table_document_and_report() {
         assert!((sum - 100.0).abs() < 1e-9, "{presented}: {sum}");
     }
     assert_eq!(document["schema"], "association");
-    let codes: Vec<&str> = document["doubts"]
+    let codes: Vec<&str> = document["warnings"]
         .as_array()
         .unwrap()
         .iter()
         .map(|d| d["code"].as_str().unwrap())
         .collect();
     assert_eq!(codes, ["offered_inferred", "untested_pairs"]);
-    let text = document["doubts"][1]["text"].as_str().unwrap();
+    let text = document["warnings"][1]["text"].as_str().unwrap();
     assert!(text.contains("4 of 10 pairs"), "{text}");
     // Cells of row and column SE, and one in the legend.
     assert_eq!(read("m.svg").matches("class=\"untested\"").count(), 10);
@@ -224,11 +224,11 @@ fn what_was_felt_in_confused_pairs_is_shown() {
     let document = done.json();
     let felt = &document["felt"];
     assert_eq!(felt["pairs"][0]["pair"], serde_json::json!(["S1", "S11"]));
-    let codes: Vec<&str> = document["doubts"]
+    let codes: Vec<&str> = document["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|doubt| doubt["code"].as_str().unwrap())
+        .map(|warning| warning["code"].as_str().unwrap())
         .collect();
     for code in ["felt_one_for_all", "felt_not_recorded"] {
         assert!(codes.contains(&code), "no {code} in {codes:?}");
@@ -292,11 +292,11 @@ fn felt_folders_by_participant_and_without_recordings() {
         assert_eq!(one["participant"], person);
         assert_eq!([&one["by_level"], &one["by_spectrum"]], ["yes", "no"]);
     }
-    let texts: Vec<&str> = document["doubts"]
+    let texts: Vec<&str> = document["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|doubt| doubt["text"].as_str().unwrap())
+        .map(|warning| warning["text"].as_str().unwrap())
         .collect();
     let said = |part: &str| texts.iter().any(|text| text.contains(part));
     assert!(said("the recording of S2 of P1 is not used"), "{texts:?}");

@@ -57,8 +57,8 @@ fn run(folder: &Folder, line: &str) -> Done {
     folder.run(&words)
 }
 
-fn doubts(said: &Value) -> String {
-    said["doubts"].to_string()
+fn warnings(said: &Value) -> String {
+    said["warnings"].to_string()
 }
 
 /// Characterise, render in a loop, play and verify, on a hand whose device is described.
@@ -78,7 +78,7 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
     assert_eq!(said["condition"]["angle_deg"], 30.0);
     assert_eq!(said["drive_setup"]["gain"], "B3");
     assert_eq!(said["provenance"]["bench"], "measured");
-    let text = doubts(&said);
+    let text = warnings(&said);
     for part in [
         "no finger was involved",
         "the hand of a test",
@@ -100,12 +100,12 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
         confirmed.unwrap() <= error(0) + 0.05 && confirmed.unwrap() < 0.5,
         "{said}"
     );
-    assert!(doubts(&said).contains("no finger was involved"), "{said}");
+    assert!(warnings(&said).contains("no finger was involved"), "{said}");
 
     let play = format!("play drive.wav {bench} --record felt.parquet --json");
     let said = run(&folder, &play).json();
-    assert!(doubts(&said).contains("no finger was involved"), "{said}");
-    assert!(!doubts(&said).contains("rendered for"), "{said}");
+    assert!(warnings(&said).contains("no finger was involved"), "{said}");
+    assert!(!warnings(&said).contains("rendered for"), "{said}");
     let verify = format!("verify --target texture.wav {scale} --measured felt.parquet");
     run(
         &folder,
@@ -147,13 +147,13 @@ fn a_rendering_is_rehearsed_on_a_measured_hand() {
 
 /// A response that others published says nothing of device, load and angle: it is rehearsed on, and that is said.
 #[test]
-fn a_response_that_says_nothing_is_played_through_with_doubts() {
+fn a_response_that_says_nothing_is_played_through_with_warnings() {
     let folder = folder(json!({}));
     let render = "render texture.wav --scale 10m/s2 --transfer hand.json --band 60..800 --level -12 --out drive.wav";
     run(&folder, render).expect_success();
     let play = "play drive.wav --bench measured:hand.json --record felt.parquet --json";
     let said = run(&folder, play).json();
-    let text = doubts(&said);
+    let text = warnings(&said);
     for part in [
         "does not state the load and angle",
         "does not say its amplifier gain",
@@ -273,7 +273,7 @@ fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
         let verified = run(&folder, &format!("{verify} --band 60..800 --json"));
         let verified: Value = serde_json::from_str(&verified.out()).unwrap();
         // What is said when it is played is said when it is read.
-        let own = |said: &Value| doubts(said).contains("played_through_its_own");
+        let own = |said: &Value| warnings(said).contains("played_through_its_own");
         assert_eq!(own(&said), own(&verified), "{verified}");
         (verified["error_db_rms"].as_f64().unwrap(), said.to_string())
     };
@@ -325,7 +325,7 @@ fn a_twin_s_participant_of_another_seed_is_somebody_else() {
             &folder,
             &format!("play drive.wav {bench} --record felt.parquet --json"),
         );
-        let text = doubts(&said.json());
+        let text = warnings(&said.json());
         assert_eq!(
             text.contains("P02 (twin of seed 7), but measured with P02 (twin of seed 8)"),
             others,

@@ -23,7 +23,7 @@ fn too_long(text: &str, quoted: &str) -> Vec<String> {
     numbers.map(str::to_owned).collect()
 }
 
-/// Results, doubts and errors of many commands on signals whose rates and levels are no round numbers.
+/// Results, warnings and errors of many commands on signals whose rates and levels are no round numbers.
 #[test]
 fn what_commands_say_has_the_digits_that_mean_something() {
     let folder = prepared();

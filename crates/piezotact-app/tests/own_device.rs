@@ -165,9 +165,9 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
     close(&said["headroom"]["clipped_fraction"], share);
     let sidecar: Value =
         serde_json::from_slice(&std::fs::read(folder.path("drive.wav.json")).unwrap()).unwrap();
-    let doubts = sidecar["rendering"]["doubts"].as_array().unwrap();
-    let doubt = doubts.iter().find(|d| d["code"] == "drive_clipped");
-    let text = doubt.unwrap().to_string();
+    let warnings = sidecar["rendering"]["warnings"].as_array().unwrap();
+    let warning = warnings.iter().find(|d| d["code"] == "drive_clipped");
+    let text = warning.unwrap().to_string();
     assert!(text.contains("the amplifier"), "{text}");
     let told = run(&folder, &format!("{render} --allow-clipping")).err();
     assert!(
@@ -177,7 +177,7 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
 }
 
 /// `--level fit` and `drive-limited` keep to the slope that the amplifier follows, in texture mode too; a stated level that is
-/// too steep is doubted when it is rendered and when it is played.
+/// too steep gives a warning when it is rendered and when it is played.
 #[test]
 fn what_fits_is_no_steeper_than_the_amplifier_follows() {
     let folder = folder();
@@ -187,7 +187,7 @@ fn what_fits_is_no_steeper_than_the_amplifier_follows() {
         &format!("{TRANSFER} --device own.toml --gain high"),
     )
     .expect_success();
-    let codes = |said: &Value| said["doubts"].to_string();
+    let codes = |said: &Value| said["warnings"].to_string();
     let render = "render texture.wav --scale 1m/s2 --transfer tf.json --out drive.wav --json";
     let steep = run(&folder, render).json();
     let asked = steep["headroom"]["slope_v_per_s"].as_f64().unwrap();
@@ -228,7 +228,7 @@ fn a_recording_keeps_the_device_and_the_band_that_it_states() {
     assert_eq!(again["driven_hz"], said["driven_hz"]);
     assert_eq!(again["driven_hz"], serde_json::json!([2.0, 1200.0]));
     assert!(
-        !again["doubts"].to_string().contains("not_driven"),
+        !again["warnings"].to_string().contains("not_driven"),
         "{again}"
     );
     let same = "--gain B3 --volts-per-full-scale 1.41421356";

@@ -36,7 +36,7 @@ fn criteria_are_numbers() {
             .all(|c| c["outcome"] == "met"),
         "{take}"
     );
-    let reasons = take["doubts"]
+    let reasons = take["warnings"]
         .as_array()
         .unwrap()
         .iter()

@@ -64,11 +64,11 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
     std::fs::write(folder.path("panel/panel.json"), listed.to_string()).unwrap();
     let bytes = std::fs::read(folder.path(&format!("panel/{lost}"))).unwrap();
     std::fs::remove_file(folder.path(&format!("panel/{lost}"))).unwrap();
-    let doubted = run(&folder, "panel analyse panel --json").json();
+    let reported = run(&folder, "panel analyse panel --json").json();
     assert!(
-        doubted["doubts"].to_string().contains(left),
+        reported["warnings"].to_string().contains(left),
         "{}",
-        doubted["doubts"]
+        reported["warnings"]
     );
     let again = run(&folder, &format!("{RUN} --json")).json();
     assert_eq!(

@@ -291,11 +291,11 @@ fn a_closed_loop_and_own_levels_can_be_asked_for() {
         .iter()
         .map(|one| number(&one["level_db"]))
         .collect();
-    let codes: Vec<&str> = own["doubts"]
+    let codes: Vec<&str> = own["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|doubt| doubt["code"].as_str().unwrap())
+        .map(|warning| warning["code"].as_str().unwrap())
         .collect();
     assert_eq!(
         codes.contains(&"levels_differ"),
@@ -355,7 +355,7 @@ fn sessions_in_one_folder_do_not_mix() {
     let heavy = prepare(&folder, "S11.parquet --load 0.21 --out same --json")
         .json_and_code()
         .0;
-    let codes = |found: &Value| found["textures"][0]["doubts"].to_string();
+    let codes = |found: &Value| found["textures"][0]["warnings"].to_string();
     assert!(!codes(&heavy).contains("strokes_at_other_load"));
     let arguments = [
         "twin",
@@ -384,10 +384,10 @@ fn sessions_in_one_folder_do_not_mix() {
 
 /// A texture that nobody feels at this level is said to be so.
 #[test]
-fn a_drive_below_the_threshold_is_doubted() {
+fn a_drive_below_the_threshold_is_reported() {
     let folder = session();
     let soft = format!("S11.parquet --level -60 --bench {BENCH} --out soft --json");
     let found = prepare(&folder, &soft).json_and_code().0;
-    let said = found["textures"][0]["doubts"].to_string();
+    let said = found["textures"][0]["warnings"].to_string();
     assert!(said.contains("not_felt"), "{said}");
 }

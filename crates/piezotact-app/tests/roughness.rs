@@ -70,7 +70,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
     assert_eq!(ours["sections"], 4);
     assert_eq!(ours["cutoff_by"], "stated");
     assert_eq!(ours["ends"], "kept");
-    assert_eq!(ours["doubts"][0]["code"], "short_evaluation");
+    assert_eq!(ours["warnings"][0]["code"], "short_evaluation");
 
     let folder = Folder::new();
     let file = primary.to_str().unwrap();
@@ -94,7 +94,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
         assert!(done.out().contains(part), "{part}: {}", done.out());
     }
     assert!(
-        done.err().starts_with("doubt: only 4 sections"),
+        done.err().starts_with("warning: only 4 sections"),
         "{}",
         done.err()
     );
@@ -106,7 +106,7 @@ fn a_surfcom_profile_has_the_instruments_roughness() {
     folder.write("alone.tx1", std::fs::read(&primary).unwrap());
     let alone = folder.run(&["roughness", "alone.tx1", "--json"]).json();
     check(&alone, "cutoff_mm", 0.8, 1e-12);
-    assert_eq!(alone["doubts"][0]["code"], "uneven_profile");
+    assert_eq!(alone["warnings"][0]["code"], "uneven_profile");
     let chosen = folder.run(&["roughness", "alone.tx1"]);
     assert!(
         chosen.out().contains("chosen by ISO 4288 from Ra"),
@@ -248,7 +248,7 @@ fn a_profile_is_stated_tabulated_and_reported() {
         "mean line",
         "height, µm",
         "position, mm",
-        "Doubts",
+        "Warnings",
         "material ratio, %",
     ] {
         assert!(html.contains(part), "the report lacks {part}");
@@ -285,11 +285,14 @@ fn a_map_is_reported_with_its_image() {
         "{}",
         done.out()
     );
-    let doubts: Vec<String> = done.err().lines().map(str::to_owned).collect();
+    let warnings: Vec<String> = done.err().lines().map(str::to_owned).collect();
     assert_eq!(
-        doubts.iter().filter(|d| d.contains("not measured")).count(),
+        warnings
+            .iter()
+            .filter(|d| d.contains("not measured"))
+            .count(),
         1,
-        "{doubts:?}"
+        "{warnings:?}"
     );
     let html = std::fs::read_to_string(folder.path("map.html")).unwrap();
     for part in [
@@ -438,7 +441,7 @@ fn a_units_statement_that_the_file_contradicts_is_said() {
     let value = folder
         .run(&["roughness", "line.csv", "--json", "--z-unit", "mm"])
         .json();
-    let doubt = value["doubts"][0]["text"].as_str().unwrap();
-    assert!(doubt.contains("was not used"), "{doubt}");
+    let warning = value["warnings"][0]["text"].as_str().unwrap();
+    assert!(warning.contains("was not used"), "{warning}");
     check(&value, "Ra", 2.0 / std::f64::consts::PI, 0.02);
 }

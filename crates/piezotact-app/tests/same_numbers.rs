@@ -91,7 +91,7 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
     };
     let stored = rows(serde_json::json!({
         "level_db": 1.25, "verdict": "passed", "psd": (0..40).map(f64::from).collect::<Vec<_>>(),
-        "doubts": [{"text": "one"}], "steps": [{"gain_db": 2.0}],
+        "warnings": [{"text": "one"}], "steps": [{"gain_db": 2.0}],
     }));
     let found = |json: serde_json::Value, renamed: &[(&str, &str)]| -> Vec<String> {
         differences(&stored, &rows(json), renamed, Checksums::Compared)
@@ -100,7 +100,7 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
         let psd: Vec<f64> = (0..38).map(f64::from).chain([changed, 39.0]).collect();
         serde_json::json!({
             "level_db": level, "verdict": "passed", "psd": psd, "new": 3,
-            "doubts": [{"text": "another sentence", "code": "x"}], "steps": [{"gain_db": 2.0}],
+            "warnings": [{"text": "another sentence", "code": "x"}], "steps": [{"gain_db": 2.0}],
         })
     };
     assert_eq!(found(same(1.25 * (1.0 + 1e-11), 38.0), &[]), [""; 0]);
@@ -121,7 +121,7 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
 
     let mut other = same(1.25, 38.0);
     other["verdict"] = "not passed".into();
-    other["doubts"] = serde_json::json!([]);
+    other["warnings"] = serde_json::json!([]);
     assert_eq!(found(other, &[]).len(), 2);
 }
 
@@ -131,7 +131,7 @@ fn a_lost_field_another_type_and_another_version_do_not_fit_the_schema() {
     let play = |change: fn(&mut serde_json::Value)| {
         let mut document = serde_json::json!({
             "schema": "play", "version": 1, "record": "r.parquet", "rate_hz": 5000.0,
-            "duration_s": 1.5, "provenance": { "source": "a bench", "steps": [] }, "doubts": [],
+            "duration_s": 1.5, "provenance": { "source": "a bench", "steps": [] }, "warnings": [],
         });
         change(&mut document);
         schema::differences(&document)
@@ -139,8 +139,8 @@ fn a_lost_field_another_type_and_another_version_do_not_fit_the_schema() {
     assert_eq!(play(|_| ()), [""; 0]);
     assert_eq!(play(|d| d["version"] = 2.into()).len(), 1);
     assert_eq!(play(|d| d["record"] = 1.into()).len(), 1);
-    assert!(play(|d| drop(d.as_object_mut().unwrap().remove("doubts")))[0].contains("doubts"));
-    assert!(!play(|d| d["doubts"] = serde_json::json!([{ "code": "x" }])).is_empty());
+    assert!(play(|d| drop(d.as_object_mut().unwrap().remove("warnings")))[0].contains("warnings"));
+    assert!(!play(|d| d["warnings"] = serde_json::json!([{ "code": "x" }])).is_empty());
     assert!(play(|d| d["schema"] = "plays".into())[0].contains("plays.json"));
 }
 

@@ -66,7 +66,7 @@ fn two_realisations_are_not_distinguishable_and_the_verdict_comes_first() {
         "literature",
         "spectrum_error",
         "level_error_db",
-        "doubts",
+        "warnings",
     ] {
         assert!(!json[key].is_null(), "{key}");
     }
@@ -97,7 +97,7 @@ fn a_louder_texture_is_distinguishable_by_as_many_jnd_as_it_is_louder() {
 }
 
 #[test]
-fn what_cannot_be_scored_is_refused_and_what_is_doubtful_is_said() {
+fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
     let folder = Folder::new();
     folder.write("a.wav", realisation(0, 5_000, 0.5));
     folder.write("silent.wav", wav((0..50_000).map(|_| 0.0), 5_000));
@@ -179,12 +179,16 @@ fn a_nail_to_skin_map_moves_the_threshold() {
         let json = of(&["--contact-map", map]);
         assert!((plain - level(&json) - 20.0).abs() < 1e-6, "{map}");
         assert!(
-            !json["doubts"].to_string().contains("thresholds_of_skin"),
+            !json["warnings"].to_string().contains("thresholds_of_skin"),
             "{}",
-            json["doubts"]
+            json["warnings"]
         );
     }
-    assert!(of(&[])["doubts"].to_string().contains("thresholds_of_skin"));
+    assert!(
+        of(&[])["warnings"]
+            .to_string()
+            .contains("thresholds_of_skin")
+    );
     for (map, parts) in [
         ("bad.csv", ["50 Hz", "row 2"]),
         ("other.csv", ["header `x,y`", "frequency"]),

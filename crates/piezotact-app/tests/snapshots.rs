@@ -1,4 +1,4 @@
-//! What a person reads and what a program parses, as it was reviewed: the help of every command, printed text with its doubts, and
+//! What a person reads and what a program parses, as it was reviewed: the help of every command, printed text with its warnings, and
 //! the shape of every document.
 //!
 //! `INSTA_UPDATE=always cargo test --locked --workspace snapshots` writes the snapshots again; read the difference before it is committed.
@@ -114,7 +114,7 @@ fn printed_text_and_the_shape_of_documents() {
             continue;
         }
         let text = format!(
-            "$ piezotact {command}\n{}\n-- doubts and progress\n{}-- exit code {:?}",
+            "$ piezotact {command}\n{}\n-- warnings and progress\n{}-- exit code {:?}",
             done.out(),
             done.err(),
             done.code()

@@ -84,9 +84,9 @@ fn mean_height(heights: &[f64]) -> f64 {
 }
 
 fn codes(value: &Value) -> Vec<String> {
-    let doubts = value["doubts"].as_array().unwrap().iter();
-    doubts
-        .map(|doubt| doubt["code"].as_str().unwrap().to_owned())
+    let warnings = value["warnings"].as_array().unwrap().iter();
+    warnings
+        .map(|warning| warning["code"].as_str().unwrap().to_owned())
         .collect()
 }
 
@@ -141,7 +141,7 @@ fn a_filtered_profile_is_not_filtered_again() {
         html.contains("<th class=\"n\">instrument</th>") && html.contains("not filtered again")
     );
 
-    // who wants it filtered again gets it, with a doubt
+    // who wants it filtered again gets it, with a warning
     for options in [&["--filter", "gauss"][..], &["--cutoff", "0.8mm"]] {
         let again = run(options);
         assert_eq!(again["filter"], "gauss");
@@ -199,7 +199,7 @@ fn the_length_evaluated_gives_the_step() {
 }
 
 #[test]
-fn another_value_than_the_instruments_is_a_doubt() {
+fn another_value_than_the_instruments_is_a_warning() {
     let folder = Folder::new();
     folder.write("a.tx2", profile(10.0, &roughness(500)));
     folder.write("a.tx3", settings("2.5mm", "10.0mm", "9.0000000um"));
@@ -211,7 +211,7 @@ fn another_value_than_the_instruments_is_a_doubt() {
 }
 
 #[test]
-fn a_profile_that_looks_filtered_is_a_doubt() {
+fn a_profile_that_looks_filtered_is_a_warning() {
     let folder = Folder::new();
     let table = |heights: &[f64]| {
         let rows = heights.iter().enumerate();

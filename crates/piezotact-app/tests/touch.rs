@@ -593,7 +593,7 @@ fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
     let again = here.run(&stated).json();
     assert_eq!(again["spatial_period_mm"], fine["spatial_period_mm"]);
     assert!(
-        again["doubts"]
+        again["warnings"]
             .to_string()
             .contains("{load} in the name pattern has no unit")
     );
@@ -667,11 +667,11 @@ fn recordings_that_do_not_belong_together_are_told_apart() {
         )
         .json();
     assert!(
-        compared["doubts"]
+        compared["warnings"]
             .to_string()
             .contains("S3_b.csv cannot be compared"),
         "{}",
-        compared["doubts"]
+        compared["warnings"]
     );
     assert_eq!(compared["groups"].as_array().unwrap().len(), 2);
     let mixed = ["analyse", "S1_a.csv", "--vibration", "nail,fz"];

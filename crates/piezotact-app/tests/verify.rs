@@ -95,9 +95,9 @@ fn a_report_shows_what_it_was_given_and_nothing_else() {
     );
     let also = html(&folder, &format!("{base} --also foreign.parquet"));
     expect_shown(&also, &[ALSO, ">foreign.parquet<"], &[STRAIGHT, BEFORE]);
-    // What is doubted of it is said of it, in the report and in the console.
+    // The warnings about it is said of it, in the report and in the console.
     let also_said = verify(&folder, &format!("{base} --also foreign.parquet"));
-    assert!(also_said.err().contains("foreign.parquet: doubt: "));
+    assert!(also_said.err().contains("foreign.parquet: warning: "));
     assert!(
         also_said.out().contains("foreign.parquet: not passed"),
         "{}",
@@ -316,7 +316,7 @@ fn a_texture_before_may_be_one_stroke() {
     // Without it all of the recording is taken, and that is said.
     let (whole, _) = verify(&folder, &format!("{base} --json")).json_and_code();
     assert!(
-        whole["doubts"]
+        whole["warnings"]
             .to_string()
             .contains("including gesture and pauses")
     );
@@ -405,9 +405,9 @@ fn what_cannot_be_shown_beside_it_is_refused() {
         &format!("{base} --also half.csv --also fine.wav --json"),
     )
     .json();
-    let doubts = |i: usize| said["also"][i]["doubts"].to_string();
-    assert!(doubts(0).contains("\"cut\""), "{}", doubts(0));
-    assert!(doubts(1).contains("rate_converted"), "{}", doubts(1));
+    let warnings = |i: usize| said["also"][i]["warnings"].to_string();
+    assert!(warnings(0).contains("\"cut\""), "{}", warnings(0));
+    assert!(warnings(1).contains("rate_converted"), "{}", warnings(1));
     verify(
         &folder,
         &format!("{base} --before two.csv --before-channel nail"),

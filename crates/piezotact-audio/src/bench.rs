@@ -3,11 +3,11 @@
 mod halves;
 mod silent;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::{DeviceAtGain, DriveSetup};
 use piezotact::quantity::{Seconds, Volts};
 use piezotact::recording::BenchKind;
-use piezotact::sound::{LatencySummary, SoundCalibration, SoundDoubt};
+use piezotact::sound::{LatencySummary, SoundCalibration, SoundWarning};
 use piezotact_bench::Bench;
 
 use crate::error::AudioError;
@@ -50,14 +50,14 @@ impl AudioBench {
             .latency
             .filter(|latency| latency.device == called && latency.buffer_frames == buffer_frames);
         let mut streams = self.setup.open_streams(io)?;
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         match &self.calibration {
             Some(calibration) => {
                 calibration.holds_for(&self.setup.called(), self.setup.rate()?)?;
                 for recorded in &self.setup.record {
                     calibration.sensor_holds(recorded.channel, recorded.v_per_unit())?;
                 }
-                doubts.extend(calibration.doubts_on(self.today));
+                warnings.extend(calibration.warnings_on(self.today));
                 if calibration.loopback.is_some() && self.setup.loopback().is_some() {
                     let found = crate::calibrate::measured_loopback(&mut streams, &self.setup)?;
                     calibration.level_holds(found.gain)?;
@@ -66,17 +66,17 @@ impl AudioBench {
                     let changed =
                         stored.and_then(|stored| stored.changed(found.latency, Seconds(buffers)));
                     if let Some(changed) = changed {
-                        doubts.push(changed);
+                        warnings.push(changed);
                         self.latency = None;
                     }
                 }
             }
-            None => doubts.push(Doubt::from(SoundDoubt::NotCalibrated {
+            None => warnings.push(Warning::from(SoundWarning::NotCalibrated {
                 what: format!("the sound device `{}`", self.setup.called()),
             })),
         }
         if self.setup.loopback().is_none() {
-            doubts.push(Doubt::from(SoundDoubt::NoLoopback));
+            warnings.push(Warning::from(SoundWarning::NoLoopback));
         }
         let inputs: Vec<Input> = self
             .setup
@@ -86,12 +86,12 @@ impl AudioBench {
             .collect();
         for input in &inputs {
             if input.measures == Measures::Force {
-                doubts.push(Doubt::from(SoundDoubt::AcCoupled {
+                warnings.push(Warning::from(SoundWarning::AcCoupled {
                     channel: input.measures.name().into(),
                 }));
             }
             if input.calibrated == Calibrated::No {
-                doubts.push(Doubt::from(SoundDoubt::NotCalibrated {
+                warnings.push(Warning::from(SoundWarning::NotCalibrated {
                     what: format!("input {} (`{}`)", input.channel + 1, input.measures.name()),
                 }));
             }
@@ -113,7 +113,7 @@ impl AudioBench {
             drive_setup,
             streams,
             inputs,
-            doubts,
+            warnings,
             force,
         }))
     }

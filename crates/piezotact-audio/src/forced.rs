@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 use piezotact_bench::DeviceError;
 
@@ -146,10 +146,10 @@ impl JoinedForce {
     }
 
     /// What the force leaves open.
-    pub(crate) fn doubts(&self) -> Vec<Doubt> {
-        let mut doubts = self.source.doubts();
-        doubts.extend(self.joiner.doubts());
-        doubts
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.source.warnings();
+        warnings.extend(self.joiner.warnings());
+        warnings
     }
 
     /// Where it comes from, in words.

@@ -119,12 +119,12 @@ pub(super) fn recorded_at(looped: &str, drive: &Series<Drive>) -> Recording {
 }
 
 pub(super) fn codes(recording: &Recording) -> Vec<String> {
-    let doubts = recording.about.doubts.iter();
-    doubts.map(|doubt| doubt.code.to_string()).collect()
+    let warnings = recording.about.warnings.iter();
+    warnings.map(|warning| warning.code.to_string()).collect()
 }
 
 #[test]
-fn a_run_without_faults_has_its_onset_and_no_doubt_of_the_playback() {
+fn a_run_without_faults_has_its_onset_and_no_warning_of_the_playback() {
     let recording = run("");
     let codes = codes(&recording);
     assert!(

@@ -5,7 +5,7 @@ use piezotact::Series;
 use piezotact::align::{AlignConfig, Compared, Named, align_recordings};
 use piezotact::quantity::{Drive, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::sound::{SoundDoubt, delay};
+use piezotact::sound::{SoundWarning, delay};
 use piezotact::statistics::random::Random;
 
 use super::bench::{codes, recorded_at};
@@ -28,11 +28,11 @@ fn texture(seconds: usize) -> Series<Drive> {
 }
 
 fn apart(recording: &Recording) -> Option<(f64, f64)> {
-    let doubts = recording.about.doubts.iter();
-    doubts
-        .filter_map(|doubt| doubt.kind())
+    let warnings = recording.about.warnings.iter();
+    warnings
+        .filter_map(|warning| warning.kind())
         .find_map(|kind| match kind {
-            SoundDoubt::ClocksApart {
+            SoundWarning::ClocksApart {
                 ppm,
                 uncertainty_ppm,
             } => Some((ppm, uncertainty_ppm)),

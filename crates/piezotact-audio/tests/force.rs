@@ -6,8 +6,8 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use piezotact::Doubt;
-use piezotact::run::ForceSourceDoubt;
+use piezotact::Warning;
+use piezotact::run::ForceSourceWarning;
 use piezotact_audio::force::{
     Columns, ForceError, ForceReading, ForceSource, ForceUnit, GrowingFile, GrowingSettings,
     SerialForceCell, SerialSettings, TimeUnit,
@@ -64,9 +64,9 @@ fn forces(readings: &[ForceReading]) -> Vec<f64> {
     readings.iter().map(rounded).collect()
 }
 
-fn unreadable(doubts: &[Doubt]) -> Option<(usize, usize)> {
-    doubts.iter().find_map(|doubt| match doubt.kind() {
-        Some(ForceSourceDoubt::LinesUnreadable {
+fn unreadable(warnings: &[Warning]) -> Option<(usize, usize)> {
+    warnings.iter().find_map(|warning| match warning.kind() {
+        Some(ForceSourceWarning::LinesUnreadable {
             unreadable, lines, ..
         }) => Some((unreadable, lines)),
         _ => None,
@@ -97,7 +97,7 @@ fn lines_are_read_as_they_come() {
         (about.unit, about.nominal_rate_hz),
         (Some(ForceUnit::Millinewton), Some(80.0))
     );
-    assert!(cell.doubts().is_empty());
+    assert!(cell.warnings().is_empty());
     cell.stop();
     assert!(matches!(cell.poll(), Err(ForceError::NotStarted { .. })));
     // It can be started again.
@@ -134,7 +134,7 @@ fn garbage_is_counted_and_told() {
     let readings = read(&mut cell, 31).unwrap();
     assert!(readings[..30].iter().all(|reading| reading.force_n == 0.25));
     assert_eq!(readings[30].force_n, 0.5);
-    assert_eq!(unreadable(&cell.doubts()), Some((21, 52)));
+    assert_eq!(unreadable(&cell.warnings()), Some((21, 52)));
 }
 
 /// The device's time wraps after 2³² ms, and goes on.
@@ -262,9 +262,9 @@ fn append(path: &Path, text: &str) {
     file.write_all(text.as_bytes()).unwrap();
 }
 
-fn began_again(doubts: &[Doubt]) -> usize {
-    let times = doubts.iter().find_map(|doubt| match doubt.kind() {
-        Some(ForceSourceDoubt::FileBeganAgain { times, .. }) => Some(times),
+fn began_again(warnings: &[Warning]) -> usize {
+    let times = warnings.iter().find_map(|warning| match warning.kind() {
+        Some(ForceSourceWarning::FileBeganAgain { times, .. }) => Some(times),
         _ => None,
     });
     times.unwrap_or(0)
@@ -290,8 +290,8 @@ fn a_file_is_followed_from_its_end() {
     assert_eq!(forces(&readings), [0.21, 0.22]);
     let times = readings.iter().map(|reading| reading.device_s.unwrap());
     assert!(times.zip([0.01, 0.02]).all(|(a, b)| (a - b).abs() < 1e-9));
-    assert_eq!(unreadable(&file.doubts()), Some((1, 4)));
-    assert_eq!(began_again(&file.doubts()), 0);
+    assert_eq!(unreadable(&file.warnings()), Some((1, 4)));
+    assert_eq!(began_again(&file.warnings()), 0);
 }
 
 #[test]
@@ -324,7 +324,7 @@ fn truncation_and_replacement_are_noticed() {
     let readings = read(&mut file, 2).unwrap();
     assert_eq!(forces(&readings), [0.5, 0.6]);
     assert_eq!((readings[0].clock, readings[1].clock), (2, 3));
-    assert_eq!(began_again(&file.doubts()), 3);
+    assert_eq!(began_again(&file.warnings()), 3);
     // Replaced by one in another unit.
     append(&new, "force_g\n1\n");
     std::fs::rename(&new, &path).unwrap();
@@ -378,5 +378,5 @@ fn columns_are_named_or_stated() {
     append(&path, "1;0,1\n2;0,2\n3;0,3\n4;0,4\n");
     let readings = read(&mut named, 2).unwrap();
     assert_eq!((forces(&readings), readings[0].clock), (vec![0.3, 0.4], 1));
-    assert_eq!(began_again(&named.doubts()), 1);
+    assert_eq!(began_again(&named.warnings()), 1);
 }

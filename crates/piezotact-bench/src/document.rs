@@ -2,16 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::document::Content;
-use piezotact::doubt::{Merged, merged};
 use piezotact::quantity::{Band, SampleRate, Seconds, Unit};
 use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::{GainFit, Headroom, RenderedDrive, gains_for};
 use piezotact::run::{Attempt, RunStart};
 use piezotact::transfer::{Bias, Distortion, Limits};
 use piezotact::verify::Verification;
+use piezotact::warning::{Merged, merged};
 use serde::Serialize;
 
 use crate::procedure::{Gain, Kept, LoopEnd, Looped, Refused, RepeatedCharacterisation};
@@ -75,7 +75,7 @@ pub struct CharacteriseDocument<'a> {
     /// Where it comes from.
     pub provenance: &'a Provenance,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for CharacteriseDocument<'_> {
@@ -108,7 +108,7 @@ impl<'a> CharacteriseDocument<'a> {
             drive_setup: function.drive.as_ref(),
             condition: &function.about.condition,
             provenance: &function.about.provenance,
-            doubts: merged(&function.about.doubts),
+            warnings: merged(&function.about.warnings),
         }
     }
 }
@@ -126,7 +126,7 @@ pub struct PlayDocument<'a> {
     /// Where it comes from.
     pub provenance: &'a Provenance,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for PlayDocument<'_> {
@@ -142,7 +142,7 @@ impl<'a> PlayDocument<'a> {
             rate_hz: recording.rate(),
             duration_s: recording.duration(),
             provenance: &recording.about.provenance,
-            doubts: merged(&recording.about.doubts),
+            warnings: merged(&recording.about.warnings),
         }
     }
 }
@@ -164,7 +164,7 @@ pub struct RecordDocument<'a> {
     /// Where it comes from.
     pub provenance: &'a Provenance,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for RecordDocument<'_> {
@@ -172,9 +172,9 @@ impl Content for RecordDocument<'_> {
 }
 
 impl<'a> RecordDocument<'a> {
-    /// A run of `samples` samples with `doubts` that began with `start`, kept in the file `record`.
+    /// A run of `samples` samples with `warnings` that began with `start`, kept in the file `record`.
     #[must_use]
-    pub fn of(start: &'a RunStart, samples: usize, record: &'a Path, doubts: &[Doubt]) -> Self {
+    pub fn of(start: &'a RunStart, samples: usize, record: &'a Path, warnings: &[Warning]) -> Self {
         Self {
             record,
             rate_hz: start.rate_hz,
@@ -182,7 +182,7 @@ impl<'a> RecordDocument<'a> {
             channels: &start.channels,
             condition: &start.about.condition,
             provenance: &start.about.provenance,
-            doubts: merged(doubts),
+            warnings: merged(warnings),
         }
     }
 }
@@ -309,7 +309,7 @@ pub struct RenderDocument {
     /// Whose finger it is for.
     pub condition: Condition,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for RenderDocument {
@@ -353,7 +353,7 @@ impl RenderDocument {
             gains: setup.map(|setup| gains_for(&drive.headroom, setup)),
             looped: looped.map(LoopDocument::from),
             condition: drive.about.condition.clone(),
-            doubts: merged(&drive.about.doubts),
+            warnings: merged(&drive.about.warnings),
         }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::Seconds;
 use piezotact::recording::Condition;
@@ -36,8 +36,8 @@ pub trait World: Send {
             ..self.input().condition
         }
     }
-    /// See [`Acquire::doubts`].
-    fn doubts(&self) -> Vec<Doubt> {
+    /// See [`Acquire::warnings`].
+    fn warnings(&self) -> Vec<Warning> {
         Vec::new()
     }
     /// The time acquired before the playback begins, s.
@@ -236,8 +236,8 @@ impl<W: World> Acquire for Acquirer<W> {
         locked(&self.0).world.condition(run)
     }
 
-    fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
-        locked(&self.0).world.doubts()
+    fn warnings(&self, _run: &RunPlan) -> Vec<Warning> {
+        locked(&self.0).world.warnings()
     }
 
     fn calibrate(&mut self) -> Result<SensorCalibration, DeviceError> {

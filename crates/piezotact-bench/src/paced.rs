@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::Seconds;
 use piezotact::recording::{Condition, Event};
@@ -135,8 +135,8 @@ impl Acquire for Paced {
         self.inner.condition(run)
     }
 
-    fn doubts(&self, run: &RunPlan) -> Vec<Doubt> {
-        self.inner.doubts(run)
+    fn warnings(&self, run: &RunPlan) -> Vec<Warning> {
+        self.inner.warnings(run)
     }
 
     fn events(&mut self) -> Vec<Event> {

@@ -2,7 +2,7 @@
 //!
 //! Every bench passes the same `conformance` tests.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::checksum::Checksum;
 use piezotact::device::{DriveSetup, GainName};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
@@ -123,7 +123,7 @@ pub trait Acquire: Send {
         }
     }
     /// What a person should know of whatever is recorded in `run`, before it begins.
-    fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
+    fn warnings(&self, _run: &RunPlan) -> Vec<Warning> {
         Vec::new()
     }
     /// What the device noticed in the run that just ended, on the clock of its samples.

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stdout, reason = "what was found stands in the log")]
 
-use piezotact::run::RunDoubt;
+use piezotact::run::RunWarning;
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -18,7 +18,7 @@ use piezotact::run::Discard;
 use piezotact::spectrum::WelchConfig;
 use piezotact::statistics::{mean, peak, rms};
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::{Doubt, Series};
+use piezotact::{Series, Warning};
 use piezotact_bench::measured::{MeasuredBench, SensorNoise};
 use piezotact_bench::procedure::{
     ACCELERATION_CHANNEL, CharacteriseConfig, LoopConfig, characterise, closed_loop,
@@ -318,9 +318,9 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
             assert!(
                 rendered
                     .about
-                    .doubts
+                    .warnings
                     .iter()
-                    .any(|d| matches!(d.kind(), Some(RunDoubt::Rehearsed { .. })))
+                    .any(|d| matches!(d.kind(), Some(RunWarning::Rehearsed { .. })))
             );
             assert!(
                 rendered
@@ -361,9 +361,9 @@ fn it_says_what_it_is_and_what_it_cannot_tell() {
     let said = |recording: &Recording| {
         let texts: Vec<String> = recording
             .about
-            .doubts
+            .warnings
             .iter()
-            .map(Doubt::to_string)
+            .map(Warning::to_string)
             .collect();
         texts.join("\n")
     };

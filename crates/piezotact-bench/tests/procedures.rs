@@ -15,12 +15,12 @@ use piezotact::recording::Recording;
 use piezotact::recording::{Event, EventValue};
 use piezotact::render::RenderConfig;
 use piezotact::run::{
-    Discard, Ended, Judged, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
+    Discard, Ended, Judged, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,
 };
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, at_rest};
 use piezotact::verify::{Measured, VerifyConfig, verify};
-use piezotact::{Doubt, Series};
+use piezotact::{Series, Warning};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::procedure::{
     CharacteriseConfig, GatePolicy, LoopConfig, LoopEnd, Looped, Mishap, RepeatConfig, RunKeeper,
@@ -159,9 +159,9 @@ fn played(script: &str, seconds: f64) -> (Result<Recording, ProcedureError>, Kee
     (done, keeper)
 }
 
-fn lost(doubts: &[Doubt]) -> Option<(usize, u64)> {
-    doubts.iter().find_map(|doubt| match doubt.kind() {
-        Some(RunDoubt::SamplesLost { gaps, samples, .. }) => Some((gaps, samples)),
+fn lost(warnings: &[Warning]) -> Option<(usize, u64)> {
+    warnings.iter().find_map(|warning| match warning.kind() {
+        Some(RunWarning::SamplesLost { gaps, samples, .. }) => Some((gaps, samples)),
         _ => None,
     })
 }
@@ -178,7 +178,7 @@ fn two_clocks_and_drop_outs_are_said() {
     );
     let measured = measured.unwrap();
     assert_eq!(keeper.ended(), [Ended::Completed]);
-    assert_eq!(lost(&measured.about.doubts), Some((2, 32)));
+    assert_eq!(lost(&measured.about.warnings), Some((2, 32)));
     let response = measured.series::<Acceleration>(None).unwrap();
     let config = VerifyConfig::over(band(), 5_000.0);
     let v = verify(&target, Measured::alone(&response), &config).unwrap();
@@ -208,8 +208,12 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
         let (seconds, end) = keeper.last();
         assert!((3.25..3.35).contains(&seconds), "{script}: {seconds}");
         assert_eq!(end.ended, Ended::Failed { said });
-        let early = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::EndedEarly { .. }));
-        assert!(end.doubts.iter().any(early), "{script}: {:?}", end.doubts);
+        let early = |d: &Warning| matches!(d.kind(), Some(RunWarning::EndedEarly { .. }));
+        assert!(
+            end.warnings.iter().any(early),
+            "{script}: {:?}",
+            end.warnings
+        );
     }
 }
 
@@ -219,11 +223,11 @@ fn an_output_that_runs_dry_is_said() {
         "underruns = [{ at_s = 1, samples = 480 }, { at_s = 2, samples = 96 }]",
         3.0,
     );
-    let doubts = done.unwrap().about.doubts;
-    let said = doubts.iter().any(|d| {
-        matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
+    let warnings = done.unwrap().about.warnings;
+    let said = warnings.iter().any(|d| {
+        matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
     });
-    assert!(said, "{doubts:?}");
+    assert!(said, "{warnings:?}");
 }
 
 /// Each break of the contract is named in one sentence, and what came before is kept.
@@ -319,7 +323,7 @@ fn seconds_of_lost_samples_end_a_run_with_their_number_and_the_cause() {
         assert!(!said.contains("bug"), "{said}");
     }
     let (done, _) = played("drop_outs = [{ at_s = 4, samples = 9000 }]", 20.0);
-    assert_eq!(lost(&done.unwrap().about.doubts), Some((1, 9_000)));
+    assert_eq!(lost(&done.unwrap().about.warnings), Some((1, 9_000)));
 }
 
 /// Stops what runs from another thread as soon as its first samples came.
@@ -360,8 +364,8 @@ fn a_bench_that_delivers_nothing_is_stopped() {
             "{script}: {done:?}"
         );
         assert_eq!(keeper.1.ended(), [Ended::Stopped], "{script}");
-        let known = keeper.1.last().1.doubts;
-        let played = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
+        let known = keeper.1.last().1.warnings;
+        let played = |d: &Warning| matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { .. }));
         assert!(!known.iter().any(played), "{script}: {known:?}");
     }
 }
@@ -384,8 +388,13 @@ fn a_bench_that_delivers_nothing_is_given_up() {
                 (0.5, Ended::Failed { said }),
                 "{fault}"
             );
-            let played = |d: &Doubt| matches!(d.kind(), Some(RunDoubt::PlaybackIncomplete { .. }));
-            assert!(!end.doubts.iter().any(played), "{fault}: {:?}", end.doubts);
+            let played =
+                |d: &Warning| matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { .. }));
+            assert!(
+                !end.warnings.iter().any(played),
+                "{fault}: {:?}",
+                end.warnings
+            );
         };
         let (done, keeper) = played(&script, 2.0);
         given_up(done.map(drop), &keeper);
@@ -432,7 +441,7 @@ fn an_acquisition_without_a_drive_ends_in_order() {
         "clock_ppm = 50\ndrop_outs = [{ at_s = 1, samples = 10 }, { at_s = 1.999, samples = 100 }]";
     let (done, keeper) = taken(gaps, Until::Duration(Seconds(2.0)));
     assert_eq!(done.unwrap().1, 10_000);
-    assert_eq!(lost(&keeper.last().1.doubts), Some((2, 15)));
+    assert_eq!(lost(&keeper.last().1.warnings), Some((2, 15)));
     // Each stretch is an event as well, with its time and its number of samples.
     let events: Vec<(String, f64, f64)> = keeper
         .events()
@@ -483,7 +492,7 @@ fn a_characterisation_ends_in_order() {
     let mut keeper = Keeper::default();
     let gaps = "clock_ppm = 50\ndrop_outs = [{ at_s = 2, samples = 5 }]";
     let done = characterise(&mut bench(gaps), &config(8.0), &mut keeper).unwrap();
-    assert_eq!(lost(&done.function.about.doubts), Some((1, 5)));
+    assert_eq!(lost(&done.function.about.warnings), Some((1, 5)));
     let clean = characterise(&mut bench("seed = 1"), &config(8.0), &mut keeper).unwrap();
     for (line, _) in clean
         .function
@@ -607,13 +616,13 @@ fn a_closed_loop_ends_in_order() {
     assert!(said.contains("output of the scripted fake"), "{said}");
     assert_eq!(done.failed.as_ref(), Some(said));
     assert_eq!((done.best, done.confirmed.is_some()), (0, false));
-    let stopped = |d: &Doubt| {
+    let stopped = |d: &Warning| {
         matches!(
             d.kind(),
-            Some(piezotact::correct::LoopDoubt::LoopStopped { .. })
+            Some(piezotact::correct::LoopWarning::LoopStopped { .. })
         )
     };
-    assert!(done.rendered.about.doubts.iter().any(stopped));
+    assert!(done.rendered.about.warnings.iter().any(stopped));
     assert!(
         keeper
             .ended()

@@ -1,10 +1,10 @@
 //! Tables of numbers as text: commas, semicolons or tabs, a header, and units in the header or in a row of
 //! their own.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{Channel, Clock, Condition, Provenance, Recording};
 use piezotact::series::is_sample;
@@ -77,8 +77,8 @@ pub(crate) fn read_table(
             .from_reader(text.as_bytes())
             .into_records()
     };
-    let mut doubts = Vec::new();
-    let signs = signs_in(&text, delimiter, &mut doubts, records).map_err(|found| {
+    let mut warnings = Vec::new();
+    let signs = signs_in(&text, delimiter, &mut warnings, records).map_err(|found| {
         wrong(
             "numbers whose decimal sign is known",
             format!(
@@ -182,15 +182,15 @@ pub(crate) fn read_table(
             "check the export",
         ));
     }
-    assemble(path, columns, doubts, options)
+    assemble(path, columns, warnings, options)
 }
 
 /// What commas and points in the numbers of a table stand for; none where points alone can stand in a number, as decimal signs.
-/// Separators of thousands are a doubt.
+/// Separators of thousands are a warning.
 fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
     text: &str,
     delimiter: u8,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
     records: impl Fn() -> R,
 ) -> Result<Option<Signs>, Ambiguous> {
     let possible = match delimiter {
@@ -211,7 +211,7 @@ fn signs_in<R: Iterator<Item = csv::Result<csv::StringRecord>>>(
         }
     }
     let (signs, said) = signs_of(&evidence, delimiter)?;
-    doubts.extend(said.map(|what| Doubt::from(RecordingDoubt::Guessed { what })));
+    warnings.extend(said.map(|what| Warning::from(RecordingWarning::Guessed { what })));
     Ok(Some(signs))
 }
 
@@ -270,23 +270,30 @@ fn is_time(name: &str) -> bool {
 fn assemble(
     path: &Path,
     mut columns: Vec<Column>,
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let time = columns.iter().position(Column::is_time);
     if let Some(time) = time {
-        doubts.extend(without_copied_rows(&mut columns, time));
+        warnings.extend(without_copied_rows(&mut columns, time));
     }
     let time = time.map(|at| columns.remove(at));
     let mut of_time = Vec::new();
     let found = time.map(|time| rate_of(path, &time, &mut of_time));
     let rate = choose_rate(path, options.rate, found, &mut of_time)?;
-    doubts.extend(of_time);
-    recording_of(path, columns, rate, doubts, options, WithoutUnit::HeaderCan)
+    warnings.extend(of_time);
+    recording_of(
+        path,
+        columns,
+        rate,
+        warnings,
+        options,
+        WithoutUnit::HeaderCan,
+    )
 }
 
-/// Leaves out rows that repeat the row before them with its time stamp, where they are few, with a doubt.
-fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Doubt> {
+/// Leaves out rows that repeat the row before them with its time stamp, where they are few, with a warning.
+fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Warning> {
     let stamps = &columns[time].values;
     let is_copy = |row: usize| {
         let mut columns = columns.iter();
@@ -306,7 +313,7 @@ fn without_copied_rows(columns: &mut [Column], time: usize) -> Option<Doubt> {
             copies.binary_search(&(row - 1)).is_err()
         });
     }
-    Some(Doubt::from(RecordingDoubt::Guessed {
+    Some(Warning::from(RecordingWarning::Guessed {
         what: format!(
             "{} the row before with its time stamp {} left out (the first at {stamp})",
             match copies.len() {
@@ -323,26 +330,26 @@ fn most_repeated(stamps: usize) -> usize {
     ((stamps as f64 * MOST_REPEATED) as usize).max(1)
 }
 
-/// The rate that is stated, or else the one that was found; a doubt where they differ.
+/// The rate that is stated, or else the one that was found; a warning where they differ.
 pub(crate) fn choose_rate(
     path: &Path,
     stated: Option<SampleRate>,
     found: Option<Result<SampleRate, ReadError>>,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<SampleRate, ReadError> {
     match (stated, found) {
         (Some(stated), Some(found)) => {
-            // Doubts about time stamps that are not used are irrelevant.
-            doubts.clear();
+            // Warnings about time stamps that are not used are irrelevant.
+            warnings.clear();
             match found {
                 Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {
-                    doubts.push(Doubt::from(RecordingDoubt::RateStated {
+                    warnings.push(Warning::from(RecordingWarning::RateStated {
                         stated_hz: stated.hz(),
                         found_hz: found.hz(),
                     }));
                 }
                 Ok(_) => {}
-                Err(error) => doubts.push(Doubt::from(RecordingDoubt::Guessed {
+                Err(error) => warnings.push(Warning::from(RecordingWarning::Guessed {
                     what: format!(
                         "the time column was not used; the stated rate was used ({error})"
                     ),
@@ -361,25 +368,25 @@ pub(crate) fn choose_rate(
     }
 }
 
-/// The recording of `columns` at `rate`, in SI; `doubts` are those about the rate.
+/// The recording of `columns` at `rate`, in SI; `warnings` are those about the rate.
 pub(crate) fn recording_of(
     path: &Path,
     columns: Vec<Column>,
     rate: SampleRate,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
     options: &ReadOptions,
     unnamed: WithoutUnit,
 ) -> Result<Recording, ReadError> {
     let clock = Clock::at(rate);
     let columns = columns.into_iter().map(|column| (column, clock)).collect();
-    recording_of_clocks(path, columns, doubts, options, unnamed)
+    recording_of_clocks(path, columns, warnings, options, unnamed)
 }
 
 /// As [`recording_of`], where every column has a clock.
 pub(crate) fn recording_of_clocks(
     path: &Path,
     columns: Vec<(Column, Clock)>,
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
     options: &ReadOptions,
     unnamed: WithoutUnit,
 ) -> Result<Recording, ReadError> {
@@ -408,8 +415,8 @@ pub(crate) fn recording_of_clocks(
         ));
     }
     if unnamed == WithoutUnit::OnlyScale {
-        let uncalibrated = |channel| Doubt::from(RecordingDoubt::Uncalibrated { channel });
-        doubts.extend(without_unit.drain(..).map(uncalibrated));
+        let uncalibrated = |channel| Warning::from(RecordingWarning::Uncalibrated { channel });
+        warnings.extend(without_unit.drain(..).map(uncalibrated));
     }
     if let [first, others @ ..] = without_unit.as_slice() {
         let others = if others.is_empty() {
@@ -417,7 +424,7 @@ pub(crate) fn recording_of_clocks(
         } else {
             format!(" and {} more", others.len())
         };
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "channel `{first}`{others} has no unit and is read as numbers without unit (write `{first} (m/s2)` in the \
                  header, or give the value of 1 with --scale)"
@@ -425,7 +432,7 @@ pub(crate) fn recording_of_clocks(
         }));
     }
     if let (Some(scale), false) = (&options.scale, scaled) {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!("the scale {scale} was not used: every channel has a unit"),
         }));
     }
@@ -438,7 +445,7 @@ pub(crate) fn recording_of_clocks(
             path: path.into(),
             source,
         })?;
-    recording.about.doubts = doubts;
+    recording.about.warnings = warnings;
     Ok(recording)
 }
 
@@ -449,7 +456,7 @@ const ROUNDED: f64 = 2e-6;
 pub(crate) fn rate_of(
     path: &Path,
     time: &Column,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<SampleRate, ReadError> {
     let steps: Vec<f64> = time
         .values
@@ -504,7 +511,7 @@ pub(crate) fn rate_of(
         ));
     };
     let repeats = Repeats::of(&steps, &repeated, usual);
-    doubts.extend(repeats.doubt(time, repeated.first().copied()));
+    warnings.extend(repeats.warning(time, repeated.first().copied()));
     if let Some(at) = steps
         .iter()
         .enumerate()
@@ -537,7 +544,7 @@ pub(crate) fn rate_of(
             } else {
                 ("seconds", 1.0)
             };
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
                     "`{}` has no unit and is read as {unit} (mean step {mean:.4})",
                     time.name
@@ -553,7 +560,7 @@ pub(crate) fn rate_of(
         .map(|(_, step)| (step / usual - 1.0).abs())
         .fold(0.0, f64::max);
     if worst > EVEN {
-        doubts.push(Doubt::from(RecordingDoubt::UnevenSampling { worst }));
+        warnings.push(Warning::from(RecordingWarning::UnevenSampling { worst }));
     }
     // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
     let found_hz = 1.0 / (mean * to_seconds);
@@ -599,13 +606,13 @@ impl Repeats {
         self.steps.binary_search(&step).is_ok()
     }
 
-    fn doubt(&self, time: &Column, first: Option<usize>) -> Option<Doubt> {
+    fn warning(&self, time: &Column, first: Option<usize>) -> Option<Warning> {
         let stamp = time.values.get(first?)?;
         let repeated = self.steps.iter();
         let count = repeated
             .filter(|at| time.values.get(**at) == time.values.get(**at + 1))
             .count();
-        Some(Doubt::from(RecordingDoubt::Guessed {
+        Some(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "{} repeated in `{}` (the first: {stamp}); the rows are read as evenly sampled",
                 match count {

@@ -12,10 +12,10 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::checksum::Checksum;
 use piezotact::quantity::{SampleRate, Seconds};
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use piezotact::stroke::{Cut, Cuts, Segmentation};
 
 use crate::error::ReadError;
@@ -42,11 +42,11 @@ pub fn read_cuts(path: &Path) -> Result<Cuts, ReadError> {
     parse(path, text.trim_start_matches('\u{feff}'))
 }
 
-/// The cuts in the text file `path`, which belong to the recording in the file `recording`, and a doubt where they do not say so.
+/// The cuts in the text file `path`, which belong to the recording in the file `recording`, and a warning where they do not say so.
 ///
 /// # Errors
 /// Those of [`read_cuts`]; [`ReadError::Content`] where they were made for another recording.
-pub fn read_cuts_of(path: &Path, recording: &Path) -> Result<(Cuts, Option<Doubt>), ReadError> {
+pub fn read_cuts_of(path: &Path, recording: &Path) -> Result<(Cuts, Option<Warning>), ReadError> {
     let cuts = read_cuts(path)?;
     let text = String::from_utf8_lossy(&crate::input::read_input(path)?).into_owned();
     let found = recording_checksum(recording)?;
@@ -73,11 +73,11 @@ pub fn read_cuts_of(path: &Path, recording: &Path) -> Result<(Cuts, Option<Doubt
         )),
         None => {
             let file = path.display().to_string();
-            let doubt = RecordingDoubt::CutsUnconfirmed {
+            let warning = RecordingWarning::CutsUnconfirmed {
                 file,
                 checksum: found,
             };
-            Ok((cuts, Some(Doubt::from(doubt))))
+            Ok((cuts, Some(Warning::from(warning))))
         }
     }
 }

@@ -2,10 +2,10 @@
 //!
 //! Source of the layout: National Instruments, *Specification for the LabVIEW Measurement File (.lvm)*.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{Clock, Recording, StartTime};
 
@@ -56,7 +56,7 @@ struct Segment {
 }
 
 /// Reads a measurement file. All rows are read, whatever number of samples the header promises; where the two differ,
-/// a doubt says so. `path` is what a refusal names.
+/// a warning says so. `path` is what a refusal names.
 ///
 /// # Errors
 /// [`ReadError::Content`] when a header, a row or a rate is missing, a cell is no number, channels differ in length or
@@ -79,9 +79,9 @@ pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Rec
         segments.push(segment);
     }
     let comments = std::mem::take(&mut reader.comments);
-    let mut doubts = Vec::new();
-    let joined = join(path, segments, &mut doubts)?;
-    assemble(path, joined, &comments, doubts, options)
+    let mut warnings = Vec::new();
+    let joined = join(path, segments, &mut warnings)?;
+    assemble(path, joined, &comments, warnings, options)
 }
 
 struct Reader<'a, I: Iterator<Item = (usize, &'a str)>> {
@@ -324,7 +324,7 @@ fn unit(label: &str) -> String {
 fn join(
     path: &Path,
     segments: Vec<Segment>,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Segment, ReadError> {
     let mut segments = segments.into_iter().enumerate();
     let Some((_, mut whole)) = segments.next() else {
@@ -335,9 +335,9 @@ fn join(
             "check the export",
         ));
     };
-    promises(&whole, doubts);
+    promises(&whole, warnings);
     for (k, mut next) in segments {
-        promises(&next, doubts);
+        promises(&next, warnings);
         let differs = |found: String| {
             ReadError::content(
                 path,
@@ -411,7 +411,7 @@ fn gap(whole: &Segment, next: &Segment) -> Option<f64> {
 }
 
 /// What is to be said where more or fewer rows follow than a header promises.
-fn promises(segment: &Segment, doubts: &mut Vec<Doubt>) {
+fn promises(segment: &Segment, warnings: &mut Vec<Warning>) {
     let promised = segment
         .fields
         .iter()
@@ -419,13 +419,13 @@ fn promises(segment: &Segment, doubts: &mut Vec<Doubt>) {
         .find_map(|field| field.promised.filter(|count| *count > 0));
     let rows = segment.rows as u64;
     match promised {
-        Some(promised) if promised < rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        Some(promised) if promised < rows => warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the header states {promised} samples and {rows} follow: all were read as one continuous signal, although \
                  there may be a gap after every {promised}"
             ),
         })),
-        Some(promised) if promised > rows => doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        Some(promised) if promised > rows => warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the header states {promised} samples and {rows} follow: the file is truncated, the available samples were read"
             ),
@@ -438,7 +438,7 @@ fn assemble(
     path: &Path,
     segment: Segment,
     comments: &[(usize, String)],
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let started_at = start_of(&segment);
@@ -520,7 +520,7 @@ fn assemble(
     }
     if !empty.is_empty() {
         empty.truncate(6);
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "channels without a number were left out: {}",
                 empty.join(", ")
@@ -528,7 +528,7 @@ fn assemble(
         }));
     }
     if let Some((row, text)) = comments.first() {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "{} row(s) carry a comment, the first in row {row} `{}`: they are not kept",
                 comments.len(),
@@ -560,7 +560,7 @@ fn assemble(
         };
         columns.extend(group.columns.into_iter().map(|column| (column, clock)));
     }
-    of_rate.append(&mut doubts);
+    of_rate.append(&mut warnings);
     let mut recording =
         recording_of_clocks(path, columns, of_rate, options, WithoutUnit::OnlyScale)?;
     let begins_first = recording.clocks()[0].start_s.0 <= 0.0;
@@ -653,7 +653,7 @@ fn start_of(segment: &Segment) -> Option<StartTime> {
 }
 
 /// A step written with so few digits that the rate is not known to 10⁻⁴, unless it makes a whole number of Hz.
-fn coarse(step: f64, written: &str) -> Option<Doubt> {
+fn coarse(step: f64, written: &str) -> Option<Warning> {
     let (mantissa, exponent) = written.split_once(['E', 'e']).unwrap_or((written, "0"));
     let decimals = mantissa
         .split_once(['.', ','])
@@ -662,7 +662,7 @@ fn coarse(step: f64, written: &str) -> Option<Doubt> {
     let share = 0.5 * 10_f64.powf(place) / step;
     let rate = 1.0 / step;
     let whole = (rate - rate.round()).abs() < 1e-6 * rate;
-    (share > 1e-4 && !whole).then(|| Doubt::from(RecordingDoubt::Guessed {
+    (share > 1e-4 && !whole).then(|| Warning::from(RecordingWarning::Guessed {
         what: format!(
             "Delta_X is written as {written}: the rate of {rate:.2} Hz is only known to {:.2} % (give it with --rate)",
             100.0 * share

@@ -1,10 +1,10 @@
 //! Conditions encoded in file names: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 use std::str::FromStr;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, Unit};
 use piezotact::recording::{SlidingDirection, Touch};
 pub use piezotact::study::Naming;
@@ -163,7 +163,7 @@ impl NamePattern {
                 "touch" => condition.touch = touch(&text),
                 "direction" => condition.direction = SlidingDirection::named(&text),
                 "load" | "speed" | "angle" if unit.is_empty() => {
-                    naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
+                    naming.warnings.push(Warning::from(RecordingWarning::Guessed {
                         what: format!(
                             "{{{field}}} in the name pattern has no unit: `{text}` is kept only as a label (write \
                              {{{field}:{}}})",
@@ -227,7 +227,7 @@ impl NamePattern {
     }
 }
 
-/// What a name says by the patterns of public collections, with a doubt that names the collection; nothing where
+/// What a name says by the patterns of public collections, with a warning that names the collection; nothing where
 /// none fits.
 #[must_use]
 pub fn known_naming(path: &Path) -> Naming {
@@ -252,7 +252,7 @@ pub fn known_naming(path: &Path) -> Naming {
         if let Some(board) = naming.labels.get("board") {
             naming.condition.sample = Some(format!("Board{board}mm"));
         }
-        naming.doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        naming.warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the file name is read with the pattern of the {collection} collection (give another pattern with --meta)"
             ),
@@ -393,7 +393,7 @@ mod tests {
         assert!(slid.read(Path::new("S4_sideways_2.csv")).is_err());
         let loose: NamePattern = "{sample}_F{load}".parse().unwrap();
         let naming = loose.read(Path::new("S1_F135")).unwrap();
-        assert_eq!((naming.condition.load_n, naming.doubts.len()), (None, 1));
+        assert_eq!((naming.condition.load_n, naming.warnings.len()), (None, 1));
     }
 
     #[test]
@@ -405,7 +405,7 @@ mod tests {
         let fabric = known_naming(Path::new("BeigeCotton_F120_V10mmps_0.csv"));
         assert_eq!(fabric.condition.sample.as_deref(), Some("BeigeCotton"));
         assert_eq!(fabric.condition.speed_m_s, Some(0.01));
-        assert_eq!((fabric.condition.load_n, fabric.doubts.len()), (None, 1));
+        assert_eq!((fabric.condition.load_n, fabric.warnings.len()), (None, 1));
         assert_eq!(
             known_naming(Path::new("BeigeCotton_V10mmps_0.csv")),
             Naming::default()
@@ -414,7 +414,7 @@ mod tests {
         assert_eq!(cluster.condition.load_n, Some(Newtons(0.5)));
         assert_eq!(cluster.condition.speed_m_s, Some(0.04));
         assert_eq!(cluster.labels["direction"], "135");
-        assert_eq!(cluster.doubts.len(), 1);
+        assert_eq!(cluster.warnings.len(), 1);
         let date = known_naming(Path::new("2024_05_13_10_30.csv"));
         assert_eq!(date, Naming::default());
         assert_eq!(known_naming(Path::new("text3_v1.wav")), Naming::default());

@@ -4,10 +4,10 @@ mod beside;
 mod npy;
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, played_through_its_own};
@@ -333,7 +333,7 @@ pub fn read_recording(path: &Path, options: &ReadOptions) -> Result<Contents, Re
     stored
         .recording
         .about
-        .doubts
+        .warnings
         .extend(beside::not_read(path, format.kind));
     finite(path, contents_of(stored, format.kind))
 }
@@ -402,8 +402,8 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     if let Some(rendering) = &stored.rendering {
         let its_own =
             played_through_its_own(&rendering.about.provenance, &recording.about.provenance);
-        let said = its_own.filter(|doubt| !recording.about.doubts.contains(doubt));
-        recording.about.doubts.extend(said);
+        let said = its_own.filter(|warning| !recording.about.warnings.contains(warning));
+        recording.about.warnings.extend(said);
     }
     let setup = stored.setup.or_else(|| {
         stored
@@ -427,7 +427,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     let wav = parse_wav(path, bytes)?;
     let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
     let of_samples = beside.of_samples.clone();
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let Some(stated) = of_samples.samples
         && stated != fingerprint(path, bytes)?
     {
@@ -461,13 +461,13 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     if let Some(stated) = options.rate
         && stated.hz() != f64::from(wav.rate_hz)
     {
-        doubts.push(Doubt::from(RecordingDoubt::RateNotUsed {
+        warnings.push(Warning::from(RecordingWarning::RateNotUsed {
             stated_hz: stated.hz(),
             found_hz: f64::from(wav.rate_hz),
         }));
     }
     let mut options = options.clone();
-    beside.scale(&mut options, &mut doubts);
+    beside.scale(&mut options, &mut warnings);
     let (unit, factor) = unit_and_factor(options.scale.as_ref());
     let known = options.scale.is_some();
     let alone = count == 1;
@@ -488,13 +488,13 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 .get(&name)
                 .map(|text| measure_or_unit(text));
             if !known && own.is_none() {
-                doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
+                warnings.push(Warning::from(RecordingWarning::Uncalibrated {
                     channel: name.clone(),
                 }));
             }
             let (unit, factor) = own.unwrap_or((unit.clone(), factor));
             if let Some(step) = wav.format.step_ratio() {
-                doubts.extend(piezotact::spectrum::quantisation_doubt(
+                warnings.extend(piezotact::spectrum::quantisation_warning(
                     &name, &samples, step,
                 ));
             }
@@ -524,7 +524,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 source,
             }
         })?;
-    recording.about.doubts = doubts;
+    recording.about.warnings = warnings;
     let mut stored = Stored {
         recording,
         setup: None,

@@ -7,12 +7,12 @@
 mod bench;
 mod lock;
 
-use piezotact::panel::PanelDoubt;
-use piezotact::recording::RecordingDoubt;
+use piezotact::panel::PanelWarning;
+use piezotact::recording::RecordingWarning;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::panel::{Cell, Entry, Filing, JudgedFiling, Panel, PanelKind};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::Provenance;
@@ -86,7 +86,7 @@ pub struct PanelFolder {
     pub index: PanelIndex,
 }
 
-/// All transfer functions of a panel, whatever they go from and to, and what there is to doubt.
+/// All transfer functions of a panel, whatever they go from and to, and what there is to warning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PanelContents {
     pub panel: Vec<Entry<Uncalibrated, Uncalibrated>>,
@@ -95,7 +95,7 @@ pub struct PanelContents {
     /// The unit of the response.
     pub response_unit: Unit,
     /// What the folder leaves open.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl PanelFolder {
@@ -556,22 +556,22 @@ impl PanelFolder {
                 function: function_of_any_unit(document, &path)?,
             });
         }
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         if let Some(first) = self.index.planned.first() {
-            doubts.push(Doubt::from(PanelDoubt::NotMeasured {
+            warnings.push(Warning::from(PanelWarning::NotMeasured {
                 count: self.index.planned.len(),
                 first: first.to_string(),
             }));
         }
         let files = self.not_listed();
         if !files.is_empty() {
-            doubts.push(Doubt::from(PanelDoubt::NotListed { files }));
+            warnings.push(Warning::from(PanelWarning::NotListed { files }));
         }
         Ok(PanelContents {
             panel: entries,
             drive_unit,
             response_unit,
-            doubts,
+            warnings,
         })
     }
 
@@ -606,7 +606,7 @@ pub fn panel_of(
     contents: &PanelContents,
 ) -> Result<Panel<Uncalibrated, Uncalibrated>, piezotact::panel::PanelError> {
     let mut panel = Panel::new(contents.panel.clone())?;
-    panel.doubts.extend(contents.doubts.iter().cloned());
+    panel.warnings.extend(contents.warnings.iter().cloned());
     Ok(panel)
 }
 
@@ -622,11 +622,12 @@ pub fn function_of_any_unit(
     document.response_unit = Unit::Other(String::new());
     let mut function = document.function::<Uncalibrated, Uncalibrated>(path)?;
     // The caller knows the units, so that ignoring them here is not a guess.
-    let guess = |doubt: &Doubt| matches!(doubt.kind(), Some(RecordingDoubt::Guessed { .. }));
+    let guess =
+        |warning: &Warning| matches!(warning.kind(), Some(RecordingWarning::Guessed { .. }));
     function
         .about
-        .doubts
-        .retain(|doubt| !guess(doubt) || document.about.doubts.contains(doubt));
+        .warnings
+        .retain(|warning| !guess(warning) || document.about.warnings.contains(warning));
     Ok(function)
 }
 

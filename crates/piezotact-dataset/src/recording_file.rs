@@ -1,10 +1,10 @@
 //! Reading of recordings: our Parquet files, and Parquet files of other programs.
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{About, Annotations, Channel, Provenance, Recording};
@@ -48,8 +48,8 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
         stored
             .recording
             .about
-            .doubts
-            .push(Doubt::from(RecordingDoubt::InterruptedLater {
+            .warnings
+            .push(Warning::from(RecordingWarning::InterruptedLater {
                 journal: journal_path(path).display().to_string(),
             }));
     }
@@ -157,8 +157,8 @@ fn read_with_documents(
     if let Some(stated) = rate.filter(|rate| ours && *rate != recording.rate()) {
         recording
             .about
-            .doubts
-            .push(Doubt::from(RecordingDoubt::RateNotUsed {
+            .warnings
+            .push(Warning::from(RecordingWarning::RateNotUsed {
                 stated_hz: stated.hz(),
                 found_hz: recording.rate().hz(),
             }));
@@ -175,16 +175,21 @@ fn read_with_documents(
             {
                 return Err(damaged(&"it does not hold what was recorded"));
             }
-            recording.about.doubts.extend(end.doubts.iter().cloned());
+            recording
+                .about
+                .warnings
+                .extend(end.warnings.iter().cloned());
             let happened = end.events.iter().cloned();
             recording.annotations.events.extend(happened);
         }
-        None if ours => recording
-            .about
-            .doubts
-            .push(Doubt::from(RecordingDoubt::Interrupted {
-                read_s: recording.duration().0,
-            })),
+        None if ours => {
+            recording
+                .about
+                .warnings
+                .push(Warning::from(RecordingWarning::Interrupted {
+                    read_s: recording.duration().0,
+                }))
+        }
         None => {}
     }
     let stored = Stored {

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Measure, Unit};
 use piezotact::recording::{About, Annotations};
 pub use piezotact::render::Rendering;
@@ -32,8 +32,8 @@ pub struct Sidecar {
     /// The names of the channels, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub channels: Vec<String>,
-    /// Condition, provenance and doubts of the samples.
-    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    /// Condition, provenance and warnings of the samples.
+    #[serde(flatten, serialize_with = "About::without_empty_warnings")]
     pub about: About,
     /// When it began, its labels, and what happened while it ran.
     #[serde(flatten)]
@@ -108,7 +108,7 @@ pub(crate) struct Read {
     pub(crate) sidecar: Sidecar,
     pub(crate) of_samples: OfSamples,
     /// Entries that nothing reads.
-    pub(crate) doubts: Vec<Doubt>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// The sidecar of the file `path` with what it says of the samples beside it.
@@ -121,12 +121,12 @@ pub(crate) fn read_with_samples(path: &Path) -> Result<Option<Read>, ReadError> 
     };
     refuse_newer(&path, text.as_bytes())?;
     written::check(&path, &text)?;
-    let doubts = written::unknown_entries(&path, &text).into_iter().collect();
+    let warnings = written::unknown_entries(&path, &text).into_iter().collect();
     let read = || {
         Ok(Read {
             sidecar: serde_json::from_str(&text)?,
             of_samples: serde_json::from_str(&text)?,
-            doubts,
+            warnings,
         })
     };
     read().map(Some).map_err(|error: serde_json::Error| {

@@ -1,10 +1,10 @@
 //! One door for transfer functions in files: JSON, universal files, and MATLAB's.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
 use num_complex::Complex;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::Unit;
 use piezotact::recording::{About, Provenance};
 use piezotact::transfer::Estimator;
@@ -33,11 +33,11 @@ pub enum TransferFormat {
 impl TransferFormat {
     /// What a file of this format cannot hold of a transfer function, for whoever writes one.
     #[must_use]
-    pub fn losses(self) -> Option<Doubt> {
+    pub fn losses(self) -> Option<Warning> {
         match self {
-            Self::UffText | Self::UffBinary => Some(Doubt::from(RecordingDoubt::FormatLoses {
+            Self::UffText | Self::UffBinary => Some(Warning::from(RecordingWarning::FormatLoses {
                 format: "a universal file".into(),
-                what: "the device, the provenance, the driven band, whether the drive was exact, the hits and the added damping of an impact test, and the doubts of a transfer function".into(),
+                what: "the device, the provenance, the driven band, whether the drive was exact, the hits and the added damping of an impact test, and the warnings of a transfer function".into(),
             })),
             Self::Json | Self::Matlab => None,
         }
@@ -114,7 +114,7 @@ pub fn transfer_formats() -> String {
 
 /// Reads a transfer function from JSON, from a universal file (function type 4, with the coherence of type 6 between
 /// the same points), or from a MATLAB file (our variables, or `H` or `FRF` with `f` or `freq`). Its content says which
-/// it is. A coherence that is missing is taken as 1, with a doubt.
+/// it is. A coherence that is missing is taken as 1, with a warning.
 ///
 /// # Errors
 /// [`ReadError::Io`] when it cannot be read, [`ReadError::Content`] when it is something else, holds several, or its
@@ -257,7 +257,7 @@ pub(crate) struct Lines {
 pub(crate) fn from_lines(
     path: &Path,
     lines: Lines,
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
 ) -> Result<TransferDocument, ReadError> {
     let Lines {
         mut frequency_hz,
@@ -309,7 +309,7 @@ pub(crate) fn from_lines(
                     )
                 },
             );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
                     "{why}: it is assumed to be 1 everywhere, and the reliability of the transfer function is unknown"
                 ),
@@ -329,7 +329,7 @@ pub(crate) fn from_lines(
     // At most `count`: the check above says so.
     let below = below as usize;
     if below > 0 {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the frequency lines below {first} Hz are not in the file: they are set to 0, with coherence 0"
             ),
@@ -353,7 +353,7 @@ pub(crate) fn from_lines(
                 source: path.display().to_string(),
                 ..Provenance::default()
             },
-            doubts,
+            warnings,
             ..About::default()
         },
         drive: None,

@@ -1,16 +1,16 @@
 //! Transfer functions as readable JSON.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use piezotact::run::Attempt;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::About;
 use piezotact::transfer::{
-    Confidence, Distortion, Estimator, ImpactTest, Limits, StoredIdentities, TransferDoubt,
-    TransferFunction,
+    Confidence, Distortion, Estimator, ImpactTest, Limits, StoredIdentities, TransferFunction,
+    TransferWarning,
 };
 use serde::{Deserialize, Serialize};
 
@@ -182,7 +182,7 @@ impl TransferDocument {
             ("response", O::UNIT, &self.response_unit),
         ] {
             if *found == Unit::Other(String::new()) {
-                unstated.push(Doubt::from(RecordingDoubt::Guessed {
+                unstated.push(Warning::from(RecordingWarning::Guessed {
                     what: format!("the {what} of the transfer function has no unit and is assumed to be in {expected}"),
                 }));
             } else if expected != *found {
@@ -276,18 +276,19 @@ impl TransferDocument {
         function.impact.clone_from(&self.impact);
         if function.impact.is_some() {
             // Hits are counted by other standards than segments of noise.
-            let few =
-                |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::FewAverages { .. }));
-            function.about.doubts.retain(|doubt| !few(doubt));
+            let few = |warning: &Warning| {
+                matches!(warning.kind(), Some(TransferWarning::FewAverages { .. }))
+            };
+            function.about.warnings.retain(|warning| !few(warning));
         }
-        // What was doubted when it was measured, and what can be seen now, each once.
-        let seen = std::mem::take(&mut function.about.doubts);
-        function.about.doubts.clone_from(&self.about.doubts);
-        function.about.doubts.extend(
+        // What gives a warning when it was measured, and what can be seen now, each once.
+        let seen = std::mem::take(&mut function.about.warnings);
+        function.about.warnings.clone_from(&self.about.warnings);
+        function.about.warnings.extend(
             seen.into_iter()
-                .filter(|doubt| !self.about.doubts.contains(doubt)),
+                .filter(|warning| !self.about.warnings.contains(warning)),
         );
-        function.about.doubts.extend(unstated);
+        function.about.warnings.extend(unstated);
         function.about.condition = self.about.condition.clone();
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
@@ -298,11 +299,11 @@ impl TransferDocument {
                 source,
             })?;
         let limits = self.confidence.as_ref();
-        let limits = limits.and_then(|limits| function.doubt_of_limits(&limits.low, limits.of));
-        for doubt in function.doubts_of_its_lines().into_iter().chain(limits) {
-            let is_known = |known: &Doubt| known.code == doubt.code;
-            if !function.about.doubts.iter().any(is_known) {
-                function.about.doubts.push(doubt);
+        let limits = limits.and_then(|limits| function.warning_of_limits(&limits.low, limits.of));
+        for warning in function.warnings_of_its_lines().into_iter().chain(limits) {
+            let is_known = |known: &Warning| known.code == warning.code;
+            if !function.about.warnings.iter().any(is_known) {
+                function.about.warnings.push(warning);
             }
         }
         Ok(function)

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 
 use piezotact::quantity::Unit;
-use piezotact::recording::{Event, EventValue, RecordingDoubt};
+use piezotact::recording::{Event, EventValue, RecordingWarning};
 use piezotact_dataset::eeg::{EegFile, EegKind, XdfValues, read_eeg, read_xdf};
 use piezotact_dataset::{FileKind, ReadOptions, read_recording};
 use serde_json::Value;
@@ -332,11 +332,13 @@ fn gaps_become_segments_with_their_start() {
 
     let contents = read_recording(&kept("gaps.edf"), &ReadOptions::default()).unwrap();
     assert_eq!(contents.recording.len(), 300);
-    let doubts = contents.recording.about.doubts.iter();
-    let said = doubts
-        .filter_map(piezotact::Doubt::kind)
-        .any(|doubt: RecordingDoubt| matches!(doubt, RecordingDoubt::OneSegment { count: 3, .. }));
-    assert!(said, "{:?}", contents.recording.about.doubts);
+    let warnings = contents.recording.about.warnings.iter();
+    let said = warnings
+        .filter_map(piezotact::Warning::kind)
+        .any(|warning: RecordingWarning| {
+            matches!(warning, RecordingWarning::OneSegment { count: 3, .. })
+        });
+    assert!(said, "{:?}", contents.recording.about.warnings);
 }
 
 #[test]
@@ -430,7 +432,7 @@ fn streams_have_the_times_of_pyxdf() {
     let file = read_xdf(&kept("streams.xdf")).unwrap();
     let wanted = golden["xdf"]["streams.xdf"].as_array().unwrap();
     assert_eq!(file.streams.len(), wanted.len());
-    assert!(file.doubts.is_empty(), "{:?}", file.doubts);
+    assert!(file.warnings.is_empty(), "{:?}", file.warnings);
     let ranges = |value: &Value| -> Vec<std::ops::Range<usize>> {
         let pair = |pair: &Value, k: usize| pair[k].as_u64().unwrap() as usize;
         value
@@ -496,9 +498,9 @@ fn streams_have_the_times_of_pyxdf() {
     }
 }
 
-/// A file that was cut is read to its end, with a doubt; a damaged part is left out, with a doubt.
+/// A file that was cut is read to its end, with a warning; a damaged part is left out, with a warning.
 #[test]
-fn a_cut_xdf_file_is_read_with_a_doubt() {
+fn a_cut_xdf_file_is_read_with_a_warning() {
     let bytes = std::fs::read(kept("streams.xdf")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.xdf");
@@ -506,9 +508,11 @@ fn a_cut_xdf_file_is_read_with_a_doubt() {
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let half = read_xdf(&path).unwrap();
     assert!(
-        half.doubts.iter().any(|doubt| doubt.code == "interrupted"),
+        half.warnings
+            .iter()
+            .any(|warning| warning.code == "interrupted"),
         "{:?}",
-        half.doubts
+        half.warnings
     );
     let (XdfValues::Numbers(all), XdfValues::Numbers(some)) =
         (&whole.streams[0].values, &half.streams[0].values)
@@ -526,11 +530,11 @@ fn a_cut_xdf_file_is_read_with_a_doubt() {
     std::fs::write(&path, &damaged).unwrap();
     let read = read_xdf(&path).unwrap();
     assert!(
-        read.doubts
+        read.warnings
             .iter()
-            .any(|doubt| doubt.to_string().contains("damaged")),
+            .any(|warning| warning.to_string().contains("damaged")),
         "{:?}",
-        read.doubts
+        read.warnings
     );
     assert!(read.streams[0].time_s.len() > 1000);
 }

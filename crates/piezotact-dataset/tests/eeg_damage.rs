@@ -211,7 +211,7 @@ fn an_edf_file_that_is_not_whole_is_refused() {
             _ => refused(&path, part),
         }
     }
-    // A recording that was not ended is read, with a doubt.
+    // A recording that was not ended is read, with a warning.
     let mut unfinished = bytes.clone();
     unfinished[236..244].copy_from_slice(b"-1      ");
     std::fs::write(&path, &unfinished[..bytes.len() - 1]).unwrap();
@@ -221,9 +221,9 @@ fn an_edf_file_that_is_not_whole_is_refused() {
     assert!(
         recording
             .about
-            .doubts
+            .warnings
             .iter()
-            .any(|doubt| doubt.code == "interrupted")
+            .any(|warning| warning.code == "interrupted")
     );
 }
 
@@ -309,13 +309,13 @@ fn damage_is_an_error_and_no_panic() {
 
 /// Codes beyond the range that a header states have a scale that may be wrong.
 #[test]
-fn codes_outside_their_range_are_doubted() {
+fn codes_outside_their_range_are_reported() {
     let (_folder, place) = copied("plus.");
     let path = place.join("plus.edf");
     let outside = |path: &Path| -> Vec<String> {
         let found = read_eeg(path).unwrap();
-        let doubts = found.segments[0].recording.about.doubts.clone();
-        let codes = doubts.iter().map(|doubt| doubt.code.to_string());
+        let warnings = found.segments[0].recording.about.warnings.clone();
+        let codes = warnings.iter().map(|warning| warning.code.to_string());
         codes
             .filter(|code| code == "outside_stated_range")
             .collect()

@@ -75,12 +75,12 @@ fn edf_is_read_back_to_half_a_step() {
         (999, 1000.0 / 3.0, 0),
     ] {
         let written = recording(count, rate_hz);
-        let doubts = write_edf(&path, &written).unwrap();
+        let warnings = write_edf(&path, &written).unwrap();
         let file = read_eeg(&path).unwrap();
         assert_eq!(file.kind, EegKind::EdfPlus);
         let part = &file.segments[0];
         let found = part.recording.len() - count;
-        assert_eq!(doubts.len() == 2, found > 0, "{doubts:?}");
+        assert_eq!(warnings.len() == 2, found > 0, "{warnings:?}");
         assert!(found <= added, "{count} {rate_hz}: {found} added");
         assert!((part.recording.rate().hz() - rate_hz).abs() < 1e-9 * rate_hz);
         assert_eq!(

@@ -7,7 +7,7 @@
 )]
 
 use crate::shared_data;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
@@ -260,9 +260,9 @@ fn a_clip_of_version_0_becomes_one_of_version_1() {
     assert_eq!((emphasis.amplitude, emphasis.frequency), (0.5, 0.9));
     assert_eq!(clip.envelopes.frequency().len(), 1);
     assert_eq!(clip.metadata.editor, "E");
-    let doubts: Vec<String> = clip.doubts.iter().map(ToString::to_string).collect();
-    assert!(doubts[0].contains("1 of 2 transients"), "{doubts:?}");
-    assert!(doubts[1].contains("raised"), "{doubts:?}");
+    let warnings: Vec<String> = clip.warnings.iter().map(ToString::to_string).collect();
+    assert!(warnings[0].contains("1 of 2 transients"), "{warnings:?}");
+    assert!(warnings[1].contains("raised"), "{warnings:?}");
 }
 
 #[test]
@@ -321,9 +321,9 @@ fn clips_come_back_as_they_were_written() {
     assert!(
         plain
             .about
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(RecordingDoubt::Uncalibrated { .. })))
+            .any(|d| matches!(d.kind(), Some(RecordingWarning::Uncalibrated { .. })))
     );
 }
 
@@ -363,17 +363,17 @@ fn hjif_of_another_program_is_read_and_its_departures_are_named() {
         .iter()
         .fold(0.0f64, |p, v| p.max(v.abs()));
     assert!((0.1..1.5).contains(&peak), "{peak}");
-    let doubts: Vec<String> = played
+    let warnings: Vec<String> = played
         .about
-        .doubts
+        .warnings
         .iter()
         .map(ToString::to_string)
         .collect();
     assert!(
-        doubts
+        warnings
             .iter()
             .any(|d| d.contains("departs from ISO/IEC 23090-31")),
-        "{doubts:?}"
+        "{warnings:?}"
     );
     // What is written again holds the same.
     let again: Value = serde_json::to_value(&file).unwrap();

@@ -99,14 +99,14 @@ fn hjif_is_read_at_the_rate_it_was_made_at() {
     let other = read_recording(&path, &options).unwrap().recording;
     let said = other
         .about
-        .doubts
+        .warnings
         .iter()
         .any(|d| d.to_string().contains("--rate 5000"));
-    assert!(said, "{:?}", other.about.doubts);
+    assert!(said, "{:?}", other.about.warnings);
     assert!(
         !played
             .about
-            .doubts
+            .warnings
             .iter()
             .any(|d| d.to_string().contains("--rate 5000"))
     );

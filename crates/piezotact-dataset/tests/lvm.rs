@@ -5,11 +5,11 @@
 )]
 
 use crate::shared_data;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Measure, SampleRate, Unit};
 use piezotact::recording::Recording;
 use piezotact::spectrum::WelchConfig;
@@ -32,12 +32,12 @@ fn plain(text: &str) -> Result<Recording, ReadError> {
     read(text.as_bytes(), &ReadOptions::default())
 }
 
-fn doubts(recording: &Recording) -> String {
+fn warnings(recording: &Recording) -> String {
     let texts: Vec<String> = recording
         .about
-        .doubts
+        .warnings
         .iter()
-        .map(Doubt::to_string)
+        .map(Warning::to_string)
         .collect();
     texts.join("\n")
 }
@@ -51,7 +51,7 @@ fn twice_the_rows_that_the_header_promises() {
     assert_eq!(contents.kind, FileKind::LVM);
     let recording = contents.recording;
     assert_eq!(recording.len(), 16_384);
-    let text = doubts(&recording);
+    let text = warnings(&recording);
     assert!(
         text.contains("states 8192 samples and 16384 follow"),
         "{text}"
@@ -95,7 +95,7 @@ fn the_small_files_of_others() {
         assert_eq!((&force.unit, force.samples[2]), (&Unit::Newton, 0.616905));
         assert_eq!(response.unit, Unit::MetrePerSecondSquared);
         assert_eq!(response.name, "Response (Trigger)");
-        assert_eq!(recording.about.doubts, []);
+        assert_eq!(recording.about.warnings, []);
     }
     let all = |name: &str, options: &ReadOptions| {
         measured(name).map(|path| read_recording(&path, options).map(|contents| contents.recording))
@@ -106,7 +106,7 @@ fn the_small_files_of_others() {
         assert!((read.rate().hz() - 51_200.0).abs() < 1e-6);
         assert_eq!(read.channels()[1].unit, Unit::MetrePerSecondSquared);
         assert!((read.channels()[1].samples[2] - 0.467541 * 9.80665).abs() < 1e-12);
-        assert!(doubts(&read).contains("states 51200 samples and 3 follow"));
+        assert!(warnings(&read).contains("states 51200 samples and 3 follow"));
     }
     if let Some(read) = all("no_decimal_separator.lvm", &none) {
         let read = read.unwrap();
@@ -124,11 +124,11 @@ fn the_small_files_of_others() {
         let read = all("with_comments.lvm", &stated).unwrap().unwrap();
         assert_eq!((read.channels().len(), read.len()), (3, 9));
         assert!(
-            doubts(&read).contains("9 row(s) carry a comment"),
+            warnings(&read).contains("9 row(s) carry a comment"),
             "{}",
-            doubts(&read)
+            warnings(&read)
         );
-        assert!(doubts(&read).contains("states 1 samples"));
+        assert!(warnings(&read).contains("states 1 samples"));
     }
     if let Some(read) = all("with_empty_fields.lvm", &none) {
         let read = read.unwrap();
@@ -136,14 +136,14 @@ fn the_small_files_of_others() {
         assert_eq!(names, ["Dev0/Ai0", "Dev0/Ai2", "Dev0/Ai0 1"]);
         assert!((read.rate().hz() - 1000.0).abs() < 1e-6);
         assert!(
-            doubts(&read).contains("Untitled, Untitled 1"),
+            warnings(&read).contains("Untitled, Untitled 1"),
             "{}",
-            doubts(&read)
+            warnings(&read)
         );
         assert!(
             read.about
-                .doubts
-                .contains(&Doubt::from(RecordingDoubt::Uncalibrated {
+                .warnings
+                .contains(&Warning::from(RecordingWarning::Uncalibrated {
                     channel: "Dev0/Ai0".into()
                 }))
         );
@@ -171,9 +171,9 @@ fn commas_between_columns() {
     assert!((read.rate().hz() - 10.0).abs() < 1e-9);
     assert!((read.channels()[0].samples[2] - 3.5e-3).abs() < 1e-15);
     assert!(
-        doubts(&read).contains("`late  and long`") || doubts(&read).contains("`late and long`"),
+        warnings(&read).contains("`late  and long`") || warnings(&read).contains("`late and long`"),
         "{}",
-        doubts(&read)
+        warnings(&read)
     );
 }
 
@@ -204,7 +204,7 @@ fn segments_join_where_nothing_is_missing() {
     };
     let read = read(file("10:00:01,5", "0,0").as_bytes(), &scaled).unwrap();
     assert!((read.channels()[0].samples[0] - 3.0 * 9.80665).abs() < 1e-12);
-    assert_eq!(read.about.doubts, []);
+    assert_eq!(read.about.warnings, []);
 }
 
 #[test]

@@ -5,11 +5,11 @@
 )]
 
 use crate::shared_data;
-use piezotact::transfer::TransferDoubt;
+use piezotact::transfer::TransferWarning;
 use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit, Volts};
 use piezotact::recording::{About, Condition, Provenance, Touch};
@@ -246,10 +246,10 @@ fn time_signals_of_others_become_recordings() {
         assert!((f.samples[0] - 0.322_720_87).abs() < 1e-8);
         assert!((recording.rate().hz() - 10.0).abs() < 1e-9);
         assert_eq!(
-            recording.about.doubts.len(),
+            recording.about.warnings.len(),
             2,
             "{:?}",
-            recording.about.doubts
+            recording.about.warnings
         );
         let scaled = ReadOptions {
             scale: Some("1 N".parse().unwrap()),
@@ -257,7 +257,7 @@ fn time_signals_of_others_become_recordings() {
         };
         let scaled = read_recording(&path, &scaled).unwrap().recording;
         assert_eq!(
-            (&scaled.channels()[0].unit, scaled.about.doubts.len()),
+            (&scaled.channels()[0].unit, scaled.about.warnings.len()),
             (&Unit::Newton, 0)
         );
         assert!(!holds_transfer(&path));
@@ -308,7 +308,7 @@ fn document() -> TransferDocument {
                 ..Provenance::default()
             }
             .then("estimated"),
-            doubts: vec![Doubt::from(TransferDoubt::FewAverages {
+            warnings: vec![Warning::from(TransferWarning::FewAverages {
                 averages: 12,
                 recommended: 20,
             })],
@@ -446,7 +446,7 @@ fn names_that_others_give() {
     );
     assert_eq!(document.coherence, [1.0; 3]);
     assert!(
-        document.about.doubts[0]
+        document.about.warnings[0]
             .to_string()
             .contains("assumed to be 1")
     );
@@ -486,9 +486,9 @@ fn names_that_others_give() {
     assert!(
         recording
             .about
-            .doubts
+            .warnings
             .iter()
-            .any(|doubt| doubt.to_string().contains("other"))
+            .any(|warning| warning.to_string().contains("other"))
     );
     put(&[
         array(

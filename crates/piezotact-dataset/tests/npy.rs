@@ -68,7 +68,7 @@ fn arrays_of_every_order_are_read_with_a_stated_rate_and_scale() {
         let r = &contents.recording;
         assert_eq!((r.channels().len(), r.rate().hz()), (channels, 1000.0));
         assert_eq!(r.channels()[0].unit, Unit::MetrePerSecondSquared);
-        assert_eq!(r.about.doubts, [], "{name}");
+        assert_eq!(r.about.warnings, [], "{name}");
         assert_sines(&contents, scale, within);
     }
     assert_eq!(
@@ -89,11 +89,11 @@ fn an_archive_names_its_channels_and_its_rate() {
     let names: Vec<&str> = r.channels().iter().map(|c| c.name.as_str()).collect();
     assert_eq!((names, r.rate().hz()), (vec!["acc", "force"], 5000.0));
     assert_sines(&contents, 1.0, 1e-15);
-    let doubts: Vec<String> = r.about.doubts.iter().map(ToString::to_string).collect();
-    assert_eq!(doubts.len(), 3, "{doubts:?}");
+    let warnings: Vec<String> = r.about.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(warnings.len(), 3, "{warnings:?}");
     assert!(
-        doubts.iter().any(|text| text.contains("`note`")),
-        "{doubts:?}"
+        warnings.iter().any(|text| text.contains("`note`")),
+        "{warnings:?}"
     );
     // What a person states goes before what the file says, and the difference is said.
     let rate = ReadOptions {
@@ -102,7 +102,7 @@ fn an_archive_names_its_channels_and_its_rate() {
     };
     let other = read("named.npz", &rate).recording;
     assert_eq!(other.rate().hz(), 1000.0);
-    assert!(other.about.doubts[0].to_string().contains("5000"));
+    assert!(other.about.warnings[0].to_string().contains("5000"));
     // Time stamps in s.
     let timed = read("timed.npz", &ReadOptions::default());
     assert_eq!(timed.recording.rate().hz(), 2000.0);
@@ -275,7 +275,7 @@ fn arrays_have_units_of_their_own() {
             (channels, r.channels()[1].samples[39]),
             (expected.to_vec(), 0.039)
         );
-        assert_eq!(r.about.doubts, []);
+        assert_eq!(r.about.warnings, []);
     }
     let path = archive(
         folder.path(),
@@ -309,7 +309,7 @@ fn arrays_have_units_of_their_own() {
         ),
         ("2", 1)
     );
-    assert_eq!(r.about.doubts, []);
+    assert_eq!(r.about.warnings, []);
     std::fs::write(&sidecar, r#"{"units": {"fy": "N"}}"#).unwrap();
     let error = read_recording(&path, &ReadOptions::default())
         .unwrap_err()
@@ -324,13 +324,13 @@ fn integers_without_a_scale_are_counts() {
         ..stated()
     };
     let r = read("int16.npy", &only_rate).recording;
-    let text = r.about.doubts[0].to_string();
+    let text = r.about.warnings[0].to_string();
     assert!(
         text.contains("counts") && !text.contains("full scale"),
         "{text}"
     );
     assert!(
-        read("one.npy", &only_rate).recording.about.doubts[0]
+        read("one.npy", &only_rate).recording.about.warnings[0]
             .to_string()
             .contains("physical scale")
     );
@@ -338,7 +338,7 @@ fn integers_without_a_scale_are_counts() {
 
 /// A sidecar beside a format that takes none is not ignored without a word.
 #[test]
-fn a_sidecar_that_is_not_read_is_a_doubt() {
+fn a_sidecar_that_is_not_read_is_a_warning() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.csv");
     std::fs::write(&path, "time (s),acc (g)\n0,1\n0.1,2\n0.2,1\n").unwrap();
@@ -347,7 +347,7 @@ fn a_sidecar_that_is_not_read_is_a_doubt() {
             .unwrap()
             .recording
             .about
-            .doubts
+            .warnings
     };
     assert_eq!(read(), []);
     std::fs::write(folder.path().join("a.csv.json"), "{}").unwrap();

@@ -1,11 +1,11 @@
 //! What stands beside a WAV file: believed of the samples that it was written for, and refused with what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::recording::RecordingDoubt;
-use piezotact::stroke::StrokeDoubt;
+use piezotact::recording::RecordingWarning;
+use piezotact::stroke::StrokeWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav, write_wav_with_sidecar};
@@ -56,23 +56,23 @@ fn a_scale_beside_other_samples_is_not_believed() {
 }
 
 #[test]
-fn doubts_about_samples_are_read_again() {
+fn warnings_about_samples_are_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.wav");
     let samples: Vec<f64> = (0..500).map(|i| f64::from(i).sin()).collect();
     let mut sidecar = of_scale(2.0);
-    sidecar.about.doubts = vec![Doubt::from(StrokeDoubt::NothingCut)];
+    sidecar.about.warnings = vec![Warning::from(StrokeWarning::NothingCut)];
     write_wav_with_sidecar(&path, &[&samples], 5_000, SampleFormat::Float32, &sidecar).unwrap();
     let rate = SampleRate::new(1_000.0).ok();
     let read = read_recording(&path, &ReadOptions { scale: None, rate }).unwrap();
     let expected = [
-        Doubt::from(StrokeDoubt::NothingCut),
-        Doubt::from(RecordingDoubt::RateNotUsed {
+        Warning::from(StrokeWarning::NothingCut),
+        Warning::from(RecordingWarning::RateNotUsed {
             stated_hz: 1_000.0,
             found_hz: 5_000.0,
         }),
     ];
-    assert_eq!(read.recording.about.doubts, expected);
+    assert_eq!(read.recording.about.warnings, expected);
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn labels_events_and_a_start_come_back_and_are_absent_when_empty() {
     refused(&path, &["expected a date and time", "`at noon`"]);
 }
 
-/// What a person writes wrongly is named by its entry, with how it is written; what nothing reads is a doubt.
+/// What a person writes wrongly is named by its entry, with how it is written; what nothing reads is a warning.
 #[test]
 fn entries_that_people_write_wrongly_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,13 +186,18 @@ fn entries_that_people_write_wrongly_are_named() {
             assert!(!error.contains(word), "{error}");
         }
     }
-    let doubts = |text: &str| {
+    let warnings = |text: &str| {
         std::fs::write(sidecar_path(&path), text).unwrap();
         let read = read_recording(&path, &ReadOptions::default()).unwrap();
-        let doubts = read.recording.about.doubts.iter().map(ToString::to_string);
-        doubts.collect::<Vec<_>>().join("; ")
+        let warnings = read
+            .recording
+            .about
+            .warnings
+            .iter()
+            .map(ToString::to_string);
+        warnings.collect::<Vec<_>>().join("; ")
     };
-    let said = doubts(
+    let said = warnings(
         r#"{"full_scale": "3 g", "ful_scale": 1, "condition": {"smaple": "S4", "labels": {}}, "events": [{"onset_s": 0.5, "duration_s": 0, "kind": "a", "note": 1}]}"#,
     );
     for part in [
@@ -204,7 +209,7 @@ fn entries_that_people_write_wrongly_are_named() {
         assert!(said.contains(part), "{said}");
     }
     let event = |onset_s: f64, duration_s: f64| {
-        doubts(&format!(
+        warnings(&format!(
             r#"{{"full_scale": "3 g", "events": [{{"onset_s": {onset_s}, "duration_s": {duration_s}, "kind": "a"}}]}}"#
         ))
     };
@@ -235,7 +240,7 @@ fn channels_have_units_of_their_own() {
     let r = read_recording(&path, &ReadOptions::default())
         .unwrap()
         .recording;
-    assert_eq!(r.about.doubts, []);
+    assert_eq!(r.about.warnings, []);
     let peak = |i: usize| (r.channels()[i].samples[0], r.channels()[i].unit.to_string());
     assert_eq!(
         [peak(0), peak(1)],
@@ -280,7 +285,7 @@ fn the_sidecar_of_the_readme_is_read() {
     let r = read_recording(&path, &ReadOptions::default())
         .unwrap()
         .recording;
-    assert_eq!(r.about.doubts, []);
+    assert_eq!(r.about.warnings, []);
     assert_eq!(
         (r.channels()[0].samples[0], r.channels()[1].samples[0]),
         (100.0, 0.5)

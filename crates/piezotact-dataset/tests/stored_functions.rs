@@ -5,9 +5,9 @@
 )]
 
 use num_complex::Complex;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Force, SampleRate, Uncalibrated};
-use piezotact::transfer::{CrossSpectra, Estimator, TransferDoubt, TransferFunction};
+use piezotact::transfer::{CrossSpectra, Estimator, TransferFunction, TransferWarning};
 use piezotact_dataset::{read_transfer, stored_transfer};
 
 use crate::matlab::{numbers, parse};
@@ -70,9 +70,9 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
         case.coherence[0]
     );
     let rate = SampleRate::new(1280.0).unwrap();
-    let impossible = |doubts: &[Doubt]| {
-        doubts.iter().any(|doubt| {
-            matches!(doubt.kind(), Some(TransferDoubt::ImpossibleCoherence { found, lines: 5, .. }) if found > 1.2)
+    let impossible = |warnings: &[Warning]| {
+        warnings.iter().any(|warning| {
+            matches!(warning.kind(), Some(TransferWarning::ImpossibleCoherence { found, lines: 5, .. }) if found > 1.2)
         })
     };
     let stored = TransferFunction::<Force, Acceleration>::from_lines(
@@ -85,15 +85,15 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
     )
     .unwrap();
     assert!(
-        impossible(&stored.about.doubts),
+        impossible(&stored.about.warnings),
         "{:?}",
-        stored.about.doubts
+        stored.about.warnings
     );
     let estimated = TransferFunction::from_spectra(&spectra, Estimator::H1, rate).unwrap();
     assert!(
-        impossible(&estimated.about.doubts),
+        impossible(&estimated.about.warnings),
         "{:?}",
-        estimated.about.doubts
+        estimated.about.warnings
     );
 }
 
@@ -127,7 +127,7 @@ fn a_stored_function_is_read_and_checked_with_its_own_spectra() {
     drop(function);
     assert_eq!(read_transfer(&path).unwrap(), stored);
 
-    // A line that does not follow from the stored spectra is doubted.
+    // A line that does not follow from the stored spectra gives a warning.
     let bytes = std::fs::read(&path).unwrap();
     let needle: Vec<u8> = case.h[800].re.to_le_bytes().to_vec();
     let at = bytes
@@ -139,13 +139,13 @@ fn a_stored_function_is_read_and_checked_with_its_own_spectra() {
     let folder = tempfile::tempdir().unwrap();
     let other = folder.path().join("damaged.mat");
     std::fs::write(&other, damaged).unwrap();
-    let doubts = stored_transfer(&other).unwrap().unwrap().about.doubts;
+    let warnings = stored_transfer(&other).unwrap().unwrap().about.warnings;
     assert!(
-        doubts.iter().any(|doubt| matches!(
-            doubt.kind(),
-            Some(TransferDoubt::StoredDiffers { at_hz: 250.0, .. })
+        warnings.iter().any(|warning| matches!(
+            warning.kind(),
+            Some(TransferWarning::StoredDiffers { at_hz: 250.0, .. })
         )),
-        "{doubts:?}"
+        "{warnings:?}"
     );
 }
 
@@ -175,7 +175,7 @@ fn a_function_of_another_size_is_not_called_equal() {
     let half = folder.path().join("half.mat");
     std::fs::write(&half, bytes).unwrap();
     let found = stored_transfer(&half).unwrap().unwrap().identities.unwrap();
-    assert!(!found.is_equal() && found.doubt().is_some());
+    assert!(!found.is_equal() && found.warning().is_some());
     assert!((found.response_difference - 0.5).abs() < 1e-6, "{found:?}");
     assert!(found.coherence_difference.unwrap() < 1e-6, "{found:?}");
 }

@@ -6,12 +6,12 @@
 )]
 
 use crate::shared_data;
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
 use num_complex::Complex;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
 use piezotact::recording::{About, Channel, Condition, Provenance, Recording};
 use piezotact::transfer::Estimator;
@@ -104,9 +104,9 @@ fn headers_that_trap() {
             (&Unit::Newton, &Unit::MetrePerSecondSquared)
         );
         assert_eq!(document.coherence, [1.0; 6]);
-        let doubt = &document.about.doubts[0];
+        let warning = &document.about.warnings[0];
         assert!(
-            matches!(doubt.kind(), Some(RecordingDoubt::Guessed { what }) if what.contains("no coherence"))
+            matches!(warning.kind(), Some(RecordingWarning::Guessed { what }) if what.contains("no coherence"))
         );
         assert!(holds_transfer(&path));
     }
@@ -123,7 +123,7 @@ fn headers_that_trap() {
             // Its 5 Hz are 5 Hz to a few 1e-6 only.
             assert!((sample - sine).abs() < 1e-4, "{k}: {sample} {sine}");
         }
-        assert_eq!(contents.recording.about.doubts, []);
+        assert_eq!(contents.recording.about.warnings, []);
         assert!(!holds_transfer(&path));
     }
     if let Some(path) = measured("dataset_milestone_in_header.uff") {
@@ -132,10 +132,10 @@ fn headers_that_trap() {
         assert_eq!(function.reference.direction, 0);
         assert_eq!(function.reference.node, -1);
         assert_eq!((function.data.len(), function.promised), (42, 2_508_876));
-        let doubts = recording(&path).recording.about.doubts;
+        let warnings = recording(&path).recording.about.warnings;
         assert!(
-            doubts[0].to_string().contains("2508876 samples"),
-            "{doubts:?}"
+            warnings[0].to_string().contains("2508876 samples"),
+            "{warnings:?}"
         );
     }
     if let Some(path) = measured("TestLab 161 164 18 15 82.uff") {
@@ -225,7 +225,7 @@ fn assert_same(read: &TransferDocument, written: &TransferDocument, rtol: f64) {
     assert_eq!(read.averages, written.averages);
     assert_eq!(read.drive_unit, written.drive_unit);
     assert_eq!(read.response_unit, written.response_unit);
-    assert_eq!(read.about.doubts, written.about.doubts);
+    assert_eq!(read.about.warnings, written.about.warnings);
 }
 
 #[test]
@@ -326,7 +326,7 @@ fn files_are_those_that_pyuff_reads_and_its_own_are_read() {
         }
         assert_eq!(read.response_unit, Unit::MetrePerSecondSquared);
         assert_eq!((read.drive_unit, read.real.len()), (Unit::Newton, 17));
-        assert_eq!(read.about.doubts, []);
+        assert_eq!(read.about.warnings, []);
     }
 }
 
@@ -381,17 +381,21 @@ fn a_response_above_0_hz_is_filled_below_and_an_uneven_one_refused() {
     assert!((document.imaginary[3] + 9.80665).abs() < 1e-12);
     assert_eq!(document.drive_unit, Unit::Newton);
     assert_eq!(
-        document.about.doubts.len(),
+        document.about.warnings.len(),
         1,
         "{:?}",
-        document.about.doubts
+        document.about.warnings
     );
     // Its fifth id line is not ours: nothing is read off the others.
     assert_eq!(document.averages, 0);
 
     let khz = read(dataset(4, &header(0.0, 0.5), &hz("kHz"), body)).unwrap();
     assert_eq!(khz.frequency_hz, [0.0, 500.0, 1000.0]);
-    assert!(khz.about.doubts[0].to_string().contains("assumed to be 1"));
+    assert!(
+        khz.about.warnings[0]
+            .to_string()
+            .contains("assumed to be 1")
+    );
 
     for (text, part) in [
         (
@@ -463,20 +467,20 @@ fn several_time_responses_are_channels() {
     assert_eq!(channels[1].name, "plate 2");
     assert_eq!(channels[1].samples[0], 1e-200);
     assert_eq!(
-        contents.recording.about.doubts,
-        [Doubt::from(RecordingDoubt::Uncalibrated {
+        contents.recording.about.warnings,
+        [Warning::from(RecordingWarning::Uncalibrated {
             channel: "plate 2".into()
         })]
     );
     // A time signal that calls itself a frequency response.
     let strange = dataset(4, &header, &axes((17, "s"), "g", "NONE"), " 1.0 2.0 3.0");
     std::fs::write(&path, strange).unwrap();
-    let doubts = recording(&path).recording.about.doubts;
+    let warnings = recording(&path).recording.about.warnings;
     assert!(
-        doubts[0]
+        warnings[0]
             .to_string()
             .contains("frequency response but has a time axis"),
-        "{doubts:?}"
+        "{warnings:?}"
     );
     assert!(!holds_transfer(&path));
     let longer = header.replacen("         3", "         4", 1);

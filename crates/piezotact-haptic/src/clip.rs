@@ -2,14 +2,14 @@
 //!
 //! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
-use piezotact::clipping::ClippingDoubt;
-use piezotact::recording::RecordingDoubt;
+use piezotact::clipping::ClippingWarning;
+use piezotact::recording::RecordingWarning;
 
 use crate::envelope::{
     AmplitudePoint, Emphasis, EnvelopeConfig, EnvelopeError, Envelopes, FrequencyPoint,
     MOST_SAMPLES, analyse,
 };
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Measure, Quantity, Unit};
 use piezotact::series::Series;
 use serde::{Deserialize, Serialize};
@@ -59,7 +59,7 @@ pub struct HapticClip {
     pub metadata: HapticMetadata,
     pub envelopes: Envelopes,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl HapticClip {
@@ -180,7 +180,7 @@ pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, FormatError> {
                 version,
                 metadata: file.metadata,
                 envelopes: envelopes.map_err(broken)?,
-                doubts: Vec::new(),
+                warnings: Vec::new(),
             })
         }
         Some(version) if version.major > 1 => Err(FormatError::content(
@@ -272,7 +272,7 @@ fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatEr
             ..last
         });
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     match file.voices.transients.as_slice() {
         [] => {}
         [levels, pitches] if levels.len() == pitches.len() => {
@@ -293,7 +293,7 @@ fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatEr
                 }
             }
             if placed < levels.len() {
-                doubts.push(Doubt::from(RecordingDoubt::Guessed {
+                warnings.push(Warning::from(RecordingWarning::Guessed {
                     what: format!(
                         "{} of {} transients are not at a breakpoint of the amplitude and are left out",
                         levels.len() - placed,
@@ -302,7 +302,7 @@ fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatEr
                 }));
             }
             if raised > 0 {
-                doubts.push(Doubt::from(RecordingDoubt::Guessed {
+                warnings.push(Warning::from(RecordingWarning::Guessed {
                     what: format!(
                         "{raised} transients are weaker than the envelope around them and were raised to it"
                     ),
@@ -325,7 +325,7 @@ fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatEr
             ..HapticMetadata::default()
         },
         envelopes,
-        doubts,
+        warnings,
     })
 }
 
@@ -396,7 +396,7 @@ pub fn clip_of<Q: Quantity>(
     let points = envelopes.amplitude();
     let full = points.iter().filter(|point| point.amplitude >= 1.0).count();
     if full > 0 {
-        losses.push(Doubt::from(ClippingDoubt::Clipped {
+        losses.push(Warning::from(ClippingWarning::Clipped {
             what: "the amplitude envelope".into(),
             fraction: full as f64 / points.len() as f64,
         }));
@@ -409,7 +409,7 @@ pub fn clip_of<Q: Quantity>(
             version: HapticClip::WRITTEN,
             metadata,
             envelopes,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         },
         losses,
     })

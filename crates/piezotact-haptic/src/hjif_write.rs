@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Band, Measure, Quantity, Unit};
 use piezotact::series::Series;
@@ -221,7 +221,7 @@ pub fn hjif_of<Q: Quantity>(
     texture: &HjifTexture,
 ) -> Result<Exported<Hjif>, Mismatch> {
     let content = experience(x, texture)?;
-    let mut losses: Vec<Doubt> = vec![loses(
+    let mut losses: Vec<Warning> = vec![loses(
         "HJIF",
         "the sliding speed (in the standard a Vibrotactile Texture is a function of position; here positions are times)",
     )];
@@ -230,7 +230,7 @@ pub fn hjif_of<Q: Quantity>(
     }
     losses.push(loses(
         "HJIF",
-        "the transfer function, the condition and the doubts of a rendering",
+        "the transfer function, the condition and the warnings of a rendering",
     ));
     Ok(Exported { content, losses })
 }

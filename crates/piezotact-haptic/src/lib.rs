@@ -2,7 +2,7 @@
 //! and back; and the envelopes that they hold instead of a waveform. Nothing here touches a file.
 //!
 //! None of them holds a waveform in m/s², as a texture is here. Whatever a format cannot represent is returned as
-//! [`RecordingDoubt::FormatLoses`], so that nobody takes such a file for a complete copy.
+//! [`RecordingWarning::FormatLoses`], so that nobody takes such a file for a complete copy.
 
 mod ahap;
 mod clip;
@@ -12,9 +12,9 @@ mod hjif_check;
 mod hjif_write;
 mod target;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::QuantityError;
-use piezotact::recording::{RecordingDoubt, RecordingError};
+use piezotact::recording::{RecordingError, RecordingWarning};
 
 pub use ahap::{
     Ahap, AhapControlPoint, AhapCurve, AhapDynamic, AhapEvent, AhapEventType, AhapMetadata,
@@ -80,13 +80,13 @@ impl FormatError {
 pub struct Exported<T> {
     /// The content of the file.
     pub content: T,
-    /// The doubts about information that was lost.
-    pub losses: Vec<Doubt>,
+    /// The warnings about information that was lost.
+    pub losses: Vec<Warning>,
 }
 
 /// The loss of `what` by `format`.
-fn loses(format: &str, what: impl Into<String>) -> Doubt {
-    Doubt::from(RecordingDoubt::FormatLoses {
+fn loses(format: &str, what: impl Into<String>) -> Warning {
+    Warning::from(RecordingWarning::FormatLoses {
         format: format.into(),
         what: what.into(),
     })

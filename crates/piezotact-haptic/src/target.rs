@@ -1,13 +1,13 @@
 //! Haptic files as recordings that can be rendered: played at a stated rate by the science, and scaled here.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::collections::BTreeSet;
 
 use crate::envelope::{
     Course, EnvelopeError, FrequencyRange, Keyframe, MOST_SAMPLES, PLAYED_AT_HZ, Shape, Wave,
     WaveKind, mix, mixed_length, synthesise,
 };
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz, Measure, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 
@@ -44,8 +44,8 @@ pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recordin
     let rate = playing_rate(asked)?;
     let range = FrequencyRange::texture().map_err(FormatError::from)?;
     let played = synthesise(&clip.envelopes, range, rate).map_err(broken)?;
-    let mut doubts = clip.doubts;
-    doubts.push(Doubt::from(RecordingDoubt::Guessed {
+    let mut warnings = clip.warnings;
+    warnings.push(Warning::from(RecordingWarning::Guessed {
         what: format!(
             "the clip holds envelopes and no waveform: it is played as one sine whose frequency values 0–1 cover {} \
              (logarithmic), at {rate}",
@@ -54,7 +54,7 @@ pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recordin
     }));
     let step = format!("haptic clip of version {}", clip.version);
     let named = vec![("signal".to_owned(), played.into_samples())];
-    recording(named, rate, asked, doubts, step)
+    recording(named, rate, asked, warnings, step)
 }
 
 /// The channels of an HJIF file as those of a recording, at the rate asked for, that of the file, or 8 kHz.
@@ -170,15 +170,15 @@ pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, Fo
         samples.resize(longest, 0.0);
         channels.push((name, samples));
     }
-    let doubts = notes
+    let warnings = notes
         .into_iter()
-        .map(|what| Doubt::from(RecordingDoubt::Guessed { what }))
+        .map(|what| Warning::from(RecordingWarning::Guessed { what }))
         .collect();
     let step = format!(
         "MPEG haptics JSON, profile {}, level {}",
         file.profile, file.level
     );
-    recording(channels, rate, asked, doubts, step)
+    recording(channels, rate, asked, warnings, step)
 }
 
 fn bands(file: &Hjif) -> impl Iterator<Item = &HjifBand> {
@@ -212,7 +212,7 @@ fn recording(
     named: Vec<(String, Vec<f64>)>,
     rate: SampleRate,
     asked: &Asked<'_>,
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
     step: String,
 ) -> Result<Recording, FormatError> {
     let (unit, factor) = asked.scale.map_or((Unit::FullScale, 1.0), |scale| {
@@ -222,7 +222,7 @@ fn recording(
         .into_iter()
         .map(|(name, mut samples)| {
             if asked.scale.is_none() {
-                doubts.push(Doubt::from(RecordingDoubt::Uncalibrated {
+                warnings.push(Warning::from(RecordingWarning::Uncalibrated {
                     channel: name.clone(),
                 }));
             }
@@ -243,7 +243,7 @@ fn recording(
     .then(step);
     let mut recording = Recording::new(channels, rate, Condition::default(), provenance)
         .map_err(FormatError::from)?;
-    recording.about.doubts = doubts;
+    recording.about.warnings = warnings;
     Ok(recording)
 }
 

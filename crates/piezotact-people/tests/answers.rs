@@ -3,7 +3,7 @@
 
 use std::collections::BTreeSet;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact_people::association::{
     Answer, AnswerTable, Flag, MatrixConfig, Purpose, Stimulus, answers_of, answers_table,
@@ -12,7 +12,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ANSWER_COLUMNS, dictionary};
 use piezotact_people::campaign::plan::TrialKind;
 use piezotact_people::campaign::protocol::{LIBRARY, OrderKey, Protocol, TaskKind};
-use piezotact_people::campaign::session::{AnswerError, CampaignDoubt, Command, Refusal};
+use piezotact_people::campaign::session::{AnswerError, CampaignWarning, Command, Refusal};
 use piezotact_people::campaign::store;
 
 use crate::sitting::{Sitting, evidence, library, planned};
@@ -406,15 +406,16 @@ fn a_correction_of_an_order_moves_what_a_b_and_c_mean() {
         why: "noted one slot off".to_owned(),
     });
     assert_eq!(answered(&sitting), meant(&corrected));
-    let doubts: Vec<CampaignDoubt> = sitting
+    let warnings: Vec<CampaignWarning> = sitting
         .state
-        .doubts()
+        .warnings()
         .iter()
-        .filter_map(Doubt::kind)
+        .filter_map(Warning::kind)
         .collect();
-    let anew =
-        |doubt: &CampaignDoubt| matches!(doubt, CampaignDoubt::OrderCorrected { answers: 1, .. });
-    assert!(doubts.iter().any(anew), "{doubts:?}");
+    let anew = |warning: &CampaignWarning| {
+        matches!(warning, CampaignWarning::OrderCorrected { answers: 1, .. })
+    };
+    assert!(warnings.iter().any(anew), "{warnings:?}");
     let orders = of_task(&sitting, "task2");
     let placed: Vec<String> = orders.into_iter().map(|row| row.presented).collect();
     assert_eq!(placed, corrected);

@@ -4,8 +4,8 @@
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact_people::association::{
-    Answer, AnswerTable, Association, AssociationConfig, AssociationDoubt, AssociationError,
-    AssociationMatrix, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
+    Answer, AnswerTable, Association, AssociationConfig, AssociationError, AssociationMatrix,
+    AssociationWarning, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
     PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs,
     kendall_tau_b, ordering,
 };
@@ -189,23 +189,25 @@ fn flagged_trials_and_rehearsals_are_counted() {
     assert_eq!(kept.all().unwrap().cell("S1", "S2").unwrap().flagged, 1);
     let without = made(FlaggedTrials::LeftOut);
     assert_eq!(percent(without.all().unwrap(), "S1", "S2"), Some(0.0));
-    let kinds = |found: &Association| -> Vec<AssociationDoubt> {
+    let kinds = |found: &Association| -> Vec<AssociationWarning> {
         found
-            .doubts
+            .warnings
             .iter()
-            .filter_map(piezotact::Doubt::kind)
+            .filter_map(piezotact::Warning::kind)
             .collect()
     };
-    assert!(kinds(&kept).contains(&AssociationDoubt::Flagged {
+    assert!(kinds(&kept).contains(&AssociationWarning::Flagged {
         trials: 1,
         of: [1, 0, 0, 0]
     }));
-    assert!(kinds(&kept).contains(&AssociationDoubt::Rehearsals { trials: 1 }));
-    assert!(kinds(&without).contains(&AssociationDoubt::FlaggedLeftOut {
-        trials: 1,
-        of: [1, 0, 0, 0]
-    }));
-    let few = AssociationDoubt::FewParticipants {
+    assert!(kinds(&kept).contains(&AssociationWarning::Rehearsals { trials: 1 }));
+    assert!(
+        kinds(&without).contains(&AssociationWarning::FlaggedLeftOut {
+            trials: 1,
+            of: [1, 0, 0, 0]
+        })
+    );
+    let few = AssociationWarning::FewParticipants {
         participants: 1,
         needed: 3,
     };

@@ -4,15 +4,16 @@
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::discrimination::Model;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::recording::{BenchKind, Channel, Condition, Provenance, Recording};
-use piezotact::score::ScoreDoubt;
+use piezotact::score::ScoreWarning;
 use piezotact::series::Series;
 use piezotact_people::association::{
-    Answer, AnswerTable, Association, AssociationConfig, Declared, Felt, FeltCriterion, FeltDoubt,
-    FeltRecording, PairOutcome, Separates, associate, felt_pairs, felt_part, felt_samples,
+    Answer, AnswerTable, Association, AssociationConfig, Declared, Felt, FeltCriterion,
+    FeltRecording, FeltWarning, PairOutcome, Separates, associate, felt_pairs, felt_part,
+    felt_samples,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -152,10 +153,10 @@ fn what_is_not_felt_separates_nothing() {
     let quiet = |hz, seed| texture(hz, seed).amplified(Decibels(-100.0));
     let found = of_two(quiet(80.0, 1), quiet(400.0, 2));
     assert_eq!(separates(&found), (Separates::No, Separates::No));
-    let not_felt = found.doubts.iter().filter_map(Doubt::kind);
+    let not_felt = found.warnings.iter().filter_map(Warning::kind);
     let names: Vec<String> = not_felt
-        .filter_map(|doubt| match doubt {
-            ScoreDoubt::NotFelt { what, .. } => Some(what),
+        .filter_map(|warning| match warning {
+            ScoreWarning::NotFelt { what, .. } => Some(what),
             _ => None,
         })
         .collect();
@@ -173,12 +174,12 @@ fn a_difference_in_the_range_of_the_jnd_is_not_decided() {
     assert!(!sentence(&found).contains("although"));
 }
 
-fn doubts(found: &[Doubt]) -> Vec<FeltDoubt> {
-    found.iter().filter_map(Doubt::kind).collect()
+fn warnings(found: &[Warning]) -> Vec<FeltWarning> {
+    found.iter().filter_map(Warning::kind).collect()
 }
 
 #[test]
-fn recordings_that_are_missing_or_too_short_are_doubts_and_no_verdict() {
+fn recordings_that_are_missing_or_too_short_are_warnings_and_no_verdict() {
     let rate = SampleRate::new(RATE_HZ).unwrap();
     let short = Series::new(texture(200.0, 2).samples()[..500].to_vec(), rate).unwrap();
     let silent = Series::new(vec![0.0; 50_000], rate).unwrap();
@@ -195,22 +196,24 @@ fn recordings_that_are_missing_or_too_short_are_doubts_and_no_verdict() {
         let pair = &found.felt.as_ref().unwrap().pairs[0];
         assert!(pair.comparisons.is_empty());
         assert!(pair.sentence().contains("what was felt is not known"));
-        let doubts = doubts(&found.doubts);
-        let why = doubts.iter().find_map(|doubt| match doubt {
-            FeltDoubt::NotUsed { sample, reason } if sample == "B" => Some(reason.clone()),
+        let warnings = warnings(&found.warnings);
+        let why = warnings.iter().find_map(|warning| match warning {
+            FeltWarning::NotUsed { sample, reason } if sample == "B" => Some(reason.clone()),
             _ => None,
         });
         assert!(why.as_ref().unwrap().contains(said), "{why:?}");
         assert!(
-            !doubts
+            !warnings
                 .iter()
-                .any(|d| matches!(d, FeltDoubt::NotRecorded { .. }))
+                .any(|d| matches!(d, FeltWarning::NotRecorded { .. }))
         );
     }
     let found = with(&[felt(None, "A", texture(200.0, 1))]);
-    assert!(doubts(&found.doubts).contains(&FeltDoubt::NotRecorded {
-        samples: vec!["B".into()]
-    }));
+    assert!(
+        warnings(&found.warnings).contains(&FeltWarning::NotRecorded {
+            samples: vec!["B".into()]
+        })
+    );
 }
 
 #[test]
@@ -230,10 +233,10 @@ fn participants_are_compared_each_with_their_own() {
         text.contains("confused although of 3 participants, level separates them for 1"),
         "{text}"
     );
-    let of_others = FeltDoubt::OfOthers {
+    let of_others = FeltWarning::OfOthers {
         people: vec!["P9".into()],
     };
-    assert!(doubts(&found.doubts).contains(&of_others));
+    assert!(warnings(&found.warnings).contains(&of_others));
     let cells = found.cells_table();
     let at = |name: &str| cells.columns.iter().position(|c| c.name == name).unwrap();
     let row = |presented: &str, answered: &str| {
@@ -253,9 +256,9 @@ fn participants_are_compared_each_with_their_own() {
 }
 
 #[test]
-fn one_recording_for_all_is_a_doubt_and_a_document_comes_back() {
+fn one_recording_for_all_is_a_warning_and_a_document_comes_back() {
     let found = of_two(texture(200.0, 1), texture(200.0, 2));
-    assert!(doubts(&found.doubts).contains(&FeltDoubt::OneForAll { participants: 5 }));
+    assert!(warnings(&found.warnings).contains(&FeltWarning::OneForAll { participants: 5 }));
     let text = serde_json::to_string(&found).unwrap();
     let back: Association = serde_json::from_str(&text).unwrap();
     assert_eq!(back.felt, found.felt);

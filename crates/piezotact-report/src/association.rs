@@ -3,7 +3,7 @@
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
 use piezotact::document::Words;
-use piezotact::doubt::merged;
+use piezotact::warning::merged;
 use piezotact_people::association::{
     Asked, Association, AssociationMatrix, Cell, Ordering, PairOutcome, Row,
 };
@@ -11,13 +11,13 @@ use piezotact_people::difference::Difference;
 
 use crate::felt::felt_section;
 use crate::grid::{Grid, Shade, Square};
-use crate::report::{doubts_section, drawn_table};
+use crate::report::{drawn_table, warnings_section};
 use crate::{DrawError, bars, document, figure};
 
 /// As many pairs stand in a report; the table of pairs has all of them.
 const PAIRS: usize = 40;
 
-/// The report as HTML, with doubts in `words`; `name` says whose answers they are.
+/// The report as HTML, with warnings in `words`; `name` says whose answers they are.
 ///
 /// # Errors
 /// [`DrawError`] where a figure or a table cannot be drawn.
@@ -52,7 +52,7 @@ pub fn html(name: &str, found: &Association, words: &dyn Words) -> Result<String
                  allow for participants who differ. Chance: one over the number of samples that could be answered."
             }
         }
-        (doubts_section(&merged(&found.doubts), words))
+        (warnings_section(&merged(&found.warnings), words))
         @if let Some(asked) = &found.asked { (tasks(asked)?) }
         (comparisons(found))
         @for section in &sections { (section) }

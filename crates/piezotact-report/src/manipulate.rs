@@ -2,15 +2,15 @@
 
 use maud::{Markup, html};
 use piezotact::document::Words;
-use piezotact::doubt::merged;
 use piezotact::manipulate::Texture;
 use piezotact::quantity::{Acceleration, Decibels, Quantity};
 use piezotact::recording::BenchKind;
 use piezotact::spectrum::Spectrum;
+use piezotact::warning::merged;
 
 use crate::Draw;
 use crate::chart::HEIGHT;
-use crate::report::doubts_section;
+use crate::report::warnings_section;
 use crate::{DrawError, bench_text, document, figure, origin};
 use piezotact::figure::{Axis, Chart, Line, Tone, range};
 use piezotact::number::{digits, plus};
@@ -38,7 +38,7 @@ pub struct Page<'a> {
     pub spectra: &'a [Spectrum<Acceleration>],
 }
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -49,7 +49,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         p.soft { (bench_line(page)) }
         (numbers(page))
         (steps(page))
-        (doubts_section(&merged(&page.after.doubts), words))
+        (warnings_section(&merged(&page.after.warnings), words))
         section {
             h2 { "Waveforms" }
             (figure(&waves[0], &format!("Before{}: the first {DRAWN_S} s.", and_others(page))))

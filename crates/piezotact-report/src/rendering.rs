@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 use maud::{Markup, html};
 use piezotact::correct::{CorrectedRendering as Row, RenderingSums};
 use piezotact::document::Words;
-use piezotact::doubt::merged;
 use piezotact::lineage::Mode;
 use piezotact::number::{difference_db, plus, signed};
 use piezotact::quantity::Band;
 use piezotact::verify::CLOSE_DB;
+use piezotact::warning::merged;
 
 use crate::{DrawError, UNKNOWN_BENCH, bench_text, broad_document, figure, figures, origin};
 
@@ -54,7 +54,7 @@ impl Page {
         }
     }
 
-    /// Adds a rendering, with doubts in `words`.
+    /// Adds a rendering, with warnings in `words`.
     ///
     /// # Errors
     /// [`DrawError`] where a figure cannot be drawn.
@@ -288,8 +288,8 @@ fn one(row: &Row<'_>, words: &dyn Words) -> Result<Markup, DrawError> {
                 measured responses in open and closed loop. Shaded: the bands that the inverse reaches."))
             (figure(&figures::error(row.closed)?, "Remaining error in the closed loop at each spectral line. Red: the \
                 limit for its rms."))
-            @if !row.drive.about.doubts.is_empty() {
-                ul.doubts { @for doubt in merged(&row.drive.about.doubts) { li { (words.merged(&doubt)) } } }
+            @if !row.drive.about.warnings.is_empty() {
+                ul.warnings { @for warning in merged(&row.drive.about.warnings) { li { (words.merged(&warning)) } } }
             }
         }
     })

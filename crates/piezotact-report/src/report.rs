@@ -3,8 +3,8 @@
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
 use piezotact::document::Words;
-use piezotact::doubt::Merged;
 use piezotact::page::{Block, Cell, Number, Page, Section, Table};
+use piezotact::warning::Merged;
 
 use crate::chart::HEIGHT;
 use crate::{DrawError, document, figure, svg};
@@ -12,7 +12,7 @@ use crate::{DrawError, document, figure, svg};
 /// A page and a text hold tables up to this many columns; CSV holds any.
 pub const MOST_COLUMNS: usize = 40;
 
-/// A report as one HTML file, with doubts in `words`.
+/// A report as one HTML file, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] for a figure without points, for a table too broad for a page, and for a row that has not as many cells as
@@ -62,7 +62,7 @@ fn drawn_block(block: &Block, words: &dyn Words) -> Result<Markup, DrawError> {
         Block::Steps { steps } => html! { ol { @for step in steps { li { (step) } } } },
         Block::Table(table) => drawn_table(table)?,
         Block::Figure(shown) => figure(&svg(shown, HEIGHT)?, &shown.caption),
-        Block::Doubts { doubts } => drawn_doubts(doubts, words),
+        Block::Warnings { warnings } => drawn_warnings(warnings, words),
     })
 }
 
@@ -74,33 +74,37 @@ fn numbers(all: &[Number]) -> Markup {
     }
 }
 
-/// Doubts as a list, or that there are none.
-pub fn drawn_doubts(doubts: &[Merged], words: &dyn Words) -> Markup {
+/// Warnings as a list, or that there are none.
+pub fn drawn_warnings(warnings: &[Merged], words: &dyn Words) -> Markup {
     html! {
-        @if doubts.is_empty() {
+        @if warnings.is_empty() {
             p.soft { "None: no value was limited, guessed or left out." }
         } @else {
-            ul.doubts { @for doubt in doubts { li { (words.merged(doubt)) } } }
+            ul.warnings { @for warning in warnings { li { (words.merged(warning)) } } }
         }
     }
 }
 
-/// Doubts as a list with further sentences behind them, or that there are none.
-pub(crate) fn drawn_doubts_and(doubts: &[Merged], more: &[String], words: &dyn Words) -> Markup {
+/// Warnings as a list with further sentences behind them, or that there are none.
+pub(crate) fn drawn_warnings_and(
+    warnings: &[Merged],
+    more: &[String],
+    words: &dyn Words,
+) -> Markup {
     if more.is_empty() {
-        return drawn_doubts(doubts, words);
+        return drawn_warnings(warnings, words);
     }
     html! {
-        ul.doubts {
-            @for doubt in doubts { li { (words.merged(doubt)) } }
+        ul.warnings {
+            @for warning in warnings { li { (words.merged(warning)) } }
             @for sentence in more { li { (sentence) } }
         }
     }
 }
 
-/// The section of doubts of a report.
-pub fn doubts_section(doubts: &[Merged], words: &dyn Words) -> Markup {
-    html! { section { h2 { "Doubts" } (drawn_doubts(doubts, words)) } }
+/// The section of warnings of a report.
+pub fn warnings_section(warnings: &[Merged], words: &dyn Words) -> Markup {
+    html! { section { h2 { "Warnings" } (drawn_warnings(warnings, words)) } }
 }
 
 /// Whether all cells of a column are numbers, so that they are right-aligned.
@@ -213,17 +217,17 @@ pub fn text(table: &Table) -> Result<String, DrawError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact::Doubt;
-    use piezotact::doubt::Advice;
+    use piezotact::Warning;
     use piezotact::figure::{Axis, Chart, Line, Tone};
     use piezotact::page::Column;
-    use piezotact::stroke::StrokeDoubt;
+    use piezotact::stroke::StrokeWarning;
+    use piezotact::warning::Advice;
 
     struct Plain;
 
     impl Words for Plain {
-        fn doubt(&self, doubt: &Doubt) -> String {
-            doubt.code.to_string()
+        fn warning(&self, warning: &Warning) -> String {
+            warning.code.to_string()
         }
 
         fn advice(&self, advice: &Advice) -> String {
@@ -274,7 +278,7 @@ mod tests {
                     },
                 ],
             )
-            .doubts(&[Doubt::from(StrokeDoubt::SlidingAssumed)]);
+            .warnings(&[Warning::from(StrokeWarning::SlidingAssumed)]);
         let text = html(&page, &Plain).unwrap();
         for part in [
             "A page &lt;b&gt;",

@@ -9,7 +9,7 @@ use piezotact::recording::Recording;
 use piezotact::score::{BandScore, Difference, Extent, Score, Verdict};
 
 use crate::chart::HEIGHT;
-use crate::report::doubts_section;
+use crate::report::warnings_section;
 use crate::{Draw, DrawError};
 use crate::{document, figure, origin};
 use piezotact::figure::{Axis, Chart, Line, Mark, Tone, range};
@@ -28,7 +28,7 @@ pub struct Page<'a> {
     pub score: &'a Score,
 }
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -40,7 +40,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         p.soft { "A, the reference: " (page.names[0]) ". B, the test: " (page.names[1]) "." }
         (verdict(s))
         (criteria(s))
-        (doubts_section(&s.doubts.merged(), words))
+        (warnings_section(&s.warnings.merged(), words))
         section {
             h2 { "Third-octave levels and perceptual differences" }
             (figure(&levels(s)?, "Levels of third octaves, rms; the first and the last are cut at the ends of the band. Dashed: the detection threshold of a tone at that frequency."))

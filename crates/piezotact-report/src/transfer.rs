@@ -2,14 +2,14 @@
 
 use maud::{Markup, html};
 use piezotact::document::Words;
-use piezotact::doubt::merged;
 use piezotact::number::digits;
 use piezotact::quantity::{Band, Quantity, Unit};
 use piezotact::transfer::{Bias, Distortion, ImpactTraces, Limits, TransferFunction};
+use piezotact::warning::merged;
 
 #[cfg(feature = "modal")]
 use crate::impact;
-use crate::report::drawn_doubts_and;
+use crate::report::drawn_warnings_and;
 use crate::{DrawError, bench_text, document, figure, figures};
 
 /// What the figures of a transfer function show.
@@ -87,7 +87,7 @@ impl<'a, I: Quantity, O: Quantity> Page<'a, I, O> {
     }
 }
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -111,8 +111,8 @@ pub fn html<I: Quantity, O: Quantity>(
         p.soft { (bench_line(function)) }
         (numbers(page, judged))
         section {
-            h2 { "Doubts" }
-            (drawn_doubts_and(&merged(&function.about.doubts), &page.refused, words))
+            h2 { "Warnings" }
+            (drawn_warnings_and(&merged(&function.about.warnings), &page.refused, words))
         }
         section {
             h2 { "Transfer function" }

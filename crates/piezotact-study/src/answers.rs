@@ -9,12 +9,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact_people::association::{
-    Answer, AnswerTable, AssociationDoubt, Declared, Flag, Purpose, REPETITION, Stimulus,
+    Answer, AnswerTable, AssociationWarning, Declared, Flag, Purpose, REPETITION, Stimulus,
 };
 
-use piezotact_people::campaign::session::CampaignDoubt;
+use piezotact_people::campaign::session::CampaignWarning;
 
 use piezotact_dataset::ReadError;
 
@@ -57,14 +57,14 @@ const EXAMPLE: &str = "participant,task,set,trial,presented,answered";
 #[derive(Clone, Debug, PartialEq)]
 pub struct AnswersFile {
     pub table: AnswerTable,
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The answers in a table with a row for each trial, separated by commas, semicolons or tabs. Columns: participant, task, trial,
 /// presented, answered; set, session, position, offered (samples separated by spaces or |), source, expected, flags
 /// (`missed_target`, `not_measured`, `wrong_sample`, `simulated`), rehearsal (yes, no) and judge (how a virtual volunteer judges, with a
-/// doubt) are optional. The samples are `samples`; where there are none, all
-/// that the table names, with a doubt.
+/// warning) are optional. The samples are `samples`; where there are none, all
+/// that the table names, with a warning.
 ///
 /// # Errors
 /// [`ReadError`] naming the file and the row or the column, what was expected and what was found: missing columns, columns that
@@ -103,9 +103,9 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
         }
         answers.push(row.answer()?);
     }
-    let mut doubts = virtual_volunteers(&answers);
+    let mut warnings = virtual_volunteers(&answers);
     let samples = if samples.is_empty() {
-        doubts.push(AssociationDoubt::SamplesNotDeclared.into());
+        warnings.push(AssociationWarning::SamplesNotDeclared.into());
         samples_of(&answers, &stimuli)
     } else {
         samples.to_vec()
@@ -119,11 +119,11 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
         path: path.into(),
         source: source.into(),
     })?;
-    Ok(AnswersFile { table, doubts })
+    Ok(AnswersFile { table, warnings })
 }
 
-/// One doubt for each way in which virtual volunteers judge.
-fn virtual_volunteers(answers: &[Answer]) -> Vec<Doubt> {
+/// One warning for each way in which virtual volunteers judge.
+fn virtual_volunteers(answers: &[Answer]) -> Vec<Warning> {
     let mut sessions: BTreeMap<&str, BTreeSet<[&str; 2]>> = BTreeMap::new();
     for answer in answers {
         if let Some(judge) = &answer.judge {
@@ -136,11 +136,15 @@ fn virtual_volunteers(answers: &[Answer]) -> Vec<Doubt> {
             sessions.entry(judge).or_default().insert(session);
         }
     }
-    let doubt = |(judge, sessions): (&str, BTreeSet<_>)| CampaignDoubt::Virtual {
+    let warning = |(judge, sessions): (&str, BTreeSet<_>)| CampaignWarning::Virtual {
         sessions: sessions.len(),
         judge: judge.to_owned(),
     };
-    sessions.into_iter().map(doubt).map(Doubt::from).collect()
+    sessions
+        .into_iter()
+        .map(warning)
+        .map(Warning::from)
+        .collect()
 }
 
 /// All samples that answers name, in the order of their names, numbers by their size.
@@ -448,12 +452,12 @@ mod tests {
             );
             assert_eq!(found.table.answers()[0].flags, [Flag::MissedTarget]);
             assert_eq!(
-                found.doubts[0].kind(),
-                Some(AssociationDoubt::SamplesNotDeclared)
+                found.warnings[0].kind(),
+                Some(AssociationWarning::SamplesNotDeclared)
             );
         }
         let listed = read(text, &["S1", "S2", "S6", "S10", "S13"]).unwrap();
-        assert!(listed.doubts.is_empty() && listed.table.declared().samples.len() == 5);
+        assert!(listed.warnings.is_empty() && listed.table.declared().samples.len() == 5);
     }
 
     #[test]

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use piezotact::quantity::{Band, Degrees, Hertz};
 use piezotact::recording::Touch;
-use piezotact::run::{Ended, RunDoubt};
+use piezotact::run::{Ended, RunWarning};
 use piezotact_bench::fake::{FakeScript, fake};
 use piezotact_dataset::{JournalSink, ReadOptions, read_recording};
 use piezotact_people::campaign::protocol::Playing;
@@ -282,16 +282,16 @@ fn a_lost_sensor_loses_no_trial() {
     let about = &recording.about;
     assert_eq!(about.condition.touch, Some(Touch::Active));
     assert!(about.condition.sample.is_some() && about.condition.load_n.is_none());
-    let failed = about.doubts.iter().any(|doubt| {
+    let failed = about.warnings.iter().any(|warning| {
         matches!(
-            doubt.kind(),
-            Some(RunDoubt::EndedEarly {
+            warning.kind(),
+            Some(RunWarning::EndedEarly {
                 ended: Ended::Failed { .. },
                 ..
             })
         )
     });
-    assert!(failed, "{:?}", about.doubts);
+    assert!(failed, "{:?}", about.warnings);
 }
 
 #[test]

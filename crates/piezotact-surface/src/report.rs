@@ -11,7 +11,7 @@ use piezotact::figure::{Axis, Chart, Heatmap, Line, Mark, Tone};
 use piezotact::number::digits_that_count;
 
 use piezotact_report::chart::HEIGHT;
-use piezotact_report::report::doubts_section;
+use piezotact_report::report::warnings_section;
 use piezotact_report::{Draw, DrawError, document, figure, file_name};
 
 const SURFACE: Tone = Tone::Signal;
@@ -23,7 +23,7 @@ const PIXELS: usize = 400;
 /// The parameters that stand large at the top.
 const FIRST: [&str; 8] = ["Ra", "Rq", "Rz", "RSm", "Sa", "Sq", "Sz", "Sdr"];
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -37,7 +37,7 @@ pub fn html(surface: &EvaluatedSurface, words: &dyn Words) -> Result<String, Dra
         h1 { (title) }
         p.soft { (surface.format) ": " (surface.roughness.size_text()) "." }
         (numbers(surface))
-        (doubts_section(&surface.doubts.merged(), words))
+        (warnings_section(&surface.warnings.merged(), words))
         (figures)
         (table(surface))
     };
@@ -83,7 +83,7 @@ fn table(surface: &EvaluatedSurface) -> Markup {
                     }
                 }
             }
-            p.soft { "A dash: this parameter has no value for this surface; if that is a doubt, the reason is listed above." }
+            p.soft { "A dash: this parameter has no value for this surface; if that is a warning, the reason is listed above." }
             @if let Some(stated) = stated {
                 p.soft { "Instrument (" (file_name(&stated.file)) "): " (stated.text()) "." }
             }

@@ -8,7 +8,7 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-use piezotact_surface::SurfaceDoubt;
+use piezotact_surface::SurfaceWarning;
 use std::f64::consts::{PI, TAU};
 
 use crate::shared_data::shared;
@@ -339,7 +339,7 @@ fn a_sine_and_a_square_wave_have_their_textbook_values() {
         within("Rku", r.rku.unwrap(), 1.5, 1e-4);
         assert!(r.rsk.unwrap().abs() < 1e-6);
         assert_eq!((r.sections, r.ends), (5, Ends::Dropped));
-        assert!(r.doubts.is_empty());
+        assert!(r.warnings.is_empty());
 
         let config = stated(standard, ProfileFilter::None, 1e-3);
         let r = profile_roughness(&profile(square_wave(5000)), &config).unwrap();
@@ -390,7 +390,7 @@ fn the_rules_choose_the_cut_off() {
         ] {
             let r = profile_roughness(&z, &ProfileConfig { cutoff, ..by_ra() }).unwrap();
             within("cut-off", r.cutoff_m.unwrap() * 1e3, expected_mm, 1e-12);
-            assert!(r.doubts.is_empty(), "{:?}", r.doubts);
+            assert!(r.warnings.is_empty(), "{:?}", r.warnings);
         }
     };
     check(1e-6, 100.0, 0.8, 0.25);
@@ -402,16 +402,16 @@ fn the_rules_choose_the_cut_off() {
 }
 
 #[test]
-fn what_a_rule_cannot_settle_is_a_doubt() {
+fn what_a_rule_cannot_settle_is_a_warning() {
     let z = |i: usize| 200e-6 * (TAU * i as f64 / 300.0).sin();
     let r = profile_roughness(&profile((0..20_000).map(z).collect()), &by_ra()).unwrap();
     assert_eq!(r.cutoff_m, Some(8e-3));
-    let [short, unsettled] = &r.doubts[..] else {
-        panic!("{:?}", r.doubts)
+    let [short, unsettled] = &r.warnings[..] else {
+        panic!("{:?}", r.warnings)
     };
     assert!(matches!(
         short.kind(),
-        Some(SurfaceDoubt::ShortEvaluation {
+        Some(SurfaceWarning::ShortEvaluation {
             sections: 2,
             asked: 5,
             ..
@@ -419,12 +419,12 @@ fn what_a_rule_cannot_settle_is_a_doubt() {
     ));
     assert!(matches!(
         unsettled.kind(),
-        Some(SurfaceDoubt::CutoffUnsettled { .. })
+        Some(SurfaceWarning::CutoffUnsettled { .. })
     ));
 }
 
 #[test]
-fn short_profiles_are_doubted_or_refused() {
+fn short_profiles_are_reported_or_refused() {
     let config = stated(ProfileStandard::Iso4287, ProfileFilter::Gauss, 0.8e-3);
     let r = profile_roughness(&profile(sine(2000)), &config).unwrap();
     assert_eq!((r.sections, r.ends), (2, Ends::Kept));
@@ -469,7 +469,7 @@ fn a_map_of_sines_has_its_textbook_values() {
     let gradient = TAU / points / 2f64.sqrt();
     within("Sdq", r.sdq.unwrap(), gradient, 5e-3);
     within("Sdr", r.sdr.unwrap(), gradient * gradient / 2.0, 1e-2);
-    assert!(r.doubts.is_empty());
+    assert!(r.warnings.is_empty());
 }
 
 #[test]
@@ -510,12 +510,12 @@ fn texture_aspect_tells_ridges_from_grains() {
     // overlaps hold no whole number of waves
     within("Sal", r.sal_m.unwrap(), 20e-6 * 0.2f64.acos() / TAU, 0.03);
     assert!(
-        matches!(&r.doubts[..], [doubt] if matches!(doubt.kind(), Some(SurfaceDoubt::LongCorrelation { .. })))
+        matches!(&r.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::LongCorrelation { .. })))
     );
 }
 
 #[test]
-fn missing_points_are_left_out_and_doubted() {
+fn missing_points_are_left_out_and_reported() {
     let mut z = rough_map(150, 150, 0.8, 0.8);
     let whole = HeightMap::new(z.clone(), 150, 1e-6, 1e-6).unwrap();
     for i in (0..z.len()).filter(|i| i % 13 == 0) {
@@ -535,7 +535,7 @@ fn missing_points_are_left_out_and_doubted() {
     within("Sal", holes.sal_m.unwrap(), whole.sal_m.unwrap(), 0.03);
     assert!(holes.surface.heights_m()[13].is_nan());
     assert!(
-        matches!(&holes.doubts[..], [doubt] if matches!(doubt.kind(), Some(SurfaceDoubt::MissingPoints { .. })))
+        matches!(&holes.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::MissingPoints { .. })))
     );
 }
 
@@ -573,7 +573,7 @@ fn an_instruments_own_roughness_profile_is_met() {
     let r = profile_roughness(&primary, &config).unwrap();
     assert_eq!(r.sections, 4);
     assert!(
-        matches!(&r.doubts[..], [doubt] if matches!(doubt.kind(), Some(SurfaceDoubt::ShortEvaluation { .. })))
+        matches!(&r.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::ShortEvaluation { .. })))
     );
     let (got, expected) = (r.roughness.heights_m(), instrument.heights_m());
     // The instrument measured before and after the line and cuts its weights at half a cut-off; the file holds

@@ -8,11 +8,11 @@
 )]
 
 use crate::shared_data;
-use piezotact_surface::SurfaceDoubt;
+use piezotact_surface::SurfaceWarning;
 use std::path::PathBuf;
 
 use crate::support::Lcg;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::surface::HeightMap;
 use piezotact_surface::Topography;
 use piezotact_surface::topography::parse_topography;
@@ -147,13 +147,13 @@ fn every_file_is_what_another_program_reads() {
                 Some(z) => assert_near(&format!("{file} {key}"), heights[at] - mean, z, 1e-5 * sq),
             }
         }
-        let expected: Vec<Doubt> = match missing {
+        let expected: Vec<Warning> = match missing {
             0 => Vec::new(),
-            _ => vec![Doubt::from(SurfaceDoubt::MissingPoints {
+            _ => vec![Warning::from(SurfaceWarning::MissingPoints {
                 share: missing as f64 / heights.len() as f64,
             })],
         };
-        assert_eq!(read.doubts, expected, "{file}");
+        assert_eq!(read.warnings, expected, "{file}");
     }
 }
 

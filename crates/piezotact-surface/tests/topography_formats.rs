@@ -4,13 +4,13 @@
     reason = "a test that fails where it cannot go on"
 )]
 
-use piezotact::recording::RecordingDoubt;
-use piezotact_surface::SurfaceDoubt;
+use piezotact::recording::RecordingWarning;
+use piezotact_surface::SurfaceWarning;
 use std::io::{Cursor, Write as _};
 
 use crate::support::{Lcg, NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
 use md5::{Digest as _, Md5};
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::surface::HeightMap;
 use piezotact_surface::Topography;
 use piezotact_surface::{TopographyKind, read_topography, write_sur};
@@ -61,8 +61,8 @@ fn sur_has_16_and_32_bits_and_either_order_of_bytes() {
         assert_heights(&read, &SUR_M);
         assert_eq!(read.kind, TopographyKind::Sur);
         assert_eq!(
-            read.doubts,
-            [Doubt::from(SurfaceDoubt::MissingPoints {
+            read.warnings,
+            [Warning::from(SurfaceWarning::MissingPoints {
                 share: 1.0 / 6.0
             })]
         );
@@ -132,8 +132,8 @@ fn a_sur_is_compressed_inverted_a_profile_or_refused() {
         let read = parse(&inverted, &NOTHING).unwrap();
         assert_heights(&read, &order.map(|at: usize| -SUR_M[at]));
         assert!(matches!(
-            read.doubts[0].kind(),
-            Some(RecordingDoubt::Guessed { .. })
+            read.warnings[0].kind(),
+            Some(RecordingWarning::Guessed { .. })
         ));
     }
     for (at, bytes, part) in [
@@ -272,7 +272,7 @@ fn x3p_has_four_data_types_a_mask_and_checksums() {
         let read = parse(&file.bytes(), &NOTHING).unwrap();
         assert_heights(&read, &metres);
         assert_eq!(
-            (read.kind, read.doubts.as_slice()),
+            (read.kind, read.warnings.as_slice()),
             (TopographyKind::X3p, &[][..])
         );
         assert!((map(&read).step_y_m() - 4e-6).abs() < 1e-15);
@@ -298,7 +298,7 @@ fn x3p_has_four_data_types_a_mask_and_checksums() {
         file.links = "";
         let read = parse(&file.bytes(), &NOTHING).unwrap();
         assert!(
-            matches!(read.doubts.as_slice(), [doubt] if matches!(doubt.kind(), Some(RecordingDoubt::Guessed { .. })))
+            matches!(read.warnings.as_slice(), [warning] if matches!(warning.kind(), Some(RecordingWarning::Guessed { .. })))
         );
 
         for (feature, sizes, part) in [

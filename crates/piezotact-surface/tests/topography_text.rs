@@ -5,7 +5,7 @@
 )]
 
 use crate::support::{NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
-use piezotact_surface::SurfaceDoubt;
+use piezotact_surface::SurfaceWarning;
 use piezotact_surface::Topography;
 use piezotact_surface::TopographyKind;
 
@@ -35,8 +35,8 @@ fn columns_fill_a_grid_in_any_order() {
         let text = format!("{header}0,0,1\n1,0,2\n0,1,3\n1,1,4\n");
         let read = parse(text.as_bytes(), &NOTHING).unwrap();
         assert_heights(&read, &[1e-9, 2e-9, 3e-9, 4e-9]);
-        assert_eq!(read.doubts, []);
-        assert_eq!(parse(text.as_bytes(), &STATED).unwrap().doubts.len(), 2);
+        assert_eq!(read.warnings, []);
+        assert_eq!(parse(text.as_bytes(), &STATED).unwrap().warnings.len(), 2);
     }
     let refused = |text: &str, part: &str| {
         let error = parse(text.as_bytes(), &STATED).unwrap_err().to_string();
@@ -53,9 +53,9 @@ fn columns_fill_a_grid_in_any_order() {
     refused(&diagonal, "a complete grid");
     let read = parse(b"0 0 1\n1.05 0 2\n0 1 3\n1 1 4\n2 1 4\n2 0 4\n", &STATED).unwrap();
     assert!(
-        matches!(read.doubts.as_slice(), [doubt] if matches!(doubt.kind(), Some(SurfaceDoubt::UnevenSteps { .. }))),
+        matches!(read.warnings.as_slice(), [warning] if matches!(warning.kind(), Some(SurfaceWarning::UnevenSteps { .. }))),
         "{:?}",
-        read.doubts
+        read.warnings
     );
 }
 

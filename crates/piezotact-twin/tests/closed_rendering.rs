@@ -6,13 +6,13 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use piezotact::correct::LoopDoubt;
-use piezotact::render::RenderDoubt;
-use piezotact::resample::ResampleDoubt;
+use piezotact::correct::LoopWarning;
+use piezotact::render::RenderWarning;
+use piezotact::resample::ResampleWarning;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::correct::CorrectConfig;
 use piezotact::device::DeviceDescription;
 use piezotact::lineage::Mode;
@@ -217,9 +217,13 @@ fn the_rate_of_the_target_does_not_matter() {
                 told(&looped)
             );
             assert!(error_of(&looped, looped.iterations.len() - 1) < 0.6);
-            let said =
-                |doubt: &Doubt| matches!(doubt.kind(), Some(ResampleDoubt::RateConverted { .. }));
-            assert_eq!(looped.rendered.about.doubts.iter().any(said), hz > 5_000.0);
+            let said = |warning: &Warning| {
+                matches!(warning.kind(), Some(ResampleWarning::RateConverted { .. }))
+            };
+            assert_eq!(
+                looped.rendered.about.warnings.iter().any(said),
+                hz > 5_000.0
+            );
         }
     }
 }
@@ -300,15 +304,16 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
         looped.rendered.coverage.given_up
     );
     assert!(headroom.peak <= headroom.limit + 1e-9, "{headroom:?}");
-    let turned_down = looped
-        .rendered
-        .about
-        .doubts
-        .iter()
-        .find_map(|doubt| match doubt.kind() {
-            Some(RenderDoubt::TurnedDown { fits_at_db, .. }) => Some(fits_at_db),
-            _ => None,
-        });
+    let turned_down =
+        looped
+            .rendered
+            .about
+            .warnings
+            .iter()
+            .find_map(|warning| match warning.kind() {
+                Some(RenderWarning::TurnedDown { fits_at_db, .. }) => Some(fits_at_db),
+                _ => None,
+            });
     // It fits at that level, crests pressed, and not much above.
     let fits_at = turned_down.unwrap();
     loop_config.render.inverse.inverse = Inverse::Constant;
@@ -430,7 +435,7 @@ fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, ProcedureError> {
     )
 }
 
-/// Run 1 is silence, 2 and 3 the open loop: what happens from 4 on leaves the open loop's drive, with a doubt that says why.
+/// Run 1 is silence, 2 and 3 the open loop: what happens from 4 on leaves the open loop's drive, with a warning that says why.
 #[test]
 fn what_happens_in_the_loop_leaves_the_best_so_far() {
     for (mishap, why) in [
@@ -451,9 +456,9 @@ fn what_happens_in_the_loop_leaves_the_best_so_far() {
         let said = looped
             .rendered
             .about
-            .doubts
+            .warnings
             .iter()
-            .find(|d| matches!(d.kind(), Some(LoopDoubt::LoopStopped { .. })));
+            .find(|d| matches!(d.kind(), Some(LoopWarning::LoopStopped { .. })));
         assert!(said.unwrap().to_string().contains(why));
     }
 }

@@ -1,6 +1,6 @@
 //! Rendering with the average transfer function of a panel for people who are not in it (*thesis* 5.2, figure 79).
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::statistics::mean;
 use piezotact::transfer::TransferFunction;
@@ -23,7 +23,7 @@ const SECONDS: f64 = 30.0;
 pub(super) struct Averaged {
     pub(super) finding: Finding,
     pub(super) figure: Option<Counterpart>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     pub(super) measured: String,
 }
 
@@ -32,7 +32,7 @@ pub(super) fn with_average(
     laboratory: &Laboratory,
     average: &TransferFunction<Drive, Acceleration>,
 ) -> Result<Averaged, ReplayError> {
-    let (mut own, mut averaged, mut figure, mut doubts) =
+    let (mut own, mut averaged, mut figure, mut warnings) =
         (Vec::new(), Vec::new(), None, Vec::new());
     let sample = laboratory.parameters.sample(TEXTURE)?;
     let protocol = ActiveProtocol {
@@ -64,12 +64,12 @@ pub(super) fn with_average(
                 &drive.drive,
                 &resting(&format!("play {what}"), 0.2, 20.0),
             )?;
-            doubts.extend(
+            warnings.extend(
                 drive
                     .about
-                    .doubts
+                    .warnings
                     .iter()
-                    .chain(&measured.about.doubts)
+                    .chain(&measured.about.warnings)
                     .cloned(),
             );
             compared(&target, &measured, level)
@@ -119,7 +119,7 @@ pub(super) fn with_average(
     Ok(Averaged {
         finding,
         figure,
-        doubts,
+        warnings,
         measured: format!(
             "Participants {} to {}, who are not in the panel, were presented with one stroke of {TEXTURE} rendered with their \
                 own transfer function and with the average of the panel at 20° and 0.2 N.",

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::figure::{Line, Mark};
 use piezotact::quantity::{Band, Hertz, QuantityError, SampleRate};
 use piezotact::recording::{EventValue, Recording};
@@ -65,7 +65,7 @@ pub(super) struct Brains {
     pub(super) findings: Vec<Finding>,
     pub(super) figures: Vec<Counterpart>,
     pub(super) measured: Vec<String>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// One task of one person.
@@ -74,7 +74,7 @@ struct Session {
     by_surface: BTreeMap<String, f64>,
     /// Over electrodes, frequencies and times of all trials, %.
     changes: Power,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 /// The sessions of all participants: one list for each task of [`ORDER`].
@@ -99,10 +99,10 @@ pub(super) fn brains(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Bra
             WINDOW_S[0],
             WINDOW_S[1],
         )],
-        doubts: sessions
+        warnings: sessions
             .into_iter()
             .flatten()
-            .flat_map(|one| one.doubts)
+            .flat_map(|one| one.warnings)
             .collect(),
     })
 }
@@ -162,14 +162,14 @@ fn session(
         mode: Mode::Percent,
         min_epochs: MIN_EPOCHS,
     };
-    let (mut by_surface, mut doubts) = (BTreeMap::new(), Vec::new());
+    let (mut by_surface, mut warnings) = (BTreeMap::new(), Vec::new());
     for surface in surfaces {
         let erd = desynchronisation(&plan, &epochs.of_condition(surface)?, &config)?;
         let centre = erd.channels.iter();
         let centre = centre.filter(|one| CENTRE.contains(&one.channel.as_str()));
         let changes: Vec<f64> = centre.map(|one| one.change).collect();
         by_surface.insert(surface.to_owned(), mean(&changes));
-        doubts.extend(erd.doubts);
+        warnings.extend(erd.warnings);
     }
     let changes = map(
         &plan.average(&epochs)?,
@@ -180,7 +180,7 @@ fn session(
     Ok(Session {
         by_surface,
         changes: changes.power,
-        doubts,
+        warnings,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Chapter 4: rendering on the device, with everybody's own transfer function.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::figure::Line;
 use piezotact::quantity::Decibels;
 use piezotact::spectrum::amplitude_spectrum;
@@ -32,7 +32,7 @@ struct Felt {
     /// Whether the device clips it as it stands.
     clips: bool,
     level: Decibels,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
     figures: Vec<Counterpart>,
 }
 
@@ -82,15 +82,15 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
                     figures.extend(processing(&target, &drive, &function));
                 }
             }
-            let doubts: [&[Doubt]; 4] = [
-                &taken.doubts,
-                &drive.about.doubts,
-                &measured.about.doubts,
-                &verification.doubts,
+            let warnings: [&[Warning]; 4] = [
+                &taken.warnings,
+                &drive.about.warnings,
+                &measured.about.warnings,
+                &verification.warnings,
             ];
-            let doubts = doubts.into_iter().flatten().cloned().collect();
+            let warnings = warnings.into_iter().flatten().cloned().collect();
             felt.push(Felt {
-                doubts,
+                warnings,
                 participant,
                 texture,
                 rendered: verification,
@@ -126,10 +126,10 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         .chain(campaigns.measured)
         .collect(),
         findings,
-        doubts: said_once(
+        warnings: said_once(
             felt.iter()
-                .flat_map(|f| f.doubts.iter().map(|d| (f.texture, d)))
-                .chain(exchange.doubts.iter().map(|(sample, d)| (*sample, d))),
+                .flat_map(|f| f.warnings.iter().map(|d| (f.texture, d)))
+                .chain(exchange.warnings.iter().map(|(sample, d)| (*sample, d))),
         ),
         figures: felt
             .into_iter()

@@ -1,7 +1,7 @@
 //! Chapter 6: three surfaces touched freely by ten people, the forces on the device in two tasks, and the EEG in all three.
 
-use piezotact::Doubt;
-use piezotact::compare::CompareDoubt;
+use piezotact::Warning;
+use piezotact::compare::CompareWarning;
 use piezotact::compare::{Periods, Sliding, SpatialPeriod, Summary, spatial_period};
 use piezotact::figure::Line;
 use piezotact::quantity::{Acceleration, Force, Hertz};
@@ -61,7 +61,7 @@ pub(super) fn chapter6(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
     let Tasks {
         forces_n,
         softest_db,
-        doubts,
+        warnings,
         figure,
     } = tasks(laboratory, &free)?;
     let campaigns = campaigns::of_chapter_6(laboratory)?;
@@ -88,12 +88,12 @@ pub(super) fn chapter6(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         .chain(brains.measured)
         .collect(),
         findings,
-        doubts: said_once(
+        warnings: said_once(
             free.iter()
-                .flat_map(|one| one.taken.doubts.iter().map(|d| (one.surface, d)))
-                .chain(period.iter().flat_map(|p| p.doubts.iter().map(|d| ("M8, passive", d))))
-                .chain(doubts.iter().map(|(surface, d)| (*surface, d)))
-                .chain(brains.doubts.iter().map(|d| ("EEG", d))),
+                .flat_map(|one| one.taken.warnings.iter().map(|d| (one.surface, d)))
+                .chain(period.iter().flat_map(|p| p.warnings.iter().map(|d| ("M8, passive", d))))
+                .chain(warnings.iter().map(|(surface, d)| (*surface, d)))
+                .chain(brains.warnings.iter().map(|d| ("EEG", d))),
         ),
         figures: figures(&free)
             .into_iter()
@@ -179,7 +179,7 @@ struct Tasks {
     forces_n: [[Vec<f64>; 3]; 2],
     /// The lowest level of a rendering re its target, dB.
     softest_db: f64,
-    doubts: Vec<(&'static str, Doubt)>,
+    warnings: Vec<(&'static str, Warning)>,
     figure: Option<Counterpart>,
 }
 
@@ -188,7 +188,7 @@ fn tasks(laboratory: &Laboratory, free: &[Free]) -> Result<Tasks, ReplayError> {
     let mut tasks = Tasks {
         forces_n: Default::default(),
         softest_db: 0.0,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
         figure: None,
     };
     for participant in 1..=PARTICIPANTS {
@@ -201,8 +201,10 @@ fn tasks(laboratory: &Laboratory, free: &[Free]) -> Result<Tasks, ReplayError> {
             };
             let (drive, level) = rendered(&one.target, &function)?;
             tasks.softest_db = tasks.softest_db.min(level.0);
-            let doubts = drive.about.doubts.iter().cloned();
-            tasks.doubts.extend(doubts.map(|doubt| (surface, doubt)));
+            let warnings = drive.about.warnings.iter().cloned();
+            tasks
+                .warnings
+                .extend(warnings.map(|warning| (surface, warning)));
             let mut verified = Vec::new();
             for (task, forces_n) in TASKS.into_iter().zip(&mut tasks.forces_n) {
                 let run = resting(&format!("{task} {surface}"), 0.2, 20.0);
@@ -270,9 +272,10 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         few => format!(" (fewer than two: {})", few.join(", ")),
     };
     let clear = |found: &&SpatialPeriod| {
-        let unsure =
-            |doubt: &Doubt| matches!(doubt.kind(), Some(CompareDoubt::NoCommonPeriod { .. }));
-        !found.doubts.iter().any(unsure)
+        let unsure = |warning: &Warning| {
+            matches!(warning.kind(), Some(CompareWarning::NoCommonPeriod { .. }))
+        };
+        !found.warnings.iter().any(unsure)
     };
     let period = passive
         .filter(clear)

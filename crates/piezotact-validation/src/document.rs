@@ -19,7 +19,7 @@ pub struct ChapterDocument<'a> {
     /// What was measured, in sentences.
     pub measured: &'a [String],
     /// What limits it, in sentences.
-    pub doubts: Vec<String>,
+    pub warnings: Vec<String>,
     /// What is not there yet.
     pub missing: &'a [String],
 }
@@ -102,7 +102,7 @@ impl Content for ReplayDocument<'_> {
 
 impl<'a> ReplayDocument<'a> {
     /// What `chapters` found, and `panels` where several were counted, with the parameters of the file `twin`, the report `report`
-    /// beside it, and doubts in `words`.
+    /// beside it, and warnings in `words`.
     #[must_use]
     pub fn of(
         laboratory: &'a Laboratory,
@@ -122,8 +122,8 @@ impl<'a> ReplayDocument<'a> {
                     number: chapter.number,
                     title: chapter.title,
                     measured: &chapter.measured,
-                    doubts: (chapter.doubts.iter())
-                        .map(|doubt| words.merged(doubt))
+                    warnings: (chapter.warnings.iter())
+                        .map(|warning| words.merged(warning))
                         .collect(),
                     missing: &chapter.missing,
                 })

@@ -1,6 +1,6 @@
 //! Section 4.4 of chapter 4: two samples with their levels exchanged, each with its own spectrum.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::manipulate::{Texture, exchanged};
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
@@ -29,7 +29,7 @@ pub(super) struct Exchange {
     pub(super) finding: Finding,
     pub(super) measured: String,
     pub(super) figures: Vec<Counterpart>,
-    pub(super) doubts: Vec<(&'static str, Doubt)>,
+    pub(super) warnings: Vec<(&'static str, Warning)>,
 }
 
 /// One sample that took the level of another.
@@ -41,9 +41,9 @@ struct Inverted {
 
 /// Both pairs, stroked by participant 1 at 30 mm/s and 0.2 N, with their levels exchanged.
 pub(super) fn exchanged_levels(laboratory: &Laboratory) -> Result<Exchange, ReplayError> {
-    let (mut all, mut figures, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut all, mut figures, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
     for pair in PAIRS {
-        let [first, second] = pair.map(|sample| touched(laboratory, sample, &mut doubts));
+        let [first, second] = pair.map(|sample| touched(laboratory, sample, &mut warnings));
         let before = [first?, second?];
         let [first, second] = before.clone();
         let after = exchanged(first, second)?;
@@ -83,7 +83,7 @@ pub(super) fn exchanged_levels(laboratory: &Laboratory) -> Result<Exchange, Repl
         measured: "Participant 1 stroked S2, S13, S5 and S11 at 30 mm/s and 0.2 N; the rms levels of S2 and S13 were exchanged, \
             and those of S5 and S11.".into(),
         figures,
-        doubts,
+        warnings,
     })
 }
 
@@ -91,7 +91,7 @@ pub(super) fn exchanged_levels(laboratory: &Laboratory) -> Result<Exchange, Repl
 fn touched(
     laboratory: &Laboratory,
     sample: &'static str,
-    doubts: &mut Vec<(&'static str, Doubt)>,
+    warnings: &mut Vec<(&'static str, Warning)>,
 ) -> Result<Texture<Acceleration>, ReplayError> {
     let person = Participant::of(1, laboratory.seed, &laboratory.parameters);
     let protocol = ActiveProtocol {
@@ -106,7 +106,12 @@ fn touched(
     let acttouch = ActTouch::new(&laboratory.parameters, person, of, protocol)?;
     let plan = run(laboratory, "exchanged levels", Some(0.2));
     let (taken, recording) = take(acttouch.into_acquirer(), &plan, SEGMENT_SAMPLES)?;
-    doubts.extend(taken.doubts.iter().map(|doubt| (sample, doubt.clone())));
+    warnings.extend(
+        taken
+            .warnings
+            .iter()
+            .map(|warning| (sample, warning.clone())),
+    );
     Ok(Texture::of(sample, target(&taken, &recording)?))
 }
 

@@ -66,16 +66,16 @@ pub struct Chapter {
     /// The counterparts of its figures.
     pub figures: Vec<Counterpart>,
     /// What a person should know before relying on it, each once, with how often it was said.
-    pub doubts: Vec<piezotact::doubt::Merged>,
+    pub warnings: Vec<piezotact::warning::Merged>,
     /// What is not there yet: figures and the issue that brings them.
     pub missing: Vec<String>,
 }
 
-/// Doubts of many recordings, those of one kind once and with what they are about.
+/// Warnings of many recordings, those of one kind once and with what they are about.
 fn said_once<'a>(
-    doubts: impl Iterator<Item = (&'a str, &'a piezotact::Doubt)>,
-) -> Vec<piezotact::doubt::Merged> {
-    piezotact::doubt::merged_of(doubts.map(|(of, doubt)| (Some(of), doubt)))
+    warnings: impl Iterator<Item = (&'a str, &'a piezotact::Warning)>,
+) -> Vec<piezotact::warning::Merged> {
+    piezotact::warning::merged_of(warnings.map(|(of, warning)| (Some(of), warning)))
 }
 
 /// Why a chapter could not be measured.

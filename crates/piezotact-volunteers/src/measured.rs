@@ -1,6 +1,6 @@
 //! From a bench to what its strokes say, as anybody would do it: record, guess the roles, cut, analyse.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::feature::{Analysis, FeatureConfig, analyse};
 use piezotact::filter::HighPass;
 use piezotact::quantity::{Degrees, Newtons};
@@ -23,7 +23,7 @@ pub struct Taken {
     pub slipped: usize,
     pub judging: Judging,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A run at `load_n`, or at the person's own load.
@@ -74,16 +74,22 @@ pub fn take(
         segmentation = cut(Judging::ContactOnly)?;
     }
     let analysis = analysed(&recording, &segmentation, segment_samples)?;
-    let mut doubts = recording.about.doubts.clone();
-    doubts.extend(segmentation.doubts.iter().chain(&analysis.doubts).cloned());
-    doubts.extend(segmentation.rejection_doubt());
+    let mut warnings = recording.about.warnings.clone();
+    warnings.extend(
+        segmentation
+            .warnings
+            .iter()
+            .chain(&analysis.warnings)
+            .cloned(),
+    );
+    warnings.extend(segmentation.rejection_warning());
     let taken = Taken {
         condition: recording.about.condition.clone(),
         segmentation,
         analysis,
         slipped,
         judging,
-        doubts,
+        warnings,
     };
     Ok((taken, recording))
 }

@@ -117,8 +117,8 @@ impl Certificate {
         }
         let is_named =
             ServerName::try_from(name).is_ok_and(|name| verify_server_name(&first, &name).is_ok());
-        let doubt = || format!("the certificate does not name {name}: browsers will warn of it");
-        Ok((!is_named).then(doubt))
+        let warning = || format!("the certificate does not name {name}: browsers will warn of it");
+        Ok((!is_named).then(warning))
     }
 
     fn chain(&self) -> Result<Vec<CertificateDer<'static>>, CertificateError> {

@@ -7,16 +7,15 @@
 mod aligned;
 mod answer;
 mod crest;
-mod doubt;
 mod summary;
+mod warning;
 
-pub use doubt::{LoopDoubt, LoopStop, MeasurementFaultDoubt};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 pub use summary::{CorrectedRendering, RenderingSums};
+pub use warning::{LoopStop, LoopWarning, MeasurementFaultWarning};
 
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
@@ -29,6 +28,7 @@ use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use crate::statistics::peak;
 use crate::transfer::TransferFunction;
 use crate::verify::{VerifyConfig, VerifyError};
+use crate::warning::Warning;
 use aligned::AlignedResponses;
 
 /// How a drive is corrected.
@@ -567,12 +567,12 @@ impl<O: Quantity> Correction<O> {
         Series::new(aim.split_off(self.frame.before), self.frame.rate())
     }
 
-    /// The doubt about lines of the target hidden by `noise` (estimated with [`Self::welch`]), which can be neither corrected nor
+    /// The warning about lines of the target hidden by `noise` (estimated with [`Self::welch`]), which can be neither corrected nor
     /// judged reliably; `None` if there are none.
     ///
     /// # Errors
     /// [`VerifyError::Estimate`] when the target is shorter than a segment.
-    pub fn hidden(&self, noise: &Spectrum<O>) -> Result<Option<Doubt>, VerifyError> {
+    pub fn hidden(&self, noise: &Spectrum<O>) -> Result<Option<Warning>, VerifyError> {
         let mut plan = WelchPlan::new(&self.welch, self.frame.rate())?;
         let wanted = plan.estimate::<O>(&[self.target.samples()])?;
         let band = self.render.inverse.band;
@@ -586,7 +586,7 @@ impl<O: Quantity> Correction<O> {
         let hidden = lines.iter().filter(|(_, hidden)| *hidden).count();
         let [bands, _] = runs(&lines, band, wanted.resolution_hz);
         Ok((hidden > 0).then(|| {
-            Doubt::from(LoopDoubt::TargetInNoise {
+            Warning::from(LoopWarning::TargetInNoise {
                 share: hidden as f64 / lines.len() as f64,
                 bands,
             })

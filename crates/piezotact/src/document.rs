@@ -9,7 +9,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::doubt::{About, Advice, Doubt, Merged};
+use crate::warning::{About, Advice, Merged, Warning};
 
 /// The field of a document that says how it was made ([`crate::invocation::Invocation`]); it is no part of the value.
 pub const INVOCATION: &str = "invocation";
@@ -144,42 +144,42 @@ pub struct AdviceEntry {
     pub text: String,
 }
 
-/// One or several doubts of one kind, in a document, with the sentence for a person.
+/// One or several warnings of one kind, in a document, with the sentence for a person.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct DoubtEntry {
-    /// Which kind of doubt it is: `force_not_measured`.
+pub struct WarningEntry {
+    /// Which kind of warning it is: `force_not_measured`.
     pub code: String,
     /// What it is about.
     pub about: Option<About>,
     /// What was found, by name; names end with their unit.
     pub values: BTreeMap<String, Value>,
-    /// How many doubts of this kind there are.
+    /// How many warnings of this kind there are.
     pub seen: usize,
     /// What a person can do.
     pub advice: Vec<AdviceEntry>,
-    /// The doubt in words.
+    /// The warning in words.
     pub text: String,
-    /// The numbers in which several doubts differ: lowest and highest.
+    /// The numbers in which several warnings differ: lowest and highest.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub ranges: BTreeMap<String, [f64; 2]>,
-    /// The recordings, files or groups that several doubts are about.
+    /// The recordings, files or groups that several warnings are about.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub of: Vec<String>,
-    /// What several doubts name themselves: channels, groups, measurements.
+    /// What several warnings name themselves: channels, groups, measurements.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub subjects: Vec<String>,
 }
 
-/// How doubts and advice are put into words: the command line names options, Python keywords, a page buttons.
+/// How warnings and advice are put into words: the command line names options, Python keywords, a page buttons.
 pub trait Words {
-    /// A doubt with what to do.
-    fn doubt(&self, doubt: &Doubt) -> String;
+    /// A warning with what to do.
+    fn warning(&self, warning: &Warning) -> String;
     /// An advice.
     fn advice(&self, advice: &Advice) -> String;
-    /// Doubts of one kind.
-    fn merged(&self, doubts: &Merged) -> String {
-        doubts.text_with(&|doubt| self.doubt(doubt))
+    /// Warnings of one kind.
+    fn merged(&self, warnings: &Merged) -> String {
+        warnings.text_with(&|warning| self.warning(warning))
     }
 }
 
@@ -205,68 +205,68 @@ impl AdviceEntry {
     }
 }
 
-impl DoubtEntry {
-    /// `doubts` of one kind with their text.
+impl WarningEntry {
+    /// `warnings` of one kind with their text.
     ///
     /// Source: decisions 0030 and 0046 of this project.
-    pub fn of(doubts: &Merged, words: &dyn Words) -> Self {
-        let doubt = &doubts.doubt;
-        let values = doubt.values.iter().map(|(name, value)| {
+    pub fn of(warnings: &Merged, words: &dyn Words) -> Self {
+        let warning = &warnings.warning;
+        let values = warning.values.iter().map(|(name, value)| {
             let mut value = Value::from(value.clone());
             complete_values(&mut value, words);
             (name.clone(), value)
         });
         Self {
-            code: doubt.code.clone().into_owned(),
-            about: doubt.about.clone(),
+            code: warning.code.clone().into_owned(),
+            about: warning.about.clone(),
             values: values.collect(),
-            seen: doubt.seen,
-            advice: (doubt.advice.iter())
+            seen: warning.seen,
+            advice: (warning.advice.iter())
                 .map(|advice| AdviceEntry::of(advice, words))
                 .collect(),
-            text: words.merged(doubts),
-            ranges: (doubts.ranges.iter())
+            text: words.merged(warnings),
+            ranges: (warnings.ranges.iter())
                 .map(|range| (range.field.clone(), [range.low, range.high]))
                 .collect(),
-            of: doubts.about.clone(),
-            subjects: doubts.subjects.clone(),
+            of: warnings.about.clone(),
+            subjects: warnings.subjects.clone(),
         }
     }
 }
 
-/// The keys of stored doubts.
+/// The keys of stored warnings.
 const STORED: [&str; 5] = ["code", "about", "values", "seen", "advice"];
-/// The keys that several doubts as one have besides.
+/// The keys that several warnings as one have besides.
 const MERGED: [&str; 3] = ["ranges", "of", "subjects"];
 
-/// Gives every doubt in `document` the sentences of `words` and all its keys, whatever it holds: those in lists whose name
-/// contains "doubt", and those in the values of doubts. Stored doubts leave out what is empty.
+/// Gives every warning in `document` the sentences of `words` and all its keys, whatever it holds: those in lists whose name
+/// contains "warning", and those in the values of warnings. Stored warnings leave out what is empty.
 ///
 /// Source: decision 0046 of this project.
-pub fn complete_doubts(document: &mut Value, words: &dyn Words) {
+pub fn complete_warnings(document: &mut Value, words: &dyn Words) {
     match document {
         Value::Object(fields) => {
             for (name, inner) in fields.iter_mut() {
                 match inner {
-                    Value::Array(doubts) if name.contains("doubt") => {
-                        for doubt in doubts {
-                            complete_one(doubt, words);
+                    Value::Array(warnings) if name.contains("warning") => {
+                        for warning in warnings {
+                            complete_one(warning, words);
                         }
                     }
-                    other => complete_doubts(other, words),
+                    other => complete_warnings(other, words),
                 }
             }
         }
         Value::Array(values) => {
             for value in values {
-                complete_doubts(value, words);
+                complete_warnings(value, words);
             }
         }
         _ => {}
     }
 }
 
-/// Completes doubts in the values of a doubt.
+/// Completes warnings in the values of a warning.
 fn complete_values(value: &mut Value, words: &dyn Words) {
     match value {
         Value::Array(several) => several.iter_mut().for_each(|one| complete_one(one, words)),
@@ -274,7 +274,7 @@ fn complete_values(value: &mut Value, words: &dyn Words) {
     }
 }
 
-/// Completes `value` where it is a stored doubt; else what is in it.
+/// Completes `value` where it is a stored warning; else what is in it.
 fn complete_one(value: &mut Value, words: &dyn Words) {
     let stored = value.as_object().is_some_and(|fields| {
         fields.get("code").is_some_and(Value::is_string)
@@ -282,57 +282,57 @@ fn complete_one(value: &mut Value, words: &dyn Words) {
     });
     let merged = stored.then(|| serde_json::from_value::<Merged>(value.clone()));
     let Some(Ok(merged)) = merged else {
-        return complete_doubts(value, words);
+        return complete_warnings(value, words);
     };
-    if let Ok(whole) = serde_json::to_value(DoubtEntry::of(&merged, words)) {
+    if let Ok(whole) = serde_json::to_value(WarningEntry::of(&merged, words)) {
         *value = whole;
     }
 }
 
-/// Doubts of a document have the form that is printed, not the one that is stored.
+/// Warnings of a document have the form that is printed, not the one that is stored.
 #[cfg(feature = "schemas")]
 mod schemas {
     use std::borrow::Cow;
 
     use schemars::{JsonSchema, Schema, SchemaGenerator};
 
-    use super::DoubtEntry;
-    use crate::doubt::{Doubt, Merged};
+    use super::WarningEntry;
+    use crate::warning::{Merged, Warning};
 
     macro_rules! printed {
         ($($stored:ty),*) => { $(
             impl JsonSchema for $stored {
                 fn schema_name() -> Cow<'static, str> {
-                    DoubtEntry::schema_name()
+                    WarningEntry::schema_name()
                 }
 
                 fn schema_id() -> Cow<'static, str> {
-                    DoubtEntry::schema_id()
+                    WarningEntry::schema_id()
                 }
 
                 fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-                    DoubtEntry::json_schema(generator)
+                    WarningEntry::json_schema(generator)
                 }
             }
         )* };
     }
 
-    printed!(Doubt, Merged);
+    printed!(Warning, Merged);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::doubt::merged;
-    use crate::recording::RecordingDoubt;
-    use crate::stroke::StrokeDoubt;
+    use crate::recording::RecordingWarning;
+    use crate::stroke::StrokeWarning;
+    use crate::warning::merged;
     use serde_json::json;
 
     struct Plain;
 
     impl Words for Plain {
-        fn doubt(&self, doubt: &Doubt) -> String {
-            format!("a doubt called {}", doubt.code)
+        fn warning(&self, warning: &Warning) -> String {
+            format!("a warning called {}", warning.code)
         }
 
         fn advice(&self, advice: &Advice) -> String {
@@ -386,30 +386,30 @@ mod tests {
         }
     }
 
-    /// Python reads every doubt by the same keys, those within doubts and those without advice too.
+    /// Python reads every warning by the same keys, those within warnings and those without advice too.
     #[test]
-    fn every_doubt_of_a_document_has_all_its_keys() {
-        let plain = Doubt::from(StrokeDoubt::SlidingAssumed);
-        let scaled = Doubt::from(RecordingDoubt::Uncalibrated {
+    fn every_warning_of_a_document_has_all_its_keys() {
+        let plain = Warning::from(StrokeWarning::SlidingAssumed);
+        let scaled = Warning::from(RecordingWarning::Uncalibrated {
             channel: "acc".into(),
         });
-        let rate = Doubt::from(RecordingDoubt::RateStated {
+        let rate = Warning::from(RecordingWarning::RateStated {
             stated_hz: 1.0,
             found_hz: 2.0,
         });
         let mut outer = serde_json::to_value(&plain).unwrap();
         outer["values"] = json!({ "example": scaled, "several": [rate] });
-        let mut document = json!({ "part": { "doubts": [outer] }, "code": "no doubt" });
-        complete_doubts(&mut document, &Plain);
-        assert_eq!(document["code"], "no doubt");
-        let outer = &document["part"]["doubts"][0];
+        let mut document = json!({ "part": { "warnings": [outer] }, "code": "no warning" });
+        complete_warnings(&mut document, &Plain);
+        assert_eq!(document["code"], "no warning");
+        let outer = &document["part"]["warnings"][0];
         let inner = [&outer["values"]["example"], &outer["values"]["several"][0]];
-        for doubt in inner.into_iter().chain([outer]) {
+        for warning in inner.into_iter().chain([outer]) {
             for key in STORED.into_iter().chain(["text"]) {
-                assert!(doubt.get(key).is_some(), "no {key} in {doubt}");
+                assert!(warning.get(key).is_some(), "no {key} in {warning}");
             }
-            let code = doubt["code"].as_str().unwrap();
-            assert_eq!(doubt["text"], format!("a doubt called {code}"));
+            let code = warning["code"].as_str().unwrap();
+            assert_eq!(warning["text"], format!("a warning called {code}"));
         }
         assert_eq!(
             (&outer["about"], &outer["advice"]),
@@ -426,22 +426,22 @@ mod tests {
         );
         // A second time nothing changes.
         let once = document.clone();
-        complete_doubts(&mut document, &Plain);
+        complete_warnings(&mut document, &Plain);
         assert_eq!(document, once);
     }
 
     #[test]
-    fn doubts_of_one_kind_keep_their_ranges_in_a_document() {
+    fn warnings_of_one_kind_keep_their_ranges_in_a_document() {
         let rate = |found_hz| {
-            Doubt::from(RecordingDoubt::RateStated {
+            Warning::from(RecordingWarning::RateStated {
                 stated_hz: 1.0,
                 found_hz,
             })
         };
         let all = merged(&[rate(2.0), rate(3.0)]);
-        let mut document = json!({ "doubts": all });
-        complete_doubts(&mut document, &Plain);
-        let one = &document["doubts"][0];
+        let mut document = json!({ "warnings": all });
+        complete_warnings(&mut document, &Plain);
+        let one = &document["warnings"][0];
         assert_eq!(one["ranges"], json!({ "found_hz": [2.0, 3.0] }));
         assert_eq!(one["seen"], 2);
         assert!(

@@ -7,41 +7,41 @@
 //! The modules stand in four layers, and a module uses only what stands before it; `docs/layers.md` has the table and
 //! `xtask tidy` checks it:
 //!
-//! - ground: units, statistics, checksums, criteria, doubts, lineages;
+//! - ground: units, statistics, checksums, criteria, warnings, lineages;
 //! - signals: series, recordings, spectra, filters, rates, clipping, integrity;
 //! - touch: surfaces, strokes, what they say, what is distinguishable by touch, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
-/// `$of` of every kind of doubts: a module that raises doubts of its own has a line here.
-macro_rules! kinds_of_doubts {
+/// `$of` of every kind of warnings: a module that raises warnings of its own has a line here.
+macro_rules! kinds_of_warnings {
     ($of:ident) => {
         [
-            $of::<crate::recording::RecordingDoubt>,
-            $of::<crate::recording::RehearsalDoubt>,
-            $of::<crate::spectrum::SpectrumDoubt>,
-            $of::<crate::resample::ResampleDoubt>,
-            $of::<crate::align::AlignDoubt>,
-            $of::<crate::sound::SoundDoubt>,
-            $of::<crate::clipping::ClippingDoubt>,
-            $of::<crate::integrity::SignalDoubt>,
-            $of::<crate::noise::NoiseDoubt>,
-            $of::<crate::stroke::StrokeDoubt>,
-            $of::<crate::stroke::ForceDoubt>,
-            $of::<crate::feature::FeatureDoubt>,
-            $of::<crate::discrimination::DiscriminationDoubt>,
-            $of::<crate::compare::CompareDoubt>,
-            $of::<crate::transfer::TransferDoubt>,
-            $of::<crate::transfer::ImpactDoubt>,
-            $of::<crate::run::RunDoubt>,
-            $of::<crate::run::ForceSourceDoubt>,
-            $of::<crate::panel::PanelDoubt>,
-            $of::<crate::render::RenderDoubt>,
-            $of::<crate::verify::VerifyDoubt>,
-            $of::<crate::correct::LoopDoubt>,
-            $of::<crate::correct::MeasurementFaultDoubt>,
-            $of::<crate::manipulate::ManipulateDoubt>,
-            $of::<crate::score::ScoreDoubt>,
-            $of::<crate::prepare::PrepareDoubt>,
+            $of::<crate::recording::RecordingWarning>,
+            $of::<crate::recording::RehearsalWarning>,
+            $of::<crate::spectrum::SpectrumWarning>,
+            $of::<crate::resample::ResampleWarning>,
+            $of::<crate::align::AlignWarning>,
+            $of::<crate::sound::SoundWarning>,
+            $of::<crate::clipping::ClippingWarning>,
+            $of::<crate::integrity::SignalWarning>,
+            $of::<crate::noise::NoiseWarning>,
+            $of::<crate::stroke::StrokeWarning>,
+            $of::<crate::stroke::ForceWarning>,
+            $of::<crate::feature::FeatureWarning>,
+            $of::<crate::discrimination::DiscriminationWarning>,
+            $of::<crate::compare::CompareWarning>,
+            $of::<crate::transfer::TransferWarning>,
+            $of::<crate::transfer::ImpactWarning>,
+            $of::<crate::run::RunWarning>,
+            $of::<crate::run::ForceSourceWarning>,
+            $of::<crate::panel::PanelWarning>,
+            $of::<crate::render::RenderWarning>,
+            $of::<crate::verify::VerifyWarning>,
+            $of::<crate::correct::LoopWarning>,
+            $of::<crate::correct::MeasurementFaultWarning>,
+            $of::<crate::manipulate::ManipulateWarning>,
+            $of::<crate::score::ScoreWarning>,
+            $of::<crate::prepare::PrepareWarning>,
         ]
     };
 }
@@ -50,7 +50,6 @@ macro_rules! kinds_of_doubts {
 pub mod checksum;
 pub mod criterion;
 pub mod document;
-pub mod doubt;
 pub mod figure;
 pub mod fourier;
 pub mod invocation;
@@ -59,6 +58,7 @@ pub mod number;
 pub mod page;
 pub mod quantity;
 pub mod statistics;
+pub mod warning;
 
 // Signals.
 pub mod align;
@@ -97,5 +97,5 @@ pub mod transfer;
 pub mod verify;
 pub mod wording;
 
-pub use doubt::Doubt;
 pub use series::Series;
+pub use warning::Warning;

@@ -1,24 +1,24 @@
 //! Noise of a sensor at rest: its floor, lines of the mains, drift, and whether the sensor was at rest.
 
-mod doubt;
 mod error;
 mod page;
+mod warning;
 
 use std::f64::consts::LN_2;
 use std::fmt;
 
-pub use doubt::NoiseDoubt;
 pub use error::NoiseError;
 use serde::{Deserialize, Serialize};
+pub use warning::NoiseWarning;
 
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
-use crate::doubt::Doubts;
 use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
 use crate::recording::{Condition, Recording, Touch};
 use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
 use crate::statistics::{Trend, mean, median, rms, standard_deviation, trend};
+use crate::warning::Warnings;
 
 /// How noise is analysed. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,7 +99,7 @@ pub struct Noise {
     /// parts at both ends that the high-pass disturbs.
     pub levels: Vec<f64>,
     /// What a person should know before relying on it.
-    pub doubts: Doubts,
+    pub warnings: Warnings,
 }
 
 /// An amplitude density.
@@ -219,7 +219,7 @@ const DISTURBED: f64 = 1.5;
 const DRIFT: Limit = Limit::Within { reach: 1.0 };
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 
-/// The noise of one channel of `recording`, as if the sensor was at rest; whether it was is a criterion, and a doubt.
+/// The noise of one channel of `recording`, as if the sensor was at rest; whether it was is a criterion, and a warning.
 /// PSD in unit²/Hz, levels and rms in the channel's unit, differences of levels in dB.
 ///
 /// Formula: Welch's PSD with the mean of the segments (Hann, half of each shared) for the rms, and with their median for the
@@ -325,13 +325,13 @@ pub fn noise(
     let at_rest = Outcome::of_all(criteria.iter().map(|c| c.outcome));
     criteria.extend(of_lines);
     criteria.push(drift_criterion(drift.as_ref(), duration_s, floor_rms));
-    let mut doubts = Doubts::new();
-    doubts.extend(recording.about.doubts.iter().cloned().chain(psd.doubts));
+    let mut warnings = Warnings::new();
+    warnings.extend(recording.about.warnings.iter().cloned().chain(psd.warnings));
     let name = || channel.name.clone();
     match at_rest {
         Outcome::Met => (),
-        Outcome::NotMet => doubts.push(NoiseDoubt::NotAtRest { channel: name() }),
-        Outcome::NotDecided => doubts.push(NoiseDoubt::PerhapsNotAtRest { channel: name() }),
+        Outcome::NotMet => warnings.push(NoiseWarning::NotAtRest { channel: name() }),
+        Outcome::NotDecided => warnings.push(NoiseWarning::PerhapsNotAtRest { channel: name() }),
     }
     Ok(Noise {
         channel: name(),
@@ -350,7 +350,7 @@ pub fn noise(
         psd: psd.values,
         means,
         levels,
-        doubts,
+        warnings,
     })
 }
 

@@ -7,9 +7,9 @@ use std::fmt::Display;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::doubt::{Doubt, Merged, merged};
 use crate::figure::Figure;
 use crate::number::digits;
+use crate::warning::{Merged, Warning, merged};
 
 /// A report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -73,10 +73,10 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
-    /// Doubts, those of one kind as one; the words are those of whoever draws them.
-    Doubts {
-        /// The doubts.
-        doubts: Vec<Merged>,
+    /// Warnings, those of one kind as one; the words are those of whoever draws them.
+    Warnings {
+        /// The warnings.
+        warnings: Vec<Merged>,
     },
 }
 
@@ -324,11 +324,11 @@ impl Page {
         self
     }
 
-    /// The same with its doubts.
+    /// The same with its warnings.
     #[must_use]
-    pub fn doubts(self, doubts: &[Doubt]) -> Self {
-        let doubts = merged(doubts);
-        self.section("Doubts", [Block::Doubts { doubts }])
+    pub fn warnings(self, warnings: &[Warning]) -> Self {
+        let warnings = merged(warnings);
+        self.section("Warnings", [Block::Warnings { warnings }])
     }
 }
 
@@ -375,7 +375,7 @@ mod tests {
         ]);
         let page = Page::new("Noise", "")
             .section("Table", [Block::Table(table)])
-            .doubts(&[]);
+            .warnings(&[]);
         let text = serde_json::to_string(&page).unwrap();
         assert_eq!(serde_json::from_str::<Page>(&text).unwrap(), page);
     }

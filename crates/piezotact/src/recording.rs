@@ -1,28 +1,28 @@
-//! Recordings: channels acquired together, with their condition, provenance and doubts.
+//! Recordings: channels acquired together, with their condition, provenance and warnings.
 
 mod about;
 mod annotations;
 mod clock;
-mod doubt;
 mod rehearsal;
+mod warning;
 
-pub use doubt::RecordingDoubt;
 use std::collections::BTreeSet;
 use std::fmt;
+pub use warning::RecordingWarning;
 
 use serde::{Deserialize, Serialize};
 
 use crate::checksum::Checksum;
-use crate::doubt::Doubt;
 use crate::lineage::Lineage;
 use crate::number::rounded;
 use crate::quantity::{Band, Degrees, Newtons, Quantity, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::series::{Series, SeriesError};
+use crate::warning::Warning;
 
 pub use about::About;
 pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
 pub use clock::Clock;
-pub use rehearsal::{RehearsalDoubt, played_through_its_own};
+pub use rehearsal::{RehearsalWarning, played_through_its_own};
 
 /// How the finger meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -151,10 +151,10 @@ impl Condition {
         })
     }
 
-    /// The doubts about a measurement under the condition `measured` with a drive rendered for this condition: one for each of
+    /// The warnings about a measurement under the condition `measured` with a drive rendered for this condition: one for each of
     /// participant, load and angle that both state and that differ.
     #[must_use]
-    pub fn doubts_when_measured(&self, measured: &Self) -> Vec<Doubt> {
+    pub fn warnings_when_measured(&self, measured: &Self) -> Vec<Warning> {
         let text = |value: Option<f64>, unit: &str| value.map(|value| format!("{value} {unit}"));
         let pairs = [
             ("participant", self.person(), measured.person()),
@@ -174,7 +174,7 @@ impl Condition {
             .filter_map(
                 |(what, rendered_for, measured)| match (rendered_for, measured) {
                     (Some(rendered_for), Some(measured)) if rendered_for != measured => {
-                        Some(Doubt::from(RecordingDoubt::OtherCondition {
+                        Some(Warning::from(RecordingWarning::OtherCondition {
                             what: what.into(),
                             rendered_for,
                             measured,
@@ -259,7 +259,7 @@ pub struct Recording {
     channels: Vec<Channel>,
     clocks: Vec<Clock>,
     clock_of: Vec<usize>,
-    /// Condition, provenance and doubts.
+    /// Condition, provenance and warnings.
     pub about: About,
     /// When it began, its labels, and what happened while it ran.
     pub annotations: Annotations,
@@ -579,9 +579,9 @@ mod tests {
             twin_seed: seed,
             ..Condition::default()
         };
-        assert_eq!(of(Some(7)).doubts_when_measured(&of(Some(7))), []);
+        assert_eq!(of(Some(7)).warnings_when_measured(&of(Some(7))), []);
         for other in [Some(8), None] {
-            let said = of(Some(7)).doubts_when_measured(&of(other));
+            let said = of(Some(7)).warnings_when_measured(&of(other));
             assert_eq!(said.len(), 1, "{said:?}");
             assert!(said[0].to_string().contains("P02 (twin of seed 7)"));
         }

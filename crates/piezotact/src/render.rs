@@ -5,17 +5,16 @@
 //! headroom of the drive below the limits of the device.
 
 mod coverage;
-mod doubt;
 mod error;
 mod frame;
 mod inverse;
 mod level;
 mod limits;
 mod rendering;
+mod warning;
 
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
-pub use doubt::RenderDoubt;
 pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
@@ -23,19 +22,20 @@ pub use level::at_fitting_level;
 use limits::Room;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
-pub use rendering::{Rendering, doubts_of_played};
+pub use rendering::{Rendering, warnings_of_played};
+pub use warning::RenderWarning;
 
-use crate::clipping::ClippingDoubt;
-use crate::transfer::TransferDoubt;
+use crate::clipping::ClippingWarning;
+use crate::transfer::TransferWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{DeviceDescription, DriveSetup, GainName};
-use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
 use crate::recording::About;
 use crate::series::Series;
 use crate::transfer::TransferFunction;
+use crate::warning::Warning;
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,14 +69,14 @@ pub struct RenderConfig {
     /// What to do with a drive that does not fit.
     pub clipping: Overload,
     /// What to do with a drive that is steeper than the slew limit of the amplifier: if allowed, it is played unchanged, with a
-    /// doubt.
+    /// warning.
     pub steep: Overload,
 }
 
 impl RenderConfig {
     /// For the PIEZOTACT and similar devices: 0.25 s of silence before and after, 20 ms fades, 48 kHz; a line is
     /// reached within 0.5 dB and with a coherence of 0.8 or more; a drive that would clip is refused, one that
-    /// is too steep is doubted.
+    /// is too steep gives a warning.
     #[must_use]
     pub fn over(band: Band, output_rate: SampleRate) -> Self {
         Self {
@@ -93,14 +93,14 @@ impl RenderConfig {
     }
 }
 
-/// A drive ready to be played, with its origin, settings and doubts.
+/// A drive ready to be played, with its origin, settings and warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RenderedDrive {
     /// The drive, full scale = 1, at the output rate.
     pub drive: Series<Drive>,
     /// The device it is for; absent when the transfer function did not say.
     pub setup: Option<DriveSetup>,
-    /// The condition it is for (participant, load, angle), its provenance, and its doubts.
+    /// The condition it is for (participant, load, angle), its provenance, and its warnings.
     pub about: About,
     /// How it was made.
     pub config: RenderConfig,
@@ -154,64 +154,64 @@ pub fn render<O: Quantity>(
             let kept = coverage::limited(function, config, Some(&limiting))?;
             let fits_at_db = room.fits_at(&samples).0;
             samples = fitting;
-            let doubt = Doubt::from(RenderDoubt::TurnedDown {
+            let warning = Warning::from(RenderWarning::TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
                 fits_at_db,
             });
-            turned_down = Some((doubt, kept.bands));
+            turned_down = Some((warning, kept.bands));
         }
     }
 
-    let mut doubts: Vec<Doubt> = function
+    let mut warnings: Vec<Warning> = function
         .low_coherence(band, config.lowest_coherence)
         .into_iter()
         .collect();
-    doubts.extend(function.not_driven(band));
-    // Doubts about the transfer function apply to everything derived from it.
-    doubts.extend(
+    warnings.extend(function.not_driven(band));
+    // Warnings about the transfer function apply to everything derived from it.
+    warnings.extend(
         function
             .about
-            .doubts
+            .warnings
             .iter()
-            .filter(|doubt| {
+            .filter(|warning| {
                 !matches!(
-                    doubt.kind(),
-                    Some(TransferDoubt::LowCoherence { .. } | TransferDoubt::NotDriven { .. })
+                    warning.kind(),
+                    Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotDriven { .. })
                 )
             })
             .cloned(),
     );
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
-        doubts.push(Doubt::from(RenderDoubt::RatesDiffer {
+        warnings.push(Warning::from(RenderWarning::RatesDiffer {
             target_hz: rate.hz(),
             transfer_hz: function.rate.hz(),
         }));
     }
     if function.drive.is_none() {
-        doubts.push(Doubt::from(RenderDoubt::DeviceNotDescribed));
+        warnings.push(Warning::from(RenderWarning::DeviceNotDescribed));
     }
     if !inverse.bands.given_up.is_empty() {
-        doubts.push(Doubt::from(RenderDoubt::GivenUp {
+        warnings.push(Warning::from(RenderWarning::GivenUp {
             bands: inverse.bands.given_up.clone(),
             share: inverse.given_up_share,
         }));
     }
     let coverage = match turned_down {
-        Some((doubt, coverage)) => {
-            doubts.push(doubt);
+        Some((warning, coverage)) => {
+            warnings.push(warning);
             coverage
         }
         None => inverse.bands,
     };
-    doubts.extend(plan.outside(&padded, band));
+    warnings.extend(plan.outside(&padded, band));
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
-    let too_steep = headroom.slew_doubt(function.drive.as_ref());
+    let too_steep = headroom.slew_warning(function.drive.as_ref());
     let refused_steep = too_steep
         .as_ref()
         .filter(|_| config.steep == Overload::Refuse)
-        .and_then(|doubt| match doubt.kind()? {
-            RenderDoubt::SlewLimited {
+        .and_then(|warning| match warning.kind()? {
+            RenderWarning::SlewLimited {
                 asked_v_per_s,
                 limit_v_per_s,
             } => Some((asked_v_per_s, limit_v_per_s)),
@@ -231,7 +231,7 @@ pub fn render<O: Quantity>(
                 });
             }
             Overload::Allow => {
-                doubts.push(Doubt::from(ClippingDoubt::DriveClipped {
+                warnings.push(Warning::from(ClippingWarning::DriveClipped {
                     limited_by: headroom.limited_by.to_string(),
                     fraction: headroom.clipped_fraction,
                 }));
@@ -246,7 +246,7 @@ pub fn render<O: Quantity>(
         });
     }
     cut(&mut samples, headroom.limit);
-    doubts.extend(too_steep);
+    warnings.extend(too_steep);
     let mut provenance = function.about.provenance.clone();
     // A transfer function measured by playing through another one stands for that one.
     let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
@@ -263,7 +263,7 @@ pub fn render<O: Quantity>(
                 config.inverse.regularisation,
                 config.modelling_delay
             )),
-            doubts,
+            warnings,
         },
         config: config.clone(),
         aim: None,
@@ -272,8 +272,8 @@ pub fn render<O: Quantity>(
     })
 }
 
-/// The doubt about the share of the power of `target` (as recorded, with the fades of `config`) outside the band, if it is a
-/// tenth or more: the same doubt as [`render`] returns. A target resampled to a lower rate before would show a smaller share.
+/// The warning about the share of the power of `target` (as recorded, with the fades of `config`) outside the band, if it is a
+/// tenth or more: the same warning as [`render`] returns. A target resampled to a lower rate before would show a smaller share.
 ///
 /// Source: decision 0028 of this project: a tenth is 0.4 dB of level.
 ///
@@ -283,7 +283,7 @@ pub fn render<O: Quantity>(
 pub fn power_outside<O: Quantity>(
     target: &Series<O>,
     config: &RenderConfig,
-) -> Result<Option<Doubt>, RenderError> {
+) -> Result<Option<Warning>, RenderError> {
     let frame = Frame::of(target, config)?;
     let padded = frame.padded(&frame.faded(target)?);
     let band = config.inverse.band;
@@ -342,7 +342,7 @@ pub fn straight<O: Quantity>(
 }
 
 /// Refuses a transfer function that was measured with another gain than the one the drive is for. A transfer function that does
-/// not state its gain is accepted here; rendering then raises a doubt.
+/// not state its gain is accepted here; rendering then raises a warning.
 ///
 /// Source: a transfer function holds for one amplifier gain (thesis 2.4, 2.5.3).
 ///
@@ -360,7 +360,7 @@ pub fn require_gain(setup: Option<&DriveSetup>, requested: &GainName) -> Result<
 }
 
 /// Refuses a transfer function that was measured with another device than the one described: its gain setting, with the
-/// limits, and its input. One that does not state its device is accepted here; rendering then raises a doubt.
+/// limits, and its input. One that does not state its device is accepted here; rendering then raises a warning.
 ///
 /// Source: a transfer function holds for one amplifier (thesis 2.4, 2.5.3).
 ///

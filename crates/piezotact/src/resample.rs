@@ -4,16 +4,16 @@
 //! as short as that band allows: a drive that ends at 1 kHz needs 15 taps where a resampler that must keep
 //! everything needs hundreds.
 
-mod doubt;
+mod warning;
 
-pub use doubt::ResampleDoubt;
+pub use warning::ResampleWarning;
 
 use std::f64::consts::PI;
 
-use crate::doubt::Doubt;
 use crate::number::rounded;
 use crate::quantity::{Hertz, Quantity, QuantityError, SampleRate};
 use crate::series::Series;
+use crate::warning::Warning;
 
 /// The stop-band attenuation after resampling, dB. Residuals are below the quantisation
 /// noise of 16 bits and of every sensor here.
@@ -252,10 +252,10 @@ pub fn resample_over<Q: Quantity>(
 pub struct Converted<Q: Quantity> {
     pub series: Series<Q>,
     /// That it was converted; none where it had the rate before.
-    pub doubt: Option<Doubt>,
+    pub warning: Option<Warning>,
 }
 
-/// `x`, called `what`, at the rate `to`, in the same unit, with the doubt that it was converted; as it is where that is
+/// `x`, called `what`, at the rate `to`, in the same unit, with the warning that it was converted; as it is where that is
 /// its rate.
 ///
 /// Source: [`resample`].
@@ -271,17 +271,17 @@ pub fn converted<Q: Quantity>(
     if from == to {
         return Ok(Converted {
             series: x,
-            doubt: None,
+            warning: None,
         });
     }
-    let doubt = Doubt::from(ResampleDoubt::RateConverted {
+    let warning = Warning::from(ResampleWarning::RateConverted {
         what: what.into(),
         from_hz: from.hz(),
         to_hz: to.hz(),
     });
     Ok(Converted {
         series: resample(&x, to)?,
-        doubt: Some(doubt),
+        warning: Some(warning),
     })
 }
 
@@ -291,7 +291,7 @@ pub struct CommonRate<Q: Quantity> {
     pub first: Series<Q>,
     pub second: Series<Q>,
     /// Which of them was converted, if one was.
-    pub doubt: Option<Doubt>,
+    pub warning: Option<Warning>,
 }
 
 /// Two series, each with the name it has for people, at the lower of their two rates; as they are when their
@@ -312,7 +312,7 @@ pub fn to_common_rate<Q: Quantity>(
     Ok(CommonRate {
         first: first.series,
         second: second.series,
-        doubt: first.doubt.or(second.doubt),
+        warning: first.warning.or(second.warning),
     })
 }
 

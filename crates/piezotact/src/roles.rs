@@ -1,11 +1,11 @@
 //! Channel roles: which channels of a recording are the vibration, the forces and the motion.
 
-use crate::recording::RecordingDoubt;
+use crate::recording::RecordingWarning;
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Unit};
 use crate::recording::{Channel, Recording, RecordingError};
+use crate::warning::Warning;
 
 /// Most vibration channels that are taken without being named: a skin of taxels has more than one.
 const MOST_CHANNELS: usize = 64;
@@ -63,14 +63,14 @@ impl Roles {
         Ok(first.map_or(recording.rate(), |name| recording.clock_of(name).rate_hz))
     }
 
-    /// The roles inferred from the units and names of the channels, with doubts about guesses.
+    /// The roles inferred from the units and names of the channels, with warnings about guesses.
     ///
     /// An acceleration vibrates; without one, the channels that are called so, or else every channel that is neither
     /// force, motion, drive nor proximity. Forces are channels in N: `fz`, `fn` or a name with "normal" is the normal one, `fx`, `fy`, `ft` or
     /// a name with "tang" are tangential, and a force alone is the normal one.
     #[must_use]
-    pub fn guess(recording: &Recording) -> (Self, Vec<Doubt>) {
-        let mut doubts = Vec::new();
+    pub fn guess(recording: &Recording) -> (Self, Vec<Warning>) {
+        let mut warnings = Vec::new();
         let channels = recording.channels();
         let of = |unit: &Unit| -> Vec<&Channel> {
             channels.iter().filter(|c| c.unit == *unit).collect()
@@ -101,7 +101,7 @@ impl Roles {
             .map(|c| c.name.as_str())
             .collect();
         if normals.len() > 1 {
-            doubts.push(Doubt::from(RecordingDoubt::SeveralForces {
+            warnings.push(Warning::from(RecordingWarning::SeveralForces {
                 channels: normals.iter().map(|name| (*name).to_owned()).collect(),
             }));
         }
@@ -112,17 +112,17 @@ impl Roles {
             .take(2)
             .collect();
         if normal_force.is_none() && !forces.is_empty() {
-            doubts.push(Doubt::from(RecordingDoubt::NoNormalForce {
+            warnings.push(Warning::from(RecordingWarning::NoNormalForce {
                 channels: forces.iter().map(|c| c.name.clone()).collect(),
             }));
         }
-        let pick = |unit: &Unit, doubts: &mut Vec<Doubt>| -> Option<String> {
+        let pick = |unit: &Unit, warnings: &mut Vec<Warning>| -> Option<String> {
             let all = of(unit);
             let known =
                 |c: &&&Channel| named(c, &["speed", "platform", "encoder", "stage"], &["v"]);
             let chosen = all.iter().find(known).or(all.first())?;
             if all.len() > 1 {
-                doubts.push(Doubt::from(RecordingDoubt::SeveralMotions {
+                warnings.push(Warning::from(RecordingWarning::SeveralMotions {
                     taken: chosen.name.clone(),
                     unit: unit.to_string(),
                     count: all.len(),
@@ -130,9 +130,9 @@ impl Roles {
             }
             Some(chosen.name.clone())
         };
-        let motion = match pick(&Unit::MetrePerSecond, &mut doubts) {
+        let motion = match pick(&Unit::MetrePerSecond, &mut warnings) {
             Some(name) => Some(Motion::Speed(name)),
-            None => pick(&Unit::Metre, &mut doubts).map(Motion::Position),
+            None => pick(&Unit::Metre, &mut warnings).map(Motion::Position),
         };
         let vibration = match of(&Unit::MetrePerSecondSquared).as_slice() {
             [] => {
@@ -160,7 +160,7 @@ impl Roles {
                     accelerations
                 };
                 if others.len() > 1 {
-                    doubts.push(Doubt::from(RecordingDoubt::VibrationAssumed {
+                    warnings.push(Warning::from(RecordingWarning::VibrationAssumed {
                         first: others[0].clone(),
                         last: others[others.len() - 1].clone(),
                         count: others.len(),
@@ -174,7 +174,7 @@ impl Roles {
                     .iter()
                     .find(|c| named(c, &["nail", "fiv"], &[]))
                     .unwrap_or(&several[0]);
-                doubts.push(Doubt::from(RecordingDoubt::SeveralAccelerations {
+                warnings.push(Warning::from(RecordingWarning::SeveralAccelerations {
                     taken: chosen.name.clone(),
                     count: several.len(),
                 }));
@@ -187,7 +187,7 @@ impl Roles {
             tangential_force,
             motion,
         };
-        (roles, doubts)
+        (roles, warnings)
     }
 }
 
@@ -220,7 +220,7 @@ mod tests {
 
     #[test]
     fn names_and_units_say_what_a_channel_is() {
-        let (roles, doubts) = Roles::guess(&recording(&[
+        let (roles, warnings) = Roles::guess(&recording(&[
             ("nail", Unit::MetrePerSecondSquared),
             ("Fx", Unit::Newton),
             ("Fy", Unit::Newton),
@@ -231,19 +231,19 @@ mod tests {
         assert_eq!(roles.normal_force.as_deref(), Some("F_z"));
         assert_eq!(roles.tangential_force, ["Fx", "Fy"]);
         assert_eq!(roles.motion, Some(Motion::Position("encoder".into())));
-        assert_eq!(doubts, []);
+        assert_eq!(warnings, []);
     }
 
     #[test]
     fn a_skin_of_taxels_vibrates_without_its_proximity() {
         let plain = || Unit::Other(String::new());
-        let (roles, doubts) = Roles::guess(&recording(&[
+        let (roles, warnings) = Roles::guess(&recording(&[
             ("proximity1", plain()),
             ("channel1", plain()),
             ("channel2", plain()),
         ]));
         assert_eq!(roles.vibration, ["channel1", "channel2"]);
-        assert_eq!(doubts.len(), 1);
+        assert_eq!(warnings.len(), 1);
         assert_eq!(roles.normal_force, None);
     }
 }

@@ -3,11 +3,11 @@
 //! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
 //! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
-mod doubt;
 mod force_source;
+mod warning;
 
-pub use doubt::RunDoubt;
-pub use force_source::ForceSourceDoubt;
+pub use force_source::ForceSourceWarning;
+pub use warning::RunWarning;
 
 use std::fmt;
 
@@ -15,24 +15,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::{
     About, Annotations, Channel, Clock, Event, Provenance, Recording, RecordingError,
 };
+use crate::warning::Warning;
 
-/// The stretches without measured samples in a recording with `doubts`, as `[start, end]` in s: samples that its device or its
+/// The stretches without measured samples in a recording with `warnings`, as `[start, end]` in s: samples that its device or its
 /// journal lost.
 ///
-/// Source: the doubts [`RunDoubt::SamplesLost`] and [`RunDoubt::JournalDamaged`].
+/// Source: the warnings [`RunWarning::SamplesLost`] and [`RunWarning::JournalDamaged`].
 #[must_use]
-pub fn lost_s(doubts: &[Doubt]) -> Vec<[f64; 2]> {
-    let of = |doubt: &Doubt| match doubt.kind() {
-        Some(RunDoubt::SamplesLost { places_s, .. }) => places_s,
-        Some(RunDoubt::JournalDamaged { lost_s, .. }) => lost_s,
+pub fn lost_s(warnings: &[Warning]) -> Vec<[f64; 2]> {
+    let of = |warning: &Warning| match warning.kind() {
+        Some(RunWarning::SamplesLost { places_s, .. }) => places_s,
+        Some(RunWarning::JournalDamaged { lost_s, .. }) => lost_s,
         _ => Vec::new(),
     };
-    doubts.iter().flat_map(of).collect()
+    warnings.iter().flat_map(of).collect()
 }
 
 /// What is known of a run before its first sample.
@@ -45,8 +45,8 @@ pub struct RunStart {
     pub rate_hz: SampleRate,
     /// The channels' names and SI units, in the order of [`RunChunk::channels`].
     pub channels: Vec<(String, Unit)>,
-    /// Condition and provenance: who touches what and how, which bench, which seed. Doubts are reported with [`RunEnd`].
-    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    /// Condition and provenance: who touches what and how, which bench, which seed. Warnings are reported with [`RunEnd`].
+    #[serde(flatten, serialize_with = "About::without_empty_warnings")]
     pub about: About,
     /// The start time, if the bench knows the time of day; labels; planned events.
     #[serde(flatten)]
@@ -204,7 +204,7 @@ pub struct RunEnd {
     /// The provenance of the start, completed with what became known during the run, such as the sensors' noise at rest.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// One document of a run.
@@ -256,7 +256,7 @@ pub struct RunCollector {
 }
 
 impl RunCollector {
-    /// The recording, with the doubts of its end.
+    /// The recording, with the warnings of its end.
     ///
     /// # Errors
     /// [`RecordingError::NoChannel`] when nothing was started, else those of [`Recording::new`].
@@ -274,7 +274,7 @@ impl RunCollector {
             .collect();
         let mut about = start.about;
         if let Some(end) = self.end {
-            (about.provenance, about.doubts) = (end.provenance, end.doubts);
+            (about.provenance, about.warnings) = (end.provenance, end.warnings);
         }
         let mut recording = Recording::on_clocks(channels, start.rate_hz, &start.clocks, about)?;
         recording.annotations = start.annotations;

@@ -124,7 +124,7 @@ pub fn is_sample(value: f64) -> bool {
 ///
 /// Formula: x(k) = before + (after − before)·k/(n + 1), k = 1 … n.
 ///
-/// Source: house rule; what stands in the place of lost samples keeps the time of what follows, and a doubt says where it stands.
+/// Source: house rule; what stands in the place of lost samples keeps the time of what follows, and a warning says where it stands.
 ///
 /// ```
 /// use piezotact::series::filled;

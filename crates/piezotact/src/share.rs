@@ -1,12 +1,12 @@
 //! A signal in shares of its full scale: what files hold whose samples are limited to ±1.
 
-use crate::doubt::Doubt;
 use crate::number::{digits, rounded};
 use crate::quantity::{Measure, SampleRate, Uncalibrated, Unit};
-use crate::recording::RecordingDoubt;
+use crate::recording::RecordingWarning;
 use crate::resample::{ResampleError, converted};
 use crate::series::{Series, SeriesError};
 use crate::statistics::mean;
+use crate::warning::Warning;
 
 /// A mean of at most this share of full scale is neglected: a converter's last bit leaves as much.
 const NO_MEAN_SHARE: f64 = 1e-2;
@@ -47,16 +47,16 @@ pub struct Shares {
     /// The mean that was removed, in the unit of the full scale; 0 of a drive, which keeps its own.
     pub removed_mean: f64,
     /// That its rate was converted, if it was.
-    pub converted: Option<Doubt>,
+    pub converted: Option<Warning>,
 }
 
 impl Shares {
     /// What limits a file of the kind `format` that holds these shares: a converted rate, a lost mean.
     #[must_use]
-    pub fn doubts(&self, format: &str) -> Vec<Doubt> {
+    pub fn warnings(&self, format: &str) -> Vec<Warning> {
         let lost = self.removed_mean.abs() > NO_MEAN_SHARE * self.full_scale.value;
         let mean = lost.then(|| {
-            Doubt::from(RecordingDoubt::FormatLoses {
+            Warning::from(RecordingWarning::FormatLoses {
                 format: format.into(),
                 what: format!(
                     "the mean of {} {}",
@@ -111,13 +111,13 @@ pub fn shares_of_full_scale(
                 unit: Unit::FullScale,
             },
             removed_mean: 0.0,
-            converted: at_rate.doubt,
+            converted: at_rate.warning,
         });
     }
     // A mean that begins and ends would be a step at both ends of what is resampled: it is removed first.
     let first = about_mean(&signal)?;
     let at_rate = converted(what, first.shares, rate)?;
-    let (shares, full_scale) = if at_rate.doubt.is_some() {
+    let (shares, full_scale) = if at_rate.warning.is_some() {
         let again = about_mean(&at_rate.series)?;
         (again.shares, first.full_scale * again.full_scale)
     } else {
@@ -130,7 +130,7 @@ pub fn shares_of_full_scale(
             unit: unit.clone(),
         },
         removed_mean: first.mean,
-        converted: at_rate.doubt,
+        converted: at_rate.warning,
     })
 }
 
@@ -181,7 +181,7 @@ mod tests {
         let found = of(&[0.5, 0.25]).unwrap();
         assert_eq!(found.shares.samples(), [0.5, 0.25]);
         assert_eq!(found.full_scale.value, 1.0);
-        assert!(found.doubts("WAV").is_empty());
+        assert!(found.warnings("WAV").is_empty());
         assert_eq!(of(&[0.5, -1.5]), Err(ShareError::Drive { peak: 1.5 }));
         assert_eq!(of(&[0.0, 0.0]), Err(ShareError::Silence));
     }
@@ -199,13 +199,13 @@ mod tests {
         // Both ends of what is resampled are short of a few samples.
         assert!((level / (0.3 / 2f64.sqrt()) - 1.0).abs() < 1e-2, "{level}");
         assert_eq!((found.shares.rate(), found.shares.peak()), (rate, 1.0));
-        let doubts: Vec<String> = found
-            .doubts("WAV")
+        let warnings: Vec<String> = found
+            .warnings("WAV")
             .iter()
             .map(ToString::to_string)
             .collect();
-        assert_eq!(doubts.len(), 2, "{doubts:?}");
-        assert!(doubts[1].contains("the mean of 2.00 N"), "{doubts:?}");
+        assert_eq!(warnings.len(), 2, "{warnings:?}");
+        assert!(warnings[1].contains("the mean of 2.00 N"), "{warnings:?}");
     }
 
     /// The rounding errors of a constant are not a signal, and a mean of a converter's last bit is not a loss.
@@ -218,6 +218,6 @@ mod tests {
             of(&[0.1 + 0.2, 0.3]),
             Err(ShareError::FullScale { found: 0.0 })
         );
-        assert!(of(&[1.0, -0.999]).unwrap().doubts("WAV").is_empty());
+        assert!(of(&[1.0, -0.999]).unwrap().warnings("WAV").is_empty());
     }
 }

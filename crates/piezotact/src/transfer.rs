@@ -12,7 +12,6 @@ mod clock;
 mod confidence;
 mod cross;
 mod document;
-mod doubt;
 mod estimator;
 mod impact;
 mod judge;
@@ -22,6 +21,7 @@ mod plausible;
 mod related;
 mod repeats;
 mod stored;
+mod warning;
 
 pub use at_rest::{AtRest, AtRestCriterion, AtRestError, at_rest};
 pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
@@ -34,12 +34,11 @@ pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::{Confidence, Limits};
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use document::EstimateDocument;
-pub use doubt::TransferDoubt;
 pub use estimator::Estimator;
 pub(crate) use impact::short_pulses;
 pub use impact::{
-    Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactDoubt,
-    ImpactError, ImpactSegment, ImpactTest, ImpactTraces, Transient, transient,
+    Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactError,
+    ImpactSegment, ImpactTest, ImpactTraces, ImpactWarning, Transient, transient,
 };
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
@@ -48,6 +47,7 @@ pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
+pub use warning::TransferWarning;
 
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -57,13 +57,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::checksum::Checksum;
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
 use crate::fourier;
 use crate::number::rounded;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
+use crate::warning::Warning;
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
 /// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for.
@@ -85,7 +85,7 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub effective_averages: f64,
     /// From the lowest to the highest line that was driven; absent when not known.
     pub driven: Option<Band>,
-    /// Condition, provenance and doubts.
+    /// Condition, provenance and warnings.
     pub about: About,
     /// Gain and level of the device it was measured with; absent for a system that is not a PIEZOTACT.
     pub drive: Option<DriveSetup>,
@@ -136,31 +136,31 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         function.driven = judge::driven_band(&driven, &spectra.drive_power, spectra.resolution_hz);
         function
             .about
-            .doubts
+            .warnings
             .extend(judge::gaps(&driven, &function));
-        function.about.doubts.extend(judge::tone(&function));
+        function.about.warnings.extend(judge::tone(&function));
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
             // The delay between two unrelated signals is the position of a random peak: it is not reported.
             function
                 .about
-                .doubts
-                .push(Doubt::from(TransferDoubt::Unrelated {
+                .warnings
+                .push(Warning::from(TransferWarning::Unrelated {
                     coherence: relation.coherence,
                     limit: relation.limit,
                     averages: relation.averages,
                 }));
             return Ok(function);
         }
-        function.about.doubts.extend(judge::weak(&function));
+        function.about.warnings.extend(judge::weak(&function));
         function
             .about
-            .doubts
+            .warnings
             .extend(judge::step_of_lines(&function));
         let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
         let inverted = function.inverted_polarity().filter(|_| from_force);
         let found = [judge::unresolved(&function), inverted];
-        function.about.doubts.extend(found.into_iter().flatten());
+        function.about.warnings.extend(found.into_iter().flatten());
         Ok(function)
     }
 
@@ -175,13 +175,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         judge::timing(&mut function, drive, response);
         function
             .about
-            .doubts
-            .extend(broken::doubts(drive, response));
+            .warnings
+            .extend(broken::warnings(drive, response));
         Ok(function)
     }
 
     /// A transfer function from its lines: complex values and coherence from 0 Hz in steps of
-    /// `resolution_hz`. Coherence above 1 is kept as it is and comes back as a doubt.
+    /// `resolution_hz`. Coherence above 1 is kept as it is and comes back as a warning.
     ///
     /// # Errors
     /// [`TransferError::Lines`] when there are fewer than 2 lines, the two lists differ in length, or the
@@ -220,10 +220,10 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         if response.iter().all(|h| h.norm_sqr() == 0.0) {
             return Err(TransferError::Zero);
         }
-        let mut doubts = coherence_doubts(&coherence, resolution_hz);
+        let mut warnings = coherence_warnings(&coherence, resolution_hz);
         // 0 stands for a number that the file does not state.
         if averages > 0 && averages < RECOMMENDED_SEGMENTS {
-            doubts.push(Doubt::from(TransferDoubt::FewAverages {
+            warnings.push(Warning::from(TransferWarning::FewAverages {
                 averages,
                 recommended: RECOMMENDED_SEGMENTS,
             }));
@@ -237,7 +237,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             exact_drive: false,
             averages,
             about: About {
-                doubts,
+                warnings,
                 ..About::default()
             },
             drive: None,
@@ -326,9 +326,9 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .filter(move |(_, frequency_hz)| band.contains(*frequency_hz))
     }
 
-    /// The doubt about the part of the band `asked` that was not driven, if there is one.
+    /// The warning about the part of the band `asked` that was not driven, if there is one.
     #[must_use]
-    pub fn not_driven(&self, asked: Band) -> Option<Doubt> {
+    pub fn not_driven(&self, asked: Band) -> Option<Warning> {
         judge::outside(self.driven?, asked, self.resolution_hz)
     }
 
@@ -345,20 +345,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .and_then(|found| low(found).common(band))
             .unwrap_or(band);
         self.driven = Some(inside);
-        let doubts = std::mem::take(&mut self.about.doubts);
-        let trimmed = doubts.into_iter().filter_map(|doubt| match doubt.kind() {
-            Some(TransferDoubt::NotDriven { bands, .. }) => {
-                judge::not_driven_within(&bands, inside)
-            }
-            _ => Some(doubt),
-        });
-        self.about.doubts = trimmed.collect();
+        let warnings = std::mem::take(&mut self.about.warnings);
+        let trimmed = warnings
+            .into_iter()
+            .filter_map(|warning| match warning.kind() {
+                Some(TransferWarning::NotDriven { bands, .. }) => {
+                    judge::not_driven_within(&bands, inside)
+                }
+                _ => Some(warning),
+            });
+        self.about.warnings = trimmed.collect();
     }
 
-    /// The doubt about the sign of one of two channels, for a transfer function from a force to the acceleration of a passive
+    /// The warning about the sign of one of two channels, for a transfer function from a force to the acceleration of a passive
     /// finger: with a wrong sign the force appears to take power out of the finger.
     #[must_use]
-    pub fn inverted_polarity(&self) -> Option<Doubt> {
+    pub fn inverted_polarity(&self) -> Option<Warning> {
         judge::inverted(self)
     }
 
@@ -444,9 +446,9 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         })
     }
 
-    /// The doubt about coherence below `least_coherence` in `band`, if there is one.
+    /// The warning about coherence below `least_coherence` in `band`, if there is one.
     #[must_use]
-    pub fn low_coherence(&self, band: Band, least_coherence: f64) -> Option<Doubt> {
+    pub fn low_coherence(&self, band: Band, least_coherence: f64) -> Option<Warning> {
         let lines: Vec<(f64, f64)> = self
             .lines_in(band)
             .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz))
@@ -457,7 +459,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .count();
         let (lowest, at_hz) = lines.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
         (below > 0).then(|| {
-            Doubt::from(TransferDoubt::LowCoherence {
+            Warning::from(TransferWarning::LowCoherence {
                 asked: least_coherence,
                 lowest,
                 at_hz,
@@ -467,7 +469,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     }
 }
 
-fn coherence_doubts(coherence: &[f64], resolution_hz: f64) -> Vec<Doubt> {
+fn coherence_warnings(coherence: &[f64], resolution_hz: f64) -> Vec<Warning> {
     let possible = -COHERENCE_ROUNDING..=1.0 + COHERENCE_ROUNDING;
     let impossible: Vec<(usize, f64)> = coherence
         .iter()
@@ -480,7 +482,7 @@ fn coherence_doubts(coherence: &[f64], resolution_hz: f64) -> Vec<Doubt> {
         .max_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
     worst
         .map(|(line, found)| {
-            Doubt::from(TransferDoubt::ImpossibleCoherence {
+            Warning::from(TransferWarning::ImpossibleCoherence {
                 at_hz: *line as f64 * resolution_hz,
                 found: *found,
                 lines: impossible.len(),
@@ -541,12 +543,12 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
         (config.overlap * 100.0).round(),
         spectra.averages
     ));
-    function.about.doubts.extend(left);
+    function.about.warnings.extend(left);
     let pulses = pulses.map(|found| {
         let (hits, energy) = (found.pulses.hits, found.energy);
-        Doubt::from(ImpactDoubt::PulsesInDrive { hits, energy })
+        Warning::from(ImpactWarning::PulsesInDrive { hits, energy })
     });
-    function.about.doubts.extend(pulses);
+    function.about.warnings.extend(pulses);
     Ok(function)
 }
 
@@ -560,15 +562,15 @@ fn touches(cut: &Range<usize>, lost_s: &[[f64; 2]], rate: SampleRate) -> bool {
 /// The fewest segments that must be left when some are left out.
 const FEWEST_LEFT: usize = 4;
 
-/// The doubt about `left_out` of `of` segments, where there are any.
-fn few_left(of: usize, left_out: usize) -> Result<Option<Doubt>, TransferError> {
+/// The warning about `left_out` of `of` segments, where there are any.
+fn few_left(of: usize, left_out: usize) -> Result<Option<Warning>, TransferError> {
     match left_out {
         0 => Ok(None),
         most if of < most + FEWEST_LEFT => Err(TransferError::FewLeft {
             left: of - most,
             of,
         }),
-        _ => Ok(Some(Doubt::from(TransferDoubt::SegmentsLeftOut {
+        _ => Ok(Some(Warning::from(TransferWarning::SegmentsLeftOut {
             left_out,
             of,
         }))),

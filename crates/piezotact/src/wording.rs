@@ -1,47 +1,49 @@
-//! Doubts in words: what was found, and what to do.
+//! Warnings in words: what was found, and what to do.
 //!
-//! The sentences are defined beside the rules that raise the doubts. This module tries every kind of doubt in turn, so that
-//! doubts read from a file get their sentences too.
+//! The sentences are defined beside the rules that raise the warnings. This module tries every kind of warning in turn, so that
+//! warnings read from a file get their sentences too.
 
 use std::fmt;
 
-use crate::doubt::{Advice, ChannelRole, Doubt, DoubtKind, Value};
 use crate::feature::FeatureError;
 use crate::recording::RecordingError;
 use crate::score::ScoreError;
 use crate::stroke::SegmentError;
 use crate::transfer::TransferError;
+use crate::warning::{Advice, ChannelRole, Value, Warning, WarningKind};
 
-/// The texts that a kind of doubt provides for its own doubts.
+/// The texts that a kind of warning provides for its own warnings.
 type Said = (String, Vec<Advice>);
 
-fn said_by<K: DoubtKind>(doubt: &Doubt) -> Option<Said> {
-    let kind: K = doubt.kind()?;
+fn said_by<K: WarningKind>(warning: &Warning) -> Option<Said> {
+    let kind: K = warning.kind()?;
     Some((kind.to_string(), kind.advice()))
 }
 
 /// All kinds.
-const KINDS: &[fn(&Doubt) -> Option<Said>] = &kinds_of_doubts!(said_by);
+const KINDS: &[fn(&Warning) -> Option<Said>] = &kinds_of_warnings!(said_by);
 
-fn said(doubt: &Doubt) -> Option<Said> {
-    KINDS.iter().find_map(|kind| kind(doubt))
+fn said(warning: &Warning) -> Option<Said> {
+    KINDS.iter().find_map(|kind| kind(warning))
 }
 
-/// What was found and why it matters, without what to do. A doubt that this version does not know is given with its code
+/// What was found and why it matters, without what to do. A warning that this version does not know is given with its code
 /// and its values.
 ///
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
-pub fn finding(doubt: &Doubt) -> String {
-    if let Some((found, _)) = said(doubt) {
+pub fn finding(warning: &Warning) -> String {
+    if let Some((found, _)) = said(warning) {
         return found;
     }
-    if let ("noted", Some(Value::Example(text))) = (doubt.code.as_ref(), doubt.values.get("text")) {
+    if let ("noted", Some(Value::Example(text))) =
+        (warning.code.as_ref(), warning.values.get("text"))
+    {
         return text.clone();
     }
-    let about = doubt.about.iter().filter_map(|about| about.name());
+    let about = warning.about.iter().filter_map(|about| about.name());
     let about = about.map(|name| format!("about {name}"));
-    let values = doubt.values.iter().map(|(name, value)| {
+    let values = warning.values.iter().map(|(name, value)| {
         let value = serde_json::Value::from(value.clone());
         format!("{name} = {value}")
     });
@@ -52,19 +54,19 @@ pub fn finding(doubt: &Doubt) -> String {
         format!(" ({})", values.join(", "))
     };
     format!(
-        "a doubt of another version of this program: {}{values}",
-        doubt.code
+        "a warning of another version of this program: {}{values}",
+        warning.code
     )
 }
 
-/// What a person can do: as stored with the doubt, else as its kind says.
+/// What a person can do: as stored with the warning, else as its kind says.
 ///
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
-pub fn advice(doubt: &Doubt) -> Vec<Advice> {
-    match said(doubt) {
-        Some((_, advice)) if doubt.advice.is_empty() => advice,
-        _ => doubt.advice.clone(),
+pub fn advice(warning: &Warning) -> Vec<Advice> {
+    match said(warning) {
+        Some((_, advice)) if warning.advice.is_empty() => advice,
+        _ => warning.advice.clone(),
     }
 }
 
@@ -72,18 +74,21 @@ pub fn advice(doubt: &Doubt) -> Vec<Advice> {
 ///
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
-pub fn text_with(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> String {
-    worded(finding(doubt), &advice(doubt), words)
+pub fn text_with(warning: &Warning, words: &dyn Fn(&Advice) -> String) -> String {
+    worded(finding(warning), &advice(warning), words)
 }
 
-/// As [`text_with`], of a doubt of the kind `K` that another crate raises; `None` where it is of another kind.
+/// As [`text_with`], of a warning of the kind `K` that another crate raises; `None` where it is of another kind.
 ///
 /// Source: house rule; decision 0037 of this project.
 #[must_use]
-pub fn text_of<K: DoubtKind>(doubt: &Doubt, words: &dyn Fn(&Advice) -> String) -> Option<String> {
-    let (found, advice) = said_by::<K>(doubt)?;
-    let stored = !doubt.advice.is_empty();
-    let advice = if stored { &doubt.advice } else { &advice };
+pub fn text_of<K: WarningKind>(
+    warning: &Warning,
+    words: &dyn Fn(&Advice) -> String,
+) -> Option<String> {
+    let (found, advice) = said_by::<K>(warning)?;
+    let stored = !warning.advice.is_empty();
+    let advice = if stored { &warning.advice } else { &advice };
     Some(worded(found, advice, words))
 }
 
@@ -129,7 +134,7 @@ pub fn advice_of_error(error: &(dyn std::error::Error + 'static)) -> Vec<Advice>
     Vec::new()
 }
 
-impl fmt::Display for Doubt {
+impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&text_with(self, &Advice::to_string))
     }

@@ -129,14 +129,14 @@ fn aligned(
 }
 
 fn codes(found: &Alignment) -> Vec<String> {
-    found.doubts.iter().map(|d| d.code.to_string()).collect()
+    found.warnings.iter().map(|d| d.code.to_string()).collect()
 }
 
 fn burst() -> BurstConfig {
     BurstConfig::usual(rate(DRIVE_HZ), 0.4).unwrap()
 }
 
-/// What every recording has to hold: 0.1 ms at the first and the last sample, and no doubt of its times.
+/// What every recording has to hold: 0.1 ms at the first and the last sample, and no warning of its times.
 #[track_caller]
 fn check(what: &str, other: &Other, found: &Alignment, samples: usize) {
     for error_s in other.errors(found, samples) {
@@ -368,17 +368,17 @@ const AGAINST: [&str; 7] = [
 ];
 
 #[test]
-fn lost_samples_are_refused_or_doubted() {
-    lost_samples_are_refused_or_doubted_in(&[29_000]);
+fn lost_samples_are_refused_or_reported() {
+    lost_samples_are_refused_or_reported_in(&[29_000]);
 }
 
 #[test]
 #[ignore = "many repetitions: ./x soak runs it"]
-fn soak_lost_samples_are_refused_or_doubted() {
-    lost_samples_are_refused_or_doubted_in(&[12_000, 29_000, 46_000]);
+fn soak_lost_samples_are_refused_or_reported() {
+    lost_samples_are_refused_or_reported_in(&[12_000, 29_000, 46_000]);
 }
 
-fn lost_samples_are_refused_or_doubted_in(places: &[usize]) {
+fn lost_samples_are_refused_or_reported_in(places: &[usize]) {
     let other = Other {
         rate_hz: 5000.0,
         ppm: 30.0,
@@ -540,7 +540,7 @@ fn a_narrow_drive_has_one_place_in(seeds: std::ops::Range<u64>) {
 }
 
 #[test]
-fn another_drive_silence_and_two_playbacks_are_refused_or_doubted() {
+fn another_drive_silence_and_two_playbacks_are_refused_or_reported() {
     let with = with_bursts(&noise(1, 10.0), &burst()).unwrap();
     let other = Other {
         rate_hz: 10_000.0,

@@ -7,7 +7,8 @@ use piezotact::Series;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Estimator, OneClock, TransferDoubt, TransferFunction, estimate, estimate_without, on_one_clock,
+    Estimator, OneClock, TransferFunction, TransferWarning, estimate, estimate_without,
+    on_one_clock,
 };
 
 const RATE_HZ: f64 = 5_000.0;
@@ -121,14 +122,14 @@ fn clocks_that_differ_are_found_and_corrected_for() {
         let late = noisy(late, 3, 0.01);
         let before = apart_db(&function(&drive, &late), &truth);
         let one = found(&drive, &late).unwrap();
-        let Some(TransferDoubt::ClocksDiffer {
+        let Some(TransferWarning::ClocksDiffer {
             ppm: told,
             uncertainty,
-        }) = one.doubts[0].kind()
+        }) = one.warnings[0].kind()
         else {
-            panic!("{:?}", one.doubts);
+            panic!("{:?}", one.warnings);
         };
-        assert_eq!(one.doubts.len(), 1);
+        assert_eq!(one.warnings.len(), 1);
         assert!(
             (told - ppm).abs() < 4.0 * uncertainty + 1e-3 * ppm.abs() && uncertainty < 1.0,
             "{ppm}: {told} ± {uncertainty}"
@@ -158,11 +159,12 @@ fn missing_samples_are_found() {
             };
             let y = noisy(y, 4, 0.01);
             let one = found(&x, &y).unwrap();
-            let Some(TransferDoubt::SamplesMissing { count: told, at_s }) = one.doubts[0].kind()
+            let Some(TransferWarning::SamplesMissing { count: told, at_s }) =
+                one.warnings[0].kind()
             else {
-                panic!("{:?}", one.doubts);
+                panic!("{:?}", one.warnings);
             };
-            assert_eq!(one.doubts.len(), 1, "{:?}", one.doubts);
+            assert_eq!(one.warnings.len(), 1, "{:?}", one.warnings);
             let expected = count as f64 * if swapped { -1.0 } else { 1.0 };
             assert!((told - expected).abs() < 1e-9, "{told} of {expected}");
             let place = from as f64 / RATE_HZ;
@@ -176,20 +178,20 @@ fn missing_samples_are_found() {
     }
 }
 
-/// Of 200 recordings on one clock none or two are doubted, whether the response is clear or half of it noise.
+/// Of 200 recordings on one clock none or two give a warning, whether the response is clear or half of it noise.
 #[test]
-fn one_clock_is_not_doubted() {
-    let mut doubted = Vec::new();
+fn one_clock_is_not_reported() {
+    let mut reported = Vec::new();
     let (drive, response) = pair(5, 12_000);
     for seed in 0..200 {
         let level = if seed % 2 == 0 { 0.02 } else { 0.5 };
         let from = (seed as usize % 4) * 1_000;
         let y = noisy(response[from..from + 8_000].to_vec(), seed, level);
         if let Some(one) = found(&drive[from..from + 8_000], &y) {
-            doubted.push((seed, one.doubts));
+            reported.push((seed, one.warnings));
         }
     }
-    assert!(doubted.len() <= 2, "{}: {doubted:?}", doubted.len());
+    assert!(reported.len() <= 2, "{}: {reported:?}", reported.len());
 }
 
 /// What was reported as lost, with straight lines in its place, is left out, and too little that is left is refused.
@@ -212,10 +214,10 @@ fn segments_that_touch_what_was_lost_are_left_out() {
     let without = estimate_without(&x, &y, &welch(), Estimator::H1, &lost).unwrap();
     let left_out = without
         .about
-        .doubts
+        .warnings
         .iter()
-        .find_map(|doubt| match doubt.kind() {
-            Some(TransferDoubt::SegmentsLeftOut { left_out, of }) => Some((left_out, of)),
+        .find_map(|warning| match warning.kind() {
+            Some(TransferWarning::SegmentsLeftOut { left_out, of }) => Some((left_out, of)),
             _ => None,
         });
     assert_eq!(left_out, Some((4, 47)));

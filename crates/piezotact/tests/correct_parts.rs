@@ -280,9 +280,9 @@ fn lines_that_the_noise_hides_are_named() {
     let loud = plan
         .estimate::<Acceleration>(&[&noise(10, 20_000, 0.02)])
         .unwrap();
-    let doubt = correction.hidden(&loud).unwrap().unwrap().to_string();
+    let warning = correction.hidden(&loud).unwrap().unwrap().to_string();
     assert!(
-        doubt.starts_with("in 100 % of the band") && doubt.contains("noise"),
-        "{doubt}"
+        warning.starts_with("in 100 % of the band") && warning.contains("noise"),
+        "{warning}"
     );
 }

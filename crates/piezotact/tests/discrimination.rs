@@ -10,12 +10,12 @@ use piezotact::compare::{
     AcrossSamples, DiscriminationConfig, DiscriminationError, Distinguishability, SampleUnit,
     Texture, discriminate,
 };
-use piezotact::discrimination::{ContactMap, DiscriminationDoubt, Model};
+use piezotact::discrimination::{ContactMap, DiscriminationWarning, Model};
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
 use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::{holm, permutation_test, sign_flip_test};
-use piezotact::{Doubt, Series};
+use piezotact::{Series, Warning};
 use serde::Deserialize;
 
 fn config() -> DiscriminationConfig {
@@ -135,9 +135,9 @@ fn recordings_that_differ_are_the_units() {
         by_recording += usize::from(found.units == SampleUnit::Recordings);
         assert!(
             found.units == SampleUnit::Strokes
-                || found.doubts.iter().any(|d| matches!(
+                || found.warnings.iter().any(|d| matches!(
                     d.kind(),
-                    Some(DiscriminationDoubt::RecordingsDiffer { .. })
+                    Some(DiscriminationWarning::RecordingsDiffer { .. })
                 ))
         );
     }
@@ -172,9 +172,9 @@ fn one_stroke_decides_nothing() {
     );
     assert!(pair.distance_jnd > 6.0);
     let text = found
-        .doubts
+        .warnings
         .iter()
-        .find(|d| matches!(d.kind(), Some(DiscriminationDoubt::OneStroke { .. })));
+        .find(|d| matches!(d.kind(), Some(DiscriminationWarning::OneStroke { .. })));
     assert!(text.unwrap().to_string().starts_with("A: only one stroke"));
     // Three strokes of each of two cannot show it either, and that is said.
     let found = study(vec![
@@ -183,12 +183,12 @@ fn one_stroke_decides_nothing() {
     ]);
     assert_eq!(told_apart(&found), 0);
     assert!(
-        found.doubts.iter().any(|d| matches!(
+        found.warnings.iter().any(|d| matches!(
             d.kind(),
-            Some(DiscriminationDoubt::TooFewUnits { needed: 4, .. })
+            Some(DiscriminationWarning::TooFewUnits { needed: 4, .. })
         )),
         "{:?}",
-        found.doubts
+        found.warnings
     );
 }
 
@@ -238,11 +238,11 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
     assert!(of(&with) > of(&plain) + 3.0, "{} {}", of(&with), of(&plain));
     assert!(
         plain
-            .doubts
-            .contains(&Doubt::from(DiscriminationDoubt::ThresholdsOfSkin))
+            .warnings
+            .contains(&Warning::from(DiscriminationWarning::ThresholdsOfSkin))
             && !with
-                .doubts
-                .contains(&Doubt::from(DiscriminationDoubt::ThresholdsOfSkin))
+                .warnings
+                .contains(&Warning::from(DiscriminationWarning::ThresholdsOfSkin))
     );
 }
 
@@ -477,18 +477,18 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
 }
 
 #[test]
-fn doubts_and_results_come_back_from_json() {
-    for doubt in [
-        DiscriminationDoubt::ThresholdsOfSkin,
-        DiscriminationDoubt::OneStroke {
+fn warnings_and_results_come_back_from_json() {
+    for warning in [
+        DiscriminationWarning::ThresholdsOfSkin,
+        DiscriminationWarning::OneStroke {
             samples: vec!["A".into()],
         },
-        DiscriminationDoubt::RecordingsDiffer { p_value: 0.01 },
+        DiscriminationWarning::RecordingsDiffer { p_value: 0.01 },
     ] {
-        let doubt = Doubt::from(doubt);
-        let text = serde_json::to_string(&doubt).unwrap();
+        let warning = Warning::from(warning);
+        let text = serde_json::to_string(&warning).unwrap();
         assert!(text.contains("\"code\":"), "{text}");
-        assert_eq!(serde_json::from_str::<Doubt>(&text).unwrap(), doubt);
+        assert_eq!(serde_json::from_str::<Warning>(&text).unwrap(), warning);
     }
     let mut random = Random::new(1);
     let texture = spectrum(Change::Level, 0.0);

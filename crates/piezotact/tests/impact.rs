@@ -11,8 +11,8 @@ use num_complex::Complex;
 use piezotact::quantity::{Acceleration, Band, Force, Hertz};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Estimator, ExponentialWindow, ForceWindow, HitFault, ImpactConfig, ImpactDoubt, ImpactError,
-    ImpactSegment, TransferDoubt, TransferError, TransferFunction, estimate, estimate_impacts,
+    Estimator, ExponentialWindow, ForceWindow, HitFault, ImpactConfig, ImpactError, ImpactSegment,
+    ImpactWarning, TransferError, TransferFunction, TransferWarning, estimate, estimate_impacts,
     transient,
 };
 
@@ -26,9 +26,9 @@ fn with(segment: ImpactSegment, exponential: ExponentialWindow) -> ImpactConfig 
     }
 }
 
-fn doubts(function: &TransferFunction<Force, Acceleration>) -> Vec<ImpactDoubt> {
-    let doubts = function.about.doubts.iter();
-    doubts.filter_map(piezotact::Doubt::kind).collect()
+fn warnings(function: &TransferFunction<Force, Acceleration>) -> Vec<ImpactWarning> {
+    let warnings = function.about.warnings.iter();
+    warnings.filter_map(piezotact::Warning::kind).collect()
 }
 
 /// The closed form and the matrix exponential of the script are one motion, and their noise is one noise.
@@ -114,8 +114,8 @@ fn the_exponential_window_adds_its_damping_and_nothing_else() {
     let first = TAU * golden.modes[0].0 * golden.modes[0].1;
     let left = (-(first + added) * golden.short_segment as f64 / golden.rate_hz).exp();
     assert!(added > 1.0 && left < 0.03, "{added} {left}");
-    assert!(doubts(&found).iter().any(
-        |d| matches!(d, ImpactDoubt::AddedDamping { damping_per_s, .. } if *damping_per_s == added)
+    assert!(warnings(&found).iter().any(
+        |d| matches!(d, ImpactWarning::AddedDamping { damping_per_s, .. } if *damping_per_s == added)
     ));
     let errors = (20..=2000).step_by(20).map(f64::from).map(|hz| {
         // On a line of the estimate.
@@ -132,10 +132,10 @@ fn the_exponential_window_adds_its_damping_and_nothing_else() {
     assert!(rms < 0.3, "{rms}");
     // Without any window it is said that the response has not decayed.
     let bare = recorded.evaluated(&with(segment, ExponentialWindow::None));
-    let said = doubts(&bare.unwrap().function);
+    let said = warnings(&bare.unwrap().function);
     assert!(
         said.iter()
-            .any(|d| matches!(d, ImpactDoubt::NotDecayed { .. })),
+            .any(|d| matches!(d, ImpactWarning::NotDecayed { .. })),
         "{said:?}"
     );
 }
@@ -180,14 +180,14 @@ fn one_hit_with_noise_is_right_where_it_drives() {
         assert!((driven.high().0 * duration - 1.04).abs() < 0.08, "{driven}");
         assert!(!found.has_coherence() && found.coherence_in(driven).is_none());
         assert!(found.confidence().is_none() && found.coherence().iter().all(|c| *c == 0.0));
-        let said = doubts(&found);
-        assert!(said.contains(&ImpactDoubt::OneHit), "{said:?}");
+        let said = warnings(&found);
+        assert!(said.contains(&ImpactWarning::OneHit), "{said:?}");
         let undriven = found
             .about
-            .doubts
+            .warnings
             .iter()
-            .find_map(|doubt| match doubt.kind() {
-                Some(TransferDoubt::NotDriven { bands, .. }) => Some(bands),
+            .find_map(|warning| match warning.kind() {
+                Some(TransferWarning::NotDriven { bands, .. }) => Some(bands),
                 _ => None,
             });
         let undriven = undriven.unwrap();
@@ -221,14 +221,14 @@ fn spoiled(hits: &[Pulse], seconds: f64, change: impl Fn(&mut Recorded)) -> Reco
     recorded
 }
 
-/// The faults of every hit, and the doubts.
-fn faults(recorded: &Recorded) -> (Vec<Vec<HitFault>>, Vec<ImpactDoubt>) {
+/// The faults of every hit, and the warnings.
+fn faults(recorded: &Recorded) -> (Vec<Vec<HitFault>>, Vec<ImpactWarning>) {
     let found = recorded.evaluated(&ImpactConfig::usual()).unwrap().function;
     let test = found.impact.clone().unwrap();
     println!("{:?}", test.hits);
     (
         test.hits.into_iter().map(|hit| hit.faults).collect(),
-        doubts(&found),
+        warnings(&found),
     )
 }
 
@@ -255,16 +255,16 @@ const USUAL: [Pulse; 3] = [
 fn a_hit_at_the_very_end_is_named() {
     let mut hits = USUAL.to_vec();
     hits.push((3.27, 0.0006, 95.0));
-    let (faults, doubts) = faults(&spoiled(&hits, 3.3, |_| {}));
+    let (faults, warnings) = faults(&spoiled(&hits, 3.3, |_| {}));
     assert!(faults[..3].iter().all(Vec::is_empty), "{faults:?}");
     assert!(
         matches!(faults[3][0], HitFault::AtTheEnd { left_s, needed_s } if (left_s - 0.03).abs() < 0.001 && needed_s > 0.3),
         "{faults:?}"
     );
     assert!(
-        doubts
+        warnings
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::HitAtTheEnd { .. }))
+            .any(|d| matches!(d, ImpactWarning::HitAtTheEnd { .. }))
     );
     let (fault, said) = refused(&spoiled(&[(0.98, 0.0006, 100.0)], 1.0, |_| {}));
     assert!(matches!(fault, HitFault::AtTheEnd { .. }), "{fault:?}");
@@ -279,21 +279,21 @@ fn two_hits_closer_than_the_decay_are_named() {
     // One that a tenth of the response to the hit before remains under, and one under which more does.
     for (at, peak, fault) in [(0.45, 100.0, false), (0.42, 40.0, true)] {
         let hits = [USUAL[0], (at, 0.0006, peak), USUAL[1], USUAL[2]];
-        let (faults, doubts) = faults(&spoiled(&hits, 3.3, |_| {}));
+        let (faults, warnings) = faults(&spoiled(&hits, 3.3, |_| {}));
         assert!(
             matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - at + 0.3).abs() < 0.001)
         );
         assert!(faults[2].is_empty() && faults[3].is_empty(), "{faults:?}");
-        let close = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::NextHitTooClose { .. });
-        assert!(doubts.iter().any(|d| close(&d)));
+        let close = |d: &&ImpactWarning| matches!(d, ImpactWarning::NextHitTooClose { .. });
+        assert!(warnings.iter().any(|d| close(&d)));
         if fault {
             assert!(matches!(faults[1][..], [HitFault::StillMoving { share }] if share > 0.2));
-            let moving = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::StillMoving { .. });
-            assert!(doubts.iter().any(|d| moving(&d)));
+            let moving = |d: &&ImpactWarning| matches!(d, ImpactWarning::StillMoving { .. });
+            assert!(warnings.iter().any(|d| moving(&d)));
         } else {
             assert!(faults[1].is_empty(), "{faults:?}");
-            let earlier = |d: &&ImpactDoubt| matches!(d, ImpactDoubt::EarlierResponse { hits: 1, share } if (0.05..0.2).contains(share));
-            assert!(doubts.iter().any(|d| earlier(&d)), "{doubts:?}");
+            let earlier = |d: &&ImpactWarning| matches!(d, ImpactWarning::EarlierResponse { hits: 1, share } if (0.05..0.2).contains(share));
+            assert!(warnings.iter().any(|d| earlier(&d)), "{warnings:?}");
         }
     }
 }
@@ -321,7 +321,7 @@ fn overloads_are_named_in_force_and_response() {
     let hard = spoiled(&USUAL, 3.3, |r| {
         r.force.iter_mut().for_each(|f| *f = f.min(95.0))
     });
-    let (faults_of, doubts) = faults(&hard);
+    let (faults_of, warnings) = faults(&hard);
     assert!(
         faults_of[0].is_empty(),
         "90 N is below the limit: {faults_of:?}"
@@ -333,9 +333,9 @@ fn overloads_are_named_in_force_and_response() {
         );
     }
     assert!(
-        doubts
+        warnings
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::ForceOverload { .. }))
+            .any(|d| matches!(d, ImpactWarning::ForceOverload { .. }))
     );
     let mut noise = Noise(9);
     let mut soft = spoiled(&USUAL, 3.3, |r| {
@@ -433,10 +433,10 @@ fn a_negative_force_is_evaluated_as_it_is_and_named() {
     let turned = spoiled(&USUAL, 3.3, |r| r.force.iter_mut().for_each(|f| *f = -*f));
     let upright = upright.evaluated(&ImpactConfig::usual()).unwrap().function;
     let turned = turned.evaluated(&ImpactConfig::usual()).unwrap().function;
-    assert!(doubts(&upright).is_empty(), "{:?}", doubts(&upright));
-    let said = doubts(&turned);
+    assert!(warnings(&upright).is_empty(), "{:?}", warnings(&upright));
+    let said = warnings(&turned);
     assert!(
-        matches!(said[..], [ImpactDoubt::NegativeForce { peak }] if (peak + 110.0).abs() < 1.0),
+        matches!(said[..], [ImpactWarning::NegativeForce { peak }] if (peak + 110.0).abs() < 1.0),
         "{said:?}"
     );
     for (a, b) in upright.response().iter().zip(turned.response()) {

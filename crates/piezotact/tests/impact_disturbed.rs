@@ -12,8 +12,8 @@ use piezotact::quantity::{Acceleration, Force, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    BetweenConfig, Estimator, Excitation, ExponentialWindow, HitFault, ImpactConfig, ImpactDoubt,
-    ImpactSegment, TransferFunction, between_channels, estimate, transient,
+    BetweenConfig, Estimator, Excitation, ExponentialWindow, HitFault, ImpactConfig, ImpactSegment,
+    ImpactWarning, TransferFunction, between_channels, estimate, transient,
 };
 
 use crate::structure::{Golden, Noise, NoiseLevels, Pulse, Recorded, db, golden};
@@ -52,9 +52,9 @@ fn evaluated(recorded: &Recorded) -> TransferFunction<Force, Acceleration> {
     recorded.evaluated(&ImpactConfig::usual()).unwrap().function
 }
 
-fn said(function: &TransferFunction<Force, Acceleration>) -> Vec<ImpactDoubt> {
-    let doubts = function.about.doubts.iter();
-    doubts.filter_map(piezotact::Doubt::kind).collect()
+fn said(function: &TransferFunction<Force, Acceleration>) -> Vec<ImpactWarning> {
+    let warnings = function.about.warnings.iter();
+    warnings.filter_map(piezotact::Warning::kind).collect()
 }
 
 fn faults(function: &TransferFunction<Force, Acceleration>) -> Vec<Vec<HitFault>> {
@@ -99,7 +99,7 @@ fn a_tremor_is_no_remainder_of_a_hit() {
         assert!(
             !said(&found)
                 .iter()
-                .any(|d| matches!(d, ImpactDoubt::NotDecayed { .. })),
+                .any(|d| matches!(d, ImpactWarning::NotDecayed { .. })),
             "{:?}",
             said(&found)
         );
@@ -122,7 +122,7 @@ fn a_resonance_that_lasts_is_found_beside_strong_ones() {
     );
     println!("{:?}", said(&found));
     let octave = said(&found).into_iter().find_map(|d| match d {
-        ImpactDoubt::NotDecayed {
+        ImpactWarning::NotDecayed {
             left, octave_hz, ..
         } if left > 0.1 => octave_hz,
         _ => None,
@@ -149,15 +149,13 @@ fn a_force_that_drifts_holds_its_hits() {
     assert!(faults(&b).iter().all(Vec::is_empty));
     println!("{:.4} dB apart", apart_db(&a, &b));
     assert!(apart_db(&a, &b) < 0.02);
-    assert!(
-        said(&b).iter().any(
-            |d| matches!(d, ImpactDoubt::ForceDrifts { share } if (0.02..0.06).contains(share))
-        )
-    );
+    assert!(said(&b).iter().any(
+        |d| matches!(d, ImpactWarning::ForceDrifts { share } if (0.02..0.06).contains(share))
+    ));
     assert!(
         !said(&a)
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::ForceDrifts { .. }))
+            .any(|d| matches!(d, ImpactWarning::ForceDrifts { .. }))
     );
     // A slow motion that dwarfs its clicks is no drift.
     let slow: Vec<f64> = (0..steady.force.len())
@@ -286,12 +284,12 @@ fn hits_in_hum_are_not_averaged_silently() {
     }
     let (force, response) = hum.series();
     let found = estimate(&force, &response, &WelchConfig::hann(2048), Estimator::H1).unwrap();
-    let doubts = said(&found);
+    let warnings = said(&found);
     assert!(
-        doubts
-            .iter()
-            .any(|d| matches!(d, ImpactDoubt::PulsesInDrive { hits: 5, energy } if *energy < 0.5)),
-        "{doubts:?}"
+        warnings.iter().any(
+            |d| matches!(d, ImpactWarning::PulsesInDrive { hits: 5, energy } if *energy < 0.5)
+        ),
+        "{warnings:?}"
     );
     assert!(faults(&evaluated(&hum)).iter().all(Vec::is_empty));
 }
@@ -315,7 +313,7 @@ fn early_drifting_and_overdamped_responses_are_named() {
     assert!(faults(&b).iter().all(Vec::is_empty), "{:?}", faults(&b));
     println!("{:.3} dB apart", apart_db(&a, &b));
     assert!(apart_db(&a, &b) < 0.3);
-    let drifts = |d: &ImpactDoubt| matches!(d, ImpactDoubt::ResponseDrifts { .. });
+    let drifts = |d: &ImpactWarning| matches!(d, ImpactWarning::ResponseDrifts { .. });
     assert!(said(&b).iter().any(drifts) && !said(&a).iter().any(drifts));
     let mut noise = Noise(31);
     let mut random: Vec<f64> = (0..50_000).map(|_| noise.normal()).collect();
@@ -415,7 +413,7 @@ fn hits_at_another_point_are_named() {
     }
     let found = evaluated(&both.noisy(LEVELS, &mut Noise(23)));
     let named = said(&found).into_iter().find_map(|d| match d {
-        ImpactDoubt::OtherResponse { at_s, share, .. } => Some((at_s, share)),
+        ImpactWarning::OtherResponse { at_s, share, .. } => Some((at_s, share)),
         _ => None,
     });
     let (at_s, share) = named.unwrap();
@@ -429,7 +427,7 @@ fn hits_at_another_point_are_named() {
     assert!(
         !said(&alike)
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::OtherResponse { .. }))
+            .any(|d| matches!(d, ImpactWarning::OtherResponse { .. }))
     );
     // Noise on the response alone sets no hit apart.
     let loud = NoiseLevels {
@@ -440,7 +438,7 @@ fn hits_at_another_point_are_named() {
     assert!(
         !said(&noisy)
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::OtherResponse { .. }))
+            .any(|d| matches!(d, ImpactWarning::OtherResponse { .. }))
     );
 }
 
@@ -470,15 +468,15 @@ fn exchanged_channels_are_named() {
             lost_s: Vec::new(),
         };
         let found = between_channels(&recording, &config).unwrap().function;
-        let kinds: Vec<ImpactDoubt> = found
+        let kinds: Vec<ImpactWarning> = found
             .about
-            .doubts
+            .warnings
             .iter()
-            .filter_map(piezotact::Doubt::kind)
+            .filter_map(piezotact::Warning::kind)
             .collect();
         kinds
             .iter()
-            .any(|d| matches!(d, ImpactDoubt::PulsesInResponse { hits: 5 }))
+            .any(|d| matches!(d, ImpactWarning::PulsesInResponse { hits: 5 }))
     };
     assert!(exchanged(&recorded.response, &recorded.force));
     assert!(!exchanged(&recorded.force, &recorded.response));

@@ -7,10 +7,10 @@
 
 use std::f64::consts::TAU;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::clipping::limited;
 use piezotact::integrity::{
-    Defects, Pair, SignalDoubt, copied, doubts_of, inspect, mains_hum, transfer_doubts,
+    Defects, Pair, SignalWarning, copied, inspect, mains_hum, transfer_warnings, warnings_of,
 };
 use piezotact::quantity::{Acceleration, Drive, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
@@ -268,7 +268,7 @@ fn drop_outs_and_frozen_parts_are_found() {
                 defects.frozen.len() == 1 && defects.frozen[0].len().abs_diff(length) < 3,
                 "seed {seed}, {length}: {defects:?}"
             );
-            let text = defects.doubts("nail")[0].to_string();
+            let text = defects.warnings("nail")[0].to_string();
             assert!(text.contains("`nail` stays at one value once"), "{text}");
         }
     }
@@ -444,72 +444,75 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
             5.0 * at(3) + 3.0 * at(4) - 2.0 * at(6) + 0.01 * noise.next()
         })
         .collect();
-    let doubts = transfer_doubts(&pair(&drive, &whole));
-    assert!(doubts.is_empty(), "{doubts:?}");
+    let warnings = transfer_warnings(&pair(&drive, &whole));
+    assert!(warnings.is_empty(), "{warnings:?}");
 
     // Dead for a quarter of the time, to the sensor's noise.
     let mut dead = whole.clone();
     for v in &mut dead[40_000..65_000] {
         *v = 0.01 * noise.next();
     }
-    let doubts = transfer_doubts(&pair(&drive, &dead));
-    let Some(SignalDoubt::ResponseDead {
+    let warnings = transfer_warnings(&pair(&drive, &dead));
+    let Some(SignalWarning::ResponseDead {
         share,
         low_db,
         count: 1,
         ..
-    }) = doubts.first().and_then(Doubt::kind)
+    }) = warnings.first().and_then(Warning::kind)
     else {
-        panic!("{doubts:?}");
+        panic!("{warnings:?}");
     };
     let truth = -off_db(&drive, &whole, &dead);
-    println!("dead: said {low_db:.2} dB, is {truth:.2} dB; {}", doubts[0]);
+    println!(
+        "dead: said {low_db:.2} dB, is {truth:.2} dB; {}",
+        warnings[0]
+    );
     assert!((share - 0.25).abs() < 0.01 && (low_db - truth).abs() < 0.2);
     assert!(
-        doubts[0].to_string().contains("about 2.5 dB too low"),
+        warnings[0].to_string().contains("about 2.5 dB too low"),
         "{}",
-        doubts[0]
+        warnings[0]
     );
 
     // Single samples clipped, 45 % of them.
     let limit = limit_of(&whole, 0.45);
     let clipped: Vec<f64> = whole.iter().map(|v| v.clamp(-limit, limit)).collect();
-    let doubts = transfer_doubts(&pair(&drive, &clipped));
-    let Some(SignalDoubt::ClippedTransfer {
+    let warnings = transfer_warnings(&pair(&drive, &clipped));
+    let Some(SignalWarning::ClippedTransfer {
         fraction,
         off_db: Some(said),
         ..
-    }) = doubts.first().and_then(Doubt::kind)
+    }) = warnings.first().and_then(Warning::kind)
     else {
-        panic!("{doubts:?}");
+        panic!("{warnings:?}");
     };
     let truth = off_db(&drive, &whole, &clipped);
     println!(
         "clipped: said {said:.2} dB, is {truth:.2} dB; {}",
-        doubts[0]
+        warnings[0]
     );
     assert!((fraction - 0.45).abs() < 0.005 && (said - truth).abs() < 0.3);
 
     // A drive of 8.7 times full scale, of which full scale was played.
     let peak = drive.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));
     let loud: Vec<f64> = drive.iter().map(|v| v * 8.7 / peak).collect();
-    let doubts = transfer_doubts(&pair(&loud, &whole));
-    let Some(SignalDoubt::DriveBeyondLimit { peak, lost_db, .. }) =
-        doubts.first().and_then(Doubt::kind)
+    let warnings = transfer_warnings(&pair(&loud, &whole));
+    let Some(SignalWarning::DriveBeyondLimit { peak, lost_db, .. }) =
+        warnings.first().and_then(Warning::kind)
     else {
-        panic!("{doubts:?}");
+        panic!("{warnings:?}");
     };
-    println!("{lost_db:.1} dB: {}", doubts[0]);
+    println!("{lost_db:.1} dB: {}", warnings[0]);
     assert!((peak - 8.7).abs() < 0.01);
 
     // A copy, and hum 20 dB above the response.
     let copy: Vec<f64> = drive.iter().map(|v| 2.0 * v).collect();
-    let doubts = transfer_doubts(&pair(&drive, &copy));
+    let warnings = transfer_warnings(&pair(&drive, &copy));
     assert!(
-        doubts[0]
+        warnings[0]
             .to_string()
             .starts_with("`nail` is `out` times 2.000:"),
-        "{doubts:?}"
+        "{warnings:?}"
     );
     let hum: Vec<f64> = whole
         .iter()
@@ -518,12 +521,12 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
             v + 10.0 * rms(&whole) * 2f64.sqrt() * (TAU * 50.0 * i as f64 / RATE_HZ).sin()
         })
         .collect();
-    let doubts = transfer_doubts(&pair(&drive, &hum));
+    let warnings = transfer_warnings(&pair(&drive, &hum));
     assert!(
-        doubts
-            .iter()
-            .any(|d| matches!(d.kind(), Some(SignalDoubt::MainsHum { share, .. }) if share > 0.9)),
-        "{doubts:?}"
+        warnings.iter().any(
+            |d| matches!(d.kind(), Some(SignalWarning::MainsHum { share, .. }) if share > 0.9)
+        ),
+        "{warnings:?}"
     );
 }
 
@@ -553,17 +556,17 @@ fn a_recording_says_what_is_broken() {
         Provenance::default(),
     )
     .unwrap();
-    let doubts = doubts_of(&recording, 1.0);
-    let kinds: Vec<String> = doubts
+    let warnings = warnings_of(&recording, 1.0);
+    let kinds: Vec<String> = warnings
         .iter()
-        .map(|doubt| {
-            let json = serde_json::to_string(doubt).unwrap();
+        .map(|warning| {
+            let json = serde_json::to_string(warning).unwrap();
             assert_eq!(
-                *doubt,
-                serde_json::from_str::<Doubt>(&json).unwrap(),
+                *warning,
+                serde_json::from_str::<Warning>(&json).unwrap(),
                 "{json}"
             );
-            serde_json::to_value(doubt).unwrap()["code"]
+            serde_json::to_value(warning).unwrap()["code"]
                 .as_str()
                 .unwrap()
                 .to_owned()
@@ -572,7 +575,7 @@ fn a_recording_says_what_is_broken() {
     assert_eq!(
         kinds,
         ["drive_beyond_limit", "dead_channel", "copied"],
-        "{doubts:?}"
+        "{warnings:?}"
     );
 }
 
@@ -609,9 +612,9 @@ fn lines_of_the_drive_are_no_hum() {
             Provenance::default(),
         )
         .unwrap();
-        let doubts = doubts_of(&recording, 1.0);
-        let mut kinds = doubts.iter().filter_map(|doubt| doubt.kind());
-        kinds.any(|kind| matches!(kind, SignalDoubt::MainsHum { .. }))
+        let warnings = warnings_of(&recording, 1.0);
+        let mut kinds = warnings.iter().filter_map(|warning| warning.kind());
+        kinds.any(|kind| matches!(kind, SignalWarning::MainsHum { .. }))
     };
     assert!(!has_hum(Some(&drive), &response));
     assert!(has_hum(None, &response));

@@ -5,11 +5,11 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use piezotact::manipulate::ManipulateDoubt;
-use piezotact::stroke::StrokeDoubt;
+use piezotact::manipulate::ManipulateWarning;
+use piezotact::stroke::StrokeWarning;
 use std::f64::consts::TAU;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::lineage::{BandChange, Level, Lineage, Operation, WarpedLength};
 use piezotact::manipulate::{
     DrawnPhases, JoinConfig, ManipulateError, Texture, Tilt, change_band, exchanged, gain, level,
@@ -107,10 +107,13 @@ fn shifts_equal_scipy() {
     for case in golden().shifts {
         let done = shift(&formula(case.n), Hertz(case.by_hz)).unwrap();
         equal(&done.series, &case.values, &format!("{} Hz", case.by_hz));
-        let said = done.doubts.iter().find_map(|doubt| match doubt.kind() {
-            Some(ManipulateDoubt::LeftTheBand { share, .. }) => Some(share),
-            _ => None,
-        });
+        let said = done
+            .warnings
+            .iter()
+            .find_map(|warning| match warning.kind() {
+                Some(ManipulateWarning::LeftTheBand { share, .. }) => Some(share),
+                _ => None,
+            });
         if case.share > 1e-3 {
             assert!((said.unwrap() - case.share).abs() < 1e-9, "{said:?}");
         } else {
@@ -321,7 +324,7 @@ fn a_warp_moves_every_line_in_proportion() {
             .map(|i| (y[i] - (TAU * 200.0 * ratio * i as f64 / 5000.0).sin()).abs())
             .fold(0.0, f64::max);
         assert!(worst < 1e-3, "× {ratio}: {worst:e}");
-        assert!(done.doubts.is_empty());
+        assert!(done.warnings.is_empty());
     }
     let high: Vec<f64> = (0..5000)
         .map(|i| {
@@ -331,9 +334,9 @@ fn a_warp_moves_every_line_in_proportion() {
         .collect();
     let done = warp(&series(high.clone(), 5000.0), 1.5, WarpedLength::Follows).unwrap();
     assert!(
-        matches!(&done.doubts[..], [doubt] if matches!(doubt.kind(), Some(ManipulateDoubt::LeftTheBand { share, .. }) if (share - 0.5).abs() < 1e-3)),
+        matches!(&done.warnings[..], [warning] if matches!(warning.kind(), Some(ManipulateWarning::LeftTheBand { share, .. }) if (share - 0.5).abs() < 1e-3)),
         "{:?}",
-        done.doubts
+        done.warnings
     );
     let kept = warp(&isotropic(1, 10_000, 150.0, 1.0), 1.25, WarpedLength::Kept).unwrap();
     assert_eq!(kept.series.samples().len(), 10_000);
@@ -362,7 +365,7 @@ fn loops_do_not_click() {
             panic!("joined")
         };
         worst = (worst.0.max(join.step_ratio), worst.1.max(join.spectrum_db));
-        assert!(done.doubts.is_empty(), "{join:?}");
+        assert!(done.warnings.is_empty(), "{join:?}");
         // Looked at from outside as well: the steps of the whole, with every join in it.
         let step = |x: &[f64]| {
             x.windows(2)
@@ -418,8 +421,8 @@ fn ends_out_of_step_are_seen_and_said() {
         search: Seconds(0.0),
     };
     let done = looped(&texture, Seconds(3.0), &rough).unwrap();
-    let said = done.doubts.iter().any(
-        |doubt| matches!(doubt.kind(), Some(ManipulateDoubt::JoinShows { step_ratio, spectrum_db, .. }) if step_ratio > 1.5 && spectrum_db > 6.0),
+    let said = done.warnings.iter().any(
+        |warning| matches!(warning.kind(), Some(ManipulateWarning::JoinShows { step_ratio, spectrum_db, .. }) if step_ratio > 1.5 && spectrum_db > 6.0),
     );
     assert!(said, "{:?}", done.step);
 }
@@ -428,10 +431,12 @@ fn ends_out_of_step_are_seen_and_said() {
 #[test]
 fn a_stroke_that_decays_or_grows_is_named_where_it_is_joined() {
     let jumps = |done: &piezotact::manipulate::Manipulated<Acceleration>| {
-        done.doubts.iter().find_map(|doubt| match doubt.kind() {
-            Some(ManipulateDoubt::LevelJumps { jump_db, own_db }) => Some((jump_db, own_db)),
-            _ => None,
-        })
+        done.warnings
+            .iter()
+            .find_map(|warning| match warning.kind() {
+                Some(ManipulateWarning::LevelJumps { jump_db, own_db }) => Some((jump_db, own_db)),
+                _ => None,
+            })
     };
     let loop_of = |db_a_second: f64| {
         let texture = isotropic(3, 10_000, 150.0, 1.0);
@@ -452,18 +457,20 @@ fn a_stroke_that_decays_or_grows_is_named_where_it_is_joined() {
     }
 }
 
-/// What is doubted of the texture that a level is taken of is doubted of the result; its rate does not matter.
+/// The warnings about the texture that a level is taken of gives a warning of the result; its rate does not matter.
 #[test]
-fn a_level_comes_with_its_doubts_and_from_any_rate() {
+fn a_level_comes_with_its_warnings_and_from_any_rate() {
     let x = isotropic(1, 5_000, 100.0, 1.0);
     let mut other = Texture::of("S13", series(vec![3.0, -3.0, 3.0, -3.0], 1000.0));
-    other.doubts.push(Doubt::from(StrokeDoubt::NothingCut));
+    other
+        .warnings
+        .push(Warning::from(StrokeWarning::NothingCut));
     let done = rms_of(&x, &other, Level::Whole).unwrap();
     assert!((standard_deviation(done.series.samples()) - 3.0).abs() < 1e-12);
-    assert_eq!(done.doubts, [Doubt::from(StrokeDoubt::NothingCut)]);
+    assert_eq!(done.warnings, [Warning::from(StrokeWarning::NothingCut)]);
     let [first, second] = exchanged(Texture::of("S2", x), other).unwrap();
-    assert_eq!(first.doubts, [Doubt::from(StrokeDoubt::NothingCut)]);
-    assert_eq!(second.doubts, [Doubt::from(StrokeDoubt::NothingCut)]);
+    assert_eq!(first.warnings, [Warning::from(StrokeWarning::NothingCut)]);
+    assert_eq!(second.warnings, [Warning::from(StrokeWarning::NothingCut)]);
 }
 
 #[test]

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(
     clippy::disallowed_methods,
-    reason = "the declarations of doubts are read from the sources"
+    reason = "the declarations of warnings are read from the sources"
 )]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::wording::finding;
 use serde_json::{Value, json};
 
@@ -34,7 +34,7 @@ fn too_long(text: &str) -> Vec<String> {
     numbers.map(str::to_owned).collect()
 }
 
-/// All files of doubts below `folder`.
+/// All files of warnings below `folder`.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -46,21 +46,21 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A kind of doubt as it is declared: its code, what it is about, and its fields with their types.
+/// A kind of warning as it is declared: its code, what it is about, and its fields with their types.
 struct Declared {
     code: String,
     about: Option<(String, String)>,
     fields: BTreeMap<String, String>,
 }
 
-/// The doubts that are declared in `source`.
+/// The warnings that are declared in `source`.
 fn declared(source: &str) -> Vec<Declared> {
     let mut all: Vec<Declared> = Vec::new();
     let mut inside = false;
     for line in source.lines() {
         let text = line.trim();
         match text {
-            "doubts! {" => inside = true,
+            "warnings! {" => inside = true,
             _ if line == "}" => inside = false,
             _ => {}
         }
@@ -105,7 +105,7 @@ fn value(kind: &str, number: f64) -> Option<Value> {
         "Example" => json!({ "example": "name" }),
         "Counts" => json!({ "counts": { "name": 2 } }),
         "Band" => json!({ "low_hz": number, "high_hz": 2.0 * number }),
-        "Doubt" => json!({ "code": "force_not_measured", "values": { "load_n": number } }),
+        "Warning" => json!({ "code": "force_not_measured", "values": { "load_n": number } }),
         _ => return None,
     })
 }
@@ -134,8 +134,8 @@ fn usual(name: &str) -> f64 {
     }
 }
 
-/// The doubt with `number` in each of its fields; `None` where one is of a type that this test does not know.
-fn doubt(declared: &Declared, number: f64) -> Option<Doubt> {
+/// The warning with `number` in each of its fields; `None` where one is of a type that this test does not know.
+fn warning(declared: &Declared, number: f64) -> Option<Warning> {
     let mut written = json!({ "code": declared.code, "values": {} });
     for (name, kind) in &declared.fields {
         match &declared.about {
@@ -148,9 +148,9 @@ fn doubt(declared: &Declared, number: f64) -> Option<Doubt> {
     serde_json::from_value(written).ok()
 }
 
-/// Every kind of doubt, with numbers that have many digits.
+/// Every kind of warning, with numbers that have many digits.
 #[test]
-fn doubts_have_the_digits_that_mean_something() {
+fn warnings_have_the_digits_that_mean_something() {
     let mut files = Vec::new();
     sources(
         &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
@@ -160,7 +160,7 @@ fn doubts_have_the_digits_that_mean_something() {
     for file in files {
         for declared in declared(&std::fs::read_to_string(file).unwrap()) {
             for number in [0.001_234_567_89, 0.123_456_789, 1.234_567_89, 123.456_789] {
-                let text = doubt(&declared, number).map(|doubt| finding(&doubt));
+                let text = warning(&declared, number).map(|warning| finding(&warning));
                 let of_a_kind = text.filter(|text| !text.contains("of another version"));
                 let Some(text) = of_a_kind else {
                     unknown.push(declared.code.clone());

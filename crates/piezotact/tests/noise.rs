@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use piezotact::criterion::{Criterion, Outcome};
-use piezotact::noise::{Noise, NoiseConfig, NoiseCriterion, NoiseDoubt, NoiseError, noise};
+use piezotact::noise::{Noise, NoiseConfig, NoiseCriterion, NoiseError, NoiseWarning, noise};
 use piezotact::quantity::{Band, Hertz, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, Touch};
 use piezotact::statistics::Direction;
@@ -86,13 +86,13 @@ fn standing_out(found: &Noise) -> Vec<f64> {
 }
 
 fn not_at_rest(found: &Noise) -> bool {
-    let doubts = &found.doubts;
-    let doubted = doubts
+    let warnings = &found.warnings;
+    let reported = warnings
         .iter()
-        .any(|d| matches!(d.kind(), Some(NoiseDoubt::NotAtRest { .. })));
-    assert_eq!(doubted, found.at_rest() == Outcome::NotMet);
-    assert_eq!(doubted, found.sentence().contains("was not at rest"));
-    doubted
+        .any(|d| matches!(d.kind(), Some(NoiseWarning::NotAtRest { .. })));
+    assert_eq!(reported, found.at_rest() == Outcome::NotMet);
+    assert_eq!(reported, found.sentence().contains("was not at rest"));
+    reported
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn white_noise_is_at_rest_without_hum_or_drift() {
             found.criteria
         );
         assert!(
-            found.doubts.is_empty() && !not_at_rest(&found),
+            found.warnings.is_empty() && !not_at_rest(&found),
             "seed {seed}"
         );
         assert_eq!(standing_out(&found), [0.0; 0], "seed {seed}");
@@ -339,9 +339,9 @@ fn a_recording_that_states_a_sliding_finger_is_not_at_rest() {
     assert_eq!(found.at_rest(), Outcome::NotDecided);
     assert!(
         found
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(NoiseDoubt::PerhapsNotAtRest { .. })))
+            .any(|d| matches!(d.kind(), Some(NoiseWarning::PerhapsNotAtRest { .. })))
     );
 }
 

@@ -5,15 +5,15 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 use piezotact::criterion::Outcome;
-use piezotact::doubt::Doubts;
 use piezotact::prepare::{
-    ChosenStroke, PrepareDocument, PrepareDoubt, Prepared, State, TextureStrokes, common_level,
+    ChosenStroke, PrepareDocument, PrepareWarning, Prepared, State, TextureStrokes, common_level,
     typical_stroke,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate, Seconds};
 use piezotact::render::{RenderConfig, render};
 use piezotact::series::Series;
 use piezotact::transfer::{Estimator, TransferFunction};
+use piezotact::warning::Warnings;
 
 const RATE_HZ: f64 = 5000.0;
 
@@ -105,24 +105,27 @@ fn an_unusual_stroke_is_not_chosen() {
 }
 
 #[test]
-fn short_and_single_strokes_are_doubted() {
+fn short_and_single_strokes_are_reported() {
     // A stroke of 0.1 s is not compared beside longer ones.
     let found = typical_stroke(&strokes(&[(500, 1.0, 180.0), (5000, 1.0, 180.0)]), band()).unwrap();
     assert_eq!((found.index, found.distances_db[0]), (1, None));
     let only = typical_stroke(&strokes(&[(500, 1.0, 180.0)]), band()).unwrap();
     let codes = |seconds: f64| -> Vec<String> {
-        let doubts = only.doubts("S8", Seconds(seconds));
-        doubts.iter().map(|doubt| doubt.code.to_string()).collect()
+        let warnings = only.warnings("S8", Seconds(seconds));
+        warnings
+            .iter()
+            .map(|warning| warning.code.to_string())
+            .collect()
     };
     assert_eq!(codes(0.1), ["one_stroke_of_texture", "short_stroke"]);
     assert_eq!(codes(1.0), ["one_stroke_of_texture"]);
     // Strokes at 1, 10 and 100 times the level are not one texture.
     let wide = [(5000, 0.1, 180.0), (5000, 1.0, 300.0), (5000, 10.0, 90.0)];
     let wide = typical_stroke(&strokes(&wide), band()).unwrap();
-    let doubts = wide.doubts("S8", Seconds(1.0));
+    let warnings = wide.warnings("S8", Seconds(1.0));
     assert!(matches!(
-        doubts[0].kind(),
-        Some(PrepareDoubt::StrokesDiffer { spread_db, .. }) if spread_db > 6.0
+        warnings[0].kind(),
+        Some(PrepareWarning::StrokesDiffer { spread_db, .. }) if spread_db > 6.0
     ));
     assert!(typical_stroke(&[], band()).is_err());
 }
@@ -203,7 +206,7 @@ fn concluded(textures: Vec<Prepared>) -> PrepareDocument {
         not_good_enough: Vec::new(),
         textures,
         failed: Vec::new(),
-        doubts: Doubts::default(),
+        warnings: Warnings::default(),
     }
     .concluded()
 }
@@ -242,19 +245,19 @@ fn nothing_but_a_passed_verification_is_good_enough() {
         (both.outcome, both.sentence.as_str()),
         (Outcome::Met, "All 2 drives passed")
     );
-    assert!(both.not_good_enough.is_empty() && both.doubts.is_empty());
+    assert!(both.not_good_enough.is_empty() && both.warnings.is_empty());
     assert_eq!(concluded(Vec::new()).outcome, Outcome::NotDecided);
 }
 
 #[test]
-fn levels_that_differ_are_doubted() {
+fn levels_that_differ_are_reported() {
     let found = concluded(vec![
         prepared("S1", State::Passed, -4.0),
         prepared("S8", State::Passed, 0.0),
     ]);
-    let doubts: Vec<_> = found.doubts.iter().collect();
+    let warnings: Vec<_> = found.warnings.iter().collect();
     assert!(matches!(
-        doubts[0].kind(),
-        Some(PrepareDoubt::LevelsDiffer { lowest_db, highest_db }) if lowest_db == -4.0 && highest_db == 0.0
+        warnings[0].kind(),
+        Some(PrepareWarning::LevelsDiffer { lowest_db, highest_db }) if lowest_db == -4.0 && highest_db == 0.0
     ));
 }

@@ -49,7 +49,7 @@ fn analysed(
         roles: Roles::guess(&recording).0,
         force_zeros: None,
         cuts: None,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     };
     let mut config = FeatureConfig::usual(rate, &[all.len()], high_pass).unwrap();
     config.welch.segment = segment.unwrap_or(config.welch.segment);

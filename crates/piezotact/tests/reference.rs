@@ -11,14 +11,14 @@
 
 use crate::shared_data::shared;
 use num_complex::Complex;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::render::{Inverse, InverseConfig, PhaseForm, invert};
 use piezotact::resample::Resampler;
 use piezotact::series::Series;
-use piezotact::spectrum::SpectrumDoubt;
+use piezotact::spectrum::SpectrumWarning;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
-use piezotact::transfer::TransferDoubt;
+use piezotact::transfer::TransferWarning;
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
 
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
@@ -177,8 +177,8 @@ fn welch_equals_scipy() {
         SPECTRUM_RTOL,
     );
     assert_eq!(
-        short.doubts,
-        [Doubt::from(SpectrumDoubt::ShortSignal { segments: 1 })]
+        short.warnings,
+        [Warning::from(SpectrumWarning::ShortSignal { segments: 1 })]
     );
 }
 
@@ -408,7 +408,7 @@ fn the_drive_equals_numpy() {
 }
 
 #[test]
-fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_doubted() {
+fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_reported() {
     let Some(path) = shared("data/frf/vibrationtesting/case1.mat") else {
         return;
     };
@@ -469,10 +469,10 @@ fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_doubted() {
     .unwrap();
     let dc = function
         .about
-        .doubts
+        .warnings
         .iter()
-        .find_map(|doubt| match doubt.kind() {
-            Some(TransferDoubt::ImpossibleCoherence {
+        .find_map(|warning| match warning.kind() {
+            Some(TransferWarning::ImpossibleCoherence {
                 at_hz: 0.0, found, ..
             }) => Some(found),
             _ => None,

@@ -6,7 +6,7 @@
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
-use piezotact::transfer::TransferDoubt;
+use piezotact::transfer::TransferWarning;
 use std::f64::consts::TAU;
 
 use piezotact::quantity::{Acceleration, Drive, Quantity, SampleRate};
@@ -48,18 +48,18 @@ fn function(x: &[f64], y: &[f64], config: &WelchConfig) -> TransferFunction<Driv
 }
 
 fn unrelated(function: &TransferFunction<Drive, Acceleration>) -> bool {
-    let mut doubts = function.about.doubts.iter();
-    doubts.any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })))
+    let mut warnings = function.about.warnings.iter();
+    warnings.any(|warning| matches!(warning.kind(), Some(TransferWarning::Unrelated { .. })))
 }
 
 fn delay_said(function: &TransferFunction<Drive, Acceleration>) -> Option<f64> {
     function
         .about
-        .doubts
+        .warnings
         .iter()
-        .find_map(|doubt| match doubt.kind() {
-            Some(TransferDoubt::LateResponse { delay_s, .. }) => Some(delay_s),
-            Some(TransferDoubt::Acausal { lead_s, .. }) => Some(-lead_s),
+        .find_map(|warning| match warning.kind() {
+            Some(TransferWarning::LateResponse { delay_s, .. }) => Some(delay_s),
+            Some(TransferWarning::Acausal { lead_s, .. }) => Some(-lead_s),
             _ => None,
         })
 }
@@ -183,7 +183,7 @@ fn one_record_has_one_delay() {
     for segment in [128, 256, 512, 1_024, 2_048] {
         let found = function(&x, &noise(7, 60_000), &hann(segment, 0.5));
         assert_eq!(delay_said(&found), None);
-        assert!(unrelated(&found), "{:?}", found.about.doubts);
+        assert!(unrelated(&found), "{:?}", found.about.warnings);
     }
 }
 
@@ -198,7 +198,7 @@ fn an_unrelated_pair_is_said_with_what_chance_reaches() {
     assert!(!relation.is_shown() && relation.lines == 63);
     // The mean of held values of Beta(1, n − 1) is a little below 1/n.
     assert!((relation.chance * relation.averages - 0.95).abs() < 0.01);
-    let said = function(&x, &y, &config).about.doubts[0].to_string();
+    let said = function(&x, &y, &config).about.warnings[0].to_string();
     println!("{said}");
     assert!(said.contains("no relation between drive and response is shown"));
 }

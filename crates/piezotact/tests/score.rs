@@ -7,9 +7,9 @@
     reason = "a test reads measured files, prints what it measured, and fails where it cannot go on"
 )]
 
-use piezotact::score::ScoreDoubt;
-use piezotact::spectrum::SpectrumDoubt;
-use piezotact::verify::VerifyDoubt;
+use piezotact::score::ScoreWarning;
+use piezotact::spectrum::SpectrumWarning;
+use piezotact::verify::VerifyWarning;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -18,9 +18,9 @@ use crate::vibrations::{
     RATE_HZ, Random, THIRTY_S, config, filtered, humps, read_wav, scored, series, texture,
 };
 use num_complex::Complex;
-use piezotact::Doubt;
 use piezotact::Series;
-use piezotact::discrimination::DiscriminationDoubt;
+use piezotact::Warning;
+use piezotact::discrimination::DiscriminationWarning;
 use piezotact::feature::Weighting;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
@@ -136,18 +136,18 @@ fn silence_around_a_measurement_is_left_out() {
     eprintln!("with silence around: {}", s.sentence());
     assert!(
         s.score.jnd < 1e-3
-            && s.doubts.to_vec() == [Doubt::from(DiscriminationDoubt::ThresholdsOfSkin)],
+            && s.warnings.to_vec() == [Warning::from(DiscriminationWarning::ThresholdsOfSkin)],
         "{} {:?}",
         s.sentence(),
-        s.doubts
+        s.warnings
     );
     assert!(s.literature.unwrap().st_sim.value.unwrap() > 0.999);
     // A measurement that ends early is compared as far as it goes, and that is said.
     let s = scored(&x, &series(x.samples()[..30_000].to_vec()));
     assert!(
-        s.doubts
+        s.warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(VerifyDoubt::Cut { .. })))
+            .any(|d| matches!(d.kind(), Some(VerifyWarning::Cut { .. })))
             && s.score.jnd < 0.05
     );
 }
@@ -218,9 +218,9 @@ fn a_short_recording_says_that_it_cannot_tell() {
                 s.sentence()
             );
             assert!(
-                s.doubts
+                s.warnings
                     .iter()
-                    .any(|d| matches!(d.kind(), Some(SpectrumDoubt::ShortSignal { .. })))
+                    .any(|d| matches!(d.kind(), Some(SpectrumWarning::ShortSignal { .. })))
             );
         }
         assert!(
@@ -357,9 +357,9 @@ fn what_lies_below_threshold_makes_no_difference() {
         s.sentence()
     );
     assert_eq!(
-        s.doubts
+        s.warnings
             .iter()
-            .filter(|d| matches!(d.kind(), Some(ScoreDoubt::NotFelt { .. })))
+            .filter(|d| matches!(d.kind(), Some(ScoreWarning::NotFelt { .. })))
             .count(),
         2
     );
@@ -428,17 +428,17 @@ fn bursts_have_the_spectrum_of_a_hiss_and_are_named() {
     let s = scored(&x, &bursts);
     eprintln!("bursts: {} modulation {:?}", s.sentence(), s.modulation_db);
     assert!(
-        s.doubts
+        s.warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(ScoreDoubt::OtherModulation { .. })))
+            .any(|d| matches!(d.kind(), Some(ScoreWarning::OtherModulation { .. })))
     );
     // Spectra below the JND are no evidence that bursts feel like a hiss.
     assert!(!matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence());
     assert!(
         scored(&x, &twin(&x, 4))
-            .doubts
+            .warnings
             .iter()
-            .all(|d| !matches!(d.kind(), Some(ScoreDoubt::OtherModulation { .. })))
+            .all(|d| !matches!(d.kind(), Some(ScoreWarning::OtherModulation { .. })))
     );
 }
 
@@ -654,15 +654,15 @@ fn the_literature_s_indices_are_computed_at_8_khz_and_say_when_they_have_no_valu
     let found = literature(&x, &reversed, config).unwrap();
     assert_eq!(found.st_sim.value, None);
     assert!(
-        found.doubts[0].to_string().contains("negative"),
+        found.warnings[0].to_string().contains("negative"),
         "{}",
-        found.doubts[0]
+        found.warnings[0]
     );
     assert_eq!(literature(&x, &x, config).unwrap().spqi, 1.0);
     let louder = x.clone().amplified(Decibels(40.0));
-    let doubts = literature(&x, &louder, config).unwrap().doubts;
+    let warnings = literature(&x, &louder, config).unwrap().warnings;
     assert!(
-        matches!(&doubts[..], [doubt] if matches!(doubt.kind(), Some(ScoreDoubt::IndexBeyondRange { value }) if value > 1.0))
+        matches!(&warnings[..], [warning] if matches!(warning.kind(), Some(ScoreWarning::IndexBeyondRange { value }) if value > 1.0))
     );
     // Tones that both rates hold give the same at 5 and at 8 kHz, but for the filter's ends.
     let at = |rate_hz: f64, gain: f64| {

@@ -5,12 +5,12 @@
     reason = "a test fails where it cannot go on, and reports what it measured"
 )]
 
-use piezotact::stroke::ForceDoubt;
-use piezotact::stroke::StrokeDoubt;
+use piezotact::stroke::ForceWarning;
+use piezotact::stroke::StrokeWarning;
 use std::collections::BTreeMap;
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::quantity::{Newtons, SampleRate};
 use piezotact::stroke::{
@@ -163,9 +163,9 @@ fn a_force_that_is_negative_in_contact_is_turned_and_said() {
     assert_eq!(turned.strokes, upright.strokes);
     assert!(
         turned
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(StrokeDoubt::SignReversed { .. })))
+            .any(|d| matches!(d.kind(), Some(StrokeWarning::SignReversed { .. })))
     );
     assert!((turned.force_zeros.unwrap().sign + 1.0).abs() < 1e-12);
 }
@@ -183,11 +183,11 @@ fn swapped_axes_show_as_more_friction_than_skin_has() {
     assert!(found.strokes.len() >= 5, "{found:?}");
     assert!(
         found
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(StrokeDoubt::HighFriction { coefficient }) if coefficient > 1.2)),
+            .any(|d| matches!(d.kind(), Some(StrokeWarning::HighFriction { coefficient }) if coefficient > 1.2)),
         "{:?}",
-        found.doubts
+        found.warnings
     );
 }
 
@@ -204,9 +204,9 @@ fn a_dead_force_is_refused_and_a_silent_one_holds_no_stroke() {
     assert!(silent.strokes.is_empty());
     assert!(
         silent
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(StrokeDoubt::NoContact { .. }))),
+            .any(|d| matches!(d.kind(), Some(StrokeWarning::NoContact { .. }))),
         "{silent:?}"
     );
 }
@@ -222,10 +222,10 @@ fn a_zero_that_drifts_through_the_threshold_is_followed_and_said() {
     let drifting = segmented(&made);
     assert_eq!(drifting.strokes.len(), still.strokes.len());
     let said = drifting
-        .doubts
+        .warnings
         .iter()
-        .any(|d| matches!(d.kind(), Some(ForceDoubt::ForceDrift { to_n, from_n, .. }) if to_n - from_n > 0.1));
-    assert!(said, "{:?}", drifting.doubts);
+        .any(|d| matches!(d.kind(), Some(ForceWarning::ForceDrift { to_n, from_n, .. }) if to_n - from_n > 0.1));
+    assert!(said, "{:?}", drifting.warnings);
     // Force and friction are those of the finger, not of the cell's zero.
     let zeros = drifting.force_zeros.unwrap();
     let middle = drifting.strokes[6].steady.start;
@@ -285,8 +285,8 @@ fn stick_slip_is_kept_only_when_asked_for() {
     let kept = segment_by_force(&signals(&made), &all).unwrap();
     assert_eq!(kept.strokes.len(), 6);
     assert!(
-        kept.doubts
-            .contains(&Doubt::from(StrokeDoubt::SlidingAssumed))
+        kept.warnings
+            .contains(&Warning::from(StrokeWarning::SlidingAssumed))
     );
 }
 
@@ -452,9 +452,9 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
         };
         let slow = segment_by_speed(&signals, &slow).unwrap();
         assert!(
-            slow.doubts
+            slow.warnings
                 .iter()
-                .any(|d| matches!(d.kind(), Some(StrokeDoubt::SpeedOffTarget { .. })))
+                .any(|d| matches!(d.kind(), Some(StrokeWarning::SpeedOffTarget { .. })))
         );
     }
     let lifted = platform(0.0);
@@ -579,7 +579,10 @@ fn a_held_finger_has_its_zeros() {
         .collect();
     let held = found(&held);
     assert_eq!(held.strokes.len(), 6);
-    assert!(held.doubts.contains(&Doubt::from(ForceDoubt::ZeroUnknown)));
+    assert!(
+        held.warnings
+            .contains(&Warning::from(ForceWarning::ZeroUnknown))
+    );
     let heavy: Vec<f64> = made.force_n.iter().map(|f| 3.0 * f).collect();
     let heavy = found(&heavy);
     assert!(

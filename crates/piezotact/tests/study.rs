@@ -2,19 +2,19 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::CompareDoubt;
+use piezotact::compare::CompareWarning;
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
-use piezotact::doubt::DoubtKind;
 use piezotact::page::Cell;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingDoubt, Touch};
-use piezotact::stroke::{Cut, Cuts, Judging, StrokeDoubt};
+use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingWarning, Touch};
+use piezotact::stroke::{Cut, Cuts, Judging, StrokeWarning};
 use piezotact::study::{
     AnalysisDocument, Breadth, By, ComparisonDocument, CutsDocument, Gesture, Naming, Question,
     Recorded, Stated, StudyAnalysis, StudyError, StudySettings, Take, Trend, analyse,
     analyse_watched, cut, cuts_table, strokes_table,
 };
+use piezotact::warning::WarningKind;
 
 /// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
 fn at_rate(name: &str, strokes: usize, own: Condition, rate_hz: f64) -> Recorded {
@@ -104,10 +104,10 @@ fn names(study: &StudyAnalysis) -> Vec<&str> {
         .collect()
 }
 
-fn raised<K: DoubtKind>(take: &Take) -> Vec<K> {
-    take.doubts()
+fn raised<K: WarningKind>(take: &Take) -> Vec<K> {
+    take.warnings()
         .iter()
-        .filter_map(|doubt| doubt.kind())
+        .filter_map(|warning| warning.kind())
         .collect()
 }
 
@@ -127,8 +127,8 @@ fn a_person_counts_before_the_recording_and_the_recording_before_its_name() {
         labels: [("repeat", "1"), ("board", "B2")]
             .map(|(name, value)| (name.to_owned(), value.to_owned()))
             .into(),
-        doubts: vec![
-            RecordingDoubt::Guessed {
+        warnings: vec![
+            RecordingWarning::Guessed {
                 what: "the collection".into(),
             }
             .into(),
@@ -150,7 +150,7 @@ fn a_person_counts_before_the_recording_and_the_recording_before_its_name() {
     assert_eq!(found.participant, None);
     assert_eq!(take.labels["repeat"], "7");
     assert_eq!(take.labels["board"], "B2");
-    assert!(!raised::<RecordingDoubt>(&take).is_empty());
+    assert!(!raised::<RecordingWarning>(&take).is_empty());
     // What is expected of the strokes is the condition that counts.
     assert!(take.segmentation.rule.sentence().contains("of 0.2 N"));
 }
@@ -185,7 +185,7 @@ fn stated_channels_count_before_guessed_ones_and_must_be_there() {
 }
 
 #[test]
-fn a_persons_cuts_are_applied_and_those_outside_are_doubted() {
+fn a_persons_cuts_are_applied_and_those_outside_are_reported() {
     let from = |from_s: f64, to_s: f64| Cut::Stroke {
         from_s: piezotact::quantity::Seconds(from_s),
         to_s: piezotact::quantity::Seconds(to_s),
@@ -198,13 +198,13 @@ fn a_persons_cuts_are_applied_and_those_outside_are_doubted() {
     let take = taken(recorded);
     assert_eq!(take.segmentation.strokes[0].steady.start, 500);
     assert!(take.cuts_text().ends_with("a.cuts"));
-    let doubts = raised::<StrokeDoubt>(&take);
+    let warnings = raised::<StrokeWarning>(&take);
     assert!(
-        doubts.iter().any(|doubt| matches!(
-            doubt,
-            StrokeDoubt::CutsNotApplied { file, count: 1 } if file == "a.cuts"
+        warnings.iter().any(|warning| matches!(
+            warning,
+            StrokeWarning::CutsNotApplied { file, count: 1 } if file == "a.cuts"
         )),
-        "{doubts:?}"
+        "{warnings:?}"
     );
 }
 
@@ -274,11 +274,11 @@ fn recordings_are_grouped_by_what_they_say() {
     assert_eq!(study.groups[1].takes, [0, 2]);
     assert_eq!(study.groups[1].summary.strokes, 5);
     assert_eq!(study.strokes(), 7);
-    let pooled = &study.groups[1].summary.doubts;
+    let pooled = &study.groups[1].summary.warnings;
     assert!(
         pooled
             .iter()
-            .any(|doubt| matches!(doubt.kind(), Some(CompareDoubt::Pooled { .. }))),
+            .any(|warning| matches!(warning.kind(), Some(CompareWarning::Pooled { .. }))),
         "{pooled:?}"
     );
     let speeds = grouped(three(), Some(By::Speed));
@@ -313,17 +313,17 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
     // The setting is said only where comparisons differ in it.
     assert_eq!(comparison.setting, "");
     assert_eq!(comparison.groups.len(), 2);
-    let doubts = study.doubts_of_comparison(0);
+    let warnings = study.warnings_of_comparison(0);
     let left_out = study.left_out.as_ref().unwrap();
-    assert!(doubts.contains(left_out));
+    assert!(warnings.contains(left_out));
     assert!(
         matches!(
             left_out.kind(),
-            Some(CompareDoubt::NotCompared { recordings }) if recordings == "c.csv"
+            Some(CompareWarning::NotCompared { recordings }) if recordings == "c.csv"
         ),
         "{left_out}"
     );
-    let said = study.doubts_in_words(&|doubt| doubt.to_string());
+    let said = study.warnings_in_words(&|warning| warning.to_string());
     assert!(
         said.iter().any(|sentence| sentence.contains("c.csv")),
         "{said:?}"
@@ -368,10 +368,10 @@ fn a_study_without_strokes_says_why() {
     assert_eq!(found.recordings, ["still.csv"]);
     let because = found.because.as_ref().unwrap();
     assert!(
-        matches!(because.kind(), Some(StrokeDoubt::Rejected { .. })),
+        matches!(because.kind(), Some(StrokeWarning::Rejected { .. })),
         "{because}"
     );
-    assert!(!found.doubts.is_empty());
+    assert!(!found.warnings.is_empty());
     let sentence = found.sentence_with(&|_| "nothing slides".into());
     assert_eq!(
         sentence,
@@ -428,7 +428,7 @@ fn a_report_has_what_is_not_asked_as_well() {
     );
 }
 
-/// The document of a comparison names its form, has one comparison at the top and several in a list, and doubts once.
+/// The document of a comparison names its form, has one comparison at the top and several in a list, and warnings once.
 #[test]
 fn a_study_is_handed_out_as_a_document() {
     let people = |names: &[&str]| -> Vec<Take> {
@@ -463,13 +463,13 @@ fn a_study_is_handed_out_as_a_document() {
         .collect();
     assert_eq!(settings, ["P1", "P2"]);
     assert_eq!(two["discrimination"]["settings"][1]["setting"], "P2");
-    let codes: Vec<&str> = two["doubts"]
+    let codes: Vec<&str> = two["warnings"]
         .as_array()
         .unwrap()
         .iter()
-        .map(|doubt| doubt["code"].as_str().unwrap())
+        .map(|warning| warning["code"].as_str().unwrap())
         .collect();
-    // Four groups of two strokes each: one doubt, seen four times.
+    // Four groups of two strokes each: one warning, seen four times.
     assert_eq!(
         codes.iter().filter(|code| **code == "few_strokes").count(),
         1

@@ -138,7 +138,7 @@ fn features_are_those_of_scipy() {
         roles: Roles::guess(&recording).0,
         force_zeros: None,
         cuts: None,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     };
     let config = FeatureConfig::usual(rate, &[all.len()], Some(HighPass::gesture())).unwrap();
     let analysis = analyse(&recording, &segmentation, &config).unwrap();

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::{CompareDoubt, ContrastUnit, DirectionContrast};
+use piezotact::compare::{CompareWarning, ContrastUnit, DirectionContrast};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
@@ -89,9 +89,9 @@ fn compared(made: &[Made], by: By) -> Result<StudyAnalysis, StudyError> {
     analyse(made.iter().map(taken).collect(), &settings)
 }
 
-fn doubts(study: &StudyAnalysis) -> Vec<CompareDoubt> {
-    let all = study.doubts_of_comparison(0);
-    all.iter().filter_map(piezotact::Doubt::kind).collect()
+fn warnings(study: &StudyAnalysis) -> Vec<CompareWarning> {
+    let all = study.warnings_of_comparison(0);
+    all.iter().filter_map(piezotact::Warning::kind).collect()
 }
 
 const SLID: [SlidingDirection; 2] = [SlidingDirection::Transversal, SlidingDirection::Proximal];
@@ -210,25 +210,25 @@ fn stick_slip_is_counted() {
 
 /// Directions that were pressed differently, or moved at a speed that nobody knows, leave open what made the difference.
 #[test]
-fn what_differs_beside_the_direction_is_a_doubt() {
+fn what_differs_beside_the_direction_is_a_warning() {
     let clean = compared(&directions(&["S1"], 0.5), By::Direction).unwrap();
-    let confounds = |doubt: &CompareDoubt| {
+    let confounds = |warning: &CompareWarning| {
         matches!(
-            doubt,
-            CompareDoubt::Confounded { .. } | CompareDoubt::MayDiffer { .. }
+            warning,
+            CompareWarning::Confounded { .. } | CompareWarning::MayDiffer { .. }
         )
     };
     assert!(
-        !doubts(&clean).iter().any(confounds),
+        !warnings(&clean).iter().any(confounds),
         "{:?}",
-        doubts(&clean)
+        warnings(&clean)
     );
 
     let mut pressed = directions(&["S1"], 0.5);
     pressed[0].force = 1.5;
     let study = compared(&pressed, By::Direction).unwrap();
-    let found = doubts(&study);
-    let load = found.iter().find(|doubt| confounds(doubt)).unwrap();
+    let found = warnings(&study);
+    let load = found.iter().find(|warning| confounds(warning)).unwrap();
     assert!(
         load.to_string().contains("differ in load")
             && load.to_string().contains("not from the direction"),
@@ -240,8 +240,12 @@ fn what_differs_beside_the_direction_is_a_doubt() {
         one.condition.speed_m_s = None;
     }
     let study = compared(&free, By::Direction).unwrap();
-    let unknown = |doubt: &CompareDoubt| matches!(doubt, CompareDoubt::MayDiffer { what, .. } if what == "speed");
-    assert!(doubts(&study).iter().any(unknown), "{:?}", doubts(&study));
+    let unknown = |warning: &CompareWarning| matches!(warning, CompareWarning::MayDiffer { what, .. } if what == "speed");
+    assert!(
+        warnings(&study).iter().any(unknown),
+        "{:?}",
+        warnings(&study)
+    );
 }
 
 /// Recordings that state no direction cannot be grouped by it, and those of other loads stand in comparisons of their own.
@@ -462,7 +466,7 @@ fn ways(force: f64) -> Vec<Made> {
         .collect()
 }
 
-/// A load that differs as completely as the kind of touch may be the cause: "active has a lower level" was said without a doubt.
+/// A load that differs as completely as the kind of touch may be the cause: "active has a lower level" was said without a warning.
 #[test]
 fn a_load_that_differs_too_leaves_the_cause_open() {
     let same = compared(&ways(1.0), By::Touch).unwrap();
@@ -473,10 +477,18 @@ fn a_load_that_differs_too_leaves_the_cause_open() {
             .unwrap()
     };
     assert!(concludes(&same).starts_with("active has a lower level"));
-    let of_load = |doubt: &CompareDoubt| matches!(doubt, CompareDoubt::Confounded { what, .. } if what == "load");
-    assert!(!doubts(&same).iter().any(of_load), "{:?}", doubts(&same));
+    let of_load = |warning: &CompareWarning| matches!(warning, CompareWarning::Confounded { what, .. } if what == "load");
+    assert!(
+        !warnings(&same).iter().any(of_load),
+        "{:?}",
+        warnings(&same)
+    );
     let other = compared(&ways(2.0), By::Touch).unwrap();
-    assert!(doubts(&other).iter().any(of_load), "{:?}", doubts(&other));
+    assert!(
+        warnings(&other).iter().any(of_load),
+        "{:?}",
+        warnings(&other)
+    );
     let said = concludes(&other);
     assert!(
         said.starts_with("cause not decided, since the load differs too (0.2"),
@@ -490,8 +502,8 @@ fn a_load_that_differs_too_leaves_the_cause_open() {
 fn a_load_that_differs_too_is_named_whatever_is_compared() {
     let confounded = |made: &[Made], by: By| {
         let study = compared(made, by).unwrap();
-        let all = doubts(&study);
-        let named = |doubt: &&CompareDoubt| matches!(doubt, CompareDoubt::Confounded { what, by: of, .. } if what == "load" && *of == by.word());
+        let all = warnings(&study);
+        let named = |warning: &&CompareWarning| matches!(warning, CompareWarning::Confounded { what, by: of, .. } if what == "load" && *of == by.word());
         let text: String = study.lines().join("\n");
         (all.iter().filter(named).count(), text)
     };
@@ -560,15 +572,15 @@ fn what_was_rejected_is_named_where_nothing_is_left_to_compare() {
 /// Recordings of two participants in one group: the advice was "group by participants, whose strokes are not independent".
 #[test]
 fn the_advice_on_pooled_participants_is_a_sentence() {
-    let doubt = piezotact::Doubt::from(CompareDoubt::Pooled {
+    let warning = piezotact::Warning::from(CompareWarning::Pooled {
         group: "S1".into(),
         what: "participants".into(),
     });
     assert_eq!(
-        doubt.to_string().matches("not independent").count(),
+        warning.to_string().matches("not independent").count(),
         1,
-        "{doubt}"
+        "{warning}"
     );
-    let advice = doubt.advice[0].to_string();
+    let advice = warning.advice[0].to_string();
     assert_eq!(advice, "group by participant, or compare the groups");
 }

@@ -1,4 +1,4 @@
-//! Transfer functions of known plants under seeded noise: confidence intervals and doubts.
+//! Transfer functions of known plants under seeded noise: confidence intervals and warnings.
 #![allow(
     clippy::print_stdout,
     clippy::unwrap_used,
@@ -8,13 +8,13 @@
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
-use piezotact::Doubt;
-use piezotact::integrity::SignalDoubt;
+use piezotact::Warning;
+use piezotact::integrity::SignalWarning;
 use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, SampleRate};
 use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
 use piezotact::transfer::{
-    Blocks, Estimator, Limits, TransferDoubt, TransferFunction, best_linear, estimate,
+    Blocks, Estimator, Limits, TransferFunction, TransferWarning, best_linear, estimate,
     estimate_sweeps, max_pair_difference_db, pooled,
 };
 use rand_chacha::ChaCha8Rng;
@@ -139,9 +139,9 @@ fn limits_widen_as_coherence_falls_and_end_at_nothing() {
     assert!(at(0.5, 0).is_none() && at(0.5, 1).is_none());
 }
 
-fn named(function: &TransferFunction<Drive, Acceleration>, wanted: fn(&Doubt) -> bool) {
-    let doubts = &function.about.doubts;
-    assert!(doubts.iter().any(wanted), "{doubts:?}");
+fn named(function: &TransferFunction<Drive, Acceleration>, wanted: fn(&Warning) -> bool) {
+    let warnings = &function.about.warnings;
+    assert!(warnings.iter().any(wanted), "{warnings:?}");
 }
 
 /// A drive to 1 kHz, as the thesis has it.
@@ -164,7 +164,7 @@ fn band_limited(n: usize, seed: u64) -> Vec<f64> {
     drive
 }
 
-/// A spike of a thousand times the level leaves a coherence of a few hundredths: that is related, and worth a doubt.
+/// A spike of a thousand times the level leaves a coherence of a few hundredths: that is related, and worth a warning.
 #[test]
 fn a_weak_relation_and_a_tone_are_named() {
     let drive = band_limited(100_000, 1);
@@ -173,7 +173,7 @@ fn a_weak_relation_and_a_tone_are_named() {
     let function = function_of(drive, response, 2048);
     named(
         &function,
-        |d| matches!(d.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share > 0.5),
+        |d| matches!(d.kind(), Some(TransferWarning::LowCoherence { share, .. }) if share > 0.5),
     );
     let tone: Vec<f64> = (0..100_000)
         .map(|i| 0.5 * (TAU * 100.0 * f64::from(i) / RATE_HZ).sin())
@@ -185,19 +185,19 @@ fn a_weak_relation_and_a_tone_are_named() {
     let function = function_of(tone, response, 2048);
     named(
         &function,
-        |d| matches!(d.kind(), Some(TransferDoubt::NotDriven { share, .. }) if share > 0.9),
+        |d| matches!(d.kind(), Some(TransferWarning::NotDriven { share, .. }) if share > 0.9),
     );
 }
 
 #[test]
-fn a_measurement_as_it_should_be_has_no_doubt() {
+fn a_measurement_as_it_should_be_has_no_warning() {
     let drive = band_limited(100_000, 1);
     let mut response = filtered(&[vec![0.0; 8], resonator(200.0, 0.2, 0.1)].concat(), &drive);
     for (sample, noise) in response.iter_mut().zip(Noise::new(2).take(100_000)) {
         *sample += 0.01 * noise;
     }
     let function = function_of(drive, response, 2048);
-    assert_eq!(function.about.doubts, []);
+    assert_eq!(function.about.warnings, []);
     let driven = function.driven.unwrap();
     assert!(
         driven.low().0 < 5.0 && (1_000.0..1_100.0).contains(&driven.high().0),
@@ -207,10 +207,10 @@ fn a_measurement_as_it_should_be_has_no_doubt() {
         function.not_driven(Band::new(Hertz(10.0), Hertz(950.0)).unwrap()),
         None
     );
-    let Some(TransferDoubt::NotDriven { bands, share }) = function
+    let Some(TransferWarning::NotDriven { bands, share }) = function
         .not_driven(Band::new(Hertz(10.0), Hertz(2_000.0)).unwrap())
         .as_ref()
-        .and_then(Doubt::kind)
+        .and_then(Warning::kind)
     else {
         panic!("half of this band is not driven")
     };
@@ -226,14 +226,14 @@ fn swapped_channels_are_named() {
     let plant = [vec![0.0; 8], resonator(200.0, 0.2, 0.1)].concat();
     let response = filtered(&plant, &drive);
     let function = function_of(response, drive, 2048);
-    let Some(TransferDoubt::Acausal { lead_s, .. }) = function
+    let Some(TransferWarning::Acausal { lead_s, .. }) = function
         .about
-        .doubts
+        .warnings
         .iter()
-        .filter(|d| matches!(d.kind(), Some(TransferDoubt::Acausal { .. })))
-        .find_map(Doubt::kind)
+        .filter(|d| matches!(d.kind(), Some(TransferWarning::Acausal { .. })))
+        .find_map(Warning::kind)
     else {
-        panic!("{:?}", function.about.doubts)
+        panic!("{:?}", function.about.warnings)
     };
     assert!((1e-3..5e-3).contains(&lead_s), "{lead_s}");
 }
@@ -249,24 +249,24 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
             &drive[..drive.len() - late],
         ));
         let function = function_of(drive.clone(), response, 1024);
-        let Some(TransferDoubt::LateResponse {
+        let Some(TransferWarning::LateResponse {
             delay_s, segment_s, ..
         }) = function
             .about
-            .doubts
+            .warnings
             .iter()
-            .filter(|d| matches!(d.kind(), Some(TransferDoubt::LateResponse { .. })))
-            .find_map(Doubt::kind)
+            .filter(|d| matches!(d.kind(), Some(TransferWarning::LateResponse { .. })))
+            .find_map(Warning::kind)
         else {
-            panic!("{late_s}: {:?}", function.about.doubts)
+            panic!("{late_s}: {:?}", function.about.warnings)
         };
         assert!(
             (delay_s - late_s).abs() < 2e-3 && delay_s > segment_s,
             "{delay_s}"
         );
-        assert!(!function.about.doubts.iter().any(|d| matches!(
+        assert!(!function.about.warnings.iter().any(|d| matches!(
             d.kind(),
-            Some(TransferDoubt::Unrelated { .. } | TransferDoubt::Acausal { .. })
+            Some(TransferWarning::Unrelated { .. } | TransferWarning::Acausal { .. })
         )));
     }
 }
@@ -275,11 +275,11 @@ fn a_response_that_is_late_by_more_than_a_segment_is_named() {
 fn signals_without_anything_in_common_are_not_called_late() {
     let function = function_of(band_limited(100_000, 1), band_limited(100_000, 2), 1024);
     named(&function, |d| {
-        matches!(d.kind(), Some(TransferDoubt::Unrelated { .. }))
+        matches!(d.kind(), Some(TransferWarning::Unrelated { .. }))
     });
-    assert!(!function.about.doubts.iter().any(|d| matches!(
+    assert!(!function.about.warnings.iter().any(|d| matches!(
         d.kind(),
-        Some(TransferDoubt::LateResponse { .. } | TransferDoubt::Acausal { .. })
+        Some(TransferWarning::LateResponse { .. } | TransferWarning::Acausal { .. })
     )));
 }
 
@@ -304,14 +304,14 @@ fn inverted_polarity_is_named() {
     assert!(
         !of(1.0)
             .about
-            .doubts
-            .contains(&Doubt::from(TransferDoubt::PolarityInverted))
+            .warnings
+            .contains(&Warning::from(TransferWarning::PolarityInverted))
     );
     assert!(
         of(-1.0)
             .about
-            .doubts
-            .contains(&Doubt::from(TransferDoubt::PolarityInverted))
+            .warnings
+            .contains(&Warning::from(TransferWarning::PolarityInverted))
     );
 }
 
@@ -336,14 +336,14 @@ fn a_gap_in_the_drive_is_named() {
         *sample += 0.01 * noise;
     }
     let function = function_of(drive, response, 2048);
-    let Some(TransferDoubt::NotDriven { bands, .. }) = function
+    let Some(TransferWarning::NotDriven { bands, .. }) = function
         .about
-        .doubts
+        .warnings
         .iter()
-        .filter(|d| matches!(d.kind(), Some(TransferDoubt::NotDriven { .. })))
-        .find_map(Doubt::kind)
+        .filter(|d| matches!(d.kind(), Some(TransferWarning::NotDriven { .. })))
+        .find_map(Warning::kind)
     else {
-        panic!("{:?}", function.about.doubts)
+        panic!("{:?}", function.about.warnings)
     };
     assert!(bands.len() == 1, "{bands:?}");
     assert!(
@@ -361,7 +361,7 @@ fn a_clipped_response_is_named() {
         .collect();
     named(
         &function_of(drive, response, 2048),
-        |d| matches!(d.kind(), Some(SignalDoubt::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
+        |d| matches!(d.kind(), Some(SignalWarning::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
     );
 }
 
@@ -379,21 +379,21 @@ fn a_resonance_that_segments_do_not_resolve_is_named() {
     assert!(
         !fine
             .about
-            .doubts
+            .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(TransferDoubt::UnresolvedResonance { .. }))),
+            .any(|d| matches!(d.kind(), Some(TransferWarning::UnresolvedResonance { .. }))),
         "{:?}",
-        fine.about.doubts
+        fine.about.warnings
     );
     let (height, coarse) = peak(2_048);
     named(
         &coarse,
-        |d| matches!(d.kind(), Some(TransferDoubt::UnresolvedResonance { at_hz, .. }) if (at_hz - 200.0).abs() < 3.0),
+        |d| matches!(d.kind(), Some(TransferWarning::UnresolvedResonance { at_hz, .. }) if (at_hz - 200.0).abs() < 3.0),
     );
     let lost_db = 20.0 * (true_height / height).log10();
     assert!(
         lost_db > 0.5,
-        "{lost_db} dB: nothing was lost and the doubt is wrong"
+        "{lost_db} dB: nothing was lost and the warning is wrong"
     );
 }
 

@@ -187,13 +187,13 @@ mod tests {
         assert_eq!(name, "play");
         assert_eq!(schema["properties"]["schema"]["const"], "play");
         let required = schema["required"].as_array().unwrap();
-        for field in ["schema", "version", "duration_s", "doubts"] {
+        for field in ["schema", "version", "duration_s", "warnings"] {
             assert!(required.contains(&json!(field)), "{field}");
         }
-        let doubt = &schema["$defs"]["DoubtEntry"]["required"];
+        let warning = &schema["$defs"]["WarningEntry"]["required"];
         assert!(
-            doubt.as_array().unwrap().contains(&json!("text")),
-            "{doubt}"
+            warning.as_array().unwrap().contains(&json!("text")),
+            "{warning}"
         );
     }
 }

@@ -14,7 +14,7 @@ use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs, place};
 use crate::reading::{read, read_drive};
 
@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     match (args.json, args.csv) {
         (true, _) => print_document(&found),
         (_, true) => {
-            say_doubts(&found.alignment.doubts);
+            say_warnings(&found.alignment.warnings);
             print(csv(&found.table())?.trim_end())
         }
         _ => say(args, &found),
@@ -152,7 +152,7 @@ fn write(
 fn say(args: &Arguments, found: &AlignDocument) -> Outcome {
     print(&found.alignment.sentence())?;
     print(&found.alignment.covered_sentence())?;
-    say_doubts(&found.alignment.doubts);
+    say_warnings(&found.alignment.warnings);
     for (what, path) in [("wrote", &args.out), ("report:", &args.report)] {
         if let Some(path) = path {
             print(&format!("{what} {}", path.display()))?;

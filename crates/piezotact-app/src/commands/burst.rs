@@ -12,7 +12,7 @@ use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{Contents, FileKind};
 
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs};
 use crate::reading::read_drive;
 
@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if args.json {
         return print_document(&document);
     }
-    say_doubts(&contents.recording.about.doubts);
+    say_warnings(&contents.recording.about.warnings);
     print(&format!(
         "wrote {}: {}",
         args.out.display(),

@@ -52,7 +52,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     write_transfer(&args.out, &stored)?;
     earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
-    done.function.about.doubts.extend(lost);
+    done.function.about.warnings.extend(lost);
     if let Some(report) = &args.report {
         let page = page(&done, distortion.as_ref());
         write_report(report, &transfer::html(&page, &OptionWords)?)?;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     if args.json {
         return print_document(&document);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     print(&text(&document, done.function.response().len()))
 }
 

@@ -38,7 +38,7 @@ use crate::failure::Outcome;
 use crate::interrupt::{self, Between, interrupted};
 use crate::invocation::write_report;
 use crate::keeping::Place;
-use crate::output::{document_text, print, print_document, say, say_doubts, write_text};
+use crate::output::{document_text, print, print_document, say, say_warnings, write_text};
 use crate::places::outputs;
 use crate::progress::{self, Words, Work};
 use crate::report;
@@ -96,7 +96,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         print_document(&document)?;
         return verdict(&chain.verification);
     }
-    say_doubts(&chain.verification.doubts);
+    say_warnings(&chain.verification.warnings);
     print(&negative_control(&chain.straight))?;
     print(&format!("report: {}", path.display()))?;
     print(&chain.verification.sentence())?;
@@ -154,8 +154,8 @@ impl Chain {
         say("5/5 comparing");
         let limit = drive.headroom.limit;
         let mut verification = compared(&target, &measured, limit, level, Some(&rendering))?;
-        let doubts = drive.about.doubts.iter().chain(&measured.about.doubts);
-        verification.doubts.put_first(doubts.cloned());
+        let warnings = drive.about.warnings.iter().chain(&measured.about.warnings);
+        verification.warnings.put_first(warnings.cloned());
         let control = |sent: &Recording| compared(&target, sent, limit, Decibels(0.0), None);
         let straight = Straight {
             as_it_stands: control(&straight.as_it_stands)?,

@@ -6,7 +6,7 @@ mod haptic;
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Measure, SampleRate, Uncalibrated, Unit};
 use piezotact::recording::{About, Recording};
 use piezotact::series::Series;
@@ -103,7 +103,7 @@ impl Format {
 struct Written {
     rate: Option<SampleRate>,
     full_scale: Option<Measure>,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 pub(crate) fn run(args: &Export) -> Outcome {
@@ -132,12 +132,12 @@ pub(crate) fn run(args: &Export) -> Outcome {
     let document = ExportDocument::of(
         (&args.out, format.name()),
         (written.rate, written.full_scale.as_ref()),
-        &written.doubts,
+        &written.warnings,
     );
     if args.json {
         return print_document(&document);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     print(&text(&document))
 }
 
@@ -184,12 +184,12 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     }
     let document = read_transfer(&args.input)?;
     write_transfer(&args.out, &document)?;
-    let mut doubts = document.about.doubts;
-    doubts.extend(TransferFormat::of_ending(&args.out).losses());
+    let mut warnings = document.about.warnings;
+    warnings.extend(TransferFormat::of_ending(&args.out).losses());
     Ok(Written {
         rate: None,
         full_scale: None,
-        doubts,
+        warnings,
     })
 }
 
@@ -201,15 +201,15 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
     }
     let (channel, of_channel) =
         shares_of(args, format, recording).map_err(|error| named(args, error))?;
-    let mut doubts = recording.about.doubts.clone();
-    doubts.extend(of_channel.doubts(&format.name()));
+    let mut warnings = recording.about.warnings.clone();
+    warnings.extend(of_channel.warnings(&format.name()));
     let Shares {
         shares, full_scale, ..
     } = of_channel;
     let written = Written {
         rate: Some(shares.rate()),
         full_scale: Some(full_scale.clone()),
-        doubts,
+        warnings,
     };
     #[cfg(feature = "haptic")]
     if format != Format::Wav {
@@ -220,7 +220,7 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         &contents,
         &channel,
         (&shares, &full_scale),
-        &written.doubts,
+        &written.warnings,
     )?;
     Ok(written)
 }
@@ -247,7 +247,7 @@ fn shares_of(
 
 /// All channels, or the one that is named, as time responses.
 fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
-    let mut doubts = recording.about.doubts.clone();
+    let mut warnings = recording.about.warnings.clone();
     let one = match &args.channel {
         Some(channel) => {
             let (channel, _) = recording.raw(Some(channel))?;
@@ -261,11 +261,11 @@ fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
         None => None,
     };
     let written = one.as_ref().unwrap_or(recording);
-    doubts.extend(write_uff_recording(&args.out, written)?);
+    warnings.extend(write_uff_recording(&args.out, written)?);
     Ok(Written {
         rate: Some(written.rate()),
         full_scale: None,
-        doubts,
+        warnings,
     })
 }
 
@@ -274,7 +274,7 @@ fn audio(
     contents: &Contents,
     channel: &str,
     (shares, full_scale): (&Series<Uncalibrated>, &Measure),
-    doubts: &[Doubt],
+    warnings: &[Warning],
 ) -> Outcome {
     let recording = &contents.recording;
     let (about, is_drive) = (&recording.about, full_scale.unit == Unit::FullScale);
@@ -286,10 +286,10 @@ fn audio(
             condition: about.condition.clone(),
             provenance: about.provenance.clone().then(exported),
             // Those of a drive stand with its rendering.
-            doubts: if is_drive {
+            warnings: if is_drive {
                 Vec::new()
             } else {
-                doubts.to_vec()
+                warnings.to_vec()
             },
         },
         annotations: match recording.clocks() {

@@ -4,12 +4,12 @@ mod kept;
 
 use std::fmt::Write as _;
 
-use piezotact::doubt::{merged, merged_of};
 use piezotact::lineage::Lineage;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{Condition, Recording};
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{Limits, StoredIdentities};
+use piezotact::warning::{merged, merged_of};
 use piezotact_dataset::document::{InfoDocument, RecordingInfo, TransferInfo, clock_summaries};
 use piezotact_dataset::{
     Contents, TransferDocument, holds_transfer, read_transfer, stored_transfer,
@@ -62,13 +62,13 @@ fn recording_text(args: &Info, contents: &Contents) -> String {
             setup.load_f * 1e9
         );
     }
-    // What was doubted when the drive was made is none of the recording.
-    let of_drive = || contents.rendering.iter().flat_map(|r| &r.about.doubts);
-    let own = recording.about.doubts.iter();
-    let own = own.filter(|doubt| of_drive().all(|other| other != *doubt));
-    let of_drive = of_drive().map(|doubt| (Some("from the drive"), doubt));
-    for doubt in merged(own).into_iter().chain(merged_of(of_drive)) {
-        let _never_fails = write!(text, "\n  doubt: {}", merged_text(&doubt));
+    // What gives a warning when the drive was made is none of the recording.
+    let of_drive = || contents.rendering.iter().flat_map(|r| &r.about.warnings);
+    let own = recording.about.warnings.iter();
+    let own = own.filter(|warning| of_drive().all(|other| other != *warning));
+    let of_drive = of_drive().map(|warning| (Some("from the drive"), warning));
+    for warning in merged(own).into_iter().chain(merged_of(of_drive)) {
+        let _never_fails = write!(text, "\n  warning: {}", merged_text(&warning));
     }
     text
 }
@@ -219,8 +219,8 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
             setup.gain, setup.volts_per_full_scale
         );
     }
-    for doubt in &info.doubts {
-        let _never_fails = write!(text, "\n  doubt: {}", merged_text(doubt));
+    for warning in &info.warnings {
+        let _never_fails = write!(text, "\n  warning: {}", merged_text(warning));
     }
     text
 }

@@ -1,16 +1,18 @@
 //! `piezotact manipulate`: a manipulated texture, with the operations that were applied.
 
-use piezotact::doubt::Doubts;
+use piezotact::warning::Warnings;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::lineage::{Level, Lineage, Step};
 use piezotact::manipulate::{
     ManipulateDocument, ManipulateError, Manipulated, Texture, spectra_of, texture_of_stroke,
 };
 use piezotact::quantity::{Acceleration, Quantity, Seconds};
-use piezotact::recording::{About, Annotations, Condition, Provenance, Recording, RecordingDoubt};
+use piezotact::recording::{
+    About, Annotations, Condition, Provenance, Recording, RecordingWarning,
+};
 use piezotact::roles::Roles;
 use piezotact::series::Series;
 use piezotact::study::Take;
@@ -88,7 +90,7 @@ pub(crate) fn run(args: &Manipulate) -> Outcome {
     if args.json {
         return print_document(&document);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     print(&text(args, &document))
 }
 
@@ -159,9 +161,9 @@ fn opened(path: &Path, source: Source) -> Outcome<Opened> {
         series,
         recording,
         step,
-        mut doubts,
+        mut warnings,
     } = source;
-    doubts.splice(0..0, recording.about.doubts.iter().cloned());
+    warnings.splice(0..0, recording.about.warnings.iter().cloned());
     let so_far = recording.about.provenance.lineage.clone();
     let steps_before = so_far.as_ref().map_or(0, |lineage| lineage.steps.len());
     let mut lineage = so_far.unwrap_or_else(|| Lineage::of(name(path)));
@@ -169,7 +171,7 @@ fn opened(path: &Path, source: Source) -> Outcome<Opened> {
     let found = Texture {
         series,
         lineage,
-        doubts,
+        warnings,
     };
     long_enough(path, &found.series)?;
     let texture = found
@@ -193,7 +195,7 @@ pub(super) fn write_stroke(
         series: cut.series,
         recording: take.recording.clone(),
         step: Some(cut.step),
-        doubts: cut.doubts,
+        warnings: cut.warnings,
     };
     let opened = opened(Path::new(&take.file), source)?;
     let texture = opened.texture.at_whole_rate("the texture")?;
@@ -218,10 +220,10 @@ fn long_enough(path: &Path, series: &Series<Acceleration>) -> Outcome {
 }
 
 /// A recording of touch holds landings, pauses and the gesture beside what is felt of the surface.
-fn taken_whole(path: &Path, recording: &Recording) -> Option<Doubt> {
+fn taken_whole(path: &Path, recording: &Recording) -> Option<Warning> {
     let (roles, _) = Roles::guess(recording);
     let of_touch = roles.normal_force.is_some() || roles.motion.is_some();
-    of_touch.then(|| Doubt::from(RecordingDoubt::TakenWhole { file: name(path) }))
+    of_touch.then(|| Warning::from(RecordingWarning::TakenWhole { file: name(path) }))
 }
 
 /// A texture as it is in its file, with the recording that holds it and the step that cut it.
@@ -229,7 +231,7 @@ struct Source {
     series: Series<Acceleration>,
     recording: Recording,
     step: Option<Step>,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 /// A whole recording as a texture.
@@ -239,7 +241,7 @@ fn whole(path: &Path, channel: Option<&str>, reading: &Reading) -> Outcome<Sourc
     let name = recording.pick(channel, &Acceleration::UNIT)?.name.clone();
     let recording = recording.on_the_clock_of([name.as_str()])?;
     Ok(Source {
-        doubts: taken_whole(path, &recording).into_iter().collect(),
+        warnings: taken_whole(path, &recording).into_iter().collect(),
         series,
         recording,
         step: None,
@@ -278,7 +280,7 @@ fn one_stroke(
         series: cut.series,
         recording,
         step: Some(cut.step),
-        doubts: cut.doubts,
+        warnings: cut.warnings,
     })
 }
 
@@ -336,13 +338,15 @@ fn all_done(
         texture = texture.then(done.map_err(|error| refused(&args.input, error))?);
     }
     let others: Vec<_> = others.into_iter().map(|(_, other)| other).collect();
-    let all = others.iter().flat_map(|other| other.doubts.iter().cloned());
-    let once: Doubts = texture.doubts.into_iter().chain(all).collect();
-    texture.doubts = once.into();
+    let all = others
+        .iter()
+        .flat_map(|other| other.warnings.iter().cloned());
+    let once: Warnings = texture.warnings.into_iter().chain(all).collect();
+    texture.warnings = once.into();
     Ok((texture, others))
 }
 
-/// The other texture at the rate of `x`, with the doubt that it was converted.
+/// The other texture at the rate of `x`, with the warning that it was converted.
 fn at_the_rate_of(
     x: &Series<Acceleration>,
     path: &Path,
@@ -425,7 +429,7 @@ fn write(
                 lineage: Some(texture.lineage.clone()),
                 ..about.provenance.clone()
             },
-            doubts: texture.doubts.clone(),
+            warnings: texture.warnings.clone(),
         },
         annotations,
         rendering: None,

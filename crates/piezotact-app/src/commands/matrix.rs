@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use anyhow::Error;
 use clap::{Args, ValueEnum};
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band};
 use piezotact::series::Series;
 use piezotact_dataset::felt_files;
@@ -32,7 +32,7 @@ use crate::advice::OptionWords;
 use crate::cli::{Feeling, Reading};
 use crate::failure::{Failure, Outcome, sentence, usage};
 use crate::invocation::write_report;
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::output::{print, print_document, say_warnings, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -148,21 +148,21 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     for path in written {
         print(&format!("wrote {}", path.display()))?;
     }
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     Ok(())
 }
 
 /// All that is asked for.
 fn associations(args: &Arguments, source: &Source) -> Outcome<Association> {
-    let AnswersFile { table, doubts } = &source.file;
+    let AnswersFile { table, warnings } = &source.file;
     let mut found = associated(args, source)?;
-    found.doubts.splice(0..0, doubts.iter().cloned());
+    found.warnings.splice(0..0, warnings.iter().cloned());
     if let Some(folder) = &args.felt {
         found = with_felt(args, folder, table, found)?;
     }
-    let (compared, doubts) = comparisons(args, table, &found.config.matrix)?;
+    let (compared, warnings) = comparisons(args, table, &found.config.matrix)?;
     found = found.with_comparisons(compared);
-    found.doubts.extend(doubts);
+    found.warnings.extend(warnings);
     // Only documents have a place for it.
     let judged = match args.report.is_some() || args.json {
         true => Judged::Compared,
@@ -204,13 +204,13 @@ fn refused(args: &Arguments, error: AssociationError) -> Failure {
     }
 }
 
-/// The differences that were asked for, and doubts about the other studies.
+/// The differences that were asked for, and warnings about the other studies.
 fn comparisons(
     args: &Arguments,
     table: &AnswerTable,
     config: &MatrixConfig,
-) -> Outcome<(Vec<Compared>, Vec<Doubt>)> {
-    let mut doubts = Vec::new();
+) -> Outcome<(Vec<Compared>, Vec<Warning>)> {
+    let mut warnings = Vec::new();
     let found = args.compare.iter().map(|one| match one {
         Comparison::Here(difference) => compared(table, config, difference).map_err(usage),
         Comparison::Other(path, difference) => {
@@ -222,7 +222,7 @@ fn comparisons(
                 )));
             }
             let other = Source::open(path, &args.samples)?;
-            doubts.extend(other.file.doubts.iter().cloned());
+            warnings.extend(other.file.warnings.iter().cloned());
             let names = [&args.answers, path].map(|path| crate::report::name(path));
             let own = other.config(config);
             let both = [(table, config), (&other.file.table, &own)];
@@ -231,7 +231,7 @@ fn comparisons(
             })
         }
     });
-    Ok((found.collect::<Outcome<_>>()?, doubts))
+    Ok((found.collect::<Outcome<_>>()?, warnings))
 }
 
 fn config(args: &Arguments) -> AssociationConfig {

@@ -120,7 +120,7 @@ commands! {
     /// Runs the complete chain on the digital twin (record, characterise, render, play, verify) and writes a report.
     #[command(after_help = "Example:\n  piezotact demo --out demo --seed 7")]
     Demo(cli::Demo) => demo::run,
-    /// Shows the contents of a file: channels, units, sampling rate, duration, doubts.
+    /// Shows the contents of a file: channels, units, sampling rate, duration, warnings.
     #[command(
         after_help = "Example:\n  piezotact info measured.parquet\n  piezotact info texture.wav --scale \"200 m/s2\" --json"
     )]

@@ -14,7 +14,7 @@ use crate::advice::OptionWords;
 use crate::cli::Reading;
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 
@@ -68,12 +68,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     match (args.json, args.csv) {
         (true, _) => print_document(&found),
         (_, true) => {
-            say_doubts(&found.doubts);
+            say_warnings(&found.warnings);
             print(csv(&found.spectrum_table())?.trim_end())
         }
         _ => {
             print(&text(&found))?;
-            say_doubts(&found.doubts);
+            say_warnings(&found.warnings);
             args.report
                 .iter()
                 .try_for_each(|path| print(&format!("report: {}", path.display())))

@@ -4,10 +4,10 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::device::DriveSetup;
-use piezotact::integrity::doubts_of;
+use piezotact::integrity::warnings_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::{Provenance, Recording, played_through_its_own};
-use piezotact::render::{Rendering, doubts_of_played};
+use piezotact::render::{Rendering, warnings_of_played};
 use piezotact::run::RunStart;
 use piezotact::series::Series;
 use piezotact_bench::document::PlayDocument;
@@ -18,7 +18,7 @@ use piezotact_dataset::{ReadOptions, read_recording};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown};
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::reading::drive_limit;
 use crate::runs::run_plan;
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
     if args.json {
         return print_document(&PlayDocument::of(&recording, &args.record));
     }
-    say_doubts(&recording.about.doubts);
+    say_warnings(&recording.about.warnings);
     print(&format!(
         "wrote {}: {:.2} on the {}",
         args.record.display(),
@@ -98,7 +98,7 @@ fn setup(
     }
 }
 
-/// Plays `drive`, made as `rendering` says, and keeps the response in the file `record`; with all that is doubted of it.
+/// Plays `drive`, made as `rendering` says, and keeps the response in the file `record`; with all with warnings of it.
 pub(super) fn played(
     bench: &mut Bench,
     (drive, rendering): (&Series<Drive>, Option<&Rendering>),
@@ -110,10 +110,10 @@ pub(super) fn played(
     let place = Place::File(record, rendering.cloned().map(Box::new));
     let made = rendering.map(|made| &made.about.provenance);
     let mut recording = play(bench, (drive, made), setup, run, (place, &what))?;
-    let broken = doubts_of(&recording, drive_limit(setup));
-    recording.about.doubts.extend(broken);
-    let found = doubts_of_played(drive, setup, rendering, &recording.about.condition);
-    recording.about.doubts.extend(found);
+    let broken = warnings_of(&recording, drive_limit(setup));
+    recording.about.warnings.extend(broken);
+    let found = warnings_of_played(drive, setup, rendering, &recording.about.condition);
+    recording.about.warnings.extend(found);
     Ok(recording)
 }
 
@@ -131,6 +131,6 @@ pub(crate) fn play(
     let recorded = play_and_record(bench, drive, setup, run, &mut keeper, None);
     let mut recording = recorded.map_err(|error| keeper.failure(error))?;
     let its_own = made.and_then(|drive| played_through_its_own(drive, &recording.about.provenance));
-    recording.about.doubts.extend(its_own);
+    recording.about.warnings.extend(its_own);
     Ok(recording)
 }

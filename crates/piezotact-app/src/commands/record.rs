@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::Args;
 use indicatif::ProgressBar;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Degrees, Drive, Newtons, Quantity as _, Seconds};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::run::{
-    Ended, Judged, RunChunk, RunDocument, RunDoubt, RunEnd, RunStart, Sink, SinkError,
+    Ended, Judged, RunChunk, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,
 };
 use piezotact_bench::document::RecordDocument;
 use piezotact_bench::procedure::{FORCE_CHANNEL, acquire};
@@ -24,7 +24,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{began, say_moved};
 use crate::live::{Live, Showing};
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::progress;
 use crate::runs::USUAL_ANGLE_DEG;
@@ -122,12 +122,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     bench.acquirer.ready(&plan, &stop).map_err(bench_failure)?;
     bench.acquirer.stop();
     interrupt::stops(&stop);
-    let (start, samples, doubts) = recorded(args, bench.acquirer.as_mut(), &plan, &stop)?;
-    let document = RecordDocument::of(&start, samples, &args.out, &doubts);
+    let (start, samples, warnings) = recorded(args, bench.acquirer.as_mut(), &plan, &stop)?;
+    let document = RecordDocument::of(&start, samples, &args.out, &warnings);
     if args.json {
         return print_document(&document);
     }
-    say_doubts(&doubts);
+    say_warnings(&warnings);
     print(&format!(
         "wrote {}: {:.2} on the {}",
         args.out.display(),
@@ -171,13 +171,13 @@ fn plan(args: &Arguments) -> Outcome<RunPlan> {
     })
 }
 
-/// Acquires the run, shows it, and keeps it: its start, how many samples, and what is doubted of it.
+/// Acquires the run, shows it, and keeps it: its start, how many samples, and the warnings about it.
 fn recorded(
     args: &Arguments,
     acquirer: &mut dyn Acquire,
     plan: &RunPlan,
     stop: &StopHandle,
-) -> Outcome<(RunStart, usize, Vec<Doubt>)> {
+) -> Outcome<(RunStart, usize, Vec<Warning>)> {
     let bar = progress::of_run(&args.label, args.seconds.map(Seconds));
     let dashboard = Dashboard::new(
         &bar,
@@ -198,7 +198,7 @@ fn recorded(
         silent: None,
         force: Contact::default(),
         samples: 0,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     });
     let done = acquire(acquirer, plan, stop, &mut sink);
     drop(metronome);
@@ -217,7 +217,7 @@ fn recorded(
     }
     let start = stated.start.take();
     let start = start.ok_or_else(|| anyhow!("expected a run that begins, found none"))?;
-    Ok((start, stated.samples, stated.doubts))
+    Ok((start, stated.samples, stated.warnings))
 }
 
 /// The force while the finger touches: the mean of what exceeds a tenth of the target.
@@ -245,13 +245,13 @@ impl Contact {
     }
 
     /// What to know of a force that is stated as `target_n`.
-    fn doubts(&self, target_n: f64) -> Vec<Doubt> {
+    fn warnings(&self, target_n: f64) -> Vec<Warning> {
         if self.channel.is_none() {
-            return vec![RunDoubt::ForceNotMeasured { load_n: target_n }.into()];
+            return vec![RunWarning::ForceNotMeasured { load_n: target_n }.into()];
         }
         let over_all_n = self.all.0 / self.all.1.max(1) as f64;
         let share = self.negative as f64 / self.all.1.max(1) as f64;
-        let negative = (share > MOST_NEGATIVE).then_some(RunDoubt::ForceNegative {
+        let negative = (share > MOST_NEGATIVE).then_some(RunWarning::ForceNegative {
             share,
             mean_n: over_all_n,
             target_n,
@@ -261,8 +261,8 @@ impl Contact {
             count => self.sum / count as f64,
         };
         let is_off = (mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE;
-        let off = is_off.then_some(RunDoubt::LoadOffTarget { mean_n, target_n });
-        negative.into_iter().chain(off).map(Doubt::from).collect()
+        let off = is_off.then_some(RunWarning::LoadOffTarget { mean_n, target_n });
+        negative.into_iter().chain(off).map(Warning::from).collect()
     }
 }
 
@@ -277,7 +277,7 @@ struct Stated<'a> {
     silent: Option<usize>,
     force: Contact,
     samples: usize,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 impl Stated<'_> {
@@ -341,13 +341,14 @@ impl Stated<'_> {
         if self.args.seconds.is_none() && end.ended == Ended::Stopped {
             // To be stopped is how it was to end.
             end.ended = Ended::Completed;
-            let early = |doubt: &Doubt| matches!(doubt.kind(), Some(RunDoubt::EndedEarly { .. }));
-            end.doubts.retain(|doubt| !early(doubt));
+            let early =
+                |warning: &Warning| matches!(warning.kind(), Some(RunWarning::EndedEarly { .. }));
+            end.warnings.retain(|warning| !early(warning));
         }
         let target_n = self.args.load;
-        let force = target_n.map(|target_n| self.force.doubts(target_n));
-        end.doubts.extend(force.into_iter().flatten());
-        self.doubts.clone_from(&end.doubts);
+        let force = target_n.map(|target_n| self.force.warnings(target_n));
+        end.warnings.extend(force.into_iter().flatten());
+        self.warnings.clone_from(&end.warnings);
         RunDocument::End(end)
     }
 }

@@ -17,7 +17,7 @@ use piezotact_surface::{
 use crate::advice::{OptionWords, merged_text};
 use crate::failure::{Failure, Failures, Outcome, usage};
 use crate::invocation::write_report;
-use crate::output::{digits_that_count, print, print_document, say, say_doubts, write_text};
+use crate::output::{digits_that_count, print, print_document, say, say_warnings, write_text};
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 
@@ -168,7 +168,7 @@ fn one(args: &Arguments, surface: &EvaluatedSurface) -> Outcome {
     if args.json {
         return print_document(&RoughnessDocument::of(surface));
     }
-    say_doubts(&surface.doubts);
+    say_warnings(&surface.warnings);
     print(&text_of(surface))
 }
 
@@ -197,9 +197,9 @@ fn several(args: &Arguments, written: &[&Path]) -> Outcome {
         print_document(&set.document())?;
         return failed.outcome();
     }
-    for (name, doubts) in set.doubts() {
-        for doubt in doubts {
-            say(&format!("doubt: {name}: {}", merged_text(&doubt)));
+    for (name, warnings) in set.warnings() {
+        for warning in warnings {
+            say(&format!("warning: {name}: {}", merged_text(&warning)));
         }
     }
     print(&report::text(&set.short_table())?)?;
@@ -233,11 +233,11 @@ fn evaluated(args: &Arguments, file: &Path) -> Outcome<EvaluatedSurface> {
         }
         Topography::Map(map) => Evaluated::Map(Box::new(of_map(args, file, map)?)),
     };
-    let more = roughness.doubts().iter().cloned();
+    let more = roughness.warnings().iter().cloned();
     Ok(EvaluatedSurface {
         file: file.to_owned(),
         format: read.kind.to_string(),
-        doubts: read.doubts.into_iter().chain(more).collect(),
+        warnings: read.warnings.into_iter().chain(more).collect(),
         instrument: read.instrument,
         roughness,
     })

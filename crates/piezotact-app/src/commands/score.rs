@@ -18,7 +18,7 @@ use crate::cli::{Feeling, Score};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::reading::{inspected, rate_option, read, texture};
 use crate::report;
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Score) -> Outcome {
     if let Some(path) = &args.report {
         print(&format!("report: {}", path.display()))?;
     }
-    say_doubts(&score.doubts);
+    say_warnings(&score.warnings);
     Ok(())
 }
 
@@ -88,12 +88,12 @@ fn test(args: &Score) -> Outcome<Scored> {
     })
 }
 
-/// The score of the two, with what their recordings are doubted for before what it is doubted for itself.
+/// The score of the two, with what their recordings give a warning for before what it gives a warning for itself.
 fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Score> {
     let CommonRate {
         first: a,
         second: b,
-        doubt,
+        warning,
     } = to_common_rate(
         ("the reference", reference.vibration.clone()),
         ("the test", test.vibration.clone()),
@@ -120,8 +120,8 @@ fn scored(args: &Score, reference: &Scored, test: &Scored) -> Outcome<score::Sco
         _ => Failure::from(error),
     })?;
     let known = [&reference.recording, &test.recording];
-    let known = known.into_iter().flat_map(|read| &read.about.doubts);
-    score.doubts.put_first(known.cloned().chain(doubt));
+    let known = known.into_iter().flat_map(|read| &read.about.warnings);
+    score.warnings.put_first(known.cloned().chain(warning));
     Ok(score)
 }
 

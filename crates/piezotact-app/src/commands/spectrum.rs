@@ -17,7 +17,7 @@ use piezotact_report::figures;
 
 use crate::cli::Spectrum;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{document_text, print, print_or_write, say_doubts, say_merged, write_text};
+use crate::output::{document_text, print, print_or_write, say_merged, say_warnings, write_text};
 use crate::places::{has_ending, outputs};
 use crate::reading::read;
 use crate::report::name;
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         Failure::Data(anyhow::Error::new(error).context(args.file.display().to_string()))
     })?;
     if let Some(path) = &args.spectrogram {
-        say_doubts(&recording.about.doubts);
+        say_warnings(&recording.about.warnings);
         return over_time(args, channel, &series, path);
     }
     let psd = welch(&series, &config(args)).map_err(|error| refused(args, error))?;
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Spectrum) -> Outcome {
         let out = args.out.as_deref();
         return print_or_write(out, &document_text(&document, out)?);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     if args.csv {
         return print_or_write(args.out.as_deref(), &csv(&document));
     }

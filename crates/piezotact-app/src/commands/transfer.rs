@@ -42,7 +42,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     write_transfer(&args.out, &stored)?;
     earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
-    found.function.about.doubts.extend(lost);
+    found.function.about.warnings.extend(lost);
     if let Some(report) = &args.report {
         let title = format!("Transfer function: {} → {}", args.drive, args.response);
         let page = Page {
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     if args.json {
         return print_document(&document);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     print(&text(&document, found.function.response().len()))
 }
 
@@ -82,7 +82,7 @@ fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<
         exact_drive: args.exact_drive,
         volts_per_full_scale: args.volts_per_full_scale.map(Volts),
         setup: setup(args, contents.setup.as_ref())?,
-        lost_s: lost_s(&contents.recording.about.doubts),
+        lost_s: lost_s(&contents.recording.about.warnings),
     })
 }
 

@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::device::DriveSetup;
-use piezotact::doubt::merged;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
@@ -20,6 +19,7 @@ use piezotact::verify::{
     StraightOutcome, UninvertedPrediction, Verdict, Verification, VerifyConfig, VerifyDocument,
     VerifyError, drive_beside, predict_uninverted, tones,
 };
+use piezotact::warning::merged;
 use piezotact_bench::procedure::DRIVE_CHANNEL;
 use piezotact_dataset::sidecar::read_sidecar;
 use piezotact_dataset::{Contents, ReadOptions, read_recording, read_transfer};
@@ -32,7 +32,7 @@ use crate::cli::{Reading, Verify};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::memory::fits;
-use crate::output::{difference_db, print, print_document, say, say_doubts};
+use crate::output::{difference_db, print, print_document, say, say_warnings};
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 use crate::reading::{inspected, rate_option, read, texture};
@@ -104,10 +104,13 @@ struct Judged {
 }
 
 impl Judged {
-    /// What is doubted of it and not of its target alone.
-    fn doubts_of_its_own<'a>(&'a self, target: &'a Recording) -> impl Iterator<Item = &'a Doubt> {
-        let all = self.found.verification.doubts.iter();
-        all.filter(|doubt| !target.about.doubts.contains(doubt))
+    /// The warnings about it and not of its target alone.
+    fn warnings_of_its_own<'a>(
+        &'a self,
+        target: &'a Recording,
+    ) -> impl Iterator<Item = &'a Warning> {
+        let all = self.found.verification.warnings.iter();
+        all.filter(|warning| !target.about.warnings.contains(warning))
     }
 }
 
@@ -137,7 +140,7 @@ fn found(args: &Verify) -> Outcome<Found> {
         target: &target,
         wanted: &wanted,
     };
-    let about_function = function.as_ref().map(|f| f.about.doubts.as_slice());
+    let about_function = function.as_ref().map(|f| f.about.warnings.as_slice());
     let rendering = stated.as_ref().map(|(rendering, _)| rendering);
     let comparing = Work::of_steps(COMPARING, 1 + args.also.len() + args.before.len());
     let mut judged = judge(
@@ -155,8 +158,8 @@ fn found(args: &Verify) -> Outcome<Found> {
     let before = before.collect::<Outcome<Vec<Earlier>>>()?;
     drop(comparing);
     for earlier in &before {
-        let doubts = &mut judged.found.verification.doubts;
-        doubts.extend(earlier.doubts.iter().cloned());
+        let warnings = &mut judged.found.verification.warnings;
+        warnings.extend(earlier.warnings.iter().cloned());
     }
     let predicted = (function.as_ref())
         .map(|function| predict_uninverted(&judged.found.texture, function, &judged.found.config));
@@ -230,7 +233,7 @@ impl Found {
         let also = self.also().map(|(also, label)| Also {
             label,
             verification: &also.found.verification,
-            doubts: merged(also.doubts_of_its_own(&self.target)),
+            warnings: merged(also.warnings_of_its_own(&self.target)),
             rendering: match also.rendering {
                 Some(_) => Stated::Rendering,
                 None => Stated::Nothing,
@@ -278,13 +281,13 @@ impl Found {
         }
     }
 
-    /// Says what is doubted, and prints what was found beside the verdict.
+    /// Says what gives a warning, and prints what was found beside the verdict.
     fn say(&self) -> Outcome {
         let verification = &self.judged.found.verification;
-        say_doubts(&verification.doubts);
+        say_warnings(&verification.warnings);
         for (also, name) in self.also() {
-            for doubt in also.doubts_of_its_own(&self.target) {
-                say(&format!("{name}: doubt: {}", text(doubt)));
+            for warning in also.warnings_of_its_own(&self.target) {
+                say(&format!("{name}: warning: {}", text(warning)));
             }
         }
         for (earlier, name) in self.before() {
@@ -317,7 +320,7 @@ fn judge(
     asked: &Asked<'_>,
     path: &Path,
     stated: Option<&Rendering>,
-    more_doubts: &[Doubt],
+    more_warnings: &[Warning],
 ) -> Outcome<Judged> {
     let args = asked.args;
     let measured = inspected(path, &measured_options(args)?)?;
@@ -345,7 +348,7 @@ fn judge(
         drive: drive.as_ref().map(|drive| (drive, limit)),
         rendering,
     };
-    let found = judged_measurement(target, measurement, args.band, more_doubts);
+    let found = judged_measurement(target, measurement, args.band, more_warnings);
     let found = found.map_err(|error| match error {
         MeasurementError::Rate(error) => of_file(path, error),
         MeasurementError::Verify(error) => refused(path, error),
@@ -412,7 +415,7 @@ fn of_file(path: &Path, error: impl Into<anyhow::Error>) -> Failure {
 struct Earlier {
     series: Series<Acceleration>,
     changed: Changed,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 /// The texture in `path` beside the target; `--scale` counts for it where it does not say its own.
@@ -443,12 +446,12 @@ fn textures_before(asked: &Asked<'_>, path: &Path) -> Outcome<Earlier> {
         }
         _ => refused(path, error),
     })?;
-    let mut doubts = opened.doubts;
-    doubts.extend(common.doubt);
+    let mut warnings = opened.warnings;
+    warnings.extend(common.warning);
     Ok(Earlier {
         series: common.first,
         changed,
-        doubts,
+        warnings,
     })
 }
 

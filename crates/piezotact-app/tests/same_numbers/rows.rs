@@ -38,10 +38,10 @@ pub(crate) fn json_rows(rows: &mut Rows, path: &str, value: &Value) {
     match value {
         Value::Object(fields) => {
             for (name, field) in fields {
-                if name == "doubts" {
-                    // How a doubt is put may change; how many there are may not.
+                if name == "warnings" {
+                    // How a warning is put may change; how many there are may not.
                     let count = field.as_array().map_or(1, Vec::len);
-                    rows.insert(format!("{path}.doubts.length"), count.into());
+                    rows.insert(format!("{path}.warnings.length"), count.into());
                 } else if !LEFT_OUT.contains(&name.as_str()) {
                     json_rows(rows, &format!("{path}.{name}"), field);
                 }

@@ -4,14 +4,14 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::align::ClockTracker;
 use piezotact::device::DriveSetup;
 use piezotact::number::{counted, digits};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
 use piezotact::recording::{BenchKind, Condition, Event, EventValue, Touch};
 use piezotact::run::RunChunk;
-use piezotact::sound::{SoundDoubt, silent_runs};
+use piezotact::sound::{SoundWarning, silent_runs};
 use piezotact::statistics::{mean, rms};
 use piezotact_bench::{
     Acquire, AcquireDescription, Bench, DeviceError, DriveSource, MOST_LOST, Play, PlayDescription,
@@ -60,7 +60,7 @@ pub(super) struct Parts {
     pub(super) drive_setup: Option<DriveSetup>,
     pub(super) streams: RunningStreams,
     pub(super) inputs: Vec<Input>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     pub(super) force: Option<JoinedForce>,
 }
 
@@ -71,7 +71,7 @@ pub(super) fn halves(parts: Parts) -> Bench {
         drive_setup: parts.drive_setup,
         streams: parts.streams,
         inputs: parts.inputs,
-        doubts: parts.doubts,
+        warnings: parts.warnings,
         force: parts.force,
         loaded: None,
         planned: None,
@@ -89,7 +89,7 @@ struct Shared {
     drive_setup: Option<DriveSetup>,
     streams: RunningStreams,
     inputs: Vec<Input>,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
     /// The normal force, when it is no input of the device; its channel is the last.
     force: Option<JoinedForce>,
     loaded: Option<Played>,
@@ -325,42 +325,42 @@ impl Shared {
         own.map_or(0, |own| self.last.loopback.parts.saturating_sub(own))
     }
 
-    fn run_doubts(&self) -> Vec<Doubt> {
-        let mut doubts = self.doubts.clone();
+    fn run_warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.warnings.clone();
         for (input, clipped) in self.inputs.iter().zip(&self.last.clipped) {
             if *clipped > 0 {
-                doubts.push(Doubt::from(SoundDoubt::InputClipped {
+                warnings.push(Warning::from(SoundWarning::InputClipped {
                     channel: input.measures.name().into(),
                     samples: *clipped,
                 }));
             }
         }
         if self.last.limited > 0 {
-            doubts.push(Doubt::from(SoundDoubt::DriveLimited {
+            warnings.push(Warning::from(SoundWarning::DriveLimited {
                 samples: self.last.limited,
             }));
         }
         let parts = self.silent_parts();
         if parts > 0 {
-            doubts.push(Doubt::from(SoundDoubt::SilentParts {
+            warnings.push(Warning::from(SoundWarning::SilentParts {
                 parts,
                 samples: self.last.loopback.samples,
             }));
         }
         let (times, longest_s) = self.last.stalls;
         if times > 0 {
-            doubts.push(Doubt::from(SoundDoubt::Stalled { times, longest_s }));
+            warnings.push(Warning::from(SoundWarning::Stalled { times, longest_s }));
         }
-        doubts.extend(self.clock_doubts());
-        doubts.extend(self.force.iter().flat_map(JoinedForce::doubts));
-        doubts
+        warnings.extend(self.clock_warnings());
+        warnings.extend(self.force.iter().flat_map(JoinedForce::warnings));
+        warnings
     }
 
     /// What the loopback says of the clocks. A playback that ran dry is late from there on, which is said already.
-    fn clock_doubts(&self) -> Vec<Doubt> {
+    fn clock_warnings(&self) -> Vec<Warning> {
         let clocks = self.last.clocks.as_ref().filter(|_| self.last.dry == 0);
         let compared = clocks.and_then(|clocks| tracked(clocks).result());
-        compared.map_or(Vec::new(), |compared| compared.doubts(self.rate()))
+        compared.map_or(Vec::new(), |compared| compared.warnings(self.rate()))
     }
 }
 
@@ -588,8 +588,8 @@ impl Acquire for Acquirer {
         }
     }
 
-    fn doubts(&self, _run: &RunPlan) -> Vec<Doubt> {
-        locked(&self.0).run_doubts()
+    fn warnings(&self, _run: &RunPlan) -> Vec<Warning> {
+        locked(&self.0).run_warnings()
     }
 
     fn events(&mut self) -> Vec<Event> {

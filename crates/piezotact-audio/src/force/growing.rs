@@ -6,8 +6,8 @@ use std::os::unix::fs::{FileExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use piezotact::Doubt;
-use piezotact::run::ForceSourceDoubt;
+use piezotact::Warning;
+use piezotact::run::ForceSourceWarning;
 
 use super::error::ForceError;
 use super::lines::{First, Line, Lines};
@@ -172,18 +172,18 @@ impl ForceSource for GrowingFile {
         self.following = None;
     }
 
-    fn doubts(&self) -> Vec<Doubt> {
+    fn warnings(&self) -> Vec<Warning> {
         let Some(following) = &self.following else {
             return Vec::new();
         };
-        let mut doubts = following.progress.doubts();
+        let mut warnings = following.progress.warnings();
         if following.began_again > 0 {
-            doubts.push(Doubt::from(ForceSourceDoubt::FileBeganAgain {
+            warnings.push(Warning::from(ForceSourceWarning::FileBeganAgain {
                 file: following.name.clone(),
                 times: following.began_again,
             }));
         }
-        doubts
+        warnings
     }
 }
 

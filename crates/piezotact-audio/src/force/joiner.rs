@@ -3,18 +3,18 @@
 use std::collections::VecDeque;
 use std::time::Instant;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
-use piezotact::run::ForceSourceDoubt;
+use piezotact::run::ForceSourceWarning;
 
 use super::ForceReading;
 use super::error::JoinError;
 use super::late::{LateClock, Mapping};
 
-/// A larger uncertainty of times is a doubt, s: a hand moves by 3 Hz, so that within 20 ms its force changes by a few mN.
+/// A larger uncertainty of times is a warning, s: a hand moves by 3 Hz, so that within 20 ms its force changes by a few mN.
 const MOST_UNCERTAIN_S: f64 = 0.02;
-/// A longer time without readings is a doubt, s.
-const LONGEST_WITHOUT_DOUBT_S: f64 = 0.1;
+/// A longer time without readings is a warning, s.
+const LONGEST_WITHOUT_WARNING_S: f64 = 0.1;
 /// Readings that wait for their frames; the oldest go first.
 const MOST_WAITING: usize = 65_536;
 /// How often it is noted where frames were placed, s, and after how many notes it is looked at again, with what is known then.
@@ -118,7 +118,7 @@ struct Gaps {
 
 impl Gaps {
     fn add(&mut self, gap_s: f64) {
-        if gap_s > LONGEST_WITHOUT_DOUBT_S {
+        if gap_s > LONGEST_WITHOUT_WARNING_S {
             self.count += 1;
             self.total_s += gap_s;
             self.longest_s = self.longest_s.max(gap_s);
@@ -294,10 +294,10 @@ impl ForceJoiner {
 
     /// What the force leaves open.
     #[must_use]
-    pub fn doubts(&self) -> Vec<Doubt> {
+    pub fn warnings(&self) -> Vec<Warning> {
         let uncertain = self.uncertainty_s().filter(|u| *u > MOST_UNCERTAIN_S);
         let uncertain = uncertain.map(|uncertainty_s| {
-            Doubt::from(ForceSourceDoubt::ClockUncertain {
+            Warning::from(ForceSourceWarning::ClockUncertain {
                 uncertainty_s,
                 most_s: MOST_UNCERTAIN_S,
             })
@@ -308,11 +308,11 @@ impl ForceJoiner {
             total_s,
         } = self.gaps;
         let gaps = (count > 0).then(|| {
-            Doubt::from(ForceSourceDoubt::GapsInterpolated {
+            Warning::from(ForceSourceWarning::GapsInterpolated {
                 gaps: count,
                 longest_s,
                 total_s,
-                longer_than_s: LONGEST_WITHOUT_DOUBT_S,
+                longer_than_s: LONGEST_WITHOUT_WARNING_S,
             })
         });
         uncertain.into_iter().chain(gaps).collect()

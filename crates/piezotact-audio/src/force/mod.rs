@@ -17,7 +17,7 @@ mod unit;
 
 use std::time::Instant;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 
 pub use error::{ForceError, JoinError};
 pub use growing::{Columns, GrowingFile, GrowingSettings, TimeUnit};
@@ -47,7 +47,7 @@ pub trait ForceSource: Send {
     fn stop(&mut self);
 
     /// What its readings leave open since it was started.
-    fn doubts(&self) -> Vec<Doubt>;
+    fn warnings(&self) -> Vec<Warning>;
 }
 
 /// What a source of force is.

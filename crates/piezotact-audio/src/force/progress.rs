@@ -2,12 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use piezotact::Doubt;
-use piezotact::run::ForceSourceDoubt;
+use piezotact::Warning;
+use piezotact::run::ForceSourceWarning;
 
 use super::error::ForceError;
 
-/// From this share of unreadable lines on there is a doubt.
+/// From this share of unreadable lines on there is a warning.
 const MOST_UNREADABLE: f64 = 0.01;
 /// An example of a line is no longer than this, characters.
 const LONGEST_EXAMPLE: usize = 60;
@@ -98,16 +98,16 @@ impl Progress {
         })
     }
 
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
+    pub(super) fn warnings(&self) -> Vec<Warning> {
         let many = self.unreadable as f64 > MOST_UNREADABLE * self.lines as f64;
-        let doubt = many.then(|| {
-            Doubt::from(ForceSourceDoubt::LinesUnreadable {
+        let warning = many.then(|| {
+            Warning::from(ForceSourceWarning::LinesUnreadable {
                 source: self.name.clone(),
                 unreadable: self.unreadable,
                 lines: self.lines,
                 example: self.example.clone(),
             })
         });
-        doubt.into_iter().collect()
+        warning.into_iter().collect()
     }
 }

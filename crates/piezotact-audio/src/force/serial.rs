@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use serialport::ClearBuffer;
 
 use super::error::ForceError;
@@ -178,9 +178,9 @@ impl ForceSource for SerialForceCell {
         }
     }
 
-    fn doubts(&self) -> Vec<Doubt> {
+    fn warnings(&self) -> Vec<Warning> {
         self.shared()
-            .map_or_else(Vec::new, |shared| shared.progress.doubts())
+            .map_or_else(Vec::new, |shared| shared.progress.warnings())
     }
 }
 

@@ -1,13 +1,13 @@
 //! The simulation of a measured bench: the response to the played drive, run by run.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::convolve::Convolver;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity};
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use piezotact::recording::{BenchKind, Condition};
-use piezotact::render::RenderDoubt;
-use piezotact::run::RunDoubt;
+use piezotact::render::RenderWarning;
+use piezotact::run::RunWarning;
 use piezotact::statistics::rms;
 
 use super::{MeasuredBench, output_rate};
@@ -102,11 +102,11 @@ impl World for MeasuredBench {
         self.function.about.condition.clone()
     }
 
-    fn doubts(&self) -> Vec<Doubt> {
-        let mut doubts = vec![Doubt::from(RunDoubt::Rehearsed {
+    fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = vec![Warning::from(RunWarning::Rehearsed {
             through: self.through(),
             answers_hz: self.answers,
-            own_doubts: self.function.about.doubts.len(),
+            own_warnings: self.function.about.warnings.len(),
         })];
         let Condition {
             load_n, angle_deg, ..
@@ -117,16 +117,16 @@ impl World for MeasuredBench {
             (Some(_), None) => Some("angle"),
             (Some(_), Some(_)) => None,
         };
-        doubts.extend(unknown.map(|what| Doubt::from(RecordingDoubt::Guessed {
+        warnings.extend(unknown.map(|what| Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "{} does not state the {what} at which it was measured: no value is recorded, even if one was requested",
                 self.called
             ),
         })));
         if self.function.drive.is_none() {
-            doubts.push(Doubt::from(RenderDoubt::DeviceNotDescribed));
+            warnings.push(Warning::from(RenderWarning::DeviceNotDescribed));
         }
-        doubts
+        warnings
     }
 
     fn lead_s(&self) -> f64 {

@@ -20,7 +20,7 @@ use crate::gate::LOWEST_JUDGED;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 
-/// A doubt is raised for coherence below this in the driven band.
+/// A warning is raised for coherence below this in the driven band.
 pub(super) const LEAST_COHERENCE: f64 = 0.8;
 
 /// The settings of a characterisation.
@@ -166,8 +166,8 @@ pub fn transfer_of(
     let OneClock {
         response,
         missing_s: lost,
-        doubts: clocks,
-    } = prepared(&drive, response, welch, lost_s(&recording.about.doubts));
+        warnings: clocks,
+    } = prepared(&drive, response, welch, lost_s(&recording.about.warnings));
     let (mut function, distortion) = match excitation.blocks(recording.rate())? {
         None => (
             estimate_without(&drive, &response, welch, *estimator, &lost)?,
@@ -182,7 +182,7 @@ pub fn transfer_of(
             (found.function, Some(found.distortion))
         }
     };
-    function.about.doubts.extend(clocks);
+    function.about.warnings.extend(clocks);
     // The drive is the signal that was sent. What a sweep distorts repeats with every sweep and is no scatter.
     function.exact_drive = config.excitation.kind != Excitation::Sweep;
     // The onset and end of a drive have power outside its band, which does not count as driven.
@@ -200,15 +200,18 @@ pub fn transfer_of(
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
     function.drive = setup.cloned();
-    function.about.doubts.extend(recording.about.doubts.clone());
+    function
+        .about
+        .warnings
+        .extend(recording.about.warnings.clone());
     let judged = judged_band(config);
     function
         .about
-        .doubts
+        .warnings
         .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
     function
         .about
-        .doubts
+        .warnings
         .extend(judged.and_then(|band| function.not_driven(band)));
     Ok(Characterisation {
         recording,

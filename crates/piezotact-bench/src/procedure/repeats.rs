@@ -1,9 +1,9 @@
 //! Repeats of a characterisation, each judged while it runs and measured again if it does not pass.
 
-use piezotact::transfer::TransferDoubt;
+use piezotact::transfer::TransferWarning;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::run::{Attempt, Judged, RunCriterion};
@@ -197,13 +197,13 @@ pub fn repeated(
     if each.len() > 1 {
         function
             .about
-            .doubts
+            .warnings
             .extend(band.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
     }
-    function.about.doubts.extend(
+    function.about.warnings.extend(
         apart_db
             .filter(|db| *db > MOST_APART_DB)
-            .map(|db_rms| Doubt::from(TransferDoubt::RepeatsScatter { db_rms })),
+            .map(|db_rms| Warning::from(TransferWarning::RepeatsScatter { db_rms })),
     );
     if !refused.is_empty() {
         function.about.provenance = function.about.provenance.then(format!(
@@ -220,7 +220,7 @@ pub fn repeated(
     })
 }
 
-/// Repeats of one placement that lie further apart than this are a doubt, dB rms (claim 6: at most 1 dB).
+/// Repeats of one placement that lie further apart than this are a warning, dB rms (claim 6: at most 1 dB).
 const MOST_APART_DB: f64 = 1.0;
 
 /// The run of one attempt: the first keeps the plan's own label, so that one repeat is what a single run is.

@@ -7,11 +7,11 @@ use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
 use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
 use piezotact::run::{
-    Ended, Judged, RunChunk, RunCollector, RunDocument, RunDoubt, RunEnd, RunStart, Sink,
+    Ended, Judged, RunChunk, RunCollector, RunDocument, RunEnd, RunStart, RunWarning, Sink,
 };
 use piezotact::series::filled;
 use piezotact::statistics::mean;
-use piezotact::{Doubt, criterion::Outcome};
+use piezotact::{Warning, criterion::Outcome};
 
 use super::keeper::RunKeeper;
 use super::{FORCE_CHANNEL, require_device};
@@ -169,19 +169,19 @@ pub(super) fn excite_and_record(
     bench.player.stop();
     bench.acquirer.stop();
     let outcome = run_of.noticed(bench.acquirer.events(), outcome);
-    let mut doubts = bench.acquirer.doubts(run);
-    doubts.extend(run_of.force_doubt(run));
+    let mut warnings = bench.acquirer.warnings(run);
+    warnings.extend(run_of.force_warning(run));
     let (played, expected) = (progress.played as usize, drive.samples().len());
     // If a run ended early for a known cause, that cause is reported.
     let early = outcome.is_err() || bench.stop.is_stopped() || run_of.refused.is_some();
     if played < expected && !early || progress.underruns > 0 {
-        doubts.push(Doubt::from(RunDoubt::PlaybackIncomplete {
+        warnings.push(Warning::from(RunWarning::PlaybackIncomplete {
             played,
             expected,
             underruns: progress.underruns,
         }));
     }
-    run_of.end(outcome, &bench.stop, run, (provenance, doubts))?;
+    run_of.end(outcome, &bench.stop, run, (provenance, warnings))?;
     drop(run_of);
     Ok(gathered.recording()?)
 }
@@ -248,8 +248,8 @@ pub fn acquire(
     });
     acquirer.stop();
     let outcome = run_of.noticed(acquirer.events(), outcome);
-    let doubts = acquirer.doubts(run);
-    let samples = run_of.end(outcome, stop, run, (provenance.clone(), doubts))?;
+    let warnings = acquirer.warnings(run);
+    let samples = run_of.end(outcome, stop, run, (provenance.clone(), warnings))?;
     start.about.provenance = provenance;
     Ok((start, samples))
 }
@@ -596,16 +596,17 @@ impl<'a> Run<'a> {
         self.samples as f64 / self.rate_hz()
     }
 
-    /// The doubt about a mean force that differs from the target.
-    fn force_doubt(&self, run: &RunPlan) -> Option<Doubt> {
+    /// The warning about a mean force that differs from the target.
+    fn force_warning(&self, run: &RunPlan) -> Option<Warning> {
         if self.force.1.is_none() {
             let load_n = self.start.about.condition.load_n?.0;
-            return Some(Doubt::from(RunDoubt::ForceNotMeasured { load_n }));
+            return Some(Warning::from(RunWarning::ForceNotMeasured { load_n }));
         }
         let target_n = run.load?.0;
         let mean_n = mean(&self.force.0);
-        ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE)
-            .then_some(Doubt::from(RunDoubt::LoadOffTarget { mean_n, target_n }))
+        ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE).then_some(Warning::from(
+            RunWarning::LoadOffTarget { mean_n, target_n },
+        ))
     }
 
     /// Emits the end document in any case; returns the number of samples if there was no error.
@@ -614,7 +615,7 @@ impl<'a> Run<'a> {
         outcome: Result<(), ProcedureError>,
         stop: &StopHandle,
         run: &RunPlan,
-        (provenance, mut doubts): (Provenance, Vec<Doubt>),
+        (provenance, mut warnings): (Provenance, Vec<Warning>),
     ) -> Result<usize, ProcedureError> {
         let acquired_s = self.at_s();
         let enough = matches!(run.until, Until::Duration(_)) && !self.goes_on(run.until);
@@ -626,8 +627,8 @@ impl<'a> Run<'a> {
             Ok(()) if stop.is_stopped() && !enough => Ended::Stopped,
             Ok(()) => Ended::Completed,
         };
-        doubts.extend(self.gaps.iter().max().map(|longest| {
-            RunDoubt::SamplesLost {
+        warnings.extend(self.gaps.iter().max().map(|longest| {
+            RunWarning::SamplesLost {
                 gaps: self.gaps.len(),
                 samples: self.gaps.iter().sum(),
                 longest_s: *longest as f64 / self.start.rate_hz.hz(),
@@ -636,8 +637,8 @@ impl<'a> Run<'a> {
             .into()
         }));
         if ended != Ended::Completed {
-            doubts.push(
-                RunDoubt::EndedEarly {
+            warnings.push(
+                RunWarning::EndedEarly {
                     ended: ended.clone(),
                     after_s: acquired_s,
                 }
@@ -654,7 +655,7 @@ impl<'a> Run<'a> {
             samples: self.samples,
             ended: ended.clone(),
             provenance,
-            doubts,
+            warnings,
         }));
         outcome?;
         said?;

@@ -20,7 +20,7 @@ fn units_stand_in_the_header_or_in_a_row() {
             "{text}"
         );
         assert!((r.channels()[1].samples[0] - 0.2).abs() < 1e-12, "{text}");
-        assert_eq!(r.about.doubts, [], "{text}");
+        assert_eq!(r.about.warnings, [], "{text}");
     }
 }
 
@@ -76,33 +76,34 @@ fn rows(change: impl Fn(usize) -> (f64, f64)) -> String {
 fn a_repeated_time_stamp_is_said_and_the_rate_stays() {
     let said = |text: &str| {
         let r = read(text).unwrap();
-        let [doubt] = r.about.doubts.as_slice() else {
-            panic!("{:?}", r.about.doubts);
+        let [warning] = r.about.warnings.as_slice() else {
+            panic!("{:?}", r.about.warnings);
         };
         (
             r.rate().hz(),
             r.channels()[0].samples.len(),
-            format!("{doubt:?}"),
+            format!("{warning:?}"),
         )
     };
     let time = |i: usize| i as f64 * 0.01;
     // the stamp before, in place of its own
     let slipped = rows(|i| (time(if i == 20 { 19 } else { i }), i as f64));
-    let (rate, samples, doubt) = said(&slipped);
+    let (rate, samples, warning) = said(&slipped);
     assert_eq!((rate, samples), (100.0, 40));
     assert!(
-        doubt.contains("1 time stamp is repeated") && doubt.contains("0.19"),
-        "{doubt}"
+        warning.contains("1 time stamp is repeated") && warning.contains("0.19"),
+        "{warning}"
     );
     // one row more than the time has room for
-    let (rate, samples, doubt) = said(&rows(|i| (time(if i < 20 { i } else { i - 1 }), i as f64)));
+    let (rate, samples, warning) =
+        said(&rows(|i| (time(if i < 20 { i } else { i - 1 }), i as f64)));
     assert_eq!((rate, samples), (100.0, 40));
-    assert!(doubt.contains("evenly sampled"), "{doubt}");
+    assert!(warning.contains("evenly sampled"), "{warning}");
     // the same row twice
     let twice = |i: usize| if i < 20 { i } else { i - 1 };
-    let (rate, samples, doubt) = said(&rows(|i| (time(twice(i)), twice(i) as f64)));
+    let (rate, samples, warning) = said(&rows(|i| (time(twice(i)), twice(i) as f64)));
     assert_eq!((rate, samples), (100.0, 39));
-    assert!(doubt.contains("1 row that"), "{doubt}");
+    assert!(warning.contains("1 row that"), "{warning}");
     // a gap stays one
     let gap = rows(|i| (time(if i < 20 { i } else { i + 1 }), i as f64));
     assert!(
@@ -118,8 +119,8 @@ fn separators_of_thousands_are_no_decimals() {
     let text = "time (ms)\tacc (m/s2)\n0\t988\n1\t-7,382\n2\t12\n";
     let r = read(text).unwrap();
     assert_eq!(r.channels()[0].samples, [988.0, -7382.0, 12.0]);
-    let doubt = format!("{:?}", r.about.doubts);
-    assert!(doubt.contains("`-7,382` beside `988`"), "{doubt}");
+    let warning = format!("{:?}", r.about.warnings);
+    assert!(warning.contains("`-7,382` beside `988`"), "{warning}");
     // in quotes between commas too
     let r = read("time (ms),acc (m/s2)\n0,988\n1,\"-7,382\"\n2,12\n").unwrap();
     assert_eq!(r.channels()[0].samples[1], -7382.0);
@@ -129,7 +130,7 @@ fn separators_of_thousands_are_no_decimals() {
     // decimals stay decimals
     let r = read("time (ms);acc (m/s2)\n0;7,382\n1;0,5\n2;12\n").unwrap();
     assert_eq!(r.channels()[0].samples, [7.382, 0.5, 12.0]);
-    assert_eq!(r.about.doubts, []);
+    assert_eq!(r.about.warnings, []);
 }
 
 #[test]
@@ -144,8 +145,8 @@ fn a_table_of_channels_in_rows_is_refused_at_its_header() {
 }
 
 #[test]
-fn a_guess_is_a_doubt() {
+fn a_guess_is_a_warning() {
     let r = read("timestamp, channel1\n266239,106\n266267,103\n266295,101\n").unwrap();
     assert!((r.rate().hz() - 35.714).abs() < 1e-3);
-    assert_eq!(r.about.doubts.len(), 2, "{:?}", r.about.doubts);
+    assert_eq!(r.about.warnings.len(), 2, "{:?}", r.about.warnings);
 }

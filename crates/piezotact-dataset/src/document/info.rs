@@ -4,14 +4,16 @@ use std::path::{Path, PathBuf};
 
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::document::Content;
-use piezotact::doubt::{DoubtKind as _, Merged, merged};
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Seconds, Unit};
-use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording, RecordingDoubt};
+use piezotact::recording::{
+    Annotations, Clock, Condition, Provenance, Recording, RecordingWarning,
+};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{
     CoherenceSummary, Distortion, Estimator, ImpactTest, Limits, StoredIdentities,
 };
+use piezotact::warning::{Merged, WarningKind as _, merged};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
@@ -112,7 +114,7 @@ pub struct RecordingInfo<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stored_transfer: Option<TransferInfo<'a>>,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 /// The channels of each clock of `recording`, with the number of their samples.
@@ -167,7 +169,7 @@ impl<'a> RecordingInfo<'a> {
             drive_setup: contents.setup.as_ref(),
             rendering: contents.rendering.as_ref(),
             stored_transfer,
-            doubts: merged(&recording.about.doubts),
+            warnings: merged(&recording.about.warnings),
         }
     }
 }
@@ -218,7 +220,7 @@ pub struct TransferInfo<'a> {
     /// Where it comes from.
     pub provenance: Provenance,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl<'a> TransferInfo<'a> {
@@ -251,7 +253,7 @@ impl<'a> TransferInfo<'a> {
             condition: function.about.condition.clone(),
             drive_setup: function.drive.clone(),
             provenance: function.about.provenance.clone(),
-            doubts: merged(&function.about.doubts),
+            warnings: merged(&function.about.warnings),
         })
     }
 }
@@ -356,7 +358,7 @@ pub enum RunInfo {
         /// What was done.
         steps: Vec<String>,
         /// What limits it.
-        doubts: Vec<Merged>,
+        warnings: Vec<Merged>,
     },
 }
 
@@ -376,23 +378,23 @@ impl RunInfo {
             }
         };
         let about = &contents.recording.about;
-        let is_cut = |doubt| {
+        let is_cut = |warning| {
             matches!(
-                RecordingDoubt::of(doubt),
-                Some(RecordingDoubt::Interrupted { .. })
+                RecordingWarning::of(warning),
+                Some(RecordingWarning::Interrupted { .. })
             )
         };
         Self::Read {
             file,
             kind: contents.kind.to_string(),
             duration_s: contents.recording.duration(),
-            ended: match about.doubts.iter().any(is_cut) {
+            ended: match about.warnings.iter().any(is_cut) {
                 true => "interrupted",
                 false => "ended",
             },
             condition: Box::new(about.condition.clone()),
             steps: about.provenance.steps.clone(),
-            doubts: merged(&about.doubts),
+            warnings: merged(&about.warnings),
         }
     }
 }

@@ -5,10 +5,10 @@ mod panel;
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Content;
-use piezotact::doubt::{Merged, merged};
 use piezotact::quantity::{Measure, SampleRate};
+use piezotact::warning::{Merged, merged};
 use serde::Serialize;
 
 pub use info::{
@@ -30,7 +30,7 @@ pub struct ExportDocument<'a> {
     /// What a sample of 1 stands for; absent where nothing says it.
     pub full_scale: Option<&'a Measure>,
     /// What limits it, and what the format cannot hold.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for ExportDocument<'_> {
@@ -43,14 +43,14 @@ impl<'a> ExportDocument<'a> {
     pub fn of(
         (out, format): (&'a Path, String),
         (rate_hz, full_scale): (Option<SampleRate>, Option<&'a Measure>),
-        doubts: &[Doubt],
+        warnings: &[Warning],
     ) -> Self {
         Self {
             out,
             format,
             rate_hz,
             full_scale,
-            doubts: merged(doubts),
+            warnings: merged(warnings),
         }
     }
 }

@@ -4,9 +4,9 @@
 
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::{BenchKind, Channel, EventValue, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, Channel, EventValue, RecordingWarning, StartTime};
 
 use super::brainvision_write::SIMULATED;
 use super::content::{Content, Line, Marked, Part, Place};
@@ -110,7 +110,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             ),
         ));
     }
-    let (parts, started_at, mut doubts) = parts_of(&markers, header.rate, points);
+    let (parts, started_at, mut warnings) = parts_of(&markers, header.rate, points);
     let parts = match header.segment_points {
         Some(each) if parts.len() == 1 && points / each > MOST_SEGMENTS => {
             return Err(ReadError::content(
@@ -124,7 +124,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             let what = format!(
                 "the header says that the recording was cut into segments of {each} samples, and not when each began; their starts are counted as if nothing lay between"
             );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            warnings.push(Warning::from(RecordingWarning::Guessed { what }));
             let starts = (0..points).step_by(each);
             let part = |from: usize| Part {
                 from,
@@ -167,7 +167,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         parts,
         events,
         started_at,
-        doubts,
+        warnings,
         bench: is_simulated.then_some(BenchKind::Twin),
     }
     .into_file(path)
@@ -469,7 +469,7 @@ fn parts_of(
     markers: &[Marker],
     rate: SampleRate,
     points: usize,
-) -> (Vec<Part>, Option<StartTime>, Vec<Doubt>) {
+) -> (Vec<Part>, Option<StartTime>, Vec<Warning>) {
     let first = Part {
         from: 0,
         start_s: 0.0,
@@ -515,7 +515,7 @@ fn parts_of(
             start_s,
         });
     }
-    // One doubt for all segments of a kind: a recording may have thousands.
+    // One warning for all segments of a kind: a recording may have thousands.
     let guessed = |samples: &[usize], what: &str| {
         let first = samples.first()?;
         let of = match samples.len() {
@@ -523,9 +523,9 @@ fn parts_of(
             count => format!("{count} new segments, the first at sample {first}"),
         };
         let what = format!("{of}: {what}");
-        Some(Doubt::from(RecordingDoubt::Guessed { what }))
+        Some(Warning::from(RecordingWarning::Guessed { what }))
     };
-    let doubts = [
+    let warnings = [
         guessed(
             &backwards,
             "the date lies before the end of the samples that precede it, so it is read as their continuation",
@@ -535,7 +535,7 @@ fn parts_of(
             "the file does not say how long the recording paused before it, so its start is counted as if it had not",
         ),
     ];
-    (parts, started_at, doubts.into_iter().flatten().collect())
+    (parts, started_at, warnings.into_iter().flatten().collect())
 }
 
 /// The date of a marker, `YYYYMMDDhhmmssuuuuuu`; `None` where it is none, or all zeros.

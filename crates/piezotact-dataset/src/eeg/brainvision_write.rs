@@ -3,9 +3,9 @@
 use std::io::Write;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::Unit;
-use piezotact::recording::{BenchKind, EventValue, Recording, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, EventValue, Recording, RecordingWarning, StartTime};
 
 use crate::atomic::{Prepared, led_to};
 use crate::error::WriteError;
@@ -62,7 +62,7 @@ const NEW_SEGMENT: &str = "New Segment";
 
 /// Writes `recording` as `path` (`.vhdr`) with its samples (`.eeg`) and `markers` (`.vmrk`) beside it: 32-bit floating point,
 /// multiplexed, volts in µV. All three files are complete on the disk before one of them gets its name, and the header, without which
-/// nothing can be read, gets it last. Returns doubts about what the files do not carry.
+/// nothing can be read, gets it last. Returns warnings about what the files do not carry.
 ///
 /// # Errors
 /// [`WriteError`] when a file cannot be written, the channels have more than one clock, a sample does not fit into 32 bits, a marker
@@ -71,7 +71,7 @@ pub fn write_brainvision(
     path: &Path,
     recording: &Recording,
     markers: &[EegMarker],
-) -> Result<Vec<Doubt>, WriteError> {
+) -> Result<Vec<Warning>, WriteError> {
     let refuse = |expected: &str, found: String, todo: &str| {
         Err(WriteError::content(path, expected, found, todo))
     };
@@ -131,9 +131,9 @@ pub fn write_brainvision(
     samples.commit()?;
     marked.commit()?;
     headed.commit()?;
-    Ok(vec![Doubt::from(RecordingDoubt::FormatLoses {
+    Ok(vec![Warning::from(RecordingWarning::FormatLoses {
         format: "BrainVision".into(),
-        what: "the condition, the labels, the provenance and the doubts of a recording, times of events between two samples, the time zone, nor samples in more than 32 bits".into(),
+        what: "the condition, the labels, the provenance and the warnings of a recording, times of events between two samples, the time zone, nor samples in more than 32 bits".into(),
     })])
 }
 

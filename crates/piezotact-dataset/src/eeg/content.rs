@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    BenchKind, Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingDoubt,
-    StartTime,
+    BenchKind, Channel, Clock, Condition, Event, EventValue, Provenance, Recording,
+    RecordingWarning, StartTime,
 };
 
 use super::{EegFile, EegKind, EegSegment, unique_names};
@@ -55,7 +55,7 @@ pub(super) struct Content {
     pub(super) parts: Vec<Part>,
     pub(super) events: Vec<Marked>,
     pub(super) started_at: Option<StartTime>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     /// The bench, where the file says that no person took part.
     pub(super) bench: Option<BenchKind>,
 }
@@ -72,8 +72,8 @@ impl Content {
         let mut names: Vec<String> = self.lines.iter().map(|l| l.channel.name.clone()).collect();
         let renamed = unique_names(&mut names);
         if !renamed.is_empty() {
-            self.doubts
-                .push(Doubt::from(RecordingDoubt::ChannelsRenamed {
+            self.warnings
+                .push(Warning::from(RecordingWarning::ChannelsRenamed {
                     names: renamed,
                 }));
         }
@@ -133,18 +133,18 @@ impl Content {
             recording.annotations.events = events;
             // What is of the whole file stands once.
             if number == 0 {
-                recording.about.doubts.clone_from(&self.doubts);
+                recording.about.warnings.clone_from(&self.warnings);
             }
             let length_s = recording.duration();
             let outside = recording.annotations.outside(length_s);
             if let Some(first) = outside.first() {
-                let doubt = Doubt::from(RecordingDoubt::EventsOutside {
+                let warning = Warning::from(RecordingWarning::EventsOutside {
                     count: outside.len(),
                     onset_s: first.onset_s.0,
                     lasts_s: first.duration_s.0,
                     length_s: length_s.0,
                 });
-                recording.about.doubts.push(doubt);
+                recording.about.warnings.push(warning);
             }
             segments.push(EegSegment {
                 recording,

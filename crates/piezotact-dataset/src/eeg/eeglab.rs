@@ -4,9 +4,9 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, RecordingDoubt};
+use piezotact::recording::{Channel, RecordingWarning};
 
 use super::content::{Content, Line, Marked, Part, Place};
 use super::{EegFile, EegKind, in_folder_of};
@@ -85,19 +85,19 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let samples = samples_of(path, &fields, data, stated)?;
     let (trials, points) = (stated.2, samples.points / stated.2);
     let names = names_of(path, &fields, samples.channels)?;
-    let (events, boundaries, mut doubts) = events_of(path, &fields, rate)?;
+    let (events, boundaries, mut warnings) = events_of(path, &fields, rate)?;
     let parts = if trials > 1 {
         let what = format!(
             "the data set holds {trials} epochs: each is a segment, and the file does not say when it was recorded; starts are counted as if they followed each other"
         );
-        doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
         let each = (0..trials).map(|trial| Part {
             from: trial * points,
             start_s: rate.duration_of(trial * points).0,
         });
         each.collect()
     } else {
-        parts_of(&boundaries, rate, points, &mut doubts)
+        parts_of(&boundaries, rate, points, &mut warnings)
     };
     let lines = names
         .into_iter()
@@ -117,7 +117,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         parts,
         events,
         started_at: None,
-        doubts,
+        warnings,
         bench: None,
     }
     .into_file(path)
@@ -314,7 +314,7 @@ struct Boundary {
     removed: Option<f64>,
 }
 
-type Events = (Vec<Marked>, Vec<Boundary>, Vec<Doubt>);
+type Events = (Vec<Marked>, Vec<Boundary>, Vec<Warning>);
 
 fn events_of(path: &Path, fields: &Fields<'_>, rate: SampleRate) -> Result<Events, ReadError> {
     let Some(table) = fields.get("event") else {
@@ -361,15 +361,15 @@ fn events_of(path: &Path, fields: &Fields<'_>, rate: SampleRate) -> Result<Event
             value: None,
         });
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if without > 0 {
         let what = format!(
             "{without} event(s) of {} have no latency, and are left out",
             path.file_name().unwrap_or_default().to_string_lossy()
         );
-        doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
     }
-    Ok((events, boundaries, doubts))
+    Ok((events, boundaries, warnings))
 }
 
 /// The parts between boundaries.
@@ -377,7 +377,7 @@ fn parts_of(
     boundaries: &[Boundary],
     rate: SampleRate,
     points: usize,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Vec<Part> {
     let mut parts = vec![Part {
         from: 0,
@@ -395,7 +395,7 @@ fn parts_of(
             let what = format!(
                 "the file does not say how much was removed at the boundary before sample {from}: the start of what follows is counted as if nothing was"
             );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            warnings.push(Warning::from(RecordingWarning::Guessed { what }));
         }
         let gap_s = boundary.removed.unwrap_or(0.0) / rate.hz();
         let start_s = last.start_s + rate.duration_of(from - last.from).0 + gap_s;

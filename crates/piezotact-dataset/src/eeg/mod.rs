@@ -19,9 +19,9 @@ mod xdf;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Seconds, Unit};
-use piezotact::recording::{Recording, RecordingDoubt};
+use piezotact::recording::{Recording, RecordingWarning};
 
 pub use beside::{
     ChannelRow, EegSource, EventTable, StatedPosition, files_of, read_eeg_source, read_electrodes,
@@ -78,13 +78,13 @@ impl fmt::Display for EegKind {
 /// A part of a recording without a gap.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EegSegment {
-    /// Its channels; its events begin at its first sample, and `annotations.started_at` is the time of that sample. Doubts about the whole file
+    /// Its channels; its events begin at its first sample, and `annotations.started_at` is the time of that sample. Warnings about the whole file
     /// stand in the first segment.
     pub recording: Recording,
     /// The time of its first sample, from the first sample of the file, s.
     pub start_s: Seconds,
     /// For each event of the recording, in order, the index of its sample from the first one of the segment, on the channel of the
-    /// highest rate. An event before the segment has a negative one, and an event after its end one beyond its last sample; a doubt
+    /// highest rate. An event before the segment has a negative one, and an event after its end one beyond its last sample; a warning
     /// says that there are such events.
     pub event_samples: Vec<i64>,
 }
@@ -98,7 +98,7 @@ pub struct EegFile {
 }
 
 impl EegFile {
-    /// The first segment as a recording, with a doubt where there are others; `None` without a segment.
+    /// The first segment as a recording, with a warning where there are others; `None` without a segment.
     pub(crate) fn into_first(self) -> Option<Recording> {
         let count = self.segments.len();
         let lengths = self.segments.iter().map(|part| part.recording.duration().0);
@@ -108,8 +108,8 @@ impl EegFile {
             let lasts_s = first.duration().0;
             first
                 .about
-                .doubts
-                .push(Doubt::from(RecordingDoubt::OneSegment {
+                .warnings
+                .push(Warning::from(RecordingWarning::OneSegment {
                     count,
                     lasts_s,
                     all_s,

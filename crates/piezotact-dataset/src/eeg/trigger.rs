@@ -1,7 +1,7 @@
 //! Events from the trigger bits of a status channel.
 
-use piezotact::Doubt;
-use piezotact::recording::{EventValue, RecordingDoubt};
+use piezotact::Warning;
+use piezotact::recording::{EventValue, RecordingWarning};
 
 use super::content::{Marked, Place};
 
@@ -14,11 +14,11 @@ pub(super) fn is_trigger(name: &str) -> bool {
 }
 
 /// The rises of the trigger bits of `codes`, each with its new code. A code that is there from the first sample is no event, nor is a
-/// rise from 0 that lasts to the end: MNE's `find_events` with its defaults and a mask of 16 bits. A doubt says so of the latter.
+/// rise from 0 that lasts to the end: MNE's `find_events` with its defaults and a mask of 16 bits. A warning says so of the latter.
 pub(super) fn events(
     channel: &str,
     codes: impl Iterator<Item = i32>,
-) -> (Vec<Marked>, Option<Doubt>) {
+) -> (Vec<Marked>, Option<Warning>) {
     let codes = codes.map(|code| code.cast_unsigned() & TRIGGER_BITS);
     let mut found: Vec<Marked> = Vec::new();
     let mut before = None;
@@ -53,7 +53,10 @@ pub(super) fn events(
             "the trigger of `{channel}` that rises at sample {at} lasts to the end of the file, and is not counted as an event"
         );
         found.pop();
-        return (found, Some(Doubt::from(RecordingDoubt::Guessed { what })));
+        return (
+            found,
+            Some(Warning::from(RecordingWarning::Guessed { what })),
+        );
     }
     (found, None)
 }

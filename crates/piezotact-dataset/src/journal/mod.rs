@@ -13,7 +13,7 @@ mod writer;
 
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
@@ -43,8 +43,8 @@ pub struct StartDocument {
     pub rate_hz: SampleRate,
     /// The channels' names and SI units, in their order.
     pub channels: Vec<(String, Unit)>,
-    /// What is going on, and where it comes from; what is doubted stands in the end document.
-    #[serde(flatten, serialize_with = "About::without_empty_doubts")]
+    /// What is going on, and where it comes from; what gives a warning stands in the end document.
+    #[serde(flatten, serialize_with = "About::without_empty_warnings")]
     pub about: About,
     /// When it began, its labels, and the events that are planned.
     #[serde(flatten)]
@@ -116,7 +116,7 @@ pub struct EndDocument {
     pub start_fingerprint: Option<u64>,
     /// What came up while recording.
     #[serde(default)]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
     /// What happened while it ran.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub events: Vec<Event>,
@@ -242,7 +242,7 @@ pub fn write_measurement(
         samples: recording.len(),
         fingerprint: Some(Fingerprint::all(&fingerprints)),
         start_fingerprint: None,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
         events: Vec::new(),
         ended: None,
     };
@@ -264,8 +264,8 @@ mod tests {
     use super::read::read_run_journal as read_journal;
     use super::*;
     use crate::recording_file::read_parquet;
-    use piezotact::recording::{Condition, Provenance, RecordingDoubt};
-    use piezotact::run::RunDoubt;
+    use piezotact::recording::{Condition, Provenance, RecordingWarning};
+    use piezotact::run::RunWarning;
 
     fn start() -> StartDocument {
         StartDocument {
@@ -310,12 +310,12 @@ mod tests {
         for of in 0..3 {
             writer.append(&second(of)).unwrap();
         }
-        let doubt = Doubt::from(RunDoubt::LoadOffTarget {
+        let warning = Warning::from(RunWarning::LoadOffTarget {
             mean_n: 0.3,
             target_n: 0.2,
         });
         writer
-            .finish(start().about.provenance, vec![doubt.clone()])
+            .finish(start().about.provenance, vec![warning.clone()])
             .unwrap();
         assert!(!journal_path(&path).exists());
         let recording = read_parquet(&path, None).unwrap().recording;
@@ -326,7 +326,7 @@ mod tests {
             recording.about.condition.participant.as_deref(),
             Some("P03")
         );
-        assert_eq!(recording.about.doubts, [doubt]);
+        assert_eq!(recording.about.warnings, [warning]);
         assert_eq!(recording.annotations, start().annotations);
     }
 
@@ -443,7 +443,7 @@ mod tests {
             assert_eq!(recording.len(), safe.unwrap(), "cut at {length}");
             assert_eq!(recording.annotations, start().annotations);
             assert!(
-                matches!(&recording.about.doubts[..], [doubt] if matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. })))
+                matches!(&recording.about.warnings[..], [warning] if matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. })))
             );
         }
     }
@@ -491,7 +491,7 @@ mod tests {
             let recording = read_journal(&damaged).unwrap().recording;
             let said: Vec<String> = recording
                 .about
-                .doubts
+                .warnings
                 .iter()
                 .map(ToString::to_string)
                 .collect();
@@ -561,7 +561,7 @@ mod tests {
         header[5] = 2;
         let recording = read(&header).unwrap().recording;
         assert_eq!(recording.len(), 200);
-        let said = recording.about.doubts[0].to_string();
+        let said = recording.about.warnings[0].to_string();
         assert!(
             said.contains("format 2, but this version reads up to 1"),
             "{said}"
@@ -579,7 +579,7 @@ mod tests {
         }
         let mut damaged = whole.clone();
         damaged[1] = b'?';
-        let said = read(&damaged).unwrap().recording.about.doubts[0].to_string();
+        let said = read(&damaged).unwrap().recording.about.warnings[0].to_string();
         assert!(said.contains("damaged at 1 place: no samples"), "{said}");
     }
 

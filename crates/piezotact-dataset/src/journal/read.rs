@@ -1,12 +1,12 @@
 //! Reads the journals of runs, including incomplete and damaged ones.
 
-use piezotact::recording::{Clock, RecordingDoubt};
+use piezotact::recording::{Clock, RecordingWarning};
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read as _};
 use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::run::{RunChunk, RunDoubt};
+use piezotact::Warning;
+use piezotact::run::{RunChunk, RunWarning};
 use piezotact::series::filled;
 
 use super::frames::{Block, Blocks, FORMAT, Header, MAGIC, blocks_of, looks_like_journal};
@@ -19,7 +19,7 @@ pub(crate) fn is_journal(head: &[u8]) -> bool {
     looks_like_journal(head)
 }
 
-/// Reads a journal as far as possible, with doubts about an interruption and about damage. Damaged blocks are replaced by
+/// Reads a journal as far as possible, with warnings about an interruption and about damage. Damaged blocks are replaced by
 /// straight lines, so that the following samples keep their times.
 pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let bytes = crate::input::read_input(path)?;
@@ -117,10 +117,10 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         }
     }
     let whole = end.is_some();
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let Some((at_end, end)) = end {
         start = at_end;
-        (doubts, events) = (end.doubts, end.events);
+        (warnings, events) = (end.warnings, end.events);
     }
     let mut by_clock: Vec<_> = by_clock.into_iter().map(Vec::into_iter).collect();
     let samples = clock_of
@@ -131,9 +131,9 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let damages = (damages + usize::from(header == Header::Damaged)).max(lost.len());
     let mut recording = assemble(path, &start, samples)?;
     recording.annotations.events.extend(events);
-    recording.about.doubts = doubts;
-    recording.about.doubts.extend((damages > 0).then(|| {
-        Doubt::from(RunDoubt::JournalDamaged {
+    recording.about.warnings = warnings;
+    recording.about.warnings.extend((damages > 0).then(|| {
+        Warning::from(RunWarning::JournalDamaged {
             places: damages,
             lost_s: lost,
         })
@@ -141,8 +141,8 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     if let Header::Format(found) = header {
         recording
             .about
-            .doubts
-            .push(Doubt::from(RunDoubt::JournalFormat {
+            .warnings
+            .push(Warning::from(RunWarning::JournalFormat {
                 found: found.into(),
                 read_as: FORMAT.into(),
             }));
@@ -150,8 +150,8 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     if !whole {
         recording
             .about
-            .doubts
-            .push(Doubt::from(RecordingDoubt::Interrupted {
+            .warnings
+            .push(Warning::from(RecordingWarning::Interrupted {
                 read_s: recording.duration().0,
             }));
     }

@@ -71,7 +71,7 @@ impl JournalSink {
             return writer.discard_empty();
         }
         let provenance = end.provenance.clone();
-        let kept = writer.finish_as(provenance, end.doubts.clone(), Some(end.ended.clone()))?;
+        let kept = writer.finish_as(provenance, end.warnings.clone(), Some(end.ended.clone()))?;
         self.moved.extend(kept);
         Ok(())
     }
@@ -368,7 +368,7 @@ mod tests {
                 samples: 2,
                 ended,
                 provenance: start().about.provenance.then("sensors at rest: none"),
-                doubts: Vec::new(),
+                warnings: Vec::new(),
             };
             for document in [
                 RunDocument::Start(Box::new(start())),

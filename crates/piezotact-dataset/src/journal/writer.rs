@@ -4,7 +4,7 @@ use std::fs::{File, TryLockError};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::recording::{Clock, Event, Provenance};
 use piezotact::run::{Ended, Judged, RunChunk};
 
@@ -195,9 +195,9 @@ impl JournalWriter {
     pub fn finish(
         self,
         provenance: Provenance,
-        doubts: Vec<Doubt>,
+        warnings: Vec<Warning>,
     ) -> Result<Option<PathBuf>, WriteError> {
-        self.finish_as(provenance, doubts, None)
+        self.finish_as(provenance, warnings, None)
     }
 
     /// As [`Self::finish`], with how the run ended.
@@ -207,7 +207,7 @@ impl JournalWriter {
     pub fn finish_as(
         mut self,
         provenance: Provenance,
-        doubts: Vec<Doubt>,
+        warnings: Vec<Warning>,
         ended: Option<Ended>,
     ) -> Result<Option<PathBuf>, WriteError> {
         // Provenance that became known during the run, such as the sensors' noise, is added to that of the start.
@@ -217,7 +217,7 @@ impl JournalWriter {
             samples: self.samples,
             fingerprint,
             start_fingerprint: None,
-            doubts,
+            warnings,
             events: std::mem::take(&mut self.events),
             ended,
         };

@@ -1,9 +1,9 @@
 //! From the variables of a MATLAB file to recordings and transfer functions.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Unit};
 use piezotact::recording::Recording;
 use piezotact::transfer::{Estimator, StoredIdentities};
@@ -145,7 +145,7 @@ pub(crate) fn recording_of(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let variables = flat(file);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let time = variables.iter().find_map(|(name, value)| {
         let values = value.vector().filter(|values| values.len() > 1)?;
         is_called(name, &TIMES).then(|| Column {
@@ -161,7 +161,7 @@ pub(crate) fn recording_of(
             && !is_called(name, &TIMES)
         {
             if !numbers.exact {
-                about.push(Doubt::from(RecordingDoubt::Guessed {
+                about.push(Warning::from(RecordingWarning::Guessed {
                     what: format!("`{name}` holds integers beyond ±2⁵³, which were rounded"),
                 }));
             }
@@ -191,7 +191,7 @@ pub(crate) fn recording_of(
     }
     if before > columns.len() {
         left_out.truncate(6);
-        about.push(Doubt::from(RecordingDoubt::Guessed {
+        about.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "{} vectors are not as long as the time ({length}) and were left out: {}",
                 before - columns.len(),
@@ -202,7 +202,7 @@ pub(crate) fn recording_of(
     let scalar = scalar_rate(path, &variables)?;
     let found = match (&time, scalar) {
         (Some(time), scalar) => {
-            let found = rate_of(path, time, &mut doubts);
+            let found = rate_of(path, time, &mut warnings);
             match (&found, scalar) {
                 // Times are often stored with few digits: their mean step is less exact than the stated rate.
                 (Ok(found), Some((_, stated)))
@@ -211,7 +211,7 @@ pub(crate) fn recording_of(
                     Some(Ok(stated))
                 }
                 (Ok(found), Some((name, stated))) => {
-                    about.push(Doubt::from(RecordingDoubt::Guessed {
+                    about.push(Warning::from(RecordingWarning::Guessed {
                         what: format!(
                             "`{name}` states {stated}, `{}` gives {found}: the second was used",
                             time.name
@@ -233,9 +233,16 @@ pub(crate) fn recording_of(
             "give the rate with --rate, for example --rate 5000",
         ));
     }
-    let rate = choose_rate(path, options.rate, found, &mut doubts)?;
-    doubts.append(&mut about);
-    table_of(path, columns, rate, doubts, options, WithoutUnit::OnlyScale)
+    let rate = choose_rate(path, options.rate, found, &mut warnings)?;
+    warnings.append(&mut about);
+    table_of(
+        path,
+        columns,
+        rate,
+        warnings,
+        options,
+        WithoutUnit::OnlyScale,
+    )
 }
 
 /// A vector as one column, a matrix as one for each of its shorter dimension.
@@ -375,10 +382,10 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     for line in &mut response {
         *line *= factor;
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let [first, _, ..] = responses.as_slice() {
         let names: Vec<&str> = responses.iter().map(|r| r.name.as_str()).collect();
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the file holds {} transfer functions ({}): `{}` is read",
                 names.len(),
@@ -393,10 +400,10 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         document
     });
     if let Some(described) = &described {
-        doubts.clone_from(&described.about.doubts);
+        warnings.clone_from(&described.about.warnings);
     }
     let identities = found.identities(&variables, &frequency_hz);
-    doubts.extend(identities.as_ref().and_then(StoredIdentities::doubt));
+    warnings.extend(identities.as_ref().and_then(StoredIdentities::warning));
     let impact = described.as_ref().and_then(|own| own.impact.clone());
     let one_hit = impact.as_ref().is_some_and(|test| test.used() == 1);
     let lines = Lines {
@@ -405,7 +412,7 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         // One hit has no coherence, which nobody forgot.
         coherence: coherence.or_else(|| one_hit.then(|| vec![0.0; found.values.len()])),
     };
-    let mut document = from_lines(path, lines, doubts)?;
+    let mut document = from_lines(path, lines, warnings)?;
     if one_hit {
         document.coherence.clear();
     }

@@ -10,7 +10,7 @@ use crate::transfer_json::TransferDocument;
 
 /// Writes a transfer function as a MATLAB file, whole or not at all: `frequency_hz`, `H` (complex) and `coherence` as
 /// columns, `rate_hz`, `averages`, `estimator`, `drive_unit`, `response_unit`, and where they are known `participant`,
-/// `load_n` and `angle_deg`. `description` holds the rest as JSON: device, provenance, doubts.
+/// `load_n` and `angle_deg`. `description` holds the rest as JSON: device, provenance, warnings.
 ///
 /// # Errors
 /// [`WriteError`] when it cannot be written, or the columns do not fit each other or the format.

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use piezotact::Doubt;
-use piezotact::recording::{Provenance, RecordingDoubt};
+use piezotact::Warning;
+use piezotact::recording::{Provenance, RecordingWarning};
 
 use super::{FileKind, ReadOptions};
 use crate::csv_table::Column;
@@ -16,15 +16,15 @@ pub(super) struct Beside {
     place: PathBuf,
     pub(super) sidecar: Sidecar,
     pub(super) of_samples: OfSamples,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
-/// The doubt that a sidecar lies beside the file at `path`, whose `kind` takes none.
-pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Doubt> {
+/// The warning that a sidecar lies beside the file at `path`, whose `kind` takes none.
+pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Warning> {
     let takes_one = [FileKind::WAV, super::npy::NPY.kind].contains(&kind);
     let place = sidecar_path(path);
     (!takes_one && place.is_file()).then(|| {
-        Doubt::from(RecordingDoubt::SidecarNotRead {
+        Warning::from(RecordingWarning::SidecarNotRead {
             file: place.display().to_string(),
             format: kind.to_string(),
         })
@@ -38,7 +38,7 @@ impl Beside {
             place: sidecar_path(path),
             sidecar: read.sidecar,
             of_samples: read.of_samples,
-            doubts: read.doubts,
+            warnings: read.warnings,
         }))
     }
 
@@ -48,15 +48,15 @@ impl Beside {
             place: sidecar_path(path),
             sidecar: Sidecar::default(),
             of_samples: OfSamples::default(),
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 
-    /// Takes the sidecar's scale where none is stated; a doubt where both are and differ.
-    pub(super) fn scale(&self, options: &mut ReadOptions, doubts: &mut Vec<Doubt>) {
+    /// Takes the sidecar's scale where none is stated; a warning where both are and differ.
+    pub(super) fn scale(&self, options: &mut ReadOptions, warnings: &mut Vec<Warning>) {
         match (&options.scale, &self.sidecar.full_scale) {
             (Some(used), Some(ignored)) if used != ignored => {
-                doubts.push(Doubt::from(RecordingDoubt::ScaleOverridden {
+                warnings.push(Warning::from(RecordingWarning::ScaleOverridden {
                     used: used.to_string(),
                     ignored: ignored.to_string(),
                 }));
@@ -145,7 +145,7 @@ impl Beside {
         )
     }
 
-    /// Adds condition, labels, events, how a drive was made, and doubts to what was read of the file.
+    /// Adds condition, labels, events, how a drive was made, and warnings to what was read of the file.
     pub(super) fn describe(self, stored: &mut Stored) {
         let recording = &mut stored.recording;
         let length_s = recording.duration().0;
@@ -155,23 +155,23 @@ impl Beside {
             recording.about.provenance = about.provenance;
         }
         recording.annotations = self.sidecar.annotations;
-        let own = std::mem::take(&mut recording.about.doubts);
+        let own = std::mem::take(&mut recording.about.warnings);
         let outside = recording
             .annotations
             .outside(piezotact::quantity::Seconds(length_s));
         let outside = outside.first().map(|first| {
-            Doubt::from(RecordingDoubt::EventsOutside {
+            Warning::from(RecordingWarning::EventsOutside {
                 count: outside.len(),
                 onset_s: first.onset_s.0,
                 lasts_s: first.duration_s.0,
                 length_s,
             })
         });
-        recording.about.doubts = about.doubts;
-        for doubt in own.into_iter().chain(self.doubts).chain(outside) {
-            // Doubts already stated in the sidecar are not added again.
-            if !recording.about.doubts.contains(&doubt) {
-                recording.about.doubts.push(doubt);
+        recording.about.warnings = about.warnings;
+        for warning in own.into_iter().chain(self.warnings).chain(outside) {
+            // Warnings already stated in the sidecar are not added again.
+            if !recording.about.warnings.contains(&warning) {
+                recording.about.warnings.push(warning);
             }
         }
         stored.rendering = self.sidecar.rendering;

@@ -2,14 +2,14 @@
 //!
 //! Source of the layout: NumPy, *NEP 1: A simple file format for NumPy arrays*.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::io::{Cursor, Read as _};
 use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::doubt::DoubtKind as _;
+use piezotact::Warning;
 use piezotact::number::digits;
 use piezotact::quantity::SampleRate;
+use piezotact::warning::WarningKind as _;
 use zip::ZipArchive;
 
 use super::beside::Beside;
@@ -66,7 +66,7 @@ struct Parts {
     arrays: Vec<(usize, bool)>,
     time: Option<Column>,
     rate: Option<(String, f64)>,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 impl Parts {
@@ -76,13 +76,13 @@ impl Parts {
         let mut options = options.clone();
         if let Some(sidecar) = &sidecar {
             sidecar.name_columns(&mut self.columns)?;
-            sidecar.scale(&mut options, &mut self.doubts);
+            sidecar.scale(&mut options, &mut self.warnings);
         }
         self.only_one_scaled(path, &options)?;
         let mut of_rate = Vec::new();
         let found = self.found_rate(path, &options, &mut of_rate)?;
         let rate = choose_rate(path, options.rate, found, &mut of_rate)?;
-        of_rate.append(&mut self.doubts);
+        of_rate.append(&mut self.warnings);
         let counts: Vec<String> = self
             .arrays
             .iter()
@@ -92,11 +92,11 @@ impl Parts {
             .collect();
         let unnamed = WithoutUnit::OnlyScale;
         let mut recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
-        for doubt in &mut recording.about.doubts {
-            if let Some(RecordingDoubt::Uncalibrated { channel }) = RecordingDoubt::of(doubt)
+        for warning in &mut recording.about.warnings {
+            if let Some(RecordingWarning::Uncalibrated { channel }) = RecordingWarning::of(warning)
                 && counts.contains(&channel)
             {
-                *doubt = RecordingDoubt::Counts { channel }.into();
+                *warning = RecordingWarning::Counts { channel }.into();
             }
         }
         let mut stored = Stored::from(recording);
@@ -139,10 +139,10 @@ impl Parts {
         &self,
         path: &Path,
         options: &ReadOptions,
-        doubts: &mut Vec<Doubt>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<Option<Result<SampleRate, ReadError>>, ReadError> {
         let Some((name, hz)) = &self.rate else {
-            let found = self.time.as_ref().map(|time| rate_of(path, time, doubts));
+            let found = self.time.as_ref().map(|time| rate_of(path, time, warnings));
             if options.rate.is_none() && found.is_none() {
                 return Err(ReadError::content(
                     path,
@@ -189,8 +189,8 @@ impl Parts {
                     ));
                 }
             }
-            Err(error) => doubts.push(
-                RecordingDoubt::Guessed {
+            Err(error) => warnings.push(
+                RecordingWarning::Guessed {
                     what: format!(
                         "the rate is that of `{name}`; `{}` was not used ({error})",
                         time.name
@@ -286,8 +286,8 @@ impl Parts {
     }
 
     fn guess(&mut self, what: String) {
-        self.doubts
-            .push(Doubt::from(RecordingDoubt::Guessed { what }));
+        self.warnings
+            .push(Warning::from(RecordingWarning::Guessed { what }));
     }
 }
 

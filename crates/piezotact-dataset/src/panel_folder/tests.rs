@@ -52,7 +52,7 @@ fn a_session_that_breaks_off_leaves_a_panel() {
     let contents = again.read().unwrap();
     assert_eq!((contents.panel.len(), again.index.planned.len()), (1, 2));
     assert_eq!(again.index.participants, ["a", "b"]);
-    let text: Vec<String> = contents.doubts.iter().map(ToString::to_string).collect();
+    let text: Vec<String> = contents.warnings.iter().map(ToString::to_string).collect();
     assert!(
         text[0].contains("2 planned") && text[1].contains("b_20deg_0.2N_p1_r1.json"),
         "{text:?}"
@@ -81,7 +81,7 @@ fn a_session_that_breaks_off_leaves_a_panel() {
 }
 
 #[test]
-fn units_and_doubts_survive() {
+fn units_and_warnings_survive() {
     let folder = tempfile::tempdir().unwrap();
     let mut panel = PanelFolder::open_or_begin(folder.path()).unwrap();
     let mut finger = document("a");
@@ -103,7 +103,7 @@ fn units_and_doubts_survive() {
     assert!(twice.contains("each measurement once"), "{twice}");
     let contents = panel.read().unwrap();
     assert_eq!(contents.drive_unit, Unit::Newton);
-    assert!(contents.panel[0].function.about.doubts.is_empty());
+    assert!(contents.panel[0].function.about.warnings.is_empty());
 }
 
 #[test]

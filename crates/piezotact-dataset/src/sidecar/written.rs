@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::recording::{Condition, Event, RecordingDoubt, StartTime};
+use piezotact::Warning;
+use piezotact::recording::{Condition, Event, RecordingWarning, StartTime};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
@@ -24,7 +24,7 @@ const ENTRIES: [&str; 13] = [
     "units",
     "condition",
     "provenance",
-    "doubts",
+    "warnings",
     "started_at",
     "labels",
     "events",
@@ -161,8 +161,8 @@ fn wrong_event(event: &Value) -> Option<String> {
     }
 }
 
-/// The doubt about entries that nothing reads.
-pub(super) fn unknown_entries(path: &Path, text: &str) -> Option<Doubt> {
+/// The warning about entries that nothing reads.
+pub(super) fn unknown_entries(path: &Path, text: &str) -> Option<Warning> {
     let fields: Map<String, Value> = serde_json::from_str(text).ok()?;
     let mut entries = Vec::new();
     let mut look = |of: &str, value: &Value, known: &[&str]| {
@@ -186,7 +186,7 @@ pub(super) fn unknown_entries(path: &Path, text: &str) -> Option<Doubt> {
     }
     look("", &Value::Object(fields), &ENTRIES);
     (!entries.is_empty()).then(|| {
-        Doubt::from(RecordingDoubt::UnknownEntries {
+        Warning::from(RecordingWarning::UnknownEntries {
             file: path.display().to_string(),
             entries,
         })

@@ -1,10 +1,10 @@
 //! From functions of dataset 58 to recordings and transfer functions.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::path::Path;
 
 use num_complex::Complex;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Degrees, Newtons, SampleRate, Seconds, Unit};
 use piezotact::recording::{Clock, Condition, Recording, StartTime};
 use piezotact::transfer::Estimator;
@@ -67,7 +67,7 @@ pub(crate) fn recording_of(
             "export the time signals; a frequency response is only read as a transfer function",
         ));
     };
-    let (mut doubts, mut columns) = (Vec::new(), Vec::<(Column, Clock)>::new());
+    let (mut warnings, mut columns) = (Vec::new(), Vec::<(Column, Clock)>::new());
     let mut clocks = Vec::<(&UffFunction, Clock)>::new();
     for signal in &signals {
         let known = clocks.iter().find(|(of, _)| same_axis(signal, of));
@@ -99,9 +99,9 @@ pub(crate) fn recording_of(
                 ));
             }
             None => {
-                let found = rate(path, signal, &mut doubts);
+                let found = rate(path, signal, &mut warnings);
                 let clock = Clock {
-                    rate_hz: choose_rate(path, options.rate, Some(found), &mut doubts)?,
+                    rate_hz: choose_rate(path, options.rate, Some(found), &mut warnings)?,
                     start_s: start_s(signal),
                 };
                 clocks.push((signal, clock));
@@ -110,7 +110,7 @@ pub(crate) fn recording_of(
         };
         let name = unique(name(signal), &columns);
         if signal.kind != UffKind::Time {
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
                     "`{name}` is marked as a {} but has a time axis: it is read as a time response",
                     signal.kind
@@ -118,7 +118,7 @@ pub(crate) fn recording_of(
             }));
         }
         if signal.data.len() < signal.promised {
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
                     "the header states {} samples of `{name}` and {} follow: the file is truncated, the available samples were \
                      read",
@@ -136,7 +136,7 @@ pub(crate) fn recording_of(
             columns.push((column, clock));
         }
     }
-    let mut recording = table_of(path, columns, doubts, options, WithoutUnit::OnlyScale)?;
+    let mut recording = table_of(path, columns, warnings, options, WithoutUnit::OnlyScale)?;
     if start_s(first).0 == 0.0 && recording.clocks()[0].start_s.0 <= 0.0 {
         recording.annotations.started_at = start_time(first.date());
     }
@@ -228,7 +228,7 @@ fn unique(name: String, columns: &[(Column, Clock)]) -> String {
 fn rate(
     path: &Path,
     signal: &UffFunction,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<SampleRate, ReadError> {
     match &signal.abscissa {
         UffAbscissa::Even { step, .. } => {
@@ -262,7 +262,7 @@ fn rate(
                 unit: Some(signal.abscissa_axis.unit.clone()),
                 values: places.clone(),
             };
-            rate_of(path, &time, doubts)
+            rate_of(path, &time, warnings)
         }
     }
 }
@@ -305,10 +305,10 @@ pub(crate) fn transfer_of(
             "the file was cut short: copy or export it again",
         ));
     }
-    let mut doubts = Vec::new();
-    let to_hz = to_hz(path, response, &mut doubts)?;
+    let mut warnings = Vec::new();
+    let to_hz = to_hz(path, response, &mut warnings)?;
     let (response_unit, drive_unit, factor) = units(response);
-    let coherence = coherence(functions, response, &mut doubts);
+    let coherence = coherence(functions, response, &mut warnings);
     let own = Own::of(response);
     let mut frequency_hz: Vec<f64> = response
         .places()
@@ -322,7 +322,7 @@ pub(crate) fn transfer_of(
         response: values,
         coherence,
     };
-    let mut document = from_lines(path, lines, doubts)?;
+    let mut document = from_lines(path, lines, warnings)?;
     document.drive_unit = drive_unit;
     document.response_unit = response_unit;
     document.estimator = own.estimator;
@@ -341,14 +341,18 @@ fn no_response(path: &Path, functions: &[UffFunction]) -> ReadError {
     )
 }
 
-fn to_hz(path: &Path, response: &UffFunction, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
+fn to_hz(
+    path: &Path,
+    response: &UffFunction,
+    warnings: &mut Vec<Warning>,
+) -> Result<f64, ReadError> {
     let axis = &response.abscissa_axis;
     match axis.unit.to_ascii_lowercase().as_str() {
         "hz" | "1/s" | "cps" => Ok(1.0),
         "khz" => Ok(1e3),
         "rad/s" => Ok(0.5 / std::f64::consts::PI),
         "" if axis.quantity != TIME => {
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: "the abscissa names no unit and is read as Hz".into(),
             }));
             Ok(1.0)
@@ -413,7 +417,7 @@ fn units(response: &UffFunction) -> (Unit, Unit, f64) {
 fn coherence(
     functions: &[UffFunction],
     response: &UffFunction,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Option<Vec<f64>> {
     let mut others = 0;
     for function in functions.iter().filter(|f| f.kind == UffKind::Coherence) {
@@ -426,7 +430,7 @@ fn coherence(
         }
     }
     if others > 0 {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the file contains {others} coherence function(s), but for other points or on another axis than the frequency \
                  response: not used"

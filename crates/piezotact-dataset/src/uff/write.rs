@@ -24,7 +24,7 @@ pub enum UffEncoding {
 
 /// Writes a transfer function as a universal file, whole or not at all: a frequency response (function type 4,
 /// complex double) and its coherence (type 6), both of node 1 over node 2 in no stated direction. The id lines hold
-/// estimator, averages, rate, load, angle and participant; the device and the doubts stay behind.
+/// estimator, averages, rate, load, angle and participant; the device and the warnings stay behind.
 ///
 /// # Errors
 /// [`WriteError`] when it cannot be written, a column does not fit the others, or a name is longer than the format

@@ -1,10 +1,10 @@
 //! Writes the channels of a recording as time responses of dataset 58.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::io::Write;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::recording::Recording;
 
 use super::write::{axis, line, scientific};
@@ -20,7 +20,7 @@ pub(super) const OWN_TIME: &str = "piezotact recording";
 ///
 /// # Errors
 /// [`WriteError`] when it cannot be written, or a name or unit is longer than the format holds.
-pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Doubt>, WriteError> {
+pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Warning>, WriteError> {
     let time = format!("{:10}{:5}{:5}{:5} {:20} {:20}", 17, 0, 0, 0, "Time", "s");
     let none = format!("{:10}{:5}{:5}{:5} {:20} {:20}", 0, 0, 0, 0, "NONE", "NONE");
     let mut heads = Vec::new();
@@ -71,8 +71,8 @@ pub fn write_uff_recording(path: &Path, recording: &Recording) -> Result<Vec<Dou
         }
         Ok(())
     })?;
-    Ok(vec![Doubt::from(RecordingDoubt::FormatLoses {
+    Ok(vec![Warning::from(RecordingWarning::FormatLoses {
         format: "a universal file".into(),
-        what: "the condition, the provenance and the doubts of a recording".into(),
+        what: "the condition, the provenance and the warnings of a recording".into(),
     })])
 }

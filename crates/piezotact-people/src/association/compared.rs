@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use super::answer::{Answer, AnswerTable};
 use super::document::Association;
-use super::doubt::AssociationDoubt;
 use super::matrix::{MatrixConfig, selected};
+use super::warning::AssociationWarning;
 use crate::difference::{Difference, LEVEL_SHARE, between_people};
 use crate::interval::MIN_PARTICIPANTS;
 
@@ -200,8 +200,8 @@ impl Association {
             one.of = of;
             if one.in_both > 0 {
                 let people = one.in_both;
-                self.doubts
-                    .push(AssociationDoubt::SamePseudonyms { people }.into());
+                self.warnings
+                    .push(AssociationWarning::SamePseudonyms { people }.into());
             }
         }
         self.comparisons = found;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::discrimination::Model;
 use piezotact::document::Content;
@@ -14,13 +14,13 @@ use super::answer::{Answer, AnswerTable, Flag};
 use super::asked::Asked;
 use super::compared::Compared;
 use super::confused::{ConfusedPair, PairOutcome, confused_pairs};
-use super::doubt::AssociationDoubt;
 use super::expected::{ExpectedShare, StimulusKind, expected_share};
 use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
 };
 use super::order::{OrderError, Ordering, ordering};
+use super::warning::AssociationWarning;
 use crate::interval::MIN_PARTICIPANTS;
 
 /// What an untested pair is called in tables for programs.
@@ -159,7 +159,7 @@ pub struct Association {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Compared>,
     /// What it leaves open.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for Association {
@@ -230,7 +230,7 @@ pub fn associate(
         expected: expected_shares(table, &selected),
         matrices,
         orderings,
-        doubts: doubts(table, config, &selected, participants, &pairs),
+        warnings: warnings(table, config, &selected, participants, &pairs),
         config: config.clone(),
         pairs,
         felt: None,
@@ -296,28 +296,28 @@ fn nothing_selected(table: &AnswerTable, config: &MatrixConfig) -> AssociationEr
     }
 }
 
-fn doubts(
+fn warnings(
     table: &AnswerTable,
     config: &AssociationConfig,
     selected: &[&Answer],
     participants: usize,
     pairs: &[ConfusedPair],
-) -> Vec<Doubt> {
+) -> Vec<Warning> {
     let mut found = Vec::new();
     if participants < MIN_PARTICIPANTS {
-        found.push(AssociationDoubt::FewParticipants {
+        found.push(AssociationWarning::FewParticipants {
             participants,
             needed: MIN_PARTICIPANTS,
         });
     }
     if table.inferred() > 0 {
         let answers = table.inferred();
-        found.push(AssociationDoubt::OfferedInferred { answers });
+        found.push(AssociationWarning::OfferedInferred { answers });
     }
     match config.matrix.flagged {
         FlaggedTrials::Kept => {
             let (trials, of) = flagged(selected.iter().copied());
-            found.extend((trials > 0).then_some(AssociationDoubt::Flagged { trials, of }));
+            found.extend((trials > 0).then_some(AssociationWarning::Flagged { trials, of }));
         }
         FlaggedTrials::LeftOut => {
             let kept = MatrixConfig {
@@ -325,18 +325,18 @@ fn doubts(
                 ..config.matrix.clone()
             };
             let (trials, of) = flagged(super::matrix::selected(table, &kept));
-            found.extend((trials > 0).then_some(AssociationDoubt::FlaggedLeftOut { trials, of }));
+            found.extend((trials > 0).then_some(AssociationWarning::FlaggedLeftOut { trials, of }));
         }
     }
     if table.rehearsals() > 0 {
         let trials = table.rehearsals();
-        found.push(AssociationDoubt::Rehearsals { trials });
+        found.push(AssociationWarning::Rehearsals { trials });
     }
     let untested = pairs.iter().filter(|p| p.outcome == PairOutcome::Untested);
     let untested = untested.count();
     if untested > 0 {
         let of = pairs.len();
-        found.push(AssociationDoubt::Untested {
+        found.push(AssociationWarning::Untested {
             pairs: untested,
             of,
         });
@@ -348,9 +348,9 @@ fn doubts(
         share.criterion.interval.is_some() && share.criterion.outcome != Outcome::Met
     });
     if guessed && confused > 0 {
-        found.push(AssociationDoubt::Guesses { pairs: confused });
+        found.push(AssociationWarning::Guesses { pairs: confused });
     }
-    found.into_iter().map(Doubt::from).collect()
+    found.into_iter().map(Warning::from).collect()
 }
 
 /// How many of `answers` are flagged, and how many have each flag.
@@ -381,7 +381,7 @@ impl Association {
         self.matrices.first().map(|group| &group.matrix)
     }
 
-    /// The same with what was felt in confused pairs, by `recordings` of the fingernail's acceleration and `model`, and the doubts about
+    /// The same with what was felt in confused pairs, by `recordings` of the fingernail's acceleration and `model`, and the warnings about
     /// it; `table` holds the answers that it was made of.
     #[must_use]
     pub fn with_felt(
@@ -392,9 +392,9 @@ impl Association {
     ) -> Self {
         let answers = super::matrix::selected(table, &self.config.matrix);
         let people = answers.map(|answer| answer.participant.clone()).collect();
-        let (felt, doubts) = felt_pairs(&self.pairs, recordings, &people, model);
+        let (felt, warnings) = felt_pairs(&self.pairs, recordings, &people, model);
         self.felt = Some(felt);
-        self.doubts.extend(doubts);
+        self.warnings.extend(warnings);
         self
     }
 

@@ -9,7 +9,6 @@ mod behaviour;
 mod compared;
 mod confused;
 mod document;
-mod doubt;
 mod expected;
 mod felt;
 mod matrix;
@@ -17,6 +16,7 @@ mod of_session;
 mod order;
 mod session_page;
 mod tables;
+mod warning;
 
 pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use asked::{Asked, AskedTask};
@@ -30,10 +30,9 @@ pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, con
 pub use document::{
     Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,
 };
-pub use doubt::AssociationDoubt;
 pub use expected::{ExpectedCriterion, ExpectedShare, StimulusKind};
 pub use felt::{
-    Felt, FeltComparison, FeltCriterion, FeltDoubt, FeltPair, FeltRecording, FeltSpectrum,
+    Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltWarning,
     Separates, felt_pairs, felt_part, felt_samples,
 };
 pub use matrix::{
@@ -46,3 +45,4 @@ pub use tables::{
     THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
     trials_table,
 };
+pub use warning::AssociationWarning;

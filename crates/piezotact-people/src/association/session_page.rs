@@ -30,7 +30,7 @@ pub fn session_page(state: &State<'_>, events: &[(i64, Event)]) -> Page {
     if !happened.rows.is_empty() {
         page = page.section("What happened besides", [Block::Table(happened)]);
     }
-    page.doubts(&state.doubts())
+    page.warnings(&state.warnings())
 }
 
 /// Who took part, and as what.

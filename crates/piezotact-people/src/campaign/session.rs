@@ -7,17 +7,17 @@
 mod adaptive;
 mod answer;
 mod decide;
-mod doubt;
 mod event;
 mod named;
+mod warning;
 
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, AnswerError, UNKNOWN, letters};
 pub use decide::{Command, Refusal};
-pub use doubt::CampaignDoubt;
 pub use event::{Event, Evidence, Participant, TouchRecord, TouchRecording, sha_of_samples};
+pub use warning::CampaignWarning;
 
 use super::chain::Sha;
 use super::plan::{Plan, Presented, Trial};

@@ -3,17 +3,17 @@
 //! Power is averaged over epochs first, and the averages are divided: a ratio of each epoch, averaged, is biased upwards by a quarter and
 //! more (0 % shows as +28 % in MNE-Python's own example), because an epoch whose baseline is low by chance counts most.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::statistics::mean;
 use serde::{Deserialize, Serialize};
 use statrs::function::gamma::digamma;
 
-use super::EegDoubt;
+use super::EegWarning;
 use super::epochs::Epochs;
 use super::tfr::{Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
 
-/// A bias of so many percentage points is a doubt.
+/// A bias of so many percentage points is a warning.
 const BIAS_POINTS: f64 = 1.0;
 /// So many standard deviations of the wavelet are what it reaches: 0.2 % of its energy lies beyond them.
 const REACH: f64 = 2.0;
@@ -91,7 +91,7 @@ pub struct Erd {
     pub epochs: usize,
     pub channels: Vec<ChannelErd>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The change of power over time and frequency.
@@ -103,7 +103,7 @@ pub struct ErdMap {
     pub baseline_s: [f64; 2],
     pub mode: Mode,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// ERD/ERS of each channel: the mean power over epochs, band and window relative to that over epochs, band and baseline, in the unit of
@@ -132,7 +132,7 @@ fn power_first(
     epochs: &Epochs,
     config: &ErdConfig,
     (trials, first): (&TrialPowers, usize),
-    (smear_s, mut doubts): (f64, Vec<Doubt>),
+    (smear_s, mut warnings): (f64, Vec<Warning>),
 ) -> Result<Erd, ErdError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
@@ -154,8 +154,8 @@ fn power_first(
         && bias_points > BIAS_POINTS
         && config.mode == Mode::Percent
     {
-        doubts.push(
-            EegDoubt::RatioBias {
+        warnings.push(
+            EegWarning::RatioBias {
                 channel,
                 bias_points,
                 epochs: epochs.count(),
@@ -169,21 +169,21 @@ fn power_first(
         smear_s,
         epochs: epochs.count(),
         channels,
-        doubts,
+        warnings,
     })
 }
 
 /// The mean of the changes of single epochs, as [`power_first`]: **biased** upwards, so that a desynchronisation looks too small, or like a
 /// synchronisation. It is here to repeat what others computed.
 ///
-/// Formula: the mean of 100·(Aₑ − Rₑ)/Rₑ. Its bias at no change is 100·(mean(R)·mean(1/R) − 1), which the result and its doubt state.
+/// Formula: the mean of 100·(Aₑ − Rₑ)/Rₑ. Its bias at no change is 100·(mean(R)·mean(1/R) − 1), which the result and its warning state.
 ///
 /// Source: as MNE-Python's `apply_baseline(mode="percent")` on single epochs; R. Grandchamp and A. Delorme (2011), Front. Psychol. 2 for the bias.
 fn percent_of_each_epoch(
     epochs: &Epochs,
     config: &ErdConfig,
     (trials, first): (&TrialPowers, usize),
-    (smear_s, mut doubts): (f64, Vec<Doubt>),
+    (smear_s, mut warnings): (f64, Vec<Warning>),
 ) -> Result<Erd, ErdError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
@@ -206,8 +206,8 @@ fn percent_of_each_epoch(
         });
     }
     if let Some((channel, bias_points)) = most_biased(&channels) {
-        doubts.push(
-            EegDoubt::PerEpochBaseline {
+        warnings.push(
+            EegWarning::PerEpochBaseline {
                 channel,
                 bias_points,
                 epochs: epochs.count(),
@@ -221,7 +221,7 @@ fn percent_of_each_epoch(
         smear_s,
         epochs: epochs.count(),
         channels,
-        doubts,
+        warnings,
     })
 }
 
@@ -263,13 +263,13 @@ fn map_of(
 ) -> Result<ErdMap, ErdError> {
     enough(power.epochs, min_epochs)?;
     let smear_s = power.smears_s.iter().copied().fold(0.0, f64::max);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     within(
         Part::Baseline,
         baseline_s,
         power.extent_s,
         smear_s,
-        &mut doubts,
+        &mut warnings,
     )?;
     let (times, lines) = (power.times_s.len(), power.frequencies_hz.len());
     let changed = power.values.chunks_exact_mut(times).zip(baselines);
@@ -283,7 +283,7 @@ fn map_of(
         power,
         baseline_s,
         mode,
-        doubts,
+        warnings,
     })
 }
 
@@ -394,12 +394,12 @@ impl ErdConfig {
     }
 }
 
-/// Checks that baseline and window can be measured; the smear in the band, and doubts.
+/// Checks that baseline and window can be measured; the smear in the band, and warnings.
 fn checked(
     plan: &TfrPlan,
     epochs: &Epochs,
     config: &ErdConfig,
-) -> Result<(f64, Vec<Doubt>), ErdError> {
+) -> Result<(f64, Vec<Warning>), ErdError> {
     enough(epochs.count(), config.min_epochs)?;
     let hz = &plan.config().frequencies_hz;
     let smear_s = hz
@@ -409,20 +409,20 @@ fn checked(
         .map(|(_, smear)| *smear)
         .fold(0.0, f64::max);
     let extent_s = [epochs.first_s(), epochs.last_s()];
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     within(
         Part::Baseline,
         config.baseline_s,
         extent_s,
         smear_s,
-        &mut doubts,
+        &mut warnings,
     )?;
     within(
         Part::Window,
         config.window_s,
         extent_s,
         smear_s,
-        &mut doubts,
+        &mut warnings,
     )?;
     let gap_s =
         (config.window_s[0] - config.baseline_s[1]).max(config.baseline_s[0] - config.window_s[1]);
@@ -431,9 +431,9 @@ fn checked(
     }
     let reach_s = REACH * smear_s;
     if gap_s < reach_s {
-        doubts.push(EegDoubt::BaselineNearWindow { gap_s, reach_s }.into());
+        warnings.push(EegWarning::BaselineNearWindow { gap_s, reach_s }.into());
     }
-    Ok((smear_s, doubts))
+    Ok((smear_s, warnings))
 }
 
 fn enough(found: usize, min_epochs: usize) -> Result<(), ErdError> {
@@ -466,7 +466,7 @@ fn within(
     [from_s, to_s]: [f64; 2],
     [first_s, last_s]: [f64; 2],
     smear_s: f64,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(), ErdError> {
     let slack = 1e-9;
     if !(from_s < to_s && from_s >= first_s - slack && to_s <= last_s + slack) {
@@ -490,8 +490,8 @@ fn within(
         });
     }
     if touched_share > slack {
-        doubts.push(
-            EegDoubt::WindowAtEdge {
+        warnings.push(
+            EegWarning::WindowAtEdge {
                 window: part.to_string(),
                 touched_share,
                 reach_s,

@@ -3,13 +3,13 @@
 use std::f64::consts::PI;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::fourier::{Complex, RealPlanner};
 use piezotact::number::rounded;
 use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 
 /// Length of a Hamming-windowed filter, in periods of its transition bandwidth.
 const HAMMING: f64 = 3.3;
@@ -156,12 +156,12 @@ impl Fir {
 
     /// What to know of the filter on a signal of `samples`.
     #[must_use]
-    pub fn doubts(&self, samples: usize) -> Vec<Doubt> {
+    pub fn warnings(&self, samples: usize) -> Vec<Warning> {
         if samples >= self.taps.len() {
             return Vec::new();
         }
         vec![
-            EegDoubt::FilterLongerThanSignal {
+            EegWarning::FilterLongerThanSignal {
                 filter_s: self.length_s(),
                 signal_s: samples as f64 / self.rate.hz(),
             }
@@ -430,7 +430,7 @@ mod tests {
         }
         assert!(fir.apply(&[]).is_empty());
         assert_eq!(fir.apply(&[2.0]).len(), 1);
-        assert_eq!(fir.doubts(10).len(), 1);
+        assert_eq!(fir.warnings(10).len(), 1);
     }
 
     #[test]

@@ -9,7 +9,6 @@
 pub mod clean;
 pub mod cluster;
 pub mod contrast;
-mod doubt;
 pub mod epochs;
 pub mod erd;
 pub mod evoked;
@@ -25,5 +24,6 @@ mod quality;
 pub mod reference;
 pub mod source;
 pub mod tfr;
+mod warning;
 
-pub use doubt::EegDoubt;
+pub use warning::EegWarning;

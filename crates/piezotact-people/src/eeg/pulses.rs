@@ -1,10 +1,10 @@
 //! One clock for two devices: drift and jitter from pulses that both recorded.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::statistics::t_quantile;
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 
 /// So many pulses of a list are tried as the first that both have.
 const STARTS: usize = 12;
@@ -67,7 +67,7 @@ pub struct SharedClock {
     /// The first and the last shared pulse on the first clock, s.
     pub extent_s: [f64; 2],
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl SharedClock {
@@ -141,7 +141,7 @@ pub fn shared_clock(
         .collect();
     let reach = t_quantile(within.len() - 2).unwrap_or(f64::INFINITY) * line.slope_error;
     let drift = line.slope - 1.0;
-    let doubt = EegDoubt::PulsesPeriodic {
+    let warning = EegWarning::PulsesPeriodic {
         matched: pairs.len(),
         shift_s: others.unwrap_or_default(),
     };
@@ -157,7 +157,7 @@ pub fn shared_clock(
         only_first: first_s.len() - points.len(),
         only_second: second_s.len() - points.len(),
         extent_s: [points[0].0, points[points.len() - 1].0],
-        doubts: others.map(|_| doubt.into()).into_iter().collect(),
+        warnings: others.map(|_| warning.into()).into_iter().collect(),
     })
 }
 
@@ -418,7 +418,7 @@ mod tests {
             );
             // Two uniform jitters of 1 ms: √2·1/√12 ms.
             assert!((found.jitter_ms - 0.408).abs() < 0.06, "seed {seed}");
-            assert!(found.doubts.is_empty() && found.only_second > 0 && found.only_first > 0);
+            assert!(found.warnings.is_empty() && found.only_second > 0 && found.only_first > 0);
             let [low, high] = found.drift_interval_ppm;
             covered += usize::from(low <= 50.0 && 50.0 <= high);
         }
@@ -426,13 +426,13 @@ mod tests {
     }
 
     #[test]
-    fn regular_pulses_that_fit_twice_are_doubted() {
+    fn regular_pulses_that_fit_twice_are_reported() {
         let a: Vec<f64> = (0..60).map(f64::from).collect();
         let whole = shared_clock(&a, &a, &PulseConfig::of_devices()).unwrap();
-        assert!(whole.doubts.is_empty() && whole.matched == 60);
+        assert!(whole.warnings.is_empty() && whole.matched == 60);
         // The first is missing in one list and the last in the other: nothing says by how much they are shifted.
         let found = shared_clock(&a[5..], &a[..50], &PulseConfig::of_devices()).unwrap();
-        assert_eq!(found.doubts.len(), 1);
+        assert_eq!(found.warnings.len(), 1);
         assert!(found.drift_ppm.abs() < 1e-6);
     }
 

@@ -1,10 +1,10 @@
 //! Electrodes that stand apart from the others: noisy, nearly silent, bridged by gel; and amplitudes that are none of EEG.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds};
 
-use super::EegDoubt;
+use super::EegWarning;
 
 /// Changes over this time are looked at: they hold alpha and what is faster, and neither offsets nor drifts.
 const OVER: Seconds = Seconds(0.05);
@@ -23,14 +23,14 @@ const BRIDGED: f64 = 0.05;
 const FAINTEST_V: f64 = 0.1e-6;
 const STRONGEST_V: f64 = 500e-6;
 
-/// The doubts about electrodes called `names`, from their `signals` at `rate`, V: those whose robust deviation lies more than five robust standard
+/// The warnings about electrodes called `names`, from their `signals` at `rate`, V: those whose robust deviation lies more than five robust standard
 /// deviations (a factor of four at least, of ten at most) from the median of all, pairs that record the same, and amplitudes that are none of EEG.
 ///
 /// Formula: 0.7413 times the interquartile range of x(t + 50 ms) − x(t), over √2; pairs after the mean of all electrodes was taken away.
 ///
 /// Source: N. Bigdely-Shamlo et al. (2015), Front. Neuroinform. 9:16 (robust deviation, z above 5), on changes in the place of a high-pass;
 /// for bridges D. M. Tucker's electrical distance, relative.
-pub(super) fn doubts(names: &[String], signals: &[&[f64]], rate: SampleRate) -> Vec<Doubt> {
+pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -> Vec<Warning> {
     let changes: Vec<Vec<f64>> = signals.iter().map(|one| changes(one, rate)).collect();
     let enough = changes.iter().all(|one| one.len() >= FEWEST);
     if names.len() < FEWEST || changes.len() != names.len() || !enough {
@@ -38,12 +38,12 @@ pub(super) fn doubts(names: &[String], signals: &[&[f64]], rate: SampleRate) -> 
     }
     let deviations: Vec<f64> = changes.iter().map(|one| deviation(one)).collect();
     let middle_v = middle(&deviations);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if !(FAINTEST_V..=STRONGEST_V).contains(&middle_v) {
-        doubts.push(EegDoubt::Amplitude { median_v: middle_v }.into());
+        warnings.push(EegWarning::Amplitude { median_v: middle_v }.into());
     }
     if middle_v <= 0.0 {
-        return doubts;
+        return warnings;
     }
     let levels: Vec<f64> = deviations.iter().map(|own| (own / middle_v).ln()).collect();
     let sizes: Vec<f64> = levels.iter().map(|level| level.abs()).collect();
@@ -56,15 +56,15 @@ pub(super) fn doubts(names: &[String], signals: &[&[f64]], rate: SampleRate) -> 
         let named: Vec<String> = named.collect();
         (!named.is_empty()).then(|| named.join(", "))
     };
-    let noisy = beyond(1.0).map(|names| EegDoubt::Noisy { names, middle_v });
-    let quiet = beyond(-1.0).map(|names| EegDoubt::Quiet { names, middle_v });
-    doubts.extend(noisy.into_iter().chain(quiet).map(Doubt::from));
+    let noisy = beyond(1.0).map(|names| EegWarning::Noisy { names, middle_v });
+    let quiet = beyond(-1.0).map(|names| EegWarning::Quiet { names, middle_v });
+    warnings.extend(noisy.into_iter().chain(quiet).map(Warning::from));
     let pairs = bridged(names, &changes);
     if !pairs.is_empty() {
         let pairs = pairs.join(", ");
-        doubts.push(EegDoubt::Bridged { pairs }.into());
+        warnings.push(EegWarning::Bridged { pairs }.into());
     }
-    doubts
+    warnings
 }
 
 /// The changes of a signal over 50 ms, those of a long one at evenly spread times.
@@ -148,12 +148,12 @@ mod tests {
             .collect()
     }
 
-    fn said(signals: &[Vec<f64>]) -> Vec<EegDoubt> {
+    fn said(signals: &[Vec<f64>]) -> Vec<EegWarning> {
         let names: Vec<String> = (0..signals.len()).map(|i| format!("E{i}")).collect();
         let signals: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
         let rate = SampleRate::new(RATE_HZ).unwrap();
-        let found = doubts(&names, &signals, rate);
-        found.iter().filter_map(|doubt| doubt.kind()).collect()
+        let found = warnings(&names, &signals, rate);
+        found.iter().filter_map(|warning| warning.kind()).collect()
     }
 
     #[test]
@@ -167,20 +167,20 @@ mod tests {
                 .iter_mut()
                 .for_each(|v| *v += 4e-4 * random.normal());
             assert!(
-                matches!(&said(&noisy)[..], [EegDoubt::Noisy { names, .. }] if names.starts_with("E3 (")),
+                matches!(&said(&noisy)[..], [EegWarning::Noisy { names, .. }] if names.starts_with("E3 (")),
                 "{:?}",
                 said(&noisy)
             );
             let mut quiet = clean.clone();
             quiet[5].iter_mut().for_each(|v| *v *= 5e-3);
             assert!(
-                matches!(&said(&quiet)[..], [EegDoubt::Quiet { names, .. }] if names.starts_with("E5 ("))
+                matches!(&said(&quiet)[..], [EegWarning::Quiet { names, .. }] if names.starts_with("E5 ("))
             );
             let mut bridge = clean.clone();
             bridge[9] = bridge[8].iter().map(|v| 1.01 * v).collect();
             assert_eq!(
                 said(&bridge),
-                [EegDoubt::Bridged {
+                [EegWarning::Bridged {
                     pairs: "E8 and E9".into()
                 }]
             );
@@ -188,7 +188,7 @@ mod tests {
                 .iter()
                 .map(|own| own.iter().map(|v| 1e-6 * v).collect())
                 .collect();
-            assert!(matches!(said(&faint)[..], [EegDoubt::Amplitude { .. }]));
+            assert!(matches!(said(&faint)[..], [EegWarning::Amplitude { .. }]));
             assert_eq!(said(&clean[..7]), []);
         }
     }

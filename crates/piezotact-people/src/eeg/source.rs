@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{BenchKind, Event, EventValue, Recording};
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
@@ -27,18 +27,21 @@ pub struct Segment<'a> {
 }
 
 /// What was found in the file, each once, and whether the twin made it.
-pub(super) fn doubts_of(segments: &[Segment<'_>]) -> Vec<Doubt> {
-    let mut doubts: Vec<Doubt> = Vec::new();
+pub(super) fn warnings_of(segments: &[Segment<'_>]) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = Vec::new();
     let simulated = segments
         .iter()
         .any(|one| one.recording.about.provenance.bench == Some(BenchKind::Twin));
-    doubts.extend(simulated.then(|| EegDoubt::Simulated {}.into()));
-    for doubt in segments.iter().flat_map(|one| &one.recording.about.doubts) {
-        if !doubts.contains(doubt) {
-            doubts.push(doubt.clone());
+    warnings.extend(simulated.then(|| EegWarning::Simulated {}.into()));
+    for warning in segments
+        .iter()
+        .flat_map(|one| &one.recording.about.warnings)
+    {
+        if !warnings.contains(warning) {
+            warnings.push(warning.clone());
         }
     }
-    doubts
+    warnings
 }
 
 /// What a table states of a channel (BIDS `_channels.tsv`).

@@ -57,7 +57,7 @@ impl Which {
                 VerdictCriterion::AtBounds => {
                     "a free parameter lies at the bound within which it was sought".to_owned()
                 }
-                VerdictCriterion::Misfits => "its fit is doubtful".to_owned(),
+                VerdictCriterion::Misfits => "its fit is questionable".to_owned(),
             }
         })
         .collect()

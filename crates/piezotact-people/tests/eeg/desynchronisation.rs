@@ -1,9 +1,9 @@
 //! ERD of simulated EEG whose true change is known: band-limited noise on a 1/f background.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::statistics::random::Random;
-use piezotact_people::eeg::EegDoubt;
+use piezotact_people::eeg::EegWarning;
 use piezotact_people::eeg::epochs::Epochs;
 use piezotact_people::eeg::erd::{self, Erd, ErdConfig, ErdError, Mode, Order, desynchronisation};
 use piezotact_people::eeg::filter::{Fir, Pass};
@@ -240,7 +240,7 @@ fn a_result_says_what_it_depends_on() {
     assert_eq!((found.order, found.epochs), (Order::PowerFirst, EPOCHS));
     // 7 cycles at 8 Hz.
     assert!((found.smear_s - 7.0 / (std::f64::consts::TAU * 8.0)).abs() < 1e-12);
-    assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     // What no change would show: about the variance of 60 baselines of 1 s.
     assert!(
         found
@@ -274,11 +274,11 @@ fn a_map_shows_the_change_over_time() {
         "{}",
         mean(0.4, 1.1)
     );
-    assert!(map.doubts.is_empty());
+    assert!(map.warnings.is_empty());
 }
 
 #[test]
-fn what_cannot_be_is_refused_and_what_is_near_an_edge_is_doubted() {
+fn what_cannot_be_is_refused_and_what_is_near_an_edge_is_reported() {
     let simulation = Simulation::new();
     let given = simulation.epochs(3);
     let of = |baseline_s, window_s, min_epochs| {
@@ -318,13 +318,13 @@ fn what_cannot_be_is_refused_and_what_is_near_an_edge_is_doubted() {
         of([-1.3, 0.4], good.1, 20),
         Err(ErdError::Overlap { .. })
     ));
-    let doubts =
-        |erd: Erd| -> Vec<EegDoubt> { erd.doubts.iter().filter_map(Doubt::kind).collect() };
-    let edge = doubts(of(good.0, [0.3, 2.0], 20).unwrap());
-    assert!(matches!(&edge[0], EegDoubt::WindowAtEdge { window, .. } if window == "window"));
-    let near = doubts(of([-1.3, 0.0], [0.0, 0.8], 20).unwrap());
+    let warnings =
+        |erd: Erd| -> Vec<EegWarning> { erd.warnings.iter().filter_map(Warning::kind).collect() };
+    let edge = warnings(of(good.0, [0.3, 2.0], 20).unwrap());
+    assert!(matches!(&edge[0], EegWarning::WindowAtEdge { window, .. } if window == "window"));
+    let near = warnings(of([-1.3, 0.0], [0.0, 0.8], 20).unwrap());
     assert!(matches!(
         near[0],
-        EegDoubt::BaselineNearWindow { gap_s: 0.0, .. }
+        EegWarning::BaselineNearWindow { gap_s: 0.0, .. }
     ));
 }

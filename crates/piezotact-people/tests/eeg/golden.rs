@@ -100,7 +100,7 @@ fn filters_are_those_of_mne() {
         &list(&golden["short"]),
         ROUNDING,
     );
-    assert_eq!(fir.doubts(400).len(), 1);
+    assert_eq!(fir.warnings(400).len(), 1);
 }
 
 /// Three epochs of two channels.

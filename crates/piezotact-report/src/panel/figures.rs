@@ -2,7 +2,7 @@
 
 use piezotact::panel::{
     Cell, CellAverage, CellSpread, Cleaning, CleaningCurves, Curve, Filing, PanelAnalysis,
-    PanelDoubt, RepeatCurve,
+    PanelWarning, RepeatCurve,
 };
 use piezotact::quantity::{Band, Degrees, Newtons, Unit};
 use piezotact::transfer::BundleAverage;
@@ -107,8 +107,8 @@ fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 /// The counterpart of figures 67 and 76: everybody, and the average.
 pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, DrawError> {
     let odd = |who: &str| {
-        page.said.doubts.iter().any(|doubt| {
-            matches!(doubt.kind(), Some(PanelDoubt::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
+        page.said.warnings.iter().any(|warning| {
+            matches!(warning.kind(), Some(PanelWarning::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
         })
     };
     let mut lines = Vec::new();

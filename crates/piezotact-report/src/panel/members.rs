@@ -16,7 +16,7 @@ const LISTED: usize = 12;
 
 pub(super) fn section(page: &Page<'_>) -> Markup {
     let said = page.said;
-    let doubted: Vec<&Member> = said
+    let reported: Vec<&Member> = said
         .members
         .iter()
         .filter(|member| member.outcome() != Judged::Met)
@@ -31,20 +31,20 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
             h2 { "Measurements included" }
             p {
                 (plural(said.members.len(), "measurement")) " in the averages, "
-                (said.members.len() - doubted.len()) " of them with all criteria met. "
+                (said.members.len() - reported.len()) " of them with all criteria met. "
                 "A measurement that does not meet a criterion is refused. A measurement with a criterion that is not decided is \
-                    included, with a doubt."
+                    included, with a warning."
             }
             (by_rule(&said.members))
-            @if !doubted.is_empty() {
+            @if !reported.is_empty() {
                 h3 { "Included with a criterion not decided" }
                 table {
                     tr { th { "measurement" } th { "not decided" } }
-                    @for member in doubted.iter().take(LISTED) {
+                    @for member in reported.iter().take(LISTED) {
                         tr { td { (member.filing) } td { (named_list(open(member))) } }
                     }
                 }
-                @if doubted.len() > LISTED { p.soft { "And " (doubted.len() - LISTED) " more, listed by the command with the option --json." } }
+                @if reported.len() > LISTED { p.soft { "And " (reported.len() - LISTED) " more, listed by the command with the option --json." } }
             }
             @if !partly.is_empty() {
                 h3 { "Participants without every load and angle: left out of the comparisons concerned" }

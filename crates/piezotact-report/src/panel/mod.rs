@@ -1,5 +1,5 @@
 //! The report of `panel analyse`: first what a person wants to know in ten seconds, then the figures of a chapter on
-//! transfer functions, tables, doubts, and how it was measured.
+//! transfer functions, tables, warnings, and how it was measured.
 
 mod figures;
 mod members;
@@ -17,7 +17,7 @@ use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
 use piezotact::transfer::BundleAverage;
 
-use crate::report::doubts_section;
+use crate::report::warnings_section;
 use crate::{DrawError, bench_text, broad_document, figure, origin};
 
 /// What a report on a panel shows.
@@ -41,7 +41,7 @@ pub struct Page<'a> {
     pub cleaning: Option<&'a Cleaning>,
 }
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -62,7 +62,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (average(page)?)
         (artefact(page)?)
         (members::section(page))
-        (doubts_section(&page.said.doubts.merged(), words))
+        (warnings_section(&page.said.warnings.merged(), words))
         (methods(page))
     };
     Ok(broad_document(title, &body))

@@ -41,7 +41,7 @@ fn rules(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
             over {}. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, discrimination.family()))
             span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the 95 % limits are below 1 JND. \
                 Grey: not decided." }
-        @if found.units == SampleUnit::Recordings { p.doubt { "Recordings of one sample differ by more than their strokes do, so \
+        @if found.units == SampleUnit::Recordings { p.warning { "Recordings of one sample differ by more than their strokes do, so \
             recordings are compared instead of strokes." } }
         p.soft { (model.jnd_source()) ". " (format!("Random divisions of the data: ChaCha8, seed {}.", found.config.seed)) }
     }

@@ -32,7 +32,7 @@ pub fn cuts(takes: &[Take], failed: &[FailedFile], words: &dyn Words) -> Result<
     let body = html! {
         h1 { (title) }
         p.soft { (counted(takes.len(), "recording")) }
-        (doubts(&study::doubts_in_words(takes, &|doubt| words.doubt(doubt))))
+        (warnings(&study::warnings_in_words(takes, &|warning| words.warning(warning))))
         (without_result(failed))
         (signals(takes, takes.len().min(12))?)
         (rejects(takes))
@@ -57,7 +57,7 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
             (counted(study.takes.len(), "recording")) ", " (counted(study.strokes(), "stroke")) " in "
             (counted(study.groups.len(), "group")) "."
         }
-        (doubts(&study.doubts_of_report(&|doubt| words.doubt(doubt))))
+        (warnings(&study.warnings_of_report(&|warning| words.warning(warning))))
         (without_result(&study.failed))
         (groups(study))
         (spectra(study)?)
@@ -80,20 +80,20 @@ fn without_result(failed: &[FailedFile]) -> Markup {
         @if !failed.is_empty() {
             section {
                 h2 { "Files without a result" }
-                ul.doubts { @for file in failed { li { (file.why) } } }
+                ul.warnings { @for file in failed { li { (file.why) } } }
             }
         }
     }
 }
 
-fn doubts(sentences: &[String]) -> Markup {
+fn warnings(sentences: &[String]) -> Markup {
     html! {
         section {
-            h2 { "Doubts" }
+            h2 { "Warnings" }
             @if sentences.is_empty() {
                 p.soft { "None: no value was guessed or left out." }
             } @else {
-                ul.doubts { @for doubt in sentences { li { (doubt) } } }
+                ul.warnings { @for warning in sentences { li { (warning) } } }
             }
         }
     }
@@ -331,7 +331,7 @@ fn samples_in(
             @if let Some(found) = &trend.rms_rank_correlation { li { (found.conclusion("rms", "Ra", "samples")) } }
             @if let Some(found) = &trend.friction_rank_correlation { li { (trend.friction_change.map_or_else(|| found.conclusion("friction", "Ra", "samples"), |change| change.conclusion(found, "Ra"))) } }
             @if let Some(found) = &changes.friction_on_rms { li { (changes.friction_change_on_rms.map_or_else(|| found.conclusion("friction", "rms", "samples"), |change| change.conclusion(found, "rms"))) } }
-            @if let Some(text) = changes.one_stroke_each() { li.doubt { (text) } }
+            @if let Some(text) = changes.one_stroke_each() { li.warning { (text) } }
         }
     })
 }
@@ -406,7 +406,7 @@ fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError>
                         li { (fit.conclusion("rms", "speed", "speeds")) }
                     }
                     @if let Some(period) = &trend.period {
-                        @for doubt in &period.doubts { li.doubt { (words.doubt(doubt)) } }
+                        @for warning in &period.warnings { li.warning { (words.warning(warning)) } }
                         li { (period.conclusion()) (format!(", on average over speeds {:.1} dB above the background", period.prominence_db)) }
                     }
                 }

@@ -52,7 +52,7 @@ pub(super) fn section(
                 (heading(comparison))
                 ul {
                     @for line in comparison.trend_lines() { li { (line) } }
-                    @for doubt in comparison.own_doubts() { li.doubt { (words.doubt(doubt)) } }
+                    @for warning in comparison.own_warnings() { li.warning { (words.warning(warning)) } }
                 }
             }
             @for (setting, svg) in &spectra {

@@ -2,9 +2,9 @@
 
 use maud::{Markup, html};
 use piezotact::document::Words;
-use piezotact::doubt::Merged;
 use piezotact::number::{difference_db, plus};
 use piezotact::verify::Verification;
+use piezotact::warning::Merged;
 
 use super::Page;
 use crate::{DrawError, figure, figures};
@@ -14,8 +14,8 @@ use crate::{DrawError, figure, figures};
 pub struct Also<'a> {
     pub label: &'a str,
     pub verification: &'a Verification,
-    /// What is doubted of it alone.
-    pub doubts: Vec<Merged>,
+    /// The warnings about it alone.
+    pub warnings: Vec<Merged>,
     /// Whether it says how it was rendered.
     pub rendering: Stated,
 }
@@ -88,10 +88,10 @@ pub(super) fn section(page: &Page<'_>, words: &dyn Words) -> Result<Markup, Draw
                 }
             }
             (figure)
-            h3 { "Doubts about these measurements" }
+            h3 { "Warnings about these measurements" }
             @for also in &page.also {
-                p { b { (also.label) } @if also.doubts.is_empty() { ": none, except those about the target." } }
-                @if !also.doubts.is_empty() { ul.doubts { @for doubt in &also.doubts { li { (words.merged(doubt)) } } } }
+                p { b { (also.label) } @if also.warnings.is_empty() { ": none, except those about the target." } }
+                @if !also.warnings.is_empty() { ul.warnings { @for warning in &also.warnings { li { (words.merged(warning)) } } } }
             }
         }
     })

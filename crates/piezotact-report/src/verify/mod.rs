@@ -17,7 +17,7 @@ use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Tones, UninvertedPrediction, Verdict, Verification, VerifyError};
 
 use crate::criteria::outcome;
-use crate::report::doubts_section;
+use crate::report::warnings_section;
 use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, origin, transfer};
 
 pub use also::{Also, Stated};
@@ -65,7 +65,7 @@ pub struct Straight<T> {
     pub turned_down: T,
 }
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -74,7 +74,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         h1 { (page.title) }
         p.soft { (bench_line(page)) }
         (verdict(page))
-        (doubts_section(&page.verification.doubts.merged(), words))
+        (warnings_section(&page.verification.warnings.merged(), words))
         (spectra(page)?)
         (waveform(page)?)
         (also::section(page, words)?)

@@ -23,7 +23,7 @@ pub struct DatasetAbout<'a> {
     /// How the study was simulated, in words; absent for one with people.
     pub simulated: Option<&'a str>,
     /// What a person should know before relying on it, in words.
-    pub doubts: &'a [String],
+    pub warnings: &'a [String],
 }
 
 /// A participant.

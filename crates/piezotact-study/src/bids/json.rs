@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::doubt::Doubt;
 use piezotact::quantity::Unit;
 use piezotact::recording::{Condition, Provenance};
+use piezotact::warning::Warning;
 use piezotact_people::campaign::dictionary::ColumnMeaning;
 use serde::{Deserialize, Serialize};
 
@@ -118,7 +118,7 @@ pub(super) struct SignalSidecar {
     #[serde(default)]
     pub(super) provenance: Provenance,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) labels: BTreeMap<String, String>,
     /// The file that it was made from, from the root.

@@ -342,7 +342,7 @@ impl BidsFolder {
                 about = About {
                     condition: sidecar.condition,
                     provenance: sidecar.provenance,
-                    doubts: sidecar.doubts,
+                    warnings: sidecar.warnings,
                 };
             }
         }
@@ -359,7 +359,7 @@ impl BidsFolder {
             file: first.to_owned(),
             source,
         })?;
-        recording.about.doubts = about.doubts;
+        recording.about.warnings = about.warnings;
         if let Some(entry) = &of.events {
             recording.annotations.events = self.events(entry)?;
         }

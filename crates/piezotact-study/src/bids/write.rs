@@ -252,7 +252,7 @@ impl<'a> BidsWriter<'a> {
         self.dated
     }
 
-    /// Completes the data set and puts it in its place; `doubts` are what a person should know of the recordings before relying on them,
+    /// Completes the data set and puts it in its place; `warnings` are what a person should know of the recordings before relying on them,
     /// in words.
     ///
     /// # Errors
@@ -260,7 +260,7 @@ impl<'a> BidsWriter<'a> {
     pub fn finish(
         mut self,
         not_carried: Vec<NotCarried>,
-        doubts: &[String],
+        warnings: &[String],
     ) -> Result<(Exported, PathBuf), BidsError> {
         self.participants()?;
         self.session_tables()?;
@@ -276,7 +276,7 @@ impl<'a> BidsWriter<'a> {
             files: 0,
             not_carried,
         };
-        let readme = texts::readme(&self.about, self.protocol, (&exported, doubts));
+        let readme = texts::readme(&self.about, self.protocol, (&exported, warnings));
         self.folder.put_text("README.md", &readme)?;
         let description = |kind, hed_version, derived: Option<[SourceDataset; 1]>| Description {
             name: self.about.name,

@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::number::counted;
 use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity};
 use piezotact::recording::Recording;
 use piezotact::render::Rendering;
-use piezotact::run::RunDoubt;
+use piezotact::run::RunWarning;
 use piezotact::score::{Measurement, Target, judged_measurement};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, peak};
@@ -141,9 +141,9 @@ impl BenchStimulator<'_> {
 /// Refuses a playing of which samples were not played in time, as the participant felt something else, and one of which samples were not
 /// recorded, as what was felt is not known. What was recorded is kept.
 fn whole(recording: &Recording) -> Result<(), PlayError> {
-    let doubts = recording.about.doubts.iter();
-    let broken = doubts.filter_map(Doubt::kind).find_map(|kind| match kind {
-        RunDoubt::PlaybackIncomplete {
+    let warnings = recording.about.warnings.iter();
+    let broken = warnings.filter_map(Warning::kind).find_map(|kind| match kind {
+        RunWarning::PlaybackIncomplete {
             played,
             expected,
             underruns,
@@ -151,7 +151,7 @@ fn whole(recording: &Recording) -> Result<(), PlayError> {
             "the playback was interrupted: {played} of {expected} samples were played, and the output was interrupted {}; close other programs",
             counted(underruns, "time")
         )),
-        RunDoubt::SamplesLost { samples, .. } => Some(format!(
+        RunWarning::SamplesLost { samples, .. } => Some(format!(
             "{} of each channel were lost while it was recorded; close other programs",
             counted(samples as usize, "sample")
         )),

@@ -1,6 +1,6 @@
 //! Roughness parameters of a height map.
 
-use crate::roughness::SurfaceDoubt;
+use crate::roughness::SurfaceWarning;
 use serde::{Deserialize, Serialize};
 
 use super::autocorrelation::{CentralLobe, LEVEL, central_lobe};
@@ -10,7 +10,7 @@ use super::{
     Extent as _, Form, HeightMap, RoughnessError, STEPS_PER_CUTOFF, map_mean_surface, mean,
     remove_map_form,
 };
-use piezotact::doubt::Doubt;
+use piezotact::warning::Warning;
 
 /// How a map is evaluated. There is no default: it is stated, and goes into the result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,7 +55,7 @@ pub struct ArealRoughness {
     /// How it was evaluated.
     pub config: ArealConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The areal roughness parameters of `map`, over all measured points, heights in m.
@@ -94,20 +94,20 @@ pub fn areal_roughness(
     let heights = Amplitudes::of(measured);
     let slopes = slopes(&surface);
     let lobe = (heights.rms_m > 0.0).then(|| central_lobe(&surface));
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if map.missing_share() > 0.0 {
-        doubts.push(Doubt::from(SurfaceDoubt::MissingPoints {
+        warnings.push(Warning::from(SurfaceWarning::MissingPoints {
             share: map.missing_share(),
         }));
     }
     if let Some(CentralLobe::Open { reached_m, .. }) = lobe {
-        doubts.push(Doubt::from(SurfaceDoubt::LongCorrelation {
+        warnings.push(Warning::from(SurfaceWarning::LongCorrelation {
             level: LEVEL,
             reached_m,
         }));
     }
-    doubts.extend(slopes.and_then(|(gradient, _)| plausible::of_slope(gradient)));
-    doubts.extend(plausible::of_map(map));
+    warnings.extend(slopes.and_then(|(gradient, _)| plausible::of_slope(gradient)));
+    warnings.extend(plausible::of_map(map));
     Ok(ArealRoughness {
         sa_m: heights.mean_absolute_m,
         sq_m: heights.rms_m,
@@ -122,7 +122,7 @@ pub fn areal_roughness(
         str_ratio: lobe.and_then(|lobe| lobe.aspect_ratio()),
         surface,
         config: config.clone(),
-        doubts,
+        warnings,
     })
 }
 

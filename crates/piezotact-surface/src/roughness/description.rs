@@ -2,7 +2,7 @@
 
 use super::{
     ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard,
-    Roughness, SurfaceDoubt,
+    Roughness, SurfaceWarning,
 };
 use piezotact::number::digits_that_count;
 
@@ -103,9 +103,9 @@ fn of_profile(r: &ProfileRoughness) -> String {
         ProfileStandard::Iso21920 => "ISO 21920-2",
     };
     let unsettled = r
-        .doubts
+        .warnings
         .iter()
-        .any(|doubt| matches!(doubt.kind(), Some(SurfaceDoubt::CutoffUnsettled { .. })));
+        .any(|warning| matches!(warning.kind(), Some(SurfaceWarning::CutoffUnsettled { .. })));
     let why = match r.config.cutoff {
         Cutoff::Stated(_) => "stated",
         _ if unsettled => "the closest value in the table of ISO 4288 for this length",

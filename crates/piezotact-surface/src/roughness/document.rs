@@ -11,7 +11,7 @@ use super::{
     ProfileStandard, Roughness,
 };
 use piezotact::document::Content;
-use piezotact::doubt::{Doubts, Merged};
+use piezotact::warning::{Merged, Warnings};
 
 /// The surface in a file with its roughness.
 #[derive(Clone, Debug)]
@@ -23,7 +23,7 @@ pub struct EvaluatedSurface {
     /// What the instrument states of it; absent without such a file.
     pub instrument: Option<InstrumentSettings>,
     /// What limits it: of the file and of the evaluation.
-    pub doubts: Doubts,
+    pub warnings: Warnings,
 }
 
 /// What was evaluated.
@@ -139,7 +139,7 @@ pub struct RoughnessDocument<'a> {
     /// What the instrument states of it; absent without such a file.
     pub instrument: Option<InstrumentDocument<'a>>,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for RoughnessDocument<'_> {
@@ -167,7 +167,7 @@ impl<'a> RoughnessDocument<'a> {
             extent,
             method,
             instrument: surface.instrument.as_ref().map(InstrumentDocument::of),
-            doubts: surface.doubts.merged(),
+            warnings: surface.warnings.merged(),
         }
     }
 }

@@ -7,10 +7,10 @@ use super::plausible;
 use super::profile::check_cutoff;
 use super::{
     Cutoff, Form, HeightProfile, Parameter, ProfileConfig, ProfileFilter, ProfileRoughness,
-    ProfileStandard, RoughnessError, ShortWaves, SurfaceDoubt, mean, profile_mean_line,
+    ProfileStandard, RoughnessError, ShortWaves, SurfaceWarning, mean, profile_mean_line,
     profile_roughness,
 };
-use piezotact::doubt::Doubt;
+use piezotact::warning::Warning;
 
 /// Two cut-offs that differ by less than this share are one.
 const SAME_CUTOFF: f64 = 1e-3;
@@ -114,7 +114,7 @@ pub struct ProfileWish {
 }
 
 /// The roughness parameters of a profile as [`profile_roughness`] gives them, heights in m, with what the instrument states: a
-/// roughness profile whose cut-off is stated is not filtered again, and one that is, or looks filtered, raises a doubt.
+/// roughness profile whose cut-off is stated is not filtered again, and one that is, or looks filtered, raises a warning.
 ///
 /// Formula: as [`profile_roughness`]; without a wish, the form is the least-squares line before a filter and the mean without one,
 /// the cut-off that of ISO 4288 and λs that of ISO 3274.
@@ -135,9 +135,9 @@ pub fn evaluated_profile(
         contradicted(measured, &roughness),
         plausible::of_slope(roughness.rdq),
     ];
-    roughness.doubts.extend(more.into_iter().flatten());
+    roughness.warnings.extend(more.into_iter().flatten());
     let of_heights = plausible::of_heights(measured.profile);
-    roughness.doubts.extend(of_heights);
+    roughness.warnings.extend(of_heights);
     Ok(roughness)
 }
 
@@ -193,11 +193,11 @@ fn own_cutoff_m(measured: MeasuredProfile<'_>, wish: &ProfileWish) -> Option<f64
         .then_some(own_m)
 }
 
-/// A doubt where the Gaussian filter was used on a profile that is, or looks, filtered already.
+/// A warning where the Gaussian filter was used on a profile that is, or looks, filtered already.
 fn filtered_twice(
     measured: MeasuredProfile<'_>,
     roughness: &ProfileRoughness,
-) -> Result<Option<Doubt>, RoughnessError> {
+) -> Result<Option<Warning>, RoughnessError> {
     let (ProfileFilter::Gauss, Some(cutoff_m)) = (roughness.config.filter, roughness.cutoff_m)
     else {
         return Ok(None);
@@ -215,14 +215,14 @@ fn filtered_twice(
     };
     let unfiltered_ra_m = profile_roughness(measured.profile, &unfiltered)?.ra_m;
     let ra_m = roughness.ra_m;
-    Ok(Some(Doubt::from(if declared {
-        SurfaceDoubt::FilteredTwice {
+    Ok(Some(Warning::from(if declared {
+        SurfaceWarning::FilteredTwice {
             cutoff_m,
             ra_m,
             unfiltered_ra_m,
         }
     } else {
-        SurfaceDoubt::LooksFiltered {
+        SurfaceWarning::LooksFiltered {
             cutoff_m,
             ra_m,
             unfiltered_ra_m,
@@ -230,9 +230,9 @@ fn filtered_twice(
     })))
 }
 
-/// A doubt where a profile that counts as filtered by the instrument has much of its power in waves that its filter removes. A
+/// A warning where a profile that counts as filtered by the instrument has much of its power in waves that its filter removes. A
 /// Gaussian filter leaves 2.5 % of the power of a wave of twice the cut-off, and less of longer ones.
-fn not_filtered(profile: &HeightProfile, roughness: &ProfileRoughness) -> Option<Doubt> {
+fn not_filtered(profile: &HeightProfile, roughness: &ProfileRoughness) -> Option<Warning> {
     let (ProfileFilter::Instrument, Some(cutoff_m)) = (roughness.config.filter, roughness.cutoff_m)
     else {
         return None;
@@ -243,17 +243,17 @@ fn not_filtered(profile: &HeightProfile, roughness: &ProfileRoughness) -> Option
         mean(z.iter().map(|z| (z - about).powi(2)))
     };
     let share = power(waves.heights_m()) / power(profile.heights_m());
-    (share > LONG_WAVES).then(|| Doubt::from(SurfaceDoubt::NotFiltered { cutoff_m, share }))
+    (share > LONG_WAVES).then(|| Warning::from(SurfaceWarning::NotFiltered { cutoff_m, share }))
 }
 
-/// A doubt where the instrument's Ra is another one.
-fn contradicted(measured: MeasuredProfile<'_>, roughness: &ProfileRoughness) -> Option<Doubt> {
+/// A warning where the instrument's Ra is another one.
+fn contradicted(measured: MeasuredProfile<'_>, roughness: &ProfileRoughness) -> Option<Warning> {
     let settings = measured.instrument?;
     let ra = settings.values.iter().find(|value| value.symbol == "Ra")?;
     let (ours, theirs) = (roughness.ra_m * 1e6, ra.value);
     let same = (ours - theirs).abs() <= CONTRADICTED * theirs.abs().max(ours.abs());
     (!same).then(|| {
-        Doubt::from(SurfaceDoubt::InstrumentDiffers {
+        Warning::from(SurfaceWarning::InstrumentDiffers {
             parameter: ra.symbol.clone(),
             ours_um: ours,
             instrument_um: theirs,
@@ -301,7 +301,7 @@ mod tests {
     }
 
     fn codes(roughness: &ProfileRoughness) -> Vec<&str> {
-        roughness.doubts.iter().map(|d| d.code.as_ref()).collect()
+        roughness.warnings.iter().map(|d| d.code.as_ref()).collect()
     }
 
     #[test]
@@ -352,7 +352,7 @@ mod tests {
             assert!(
                 codes(&again).contains(&"filtered_twice"),
                 "{:?}",
-                again.doubts
+                again.warnings
             );
         }
         let unfiltered = other(|wish| wish.filter = Some(ProfileFilter::None));
@@ -368,7 +368,7 @@ mod tests {
         assert!(
             !codes(&primary).iter().any(|code| code.contains("filtered")),
             "{:?}",
-            primary.doubts
+            primary.warnings
         );
     }
 
@@ -393,10 +393,10 @@ mod tests {
         let differs = of(ours_um * 1.5);
         assert!(codes(&differs).contains(&"instrument_differs"));
         let text = differs
-            .doubts
+            .warnings
             .last()
             .unwrap()
-            .kind::<SurfaceDoubt>()
+            .kind::<SurfaceWarning>()
             .unwrap()
             .to_string();
         assert!(text.contains("0.8 mm") && text.contains("2 mm"), "{text}");

@@ -12,7 +12,6 @@ mod cutoff;
 mod description;
 mod distribution;
 mod document;
-mod doubt;
 mod filter;
 mod filtered;
 mod form;
@@ -23,6 +22,7 @@ mod plausible;
 mod profile;
 mod section;
 mod set;
+mod warning;
 
 pub use areal::{ArealConfig, ArealRoughness, areal_roughness};
 pub use cutoff::{Cutoff, ShortWaves};
@@ -33,7 +33,6 @@ pub use distribution::{
 pub use document::{
     EvaluatedSurface, InstrumentDocument, RoughnessDocument, RoughnessExtent, RoughnessMethod,
 };
-pub use doubt::SurfaceDoubt;
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use filtered::looks_filtered;
 pub use form::{Form, remove_map_form, remove_profile_form};
@@ -47,8 +46,9 @@ pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
 pub use set::{RoughnessSet, RoughnessSetDocument};
+pub use warning::SurfaceWarning;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::surface::{HeightMap, SurfaceError};
 use serde::{Deserialize, Serialize};
 
@@ -64,10 +64,10 @@ pub enum Roughness {
 impl Roughness {
     /// What limits it.
     #[must_use]
-    pub fn doubts(&self) -> &[Doubt] {
+    pub fn warnings(&self) -> &[Warning] {
         match self {
-            Self::Profile(roughness) => &roughness.doubts,
-            Self::Map(roughness) => &roughness.doubts,
+            Self::Profile(roughness) => &roughness.warnings,
+            Self::Map(roughness) => &roughness.warnings,
         }
     }
 }

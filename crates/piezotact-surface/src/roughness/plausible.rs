@@ -1,7 +1,7 @@
 //! Heights that no surface has, or that an instrument did not measure: wrong units, spikes, saturation, drop-outs.
 
-use super::{Extent as _, HeightMap, HeightProfile, SurfaceDoubt};
-use piezotact::doubt::Doubt;
+use super::{Extent as _, HeightMap, HeightProfile, SurfaceWarning};
+use piezotact::warning::Warning;
 
 /// Root-mean-square slopes of surfaces lie between these: 88° at the upper end.
 const SLOPES: std::ops::RangeInclusive<f64> = 1e-6..=30.0;
@@ -21,14 +21,14 @@ const HELD: (usize, usize) = (50, 20);
 /// … and for this share of the profile.
 const HELD_SHARE: f64 = 0.005;
 
-/// The doubt that a root-mean-square `slope` is that of no surface: the units of heights or steps are wrong.
-pub(super) fn of_slope(slope: f64) -> Option<Doubt> {
+/// The warning that a root-mean-square `slope` is that of no surface: the units of heights or steps are wrong.
+pub(super) fn of_slope(slope: f64) -> Option<Warning> {
     let found = slope > 0.0 && !SLOPES.contains(&slope);
-    found.then(|| Doubt::from(SurfaceDoubt::ImplausibleSlope { slope }))
+    found.then(|| Warning::from(SurfaceWarning::ImplausibleSlope { slope }))
 }
 
-/// The doubts about the heights of `profile` as they were read.
-pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
+/// The warnings about the heights of `profile` as they were read.
+pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Warning> {
     let z = profile.heights_m();
     let mut sorted = z.to_vec();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -36,7 +36,7 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
         return Vec::new();
     };
     if low >= high {
-        return vec![Doubt::from(SurfaceDoubt::FlatHeights)];
+        return vec![Warning::from(SurfaceWarning::FlatHeights)];
     }
     let runs = Runs::of(z);
     let limits =
@@ -47,7 +47,7 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
         return Vec::new();
     }
     let lost = drop_outs(z, &runs, &limits, profile.step_m());
-    let cut = limits.into_iter().flatten().map(|(_, doubt)| doubt);
+    let cut = limits.into_iter().flatten().map(|(_, warning)| warning);
     spikes(z, &sorted, profile.step_m())
         .into_iter()
         .chain(cut)
@@ -55,9 +55,9 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Doubt> {
         .collect()
 }
 
-/// The doubts about the heights of `map` as they were read: points that stand out of their row and of their column, so that grooves
+/// The warnings about the heights of `map` as they were read: points that stand out of their row and of their column, so that grooves
 /// and ridges count for none.
-pub(super) fn of_map(map: &HeightMap) -> Vec<Doubt> {
+pub(super) fn of_map(map: &HeightMap) -> Vec<Warning> {
     let (z, columns) = (map.heights_m(), map.columns());
     let mut sorted: Vec<f64> = z.iter().copied().filter(|z| !z.is_nan()).collect();
     sorted.sort_unstable_by(f64::total_cmp);
@@ -65,7 +65,7 @@ pub(super) fn of_map(map: &HeightMap) -> Vec<Doubt> {
         return Vec::new();
     };
     if low >= high {
-        return vec![Doubt::from(SurfaceDoubt::FlatHeights)];
+        return vec![Warning::from(SurfaceWarning::FlatHeights)];
     }
     let rows = z.chunks_exact(columns);
     let changes = rows.flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
@@ -94,7 +94,7 @@ pub(super) fn of_map(map: &HeightMap) -> Vec<Doubt> {
     }
     let spike = highest.map(|(i, height_m)| {
         let (step_x_m, step_y_m) = map.steps_m();
-        Doubt::from(SurfaceDoubt::MapSpikes {
+        Warning::from(SurfaceWarning::MapSpikes {
             count,
             at_x_m: (i % columns) as f64 * step_x_m,
             at_y_m: (i / columns) as f64 * step_y_m,
@@ -140,30 +140,30 @@ impl Runs {
     }
 }
 
-/// The limit and the doubt that heights end at it; `at` says whether it is the highest or the lowest.
-fn saturated(z: &[f64], runs: &Runs, limit: f64, at: &str) -> Option<(f64, Doubt)> {
+/// The limit and the warning that heights end at it; `at` says whether it is the highest or the lowest.
+fn saturated(z: &[f64], runs: &Runs, limit: f64, at: &str) -> Option<(f64, Warning)> {
     let at_limit = runs.0.iter().filter(|(first, _)| z[*first] == limit);
     let (points, longest) = at_limit.fold((0, 0), |(points, longest), (_, length)| {
         (points + length, longest.max(*length))
     });
     let share = points as f64 / z.len() as f64;
     (share >= SATURATED.0 && longest >= SATURATED.1).then(|| {
-        let doubt = SurfaceDoubt::SaturatedHeights {
+        let warning = SurfaceWarning::SaturatedHeights {
             limit: at.into(),
             height_m: limit,
             share,
         };
-        (limit, Doubt::from(doubt))
+        (limit, Warning::from(warning))
     })
 }
 
-/// The doubt that one value was held where nothing was measured.
+/// The warning that one value was held where nothing was measured.
 fn drop_outs(
     z: &[f64],
     runs: &Runs,
-    limits: &[Option<(f64, Doubt)>; 2],
+    limits: &[Option<(f64, Warning)>; 2],
     step_m: f64,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     let mut lengths: Vec<usize> = runs.0.iter().map(|(_, length)| *length).collect();
     lengths.sort_unstable();
     let usual = lengths.get(lengths.len() * 95 / 100).copied()?;
@@ -175,15 +175,15 @@ fn drop_outs(
         })
         .collect();
     let (first, longest) = held.iter().max_by_key(|(_, length)| *length)?;
-    Some(Doubt::from(SurfaceDoubt::HeldHeights {
+    Some(Warning::from(SurfaceWarning::HeldHeights {
         count: held.len(),
         at_m: *first as f64 * step_m,
         longest_m: *longest as f64 * step_m,
     }))
 }
 
-/// The doubt about points that stand out of their neighbours on both sides by more than the profile is high elsewhere.
-fn spikes(z: &[f64], sorted: &[f64], step_m: f64) -> Option<Doubt> {
+/// The warning about points that stand out of their neighbours on both sides by more than the profile is high elsewhere.
+fn spikes(z: &[f64], sorted: &[f64], step_m: f64) -> Option<Warning> {
     let changes = z.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     let least_m = least_of_spike(sorted, changes)?;
     let stands_out = |i: usize| {
@@ -205,7 +205,7 @@ fn spikes(z: &[f64], sorted: &[f64], step_m: f64) -> Option<Doubt> {
         }
     }
     let (at, height_m) = highest?;
-    Some(Doubt::from(SurfaceDoubt::Spikes {
+    Some(Warning::from(SurfaceWarning::Spikes {
         count,
         at_m: at as f64 * step_m,
         height_m,
@@ -232,7 +232,7 @@ mod tests {
         let profile = HeightProfile::new(heights, 1e-6).unwrap();
         of_heights(&profile)
             .iter()
-            .map(|doubt| doubt.code.to_string())
+            .map(|warning| warning.code.to_string())
             .collect()
     }
 
@@ -263,7 +263,7 @@ mod tests {
         let squares: Vec<f64> = (0..4000).map(|i| f64::from(i / 50 % 2) * 1e-6).collect();
         assert_eq!(of_heights(&HeightProfile::new(squares, 1e-6).unwrap()), []);
         let flat = of_heights(&HeightProfile::new(vec![1e-6; 100], 1e-6).unwrap());
-        assert_eq!(flat, [Doubt::from(SurfaceDoubt::FlatHeights)]);
+        assert_eq!(flat, [Warning::from(SurfaceWarning::FlatHeights)]);
     }
 
     #[test]
@@ -280,13 +280,16 @@ mod tests {
             HeightMap::new(heights.collect(), 120, 1e-6, 2e-6).unwrap()
         };
         let codes = |change: &dyn Fn(usize, usize, f64) -> f64| -> Vec<String> {
-            let doubts = of_map(&map(change));
-            doubts.iter().map(|doubt| doubt.code.to_string()).collect()
+            let warnings = of_map(&map(change));
+            warnings
+                .iter()
+                .map(|warning| warning.code.to_string())
+                .collect()
         };
         assert_eq!(codes(&|_, _, z| z), [""; 0]);
         let spike = |x, y, z| if (x, y) == (40, 30) { z + 40e-6 } else { z };
         let found = of_map(&map(&spike));
-        let Some(SurfaceDoubt::MapSpikes {
+        let Some(SurfaceWarning::MapSpikes {
             count,
             at_x_m,
             at_y_m,

@@ -1,6 +1,6 @@
 //! Roughness parameters of a profile.
 
-use crate::roughness::SurfaceDoubt;
+use crate::roughness::SurfaceWarning;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use super::{
     Cutoff, Form, HeightProfile, MaterialRatio, RoughnessError, STEPS_PER_CUTOFF, ShortWaves,
     filter, material_ratio, mean, remove_profile_form,
 };
-use piezotact::doubt::Doubt;
+use piezotact::warning::Warning;
 
 /// The sections that both standards ask for.
 const SECTIONS: usize = 5;
@@ -122,7 +122,7 @@ pub struct ProfileRoughness {
     /// The mean line over the whole length, after form: zero without a filter.
     pub mean_line: HeightProfile,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl ProfileRoughness {
@@ -212,8 +212,8 @@ fn by_the_table(
         Search::Unsettled(row) => {
             let mut roughness = split(row)?.evaluate(config);
             roughness
-                .doubts
-                .push(Doubt::from(SurfaceDoubt::CutoffUnsettled {
+                .warnings
+                .push(Warning::from(SurfaceWarning::CutoffUnsettled {
                     used_m: TABLE[row].cutoff_m,
                     ra_m: roughness.ra_m,
                 }));
@@ -329,7 +329,7 @@ impl Split {
         };
         let short = self.cutoff_m.filter(|_| sections < SECTIONS);
         let short = short.map(|cutoff_m| {
-            Doubt::from(SurfaceDoubt::ShortEvaluation {
+            Warning::from(SurfaceWarning::ShortEvaluation {
                 sections,
                 asked: SECTIONS,
                 cutoff_m,
@@ -359,20 +359,20 @@ impl Split {
             ends,
             roughness: self.roughness,
             mean_line: self.mean_line,
-            doubts: short.into_iter().chain(uneven).collect(),
+            warnings: short.into_iter().chain(uneven).collect(),
         }
     }
 }
 
 /// Whether what was evaluated is unlike the whole line.
-fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Doubt> {
+fn uneven(evaluated_ra_m: f64, whole: Entry) -> Option<Warning> {
     let Entry::Ra(whole_ra_m) = whole else {
         return None;
     };
     let (low_m, high_m) = (whole_ra_m / UNLIKE, whole_ra_m * UNLIKE);
     let unlike = !(low_m..=high_m).contains(&evaluated_ra_m);
-    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Doubt::from(
-        SurfaceDoubt::UnevenProfile {
+    (unlike && evaluated_ra_m.max(whole_ra_m) > ROUNDING_M).then_some(Warning::from(
+        SurfaceWarning::UnevenProfile {
             evaluated_ra_m,
             whole_ra_m,
         },
@@ -508,7 +508,7 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     #[test]
-    fn sections_unlike_the_rest_are_a_doubt() {
+    fn sections_unlike_the_rest_are_a_warning() {
         let config = ProfileConfig {
             standard: ProfileStandard::Iso4287,
             form: Form::Mean,
@@ -517,7 +517,7 @@ mod tests {
             short_waves: ShortWaves::Kept,
         };
         // 10 mm; beyond 8 mm the wave is `factor` times as high
-        let doubts = |factor: f64| {
+        let warnings = |factor: f64| {
             let wave = |i: i32| {
                 let height_m = if i < 8000 { 1e-6 } else { factor * 1e-6 };
                 height_m * (f64::from(i) / 50.0 * TAU).sin()
@@ -530,16 +530,16 @@ mod tests {
             for (z, before) in primary.heights_m().iter().zip(profile.heights_m()) {
                 assert!((z - before).abs() < 1e-9, "only the mean was taken away");
             }
-            roughness.doubts
+            roughness.warnings
         };
-        assert_eq!(doubts(1.0), []);
+        assert_eq!(warnings(1.0), []);
         let flat = HeightProfile::new(vec![3e-6; 2000], 10e-6).unwrap();
-        assert_eq!(profile_roughness(&flat, &config).unwrap().doubts, []);
-        let unlike = doubts(8.0);
-        let Some(SurfaceDoubt::UnevenProfile {
+        assert_eq!(profile_roughness(&flat, &config).unwrap().warnings, []);
+        let unlike = warnings(8.0);
+        let Some(SurfaceWarning::UnevenProfile {
             evaluated_ra_m,
             whole_ra_m,
-        }) = unlike.first().and_then(Doubt::kind)
+        }) = unlike.first().and_then(Warning::kind)
         else {
             panic!("{unlike:?}");
         };

@@ -4,10 +4,10 @@ use serde::Serialize;
 
 use super::{EvaluatedSurface, Parameter, RoughnessDocument};
 use piezotact::document::{Content, FailedFile};
-use piezotact::doubt::Merged;
 use piezotact::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use piezotact::number::counted;
 use piezotact::page::{Block, Cell, Column, Page, Table};
+use piezotact::warning::Merged;
 
 /// The parameters of the figure, of profiles and of maps.
 const DRAWN: [(&str, &str); 3] = [("Ra", "Sa"), ("Rq", "Sq"), ("Rz", "Sz")];
@@ -112,7 +112,7 @@ impl RoughnessSet {
         columns.push(Column::new("λc, mm", "cutoff_mm"));
         columns.push(Column::new("evaluated, mm", "evaluation_length_mm"));
         columns.push(Column::new("filter", "filter"));
-        columns.push(Column::new("doubts", "doubts"));
+        columns.push(Column::new("warnings", "warnings"));
         let mut table = Table::new(columns);
         for (surface, parameters) in self.surfaces.iter().zip(&all) {
             let document = RoughnessDocument::of(surface);
@@ -124,7 +124,7 @@ impl RoughnessSet {
             row.push(Cell::from(document.method.cutoff_mm));
             row.push(Cell::from(document.method.evaluation_length_mm));
             row.push(Cell::from(document.method.filter));
-            row.push(Cell::Text(document.doubts.len().to_string()));
+            row.push(Cell::Text(document.warnings.len().to_string()));
             table.rows.push(row);
         }
         table
@@ -170,15 +170,15 @@ impl RoughnessSet {
         ))
     }
 
-    /// The doubts of all surfaces, each with the name of its file.
+    /// The warnings of all surfaces, each with the name of its file.
     #[must_use]
-    pub fn doubts(&self) -> Vec<(String, Vec<Merged>)> {
-        let of = |surface: &EvaluatedSurface| (name(surface), surface.doubts.merged());
+    pub fn warnings(&self) -> Vec<(String, Vec<Merged>)> {
+        let of = |surface: &EvaluatedSurface| (name(surface), surface.warnings.merged());
         let all = self.surfaces.iter().map(of);
-        all.filter(|(_, doubts)| !doubts.is_empty()).collect()
+        all.filter(|(_, warnings)| !warnings.is_empty()).collect()
     }
 
-    /// The report of the set: order, figure, table, how each was computed, doubts, and the files that failed.
+    /// The report of the set: order, figure, table, how each was computed, warnings, and the files that failed.
     ///
     /// Source: thesis 2.1.2 and figure 11.
     #[must_use]
@@ -227,8 +227,11 @@ impl RoughnessSet {
                 steps: methods.collect(),
             }],
         );
-        for (name, doubts) in self.doubts() {
-            page = page.section(&format!("Doubts about {name}"), [Block::Doubts { doubts }]);
+        for (name, warnings) in self.warnings() {
+            page = page.section(
+                &format!("Warnings about {name}"),
+                [Block::Warnings { warnings }],
+            );
         }
         page
     }

@@ -60,7 +60,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         columns,
         step_x_m: tags.get("PixelSizeXMeter")?,
         step_y_m: tags.get("PixelSizeYMeter")?,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     })
 }
 

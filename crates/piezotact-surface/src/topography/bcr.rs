@@ -123,7 +123,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         columns,
         step_x_m: header.real("xlength")? * header.unit_m("xunit")? / columns as f64,
         step_y_m: header.real("ylength")? * header.unit_m("yunit")? / rows as f64,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     })
 }
 

@@ -16,10 +16,12 @@ mod table;
 mod text;
 mod x3p;
 
-use crate::roughness::{HeightProfile, InstrumentSettings, ProfileKind, SurfaceDoubt, Topography};
+use crate::roughness::{
+    HeightProfile, InstrumentSettings, ProfileKind, SurfaceWarning, Topography,
+};
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::surface::HeightMap;
 
 use piezotact_dataset::ReadError;
@@ -100,7 +102,7 @@ impl std::fmt::Display for TopographyKind {
     }
 }
 
-/// A topography, the kind of file it came from, and what is in doubt.
+/// A topography, the kind of file it came from, and what is in warning.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopographyFile {
     /// The heights in m. The first row of a map is the first in the file; of x-y-z columns, that of the
@@ -113,7 +115,7 @@ pub struct TopographyFile {
     /// What the instrument states of it in a file beside it (`.tx3`).
     pub instrument: Option<InstrumentSettings>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Reads the height map or profile in `path`, in m, whatever kind of file it is.
@@ -231,7 +233,7 @@ struct Read {
     columns: usize,
     step_x_m: f64,
     step_y_m: f64,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 impl Read {
@@ -242,7 +244,7 @@ impl Read {
             columns,
             step_x_m,
             step_y_m,
-            mut doubts,
+            mut warnings,
         } = self;
         if let Some((at, found)) = heights_m
             .iter()
@@ -282,7 +284,7 @@ impl Read {
             let map = HeightMap::new(heights_m, columns, step_x_m, step_y_m).map_err(surface)?;
             let share = map.missing_share();
             if share > 0.0 {
-                doubts.push(Doubt::from(SurfaceDoubt::MissingPoints { share }));
+                warnings.push(Warning::from(SurfaceWarning::MissingPoints { share }));
             }
             Topography::Map(map)
         };
@@ -291,7 +293,7 @@ impl Read {
             kind,
             profile_kind: None,
             instrument: None,
-            doubts,
+            warnings,
         })
     }
 }

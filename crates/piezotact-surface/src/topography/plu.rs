@@ -1,7 +1,7 @@
 //! PLU of Sensofar's profilers: a fixed header without a magic word, then layers of 32-bit floats in µm.
 
-use piezotact::Doubt;
-use piezotact::recording::RecordingDoubt;
+use piezotact::Warning;
+use piezotact::recording::RecordingWarning;
 
 use super::source::{Number, Order, Source};
 use super::{Read, TopographyKind};
@@ -49,9 +49,9 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
             "export it with its topography",
         ));
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if layers > 1 {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!("the file holds {layers} layers and the first was read"),
         }));
     }
@@ -72,6 +72,6 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         columns,
         step_x_m: source.f32(STEP_X, little)? * 1e-6,
         step_y_m: source.f32(STEP_Y, little)? * 1e-6,
-        doubts,
+        warnings,
     })
 }

@@ -179,7 +179,7 @@ impl Header {
             columns: self.points,
             step_x_m: self.step_x_m,
             step_y_m: self.step_y_m,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         })
     }
 }

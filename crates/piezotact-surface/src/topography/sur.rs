@@ -1,12 +1,12 @@
 //! SUR of Digital Surf's Mountains and of many instruments: a header of 512 bytes, a comment, a private part,
 //! then the heights as whole numbers of 16 or 32 bits. Read plain and compressed, written plain.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::io::{Read as _, Write as _};
 use std::path::Path;
 
 use flate2::read::ZlibDecoder;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::surface::HeightMap;
 
 use super::source::{Number, Order, Source, unit_m};
@@ -56,10 +56,10 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
     } else {
         TopographyKind::Sur
     };
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let (object, objects) = (source.u16(TYPE, order)?, source.u16(OBJECTS, order)?);
     if SURFACE_WITH_PICTURE.contains(&object) {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!("the file holds {objects} objects and the first was read as the heights"),
         }));
     } else if ![PROFILE, SURFACE].contains(&object) {
@@ -69,7 +69,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
             "export the one surface as SUR",
         ));
     } else if objects > 1 {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!("the file holds {objects} objects and the first was read"),
         }));
     }
@@ -124,7 +124,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         source.u16(INVERSION, order)?,
         &mut heights_m,
         columns,
-        &mut doubts,
+        &mut warnings,
     );
     Ok(Read {
         kind,
@@ -132,7 +132,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         columns,
         step_x_m: step_m(0, STEP_X)?,
         step_y_m: step_m(1, STEP_Y)?,
-        doubts,
+        warnings,
     })
 }
 
@@ -178,14 +178,14 @@ fn unit_of_step_m(source: Source<'_>, axis: usize, order: Order) -> Result<f64, 
 }
 
 /// Heights that the writer turned over are turned back.
-fn turn_back(flag: u16, heights_m: &mut [f64], columns: usize, doubts: &mut Vec<Doubt>) {
+fn turn_back(flag: u16, heights_m: &mut [f64], columns: usize, warnings: &mut Vec<Warning>) {
     let how = match flag {
         1 => "",
         2 => " and mirrored left to right",
         3 => " and mirrored top to bottom",
         _ => return,
     };
-    doubts.push(Doubt::from(RecordingDoubt::Guessed {
+    warnings.push(Warning::from(RecordingWarning::Guessed {
         what: format!("the header says that the heights were inverted{how}, and this was undone"),
     }));
     for z in heights_m.iter_mut() {

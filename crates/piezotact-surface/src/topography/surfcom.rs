@@ -4,10 +4,10 @@
 use std::path::{Path, PathBuf};
 
 use crate::roughness::{
-    HeightProfile, InstrumentSettings, InstrumentValue, ProfileKind, SurfaceDoubt, Topography,
+    HeightProfile, InstrumentSettings, InstrumentValue, ProfileKind, SurfaceWarning, Topography,
 };
-use piezotact::Doubt;
-use piezotact::recording::RecordingDoubt;
+use piezotact::Warning;
+use piezotact::recording::RecordingWarning;
 
 use super::source::unit_m;
 use super::table::decode;
@@ -136,14 +136,14 @@ pub(super) fn with_settings(
         "tx2" => Some(ProfileKind::Roughness),
         _ => None,
     };
-    let found = settings_of(path, &mut file.doubts);
+    let found = settings_of(path, &mut file.warnings);
     if options.step_m.is_none() {
         let evaluated_m = found.as_ref().and_then(|s| s.evaluation_length_m);
         match evaluated_m {
             Some(evaluated_m) if differ(evaluated_m, profile.length_m()) => {
                 let step_m = evaluated_m / profile.heights_m().len() as f64;
                 let file_name = found.as_ref().and_then(|s| s.file.file_name());
-                file.doubts.push(Doubt::from(SurfaceDoubt::LengthSet {
+                file.warnings.push(Warning::from(SurfaceWarning::LengthSet {
                     set_m: profile.length_m(),
                     evaluated_m,
                     step_m,
@@ -158,8 +158,8 @@ pub(super) fn with_settings(
                     })?);
             }
             None if differ(profile.step_m(), USUAL_STEP_M) => {
-                file.doubts
-                    .push(Doubt::from(SurfaceDoubt::LengthUnconfirmed {
+                file.warnings
+                    .push(Warning::from(SurfaceWarning::LengthUnconfirmed {
                         length_m: profile.length_m(),
                         points: profile.heights_m().len(),
                         step_m: profile.step_m(),
@@ -182,9 +182,10 @@ fn ending(path: &Path) -> String {
     ending.to_string_lossy().to_ascii_lowercase()
 }
 
-/// The settings beside `path`; a doubt where there are several files, or one that cannot be read.
-fn settings_of(path: &Path, doubts: &mut Vec<Doubt>) -> Option<InstrumentSettings> {
-    let mut guessed = |what: String| doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+/// The settings beside `path`; a warning where there are several files, or one that cannot be read.
+fn settings_of(path: &Path, warnings: &mut Vec<Warning>) -> Option<InstrumentSettings> {
+    let mut guessed =
+        |what: String| warnings.push(Warning::from(RecordingWarning::Guessed { what }));
     let found = beside(path);
     let file = match found.as_slice() {
         [] => return None,

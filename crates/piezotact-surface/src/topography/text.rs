@@ -1,9 +1,9 @@
 //! Topographies as text: x-y-z columns, a matrix, x-z columns, one column of heights, and Surfcom profiles.
 //! How many numbers stand in a row says which; a matrix of two or three columns must say so in its header.
 
-use crate::roughness::SurfaceDoubt;
-use piezotact::Doubt;
-use piezotact::recording::RecordingDoubt;
+use crate::roughness::SurfaceWarning;
+use piezotact::Warning;
+use piezotact::recording::RecordingWarning;
 
 use super::grid::{Axis, EVEN, GAP};
 use super::source::{Source, unit_m};
@@ -100,7 +100,7 @@ impl Scale<'_> {
         (what, option): (&str, &str),
         file: Option<f64>,
         person: Option<f64>,
-        doubts: &mut Vec<Doubt>,
+        warnings: &mut Vec<Warning>,
     ) -> Result<f64, ReadError> {
         let Some(scale) = file.or(person) else {
             return Err(self.source.wrong(
@@ -121,7 +121,7 @@ impl Scale<'_> {
         if let Some(person) = person
             && (person / scale - 1.0).abs() > SAME
         {
-            doubts.push(Doubt::from(RecordingDoubt::Guessed {
+            warnings.push(Warning::from(RecordingWarning::Guessed {
                 what: format!(
                     "the given {what} of {person:e} m was not used: the file states {scale:e} m"
                 ),
@@ -130,24 +130,34 @@ impl Scale<'_> {
         Ok(scale)
     }
 
-    fn coordinate(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
+    fn coordinate(&self, file: Option<f64>, warnings: &mut Vec<Warning>) -> Result<f64, ReadError> {
         let person = self.options.coordinate_unit_m;
         self.choose(
             ("unit of the coordinates", "--x-unit mm"),
             file,
             person,
-            doubts,
+            warnings,
         )
     }
 
-    fn height(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
+    fn height(&self, file: Option<f64>, warnings: &mut Vec<Warning>) -> Result<f64, ReadError> {
         let person = self.options.height_unit_m;
-        self.choose(("unit of the heights", "--z-unit um"), file, person, doubts)
+        self.choose(
+            ("unit of the heights", "--z-unit um"),
+            file,
+            person,
+            warnings,
+        )
     }
 
-    fn step(&self, file: Option<f64>, doubts: &mut Vec<Doubt>) -> Result<f64, ReadError> {
+    fn step(&self, file: Option<f64>, warnings: &mut Vec<Warning>) -> Result<f64, ReadError> {
         let person = self.options.step_m;
-        self.choose(("step between points", "--step 1um"), file, person, doubts)
+        self.choose(
+            ("step between points", "--step 1um"),
+            file,
+            person,
+            warnings,
+        )
     }
 }
 
@@ -175,20 +185,20 @@ fn matrix(scale: &Scale<'_>, table: Table, stated: &Stated) -> Result<Read, Read
             ));
         }
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let share = |length: Option<f64>, count: usize| length.map(|length| length / count as f64);
     let x = stated.step_m.or(share(stated.width_m, columns));
     let y = stated.step_m.or(share(stated.height_m, rows)).or(x);
-    let step_x_m = scale.step(x, &mut doubts)?;
+    let step_x_m = scale.step(x, &mut warnings)?;
     let step_y_m = y.unwrap_or(step_x_m);
-    let unit = scale.height(stated.unit_m, &mut doubts)?;
+    let unit = scale.height(stated.unit_m, &mut warnings)?;
     Ok(Read {
         kind: TopographyKind::MatrixText,
         heights_m: scaled(table.values, unit),
         columns,
         step_x_m,
         step_y_m,
-        doubts,
+        warnings,
     })
 }
 
@@ -209,13 +219,13 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     let source = scale.source;
     let units = table.column_units_m(source)?;
     let unit = |at: usize| units.as_ref().and_then(|units| units.get(at).copied());
-    let mut doubts = Vec::new();
-    let unit_x = scale.coordinate(unit(0), &mut doubts)?;
+    let mut warnings = Vec::new();
+    let unit_x = scale.coordinate(unit(0), &mut warnings)?;
     let unit_y = match unit(1) {
         Some(unit) => unit,
         None => unit_x,
     };
-    let unit_z = scale.height(unit(2), &mut doubts)?;
+    let unit_z = scale.height(unit(2), &mut warnings)?;
     let (xs, ys) = (
         coordinates(source, table, 0)?,
         coordinates(source, table, 1)?,
@@ -256,7 +266,7 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     }
     let worst = x.worst.max(y.worst);
     if worst > EVEN {
-        doubts.push(Doubt::from(SurfaceDoubt::UnevenSteps { worst }));
+        warnings.push(Warning::from(SurfaceWarning::UnevenSteps { worst }));
     }
     Ok(Read {
         kind: TopographyKind::PointText,
@@ -264,7 +274,7 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         columns: x.count,
         step_x_m: x.step * unit_x,
         step_y_m: y.step * unit_y,
-        doubts,
+        warnings,
     })
 }
 
@@ -272,9 +282,9 @@ fn profile(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     let source = scale.source;
     let units = table.column_units_m(source)?;
     let unit = |at: usize| units.as_ref().and_then(|units| units.get(at).copied());
-    let mut doubts = Vec::new();
-    let unit_x = scale.coordinate(unit(0), &mut doubts)?;
-    let unit_z = scale.height(unit(1), &mut doubts)?;
+    let mut warnings = Vec::new();
+    let unit_x = scale.coordinate(unit(0), &mut warnings)?;
+    let unit_z = scale.height(unit(1), &mut warnings)?;
     let mut xs = coordinates(source, table, 0)?;
     let mut heights = table.column(1);
     let (first, last) = match xs.as_slice() {
@@ -301,7 +311,7 @@ fn profile(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         worst = worst.max(off);
     }
     if worst > EVEN {
-        doubts.push(Doubt::from(SurfaceDoubt::UnevenSteps { worst }));
+        warnings.push(Warning::from(SurfaceWarning::UnevenSteps { worst }));
     }
     let columns = heights.len();
     Ok(Read {
@@ -310,7 +320,7 @@ fn profile(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         columns,
         step_x_m: step * unit_x,
         step_y_m: step * unit_x,
-        doubts,
+        warnings,
     })
 }
 
@@ -326,11 +336,11 @@ fn heights(scale: &Scale<'_>, table: Table) -> Result<Read, ReadError> {
     {
         return surfcom(scale, &table, count);
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let units = table.column_units_m(scale.source)?;
     let unit = units.and_then(|units| units.first().copied());
-    let unit_z = scale.height(unit, &mut doubts)?;
-    let step_m = scale.step(None, &mut doubts)?;
+    let unit_z = scale.height(unit, &mut warnings)?;
+    let step_m = scale.step(None, &mut warnings)?;
     let columns = table.values.len();
     Ok(Read {
         kind: TopographyKind::HeightText,
@@ -338,7 +348,7 @@ fn heights(scale: &Scale<'_>, table: Table) -> Result<Read, ReadError> {
         columns,
         step_x_m: step_m,
         step_y_m: step_m,
-        doubts,
+        warnings,
     })
 }
 
@@ -356,17 +366,17 @@ fn surfcom(scale: &Scale<'_>, table: &Table, count: usize) -> Result<Read, ReadE
     }
     let length_m = table.values.first().copied().unwrap_or(f64::NAN) * 1e-3;
     let of_header_m = length_m / count as f64;
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let stated_m = scale.options.step_m.unwrap_or(of_header_m);
     if (stated_m / of_header_m - 1.0).abs() > SAME {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "the given step of {stated_m:e} m was used: the header would give {of_header_m:e} m"
             ),
         }));
     }
-    let step_m = scale.step(Some(stated_m), &mut doubts)?;
-    let unit_m = scale.height(Some(1e-6), &mut doubts)?;
+    let step_m = scale.step(Some(stated_m), &mut warnings)?;
+    let unit_m = scale.height(Some(1e-6), &mut warnings)?;
     let heights: Vec<f64> = table.values.iter().skip(2).copied().collect();
     Ok(Read {
         kind: TopographyKind::Surfcom,
@@ -374,6 +384,6 @@ fn surfcom(scale: &Scale<'_>, table: &Table, count: usize) -> Result<Read, ReadE
         columns: count,
         step_x_m: step_m,
         step_y_m: step_m,
-        doubts,
+        warnings,
     })
 }

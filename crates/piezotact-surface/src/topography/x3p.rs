@@ -1,10 +1,10 @@
 //! X3P of ISO 25178-72: a zip with `main.xml`, the heights as a binary file in m, and checksums.
 
-use piezotact::recording::RecordingDoubt;
+use piezotact::recording::RecordingWarning;
 use std::io::{Cursor, Read as _};
 
 use md5::{Digest as _, Md5};
-use piezotact::Doubt;
+use piezotact::Warning;
 use roxmltree::{Document, Node, ParsingOptions};
 use zip::ZipArchive;
 
@@ -76,13 +76,13 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         root: document.root_element(),
     };
 
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let Some(name) = description.text("ChecksumFile")
         && let Ok(line) = archive.file(name, LONGEST_XML)
         && let Some(stated) = checksum(&String::from_utf8_lossy(&line))
         && stated != digest(&main)
     {
-        doubts.push(Doubt::from(RecordingDoubt::Guessed {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
             what: "the checksum of `main.xml` does not match: it was changed after the file was written; its steps and units \
                  were used".into(),
         }));
@@ -196,7 +196,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         columns,
         step_x_m,
         step_y_m,
-        doubts,
+        warnings,
     })
 }
 

@@ -8,7 +8,7 @@ use findings::{
     active_as_passive, broad_and_similar, close_levels, fingerprint, friction, hard_samples,
     level_falls, repeatable, same_roughness, speed, stick_slip, transversal_touch,
 };
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::compare::{Periods, Summary};
 use piezotact::feature::band_power;
 use piezotact::quantity::{Acceleration, Band, Hertz, Seconds};
@@ -43,7 +43,7 @@ struct Touched {
     ra_m: f64,
     /// At the three speeds.
     passive: Vec<Summary>,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
     active: Taken,
     active_summary: Summary,
     /// What transversal strokes say, on the coarse samples.
@@ -91,10 +91,10 @@ pub(super) fn chapter3(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         ],
         findings,
         figures: figures(&samples)?,
-        doubts: said_once(
+        warnings: said_once(
             samples
                 .iter()
-                .flat_map(|s| s.doubts.iter().map(|d| (s.name.as_str(), d))),
+                .flat_map(|s| s.warnings.iter().map(|d| (s.name.as_str(), d))),
         ),
         missing: Vec::new(),
     })
@@ -116,13 +116,13 @@ fn touched(laboratory: &Laboratory) -> Result<Vec<Touched>, ReplayError> {
     names
         .map(|name| {
             let sample = parameters.sample(&name)?;
-            let (mut passive, mut vibrations, mut doubts) = (Vec::new(), Vec::new(), Vec::new());
+            let (mut passive, mut vibrations, mut warnings) = (Vec::new(), Vec::new(), Vec::new());
             for (speed_m_s, segment) in SPEEDS_M_S.into_iter().zip(SEGMENTS) {
                 let bench =
                     TriboAir::new(parameters, person(), sample, PASSIVE_STROKES, speed_m_s)?;
                 let (taken, recording) = take(bench.into_acquirer(), &run, segment)?;
                 passive.push(summary(&taken, &name, periods)?);
-                doubts.extend(taken.doubts.iter().cloned());
+                warnings.extend(taken.warnings.iter().cloned());
                 if name == "S1" {
                     vibrations.push(strokes_joined(&taken, &recording)?);
                 }
@@ -140,7 +140,7 @@ fn touched(laboratory: &Laboratory) -> Result<Vec<Touched>, ReplayError> {
                 take(bench.into_acquirer(), &run, SEGMENT)
             };
             let (active, recording) = stroked(SlidingDirection::Proximal)?;
-            doubts.extend(active.doubts.iter().cloned());
+            warnings.extend(active.warnings.iter().cloned());
             let transversal = if COARSE.contains(&name.as_str()) {
                 let (taken, _) = stroked(SlidingDirection::Transversal)?;
                 let summary = summary(&taken, &name, periods)?;
@@ -149,7 +149,7 @@ fn touched(laboratory: &Laboratory) -> Result<Vec<Touched>, ReplayError> {
                 None
             };
             Ok(Touched {
-                doubts,
+                warnings,
                 ra_m: match sample.relief {
                     Relief::Isotropic { ra_m, .. } => ra_m,
                     Relief::Dots { .. } | Relief::Ridges { .. } => 0.0,

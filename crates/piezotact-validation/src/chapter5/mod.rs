@@ -3,7 +3,7 @@
 mod panels;
 
 use panels::Panels;
-use piezotact::panel::PanelDoubt;
+use piezotact::panel::PanelWarning;
 use piezotact::panel::{
     Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, PairDistances, Panel, artefact_of,
     repeatability,
@@ -142,15 +142,15 @@ pub(super) fn chapter5(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
     let of_entries = fingers
         .entries()
         .iter()
-        .flat_map(|e| &e.function.about.doubts);
+        .flat_map(|e| &e.function.about.warnings);
     let of_devices = devices
         .entries()
         .iter()
-        .flat_map(|e| &e.function.about.doubts);
+        .flat_map(|e| &e.function.about.warnings);
     let of_repeats = repeats
         .entries()
         .iter()
-        .flat_map(|e| &e.function.about.doubts);
+        .flat_map(|e| &e.function.about.warnings);
     Ok(Chapter {
         number: 5,
         title: "Transfer functions of finger and device",
@@ -171,28 +171,29 @@ pub(super) fn chapter5(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         .chain(campaigns.measured)
         .collect(),
         findings,
-        doubts: said_once(
+        warnings: said_once(
             (of_entries.map(|d| ("shaker", d)))
                 .chain(of_devices.map(|d| ("device", d)))
                 .chain(of_repeats.map(|d| ("repeats", d)))
-                .chain(of_panel(&panels.fingers.doubts).map(|d| ("panel on the shaker", d)))
+                .chain(of_panel(&panels.fingers.warnings).map(|d| ("panel on the shaker", d)))
                 .chain(
                     averaged
-                        .doubts
+                        .warnings
                         .iter()
                         .map(|d| ("rendering with the average", d)),
                 )
-                .chain(of_panel(&panels.devices.doubts).map(|d| ("panel on the device", d))),
+                .chain(of_panel(&panels.devices.warnings).map(|d| ("panel on the device", d))),
         ),
         figures,
         missing: Vec::new(),
     })
 }
 
-/// The doubts of a panel itself: those of its members are said one by one.
-fn of_panel(doubts: &[piezotact::Doubt]) -> impl Iterator<Item = &piezotact::Doubt> {
-    let of_members = |d: &&piezotact::Doubt| matches!(d.kind(), Some(PanelDoubt::OfMembers { .. }));
-    doubts.iter().filter(move |d| !of_members(d))
+/// The warnings of a panel itself: those of its members are said one by one.
+fn of_panel(warnings: &[piezotact::Warning]) -> impl Iterator<Item = &piezotact::Warning> {
+    let of_members =
+        |d: &&piezotact::Warning| matches!(d.kind(), Some(PanelWarning::OfMembers { .. }));
+    warnings.iter().filter(move |d| !of_members(d))
 }
 
 fn shaken(

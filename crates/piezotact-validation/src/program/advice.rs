@@ -2,11 +2,11 @@
 
 use std::error::Error;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Words;
-use piezotact::doubt::{Advice, ChannelRole};
+use piezotact::warning::{Advice, ChannelRole};
 use piezotact::wording;
-use piezotact_people::eeg::EegDoubt;
+use piezotact_people::eeg::EegWarning;
 
 /// The option with which advice is followed; `None` where there is none, and for advice that measurements on the twin never give.
 fn option(advice: &Advice) -> Option<String> {
@@ -31,14 +31,14 @@ fn option(advice: &Advice) -> Option<String> {
     Some(option.to_owned())
 }
 
-/// Doubts in the words of the `piezotact` command.
+/// Warnings in the words of the `piezotact` command.
 pub(super) struct OptionWords;
 
 impl Words for OptionWords {
-    fn doubt(&self, doubt: &Doubt) -> String {
-        match doubt.kind::<EegDoubt>() {
+    fn warning(&self, warning: &Warning) -> String {
+        match warning.kind::<EegWarning>() {
             Some(of_eeg) => of_eeg.to_string(),
-            None => wording::text_with(doubt, &|advice| self.advice(advice)),
+            None => wording::text_with(warning, &|advice| self.advice(advice)),
         }
     }
 

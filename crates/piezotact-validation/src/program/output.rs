@@ -3,7 +3,7 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use piezotact::document::{Content, Document, complete_doubts};
+use piezotact::document::{Content, Document, complete_warnings};
 use piezotact_dataset::{WriteError, write_atomically};
 
 use super::advice::OptionWords;
@@ -43,10 +43,10 @@ pub(super) fn say(text: &str) {
     let _nobody_hears = writeln!(std::io::stderr().lock(), "{}", harmless(text));
 }
 
-/// The document of `content`, with every doubt in it whole: all its keys and a sentence.
+/// The document of `content`, with every warning in it whole: all its keys and a sentence.
 pub(super) fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
     let mut value = serde_json::to_value(Document::of(content))?;
-    complete_doubts(&mut value, &OptionWords);
+    complete_warnings(&mut value, &OptionWords);
     Ok(value)
 }
 

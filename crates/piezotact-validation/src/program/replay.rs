@@ -261,7 +261,7 @@ fn page<'a>(laboratory: &'a Laboratory, twin: Option<&Path>, chapters: &'a [Chap
             tally: tally(&chapter.findings),
             claims: claims.collect(),
             figures: figures.collect(),
-            doubts: &chapter.doubts,
+            warnings: &chapter.warnings,
             missing: &chapter.missing,
         }
     });
@@ -305,10 +305,10 @@ fn row<'a>(claim: &'a Claim, found: Option<&'a Finding>, otherwise: Standing) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use piezotact::Doubt;
-    use piezotact::doubt::merged_of;
+    use piezotact::Warning;
     use piezotact::figure::{Axis, Chart, Line, Mark, Tone};
-    use piezotact::recording::RecordingDoubt;
+    use piezotact::recording::RecordingWarning;
+    use piezotact::warning::merged_of;
     use piezotact_twin::TwinParameters;
     use piezotact_validation::Counterpart;
 
@@ -352,10 +352,10 @@ mod tests {
             reason: "too loud".into(),
         };
         // Advice names the command line's option, as everywhere.
-        let uncalibrated = Doubt::from(RecordingDoubt::Uncalibrated {
+        let uncalibrated = Warning::from(RecordingWarning::Uncalibrated {
             channel: "a".into(),
         });
-        let doubt = merged_of([(Some("S8"), &uncalibrated)]).remove(0);
+        let warning = merged_of([(Some("S8"), &uncalibrated)]).remove(0);
         let chapter = Chapter {
             number: 4,
             title: "Rendering",
@@ -367,7 +367,7 @@ mod tests {
                 finding(34, Verdict::Holds),
             ],
             figures: vec![figure("47a"), figure("47b"), figure("48")],
-            doubts: vec![doubt],
+            warnings: vec![warning],
             missing: vec!["figure 51".into()],
         };
         let chapters = [chapter];

@@ -3,8 +3,8 @@
 use maud::{Markup, PreEscaped, html};
 use piezotact::criterion::{Criterion, Outcome};
 use piezotact::document::Words;
-use piezotact::doubt::Merged;
 use piezotact::figure::Figure;
+use piezotact::warning::Merged;
 
 use piezotact_report::{DrawError, broad_document, criteria, origin, svg};
 
@@ -137,7 +137,7 @@ pub(super) struct ChapterPart<'a> {
     pub(super) claims: Vec<ClaimRow<'a>>,
     /// The counterparts of its figures, each with its number.
     pub(super) figures: Vec<(&'a str, &'a Figure)>,
-    pub(super) doubts: &'a [Merged],
+    pub(super) warnings: &'a [Merged],
     /// What is not there yet.
     pub(super) missing: &'a [String],
 }
@@ -145,7 +145,7 @@ pub(super) struct ChapterPart<'a> {
 /// The height of a chart in the page.
 const HEIGHT: u32 = 400;
 
-/// The report as HTML, with doubts in `words`.
+/// The report as HTML, with warnings in `words`.
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
@@ -323,9 +323,9 @@ fn chapter_section(chapter: &ChapterPart<'_>, words: &dyn Words) -> Result<Marku
                 (claim_heading())
                 @for claim in &chapter.claims { (claim_row(claim)) }
             }
-            @if !chapter.doubts.is_empty() {
-                h3 { "Doubts" }
-                ul.doubts { @for doubt in chapter.doubts { li { (words.merged(doubt)) } } }
+            @if !chapter.warnings.is_empty() {
+                h3 { "Warnings" }
+                ul.warnings { @for warning in chapter.warnings { li { (words.merged(warning)) } } }
             }
             @if !chapter.missing.is_empty() {
                 h3 { "Figures that are not repeated here" }

@@ -1,18 +1,20 @@
-//! From the places of blocks and bursts to an alignment with its doubts.
+//! From the places of blocks and bursts to an alignment with its warnings.
 
 use super::anchored::{Burst, seen};
 use super::burst::Bursts;
 use super::line::{Found, LEAST_STEP_S, Line, converged, robust, step};
 use super::search::{Blocks, Lead, NEAR_S, Placed};
-use super::{AlignDoubt, AlignError, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared, Span};
+use super::{
+    AlignError, AlignWarning, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared, Span,
+};
 use crate::quantity::Seconds;
 use crate::statistics::median;
 
-/// Less certain times are doubted, s.
+/// Less certain times give a warning, s.
 const CERTAIN_S: f64 = 1e-4;
-/// So many neighbouring blocks that are not where they should be are doubted, and so is a share of one in [`MANY`].
+/// So many neighbouring blocks that are not where they should be give a warning, and so is a share of one in [`MANY`].
 const RUN: usize = 2;
-/// Where half of the blocks correlate by this or more, a single one that does not is doubted.
+/// Where half of the blocks correlate by this or more, a single one that does not gives a warning.
 const CLEAR: f64 = 0.7;
 /// One in so many is many.
 const MANY: usize = 5;
@@ -63,7 +65,7 @@ impl ByBlocks {
 
     /// The step of the half of a block that is furthest in the drive from where the line leads, if there is one: samples are missing between it and the
     /// blocks of the line.
-    fn stray_step(&self, both: &Prepared) -> Result<Option<AlignDoubt>, AlignError> {
+    fn stray_step(&self, both: &Prepared) -> Result<Option<AlignWarning>, AlignError> {
         let blocks = Blocks::of(both, self.line.drift_ppm())?;
         let own = self.placed.found.iter().zip(&self.used);
         let used: Vec<&Found> = own.filter_map(|(one, used)| used.then_some(one)).collect();
@@ -97,7 +99,7 @@ impl ByBlocks {
         Ok(furthest.zip(middle_s).map(|((at_s, by_s), middle_s)| {
             match at_s < middle_s {
                 // The line is that of what comes behind.
-                true => AlignDoubt::Step {
+                true => AlignWarning::Step {
                     at_s: strays
                         .iter()
                         .map(|(at_s, _)| *at_s)
@@ -106,7 +108,7 @@ impl ByBlocks {
                         + quarter_s,
                     by_s: -by_s,
                 },
-                false => AlignDoubt::Step {
+                false => AlignWarning::Step {
                     at_s: strays
                         .iter()
                         .map(|(at_s, _)| *at_s)
@@ -122,7 +124,7 @@ impl ByBlocks {
     /// Where blocks lie further from the line than noise explains.
     ///
     /// Formula: the error of the envelope's maximum is √((1 − ρ²)/(B·T·ρ²))/(2π·B/√12) for the band B, the block T and the correlation ρ.
-    fn scatter(&self, both: &Prepared) -> Option<AlignDoubt> {
+    fn scatter(&self, both: &Prepared) -> Option<AlignWarning> {
         let width_hz = both.config.band.high().0 - both.config.band.low().0;
         let cells = width_hz * both.config.block_s.0;
         let own = self.placed.found.iter().zip(&self.used);
@@ -141,7 +143,7 @@ impl ByBlocks {
         }
         let [spread_s, expected_s] = [squares, expected].map(|sum| (sum / count).sqrt());
         let limit_s = LEAST_SCATTER_S.max(SCATTER * expected_s);
-        (spread_s > limit_s).then_some(AlignDoubt::Scatter {
+        (spread_s > limit_s).then_some(AlignWarning::Scatter {
             spread_s,
             expected_s,
             largest_s,
@@ -156,10 +158,10 @@ impl ByBlocks {
 
 pub(super) fn by_blocks(both: &Prepared) -> Result<Alignment, AlignError> {
     let found = ByBlocks::of(both, None)?;
-    let mut doubts = missed(&found.placed, both, &[]);
-    doubts.extend(found.stray_step(both)?);
+    let mut warnings = missed(&found.placed, both, &[]);
+    warnings.extend(found.stray_step(both)?);
     let line = (AlignedBy::Blocks, found.line);
-    Ok(alignment(both, line, Some(&found), &[], doubts))
+    Ok(alignment(both, line, Some(&found), &[], warnings))
 }
 
 pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, AlignError> {
@@ -178,10 +180,10 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
             AlignError::FewBlocks { .. } => AlignError::OneBurst { which: burst.which },
             other => other,
         })?;
-        let mut doubts = missed(&found.placed, both, &spans);
-        doubts.extend(found.stray_step(both)?);
+        let mut warnings = missed(&found.placed, both, &spans);
+        warnings.extend(found.stray_step(both)?);
         let line = (AlignedBy::Blocks, found.line);
-        return Ok(alignment(both, line, Some(&found), &seen.bursts, doubts));
+        return Ok(alignment(both, line, Some(&found), &seen.bursts, warnings));
     };
     let worst = |line: &Line| line.half_at(0.0).max(line.half_at(both.recorded_length_s));
     let blocks = blocks.ok();
@@ -199,35 +201,32 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
         let phases = blocks.phase_times(&placed.repeating, offset);
         Ok((placed, phases))
     });
-    let mut doubts: Vec<AlignDoubt> = apart.into_iter().collect();
+    let mut warnings: Vec<AlignWarning> = apart.into_iter().collect();
     if let Ok((placed, phases)) = &placed {
-        doubts.extend(missed(placed, both, &spans));
-        doubts.extend(
-            phases
-                .iter()
-                .filter_map(|run| wandering(run))
-                .reduce(|one, other| match (&one, &other) {
-                    (AlignDoubt::Uneven { by_s: a }, AlignDoubt::Uneven { by_s: b }) if b > a => {
-                        other
-                    }
-                    _ => one,
-                }),
-        );
+        warnings.extend(missed(placed, both, &spans));
+        warnings.extend(phases.iter().filter_map(|run| wandering(run)).reduce(
+            |one, other| match (&one, &other) {
+                (AlignWarning::Uneven { by_s: a }, AlignWarning::Uneven { by_s: b }) if b > a => {
+                    other
+                }
+                _ => one,
+            },
+        ));
     } else {
-        doubts.push(AlignDoubt::BetweenNotSeen {});
+        warnings.push(AlignWarning::BetweenNotSeen {});
     }
     Ok(alignment(
         both,
         (by, line),
         blocks.as_ref(),
         &seen.bursts,
-        doubts,
+        warnings,
     ))
 }
 
 /// Blocks that are not where they should be, where there are many or several neighbouring ones. Bursts are in every drive that has
 /// them, so that blocks with one count neither way.
-fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> {
+fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignWarning> {
     let block_s = both.config.block_s.0;
     let with_burst = |drive_s: f64| {
         bursts.iter().any(|span| {
@@ -249,9 +248,9 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> 
         run = if joins { run + 1 } else { 1 };
         longest = longest.max(run);
     }
-    let doubt = match (missed.first(), missed.last()) {
+    let warning = match (missed.first(), missed.last()) {
         (Some(first), Some(last)) if is_clear || longest >= RUN || MANY * missed.len() > of => {
-            Some(AlignDoubt::NotThere {
+            Some(AlignWarning::NotThere {
                 missed: missed.len(),
                 of,
                 from_s: first - 0.5 * block_s,
@@ -260,11 +259,11 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignDoubt> 
         }
         _ => None,
     };
-    doubt.into_iter().collect()
+    warning.into_iter().collect()
 }
 
 /// Where the lines of blocks and of bursts disagree.
-fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignDoubt> {
+fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignWarning> {
     let ends_s = [0.0, both.recorded_length_s];
     let far = ends_s.map(|at_s| {
         let by_s = (blocks.at(at_s) - bursts.at(at_s)).abs();
@@ -273,39 +272,39 @@ fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignDoubt> {
         (by_s > CERTAIN_S + sure_s).then_some(by_s)
     });
     let far = far.into_iter().flatten().reduce(f64::max);
-    far.map(|by_s| AlignDoubt::Apart { by_s })
+    far.map(|by_s| AlignWarning::Apart { by_s })
 }
 
 /// Phases that move against the line.
-fn wandering(run: &[[f64; 2]]) -> Option<AlignDoubt> {
+fn wandering(run: &[[f64; 2]]) -> Option<AlignWarning> {
     let times = || run.iter().map(|[time_s, _]| *time_s);
     let by_s = times().fold(f64::MIN, f64::max) - times().fold(f64::MAX, f64::min);
     let error_s = run.iter().map(|[_, error_s]| *error_s).fold(0.0, f64::max);
-    (by_s > CERTAIN_S.max(PHASE_ERRORS * error_s)).then_some(AlignDoubt::Uneven { by_s })
+    (by_s > CERTAIN_S.max(PHASE_ERRORS * error_s)).then_some(AlignWarning::Uneven { by_s })
 }
 
-/// By how much times may be off for what is doubted, s.
-fn wider_s(doubt: &AlignDoubt) -> f64 {
-    match doubt {
-        AlignDoubt::Step { by_s, .. }
-        | AlignDoubt::Apart { by_s }
-        | AlignDoubt::Uneven { by_s } => by_s.abs(),
+/// By how much times may be off for what gives a warning, s.
+fn wider_s(warning: &AlignWarning) -> f64 {
+    match warning {
+        AlignWarning::Step { by_s, .. }
+        | AlignWarning::Apart { by_s }
+        | AlignWarning::Uneven { by_s } => by_s.abs(),
         // Of a staircase the ends lie twice as far from its line as its steps.
-        AlignDoubt::Scatter { largest_s, .. } => 2.0 * largest_s,
+        AlignWarning::Scatter { largest_s, .. } => 2.0 * largest_s,
         _ => 0.0,
     }
 }
 
-/// By how much the line may bend over the recording for what is doubted, s.
-fn bent_s(doubt: &AlignDoubt) -> f64 {
-    match doubt {
+/// By how much the line may bend over the recording for what gives a warning, s.
+fn bent_s(warning: &AlignWarning) -> f64 {
+    match warning {
         // Blocks behind a larger step are not followed, and the line is not drawn with them.
-        AlignDoubt::Step { by_s, .. } if by_s.abs() > NEAR_S => 0.0,
-        AlignDoubt::Step { by_s, .. }
-        | AlignDoubt::Apart { by_s }
-        | AlignDoubt::Uneven { by_s } => 1.5 * by_s.abs(),
+        AlignWarning::Step { by_s, .. } if by_s.abs() > NEAR_S => 0.0,
+        AlignWarning::Step { by_s, .. }
+        | AlignWarning::Apart { by_s }
+        | AlignWarning::Uneven { by_s } => 1.5 * by_s.abs(),
         // Blocks that hold a lost sample show a part of its step.
-        AlignDoubt::Scatter { variation_s, .. } => 1.5 * variation_s,
+        AlignWarning::Scatter { variation_s, .. } => 1.5 * variation_s,
         _ => 0.0,
     }
 }
@@ -316,26 +315,26 @@ fn alignment(
     (by, line): (AlignedBy, Line),
     blocks: Option<&ByBlocks>,
     bursts: &[Burst],
-    more: Vec<AlignDoubt>,
+    more: Vec<AlignWarning>,
 ) -> Alignment {
     let length_s = both.recorded_length_s;
-    let mut doubts = more;
+    let mut warnings = more;
     if let Some(found) = blocks {
-        let is_said = doubts
+        let is_said = warnings
             .iter()
-            .any(|doubt| matches!(doubt, AlignDoubt::Step { .. }));
+            .any(|warning| matches!(warning, AlignWarning::Step { .. }));
         let step = step(&found.placed.found).filter(|_| !is_said);
-        doubts.extend(step.map(|[at_s, by_s]| AlignDoubt::Step { at_s, by_s }));
+        warnings.extend(step.map(|[at_s, by_s]| AlignWarning::Step { at_s, by_s }));
         if by == AlignedBy::Blocks {
-            doubts.extend(found.scatter(both));
+            warnings.extend(found.scatter(both));
         }
     }
     // What is said to be off is within the interval.
-    let wider_s = doubts.iter().map(wider_s).fold(0.0, f64::max);
+    let wider_s = warnings.iter().map(wider_s).fold(0.0, f64::max);
     let half = |at_s: f64| line.half_at(at_s) + wider_s;
     let uncertainty_s = half(0.0).max(half(length_s));
     let (offset_s, drift_ppm) = (line.at(0.0), line.drift_ppm());
-    let bent_s = doubts.iter().map(bent_s).fold(0.0, f64::max);
+    let bent_s = warnings.iter().map(bent_s).fold(0.0, f64::max);
     let wider_ppm = 1e6 * bent_s / length_s;
     let [low_ppm, high_ppm] = line.drift_interval_ppm();
     let covered_s = [
@@ -343,14 +342,14 @@ fn alignment(
         line.at(length_s).min(both.drive_length_s),
     ];
     if covered_s[0] > CERTAIN_S || covered_s[1] < both.drive_length_s - CERTAIN_S {
-        doubts.push(AlignDoubt::PartCovered {
+        warnings.push(AlignWarning::PartCovered {
             from_s: covered_s[0],
             to_s: covered_s[1],
             length_s: both.drive_length_s,
         });
     }
     if uncertainty_s > CERTAIN_S {
-        doubts.push(AlignDoubt::Uncertain {
+        warnings.push(AlignWarning::Uncertain {
             uncertainty_s,
             blocks: match (by, blocks) {
                 (AlignedBy::Blocks, Some(found)) => found.used.len() - found.left_out(),
@@ -361,11 +360,11 @@ fn alignment(
     if let Some(found) = blocks {
         let (left_out, of) = (found.left_out(), found.used.len());
         if by == AlignedBy::Blocks && MANY * left_out > of {
-            doubts.push(AlignDoubt::ManyLeftOut { left_out, of });
+            warnings.push(AlignWarning::ManyLeftOut { left_out, of });
         }
     }
     if drift_ppm.abs() > 0.8 * both.config.most_drift_ppm {
-        doubts.push(AlignDoubt::DriftAtLimit {
+        warnings.push(AlignWarning::DriftAtLimit {
             drift_ppm,
             most_ppm: both.config.most_drift_ppm,
         });
@@ -387,7 +386,7 @@ fn alignment(
         drive_length_s: Seconds(both.drive_length_s),
         blocks: blocks.map_or(Vec::new(), |found| found.places(by)),
         bursts: bursts.iter().map(burst_place).collect(),
-        doubts: doubts.into_iter().map(Into::into).collect(),
+        warnings: warnings.into_iter().map(Into::into).collect(),
     }
 }
 

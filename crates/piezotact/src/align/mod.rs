@@ -6,7 +6,6 @@
 
 mod anchored;
 mod burst;
-mod doubt;
 mod error;
 mod found;
 mod line;
@@ -16,21 +15,22 @@ mod place;
 mod recordings;
 mod search;
 mod tracked;
+mod warning;
 
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, SampleRate, Seconds};
 use crate::resample::Resampler;
+use crate::warning::Warning;
 
 pub use burst::{
     BurstConfig, BurstDocument, BurstError, Bursts, DRIVE_BETWEEN, FIRST_BURST, LAST_BURST, Span,
     Which, WithBursts, with_bursts,
 };
-pub use doubt::AlignDoubt;
 pub use error::AlignError;
 pub use recordings::{AlignDocument, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};
 pub use tracked::{ClockTracker, ClocksCompared};
+pub use warning::AlignWarning;
 
 /// The share of the lower Nyquist frequency up to which signals are compared.
 const PASSBAND: f64 = 0.9;
@@ -150,7 +150,7 @@ pub struct Alignment {
     /// The bursts in the order of time.
     pub bursts: Vec<BurstPlace>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Alignment {

@@ -142,7 +142,7 @@ impl AlignDocument {
             page = page.section("Bursts", [Block::Table(bursts)]);
         }
         let text = self.method();
-        page.doubts(&found.doubts)
+        page.warnings(&found.warnings)
             .section("Method", [Block::Note { text }])
     }
 

@@ -3,15 +3,15 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AlignConfig, AlignDoubt, AlignError, Alignment, Bursts, align, align_with_bursts, place,
+    AlignConfig, AlignError, AlignWarning, Alignment, Bursts, align, align_with_bursts, place,
 };
 use crate::document::Content;
-use crate::doubt::Doubt;
 use crate::number::plus;
 use crate::quantity::{Drive, Hertz, Quantity as _, SampleRate, Seconds, Unit};
 use crate::recording::{Annotations, Channel, Clock, Event, Recording};
 use crate::resample::Resampler;
-use crate::sound::SoundDoubt;
+use crate::sound::SoundWarning;
+use crate::warning::Warning;
 
 /// The label of the time of the first sample on the clock of the drive, s.
 pub const FIRST_SAMPLE: &str = "first_sample_on_drive_s";
@@ -119,7 +119,7 @@ fn signal((named, channel, clock): (Named<'_>, &Channel, Clock)) -> SignalOf {
 }
 
 /// The recording on the clock of the drive: offset and drift of its compared channel, by the bursts too that the file of the drive states.
-/// Doubts are those of both files and of the alignment.
+/// Warnings are those of both files and of the alignment.
 ///
 /// Source: [`align`], [`align_with_bursts`].
 ///
@@ -147,23 +147,24 @@ pub fn align_recordings(
     let others = others.filter(|(_, clock)| *clock != of.2);
     let others: Vec<String> = others.map(|(one, _)| one.name.clone()).collect();
     if !others.is_empty() {
-        alignment.doubts.push(
-            AlignDoubt::OtherClocks {
+        alignment.warnings.push(
+            AlignWarning::OtherClocks {
                 channels: others.join(", "),
             }
             .into(),
         );
     }
-    let about = [compared.drive.0, of.0].map(|named| &named.recording.about.doubts);
-    let mut doubts: Vec<Doubt> = Vec::new();
+    let about = [compared.drive.0, of.0].map(|named| &named.recording.about.warnings);
+    let mut warnings: Vec<Warning> = Vec::new();
     // That the clocks differ is what is corrected here.
-    let of_clocks = |doubt: &Doubt| matches!(doubt.kind(), Some(SoundDoubt::ClocksApart { .. }));
-    for doubt in about.into_iter().flatten().chain(&alignment.doubts) {
-        if !doubts.contains(doubt) && !of_clocks(doubt) {
-            doubts.push(doubt.clone());
+    let of_clocks =
+        |warning: &Warning| matches!(warning.kind(), Some(SoundWarning::ClocksApart { .. }));
+    for warning in about.into_iter().flatten().chain(&alignment.warnings) {
+        if !warnings.contains(warning) && !of_clocks(warning) {
+            warnings.push(warning.clone());
         }
     }
-    alignment.doubts = doubts;
+    alignment.warnings = warnings;
     Ok(AlignDocument {
         drive: signal(compared.drive),
         recording: signal(of),
@@ -238,7 +239,7 @@ impl AlignDocument {
         );
         let provenance = about.provenance.then(step);
         let mut found = Recording::with_clocks(channels, about.condition, provenance)?;
-        found.about.doubts.clone_from(&alignment.doubts);
+        found.about.warnings.clone_from(&alignment.warnings);
         found.annotations = self.annotations(compared, first_s);
         Ok(found)
     }

@@ -104,9 +104,9 @@ fn another_rate_a_drift_and_cut_ends_are_found_within_a_tenth_of_a_millisecond()
         assert!((back.0 - 7.0).abs() < 1e-9);
         let cut = from_s > 0.0 || to_s < 30.0;
         let said = found
-            .doubts
+            .warnings
             .iter()
-            .any(|doubt| doubt.code == "align_part_covered");
+            .any(|warning| warning.code == "align_part_covered");
         assert_eq!(cut, said);
     }
 }
@@ -189,9 +189,9 @@ fn lost_samples_are_said() {
     both[1].0.drain(75_000..75_010);
     let found = aligned(&both, &config()).unwrap();
     let codes: Vec<&str> = found
-        .doubts
+        .warnings
         .iter()
-        .map(|doubt| doubt.code.as_ref())
+        .map(|warning| warning.code.as_ref())
         .collect();
     assert!(codes.contains(&"align_uncertain"), "{codes:?} {found:?}");
 }

@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 
 use super::line::{FEWEST_BLOCKS, Found, robust, step};
-use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{SampleRate, Seconds};
-use crate::sound::{SoundDoubt, phase_slope};
+use crate::sound::{SoundWarning, phase_slope};
+use crate::warning::Warning;
 
 /// The samples of a block, and of the stretch in which a block is looked for near where it is expected.
 const BLOCK: usize = 4096;
@@ -52,15 +52,15 @@ impl ClocksCompared {
     ///
     /// Source: decision 0093 of this project.
     #[must_use]
-    pub fn doubts(&self, rate: SampleRate) -> Vec<Doubt> {
+    pub fn warnings(&self, rate: SampleRate) -> Vec<Warning> {
         if let Some([at_s, by_s]) = self.step_s {
-            return vec![SoundDoubt::DelayStepped { at_s, by_s }.into()];
+            return vec![SoundWarning::DelayStepped { at_s, by_s }.into()];
         }
         let samples = 1e-6 * self.drift_ppm.abs() * self.over_s.0 * rate.hz();
         let is_known = self.drift_ppm.abs() > self.uncertainty_ppm;
         if is_known && samples > MATTERS_SAMPLES {
             return vec![
-                SoundDoubt::ClocksApart {
+                SoundWarning::ClocksApart {
                     ppm: self.drift_ppm,
                     uncertainty_ppm: self.uncertainty_ppm,
                 }
@@ -393,7 +393,7 @@ mod tests {
             assert!(found.uncertainty_ppm < 0.2, "{found:?}");
             assert_eq!(found.step_s, None, "{ppm}");
             assert_eq!(
-                found.doubts(rate).len(),
+                found.warnings(rate).len(),
                 usize::from(ppm != 0.0),
                 "{found:?}"
             );
@@ -422,7 +422,11 @@ mod tests {
         let [at_s, by_s] = found.step_s.unwrap();
         assert!((at_s - 31.25).abs() < 1.0, "{found:?}");
         assert!((by_s + 64.0 / RATE_HZ).abs() < 2e-5, "{found:?}");
-        let said: Vec<String> = found.doubts(rate).iter().map(ToString::to_string).collect();
+        let said: Vec<String> = found
+            .warnings(rate)
+            .iter()
+            .map(ToString::to_string)
+            .collect();
         assert!(said.len() == 1 && said[0].contains("stepped"), "{said:?}");
 
         let mut tracker = tracked(&texture, 60.0, &[]);

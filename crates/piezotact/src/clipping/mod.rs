@@ -1,13 +1,13 @@
 //! Clipping: the share of a signal at a limit of a sensor, a converter or a drive.
 
-mod doubt;
 mod histogram;
 mod limit;
+mod warning;
 
-use crate::doubt::Doubt;
 use crate::quantity::{Drive, Quantity};
 use crate::series::Series;
-pub use doubt::ClippingDoubt;
+use crate::warning::Warning;
+pub use warning::ClippingWarning;
 
 pub(crate) use limit::step;
 pub use limit::{Limited, limited};
@@ -20,7 +20,7 @@ pub struct Clipping {
     /// The share of the drive alone, 0–1.
     pub of_the_drive: f64,
     /// One for each place where something clipped.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The clipping during the measurement of `response`, as shares 0–1 at the rate of the acquisition: of the sensor (samples at its
@@ -44,19 +44,19 @@ pub fn clipping<Q: Quantity>(
     });
     let device = rendered_fraction.unwrap_or(0.0).max(played);
     let sensor = flat_top_fraction(response.samples());
-    let of_sensor = ClippingDoubt::Clipped {
+    let of_sensor = ClippingWarning::Clipped {
         what: format!("the measured {}", Q::NAME),
         fraction: sensor,
     };
-    let of_drive = ClippingDoubt::PlayedDriveClipped { fraction: device };
+    let of_drive = ClippingWarning::PlayedDriveClipped { fraction: device };
     let found = [(sensor, of_sensor), (device, of_drive)];
     Clipping {
         fraction: sensor.max(device),
         of_the_drive: device,
-        doubts: found
+        warnings: found
             .into_iter()
             .filter(|(fraction, _)| *fraction > 0.0)
-            .map(|(_, doubt)| doubt.into())
+            .map(|(_, warning)| warning.into())
             .collect(),
     }
 }

@@ -1,9 +1,9 @@
 //! Conditions that differ between groups beside the one that is compared.
 
-use super::{CompareDoubt, Summary};
-use crate::doubt::Doubt;
+use super::{CompareWarning, Summary};
 use crate::feature::Statistics;
 use crate::number::digits;
+use crate::warning::Warning;
 
 /// Speeds and loads of groups that differ by no more than this share count as one.
 const SAME_SHARE: f64 = 0.15;
@@ -24,10 +24,10 @@ pub struct Confounder {
 }
 
 impl Confounder {
-    /// The doubt that a difference between groups `by` something may come from it.
+    /// The warning that a difference between groups `by` something may come from it.
     #[must_use]
-    pub fn doubt(&self, by: &str) -> Doubt {
-        Doubt::from(CompareDoubt::Confounded {
+    pub fn warning(&self, by: &str) -> Warning {
+        Warning::from(CompareWarning::Confounded {
             what: self.what.into(),
             by: by.into(),
             low: self.low,
@@ -113,16 +113,16 @@ pub fn confounders(groups: &[&Summary], stated_n: &[Option<f64>], by: &str) -> V
     factors.filter_map(found).collect()
 }
 
-/// The doubts that `groups` differ in speed or load beside what is compared, or that this is not known of some.
-pub(super) fn doubts(groups: &[&Summary], stated_n: &[Option<f64>], by: &str) -> Vec<Doubt> {
+/// The warnings that `groups` differ in speed or load beside what is compared, or that this is not known of some.
+pub(super) fn warnings(groups: &[&Summary], stated_n: &[Option<f64>], by: &str) -> Vec<Warning> {
     let unknown = factors(groups, stated_n, by).into_iter();
     let unknown = unknown.filter(|(_, _, values)| values.iter().any(Option::is_none));
     let unknown = unknown.map(|(what, ..)| {
-        Doubt::from(CompareDoubt::MayDiffer {
+        Warning::from(CompareWarning::MayDiffer {
             what: what.into(),
             by: by.into(),
         })
     });
     let differ = confounders(groups, stated_n, by).into_iter();
-    differ.map(|c| c.doubt(by)).chain(unknown).collect()
+    differ.map(|c| c.warning(by)).chain(unknown).collect()
 }

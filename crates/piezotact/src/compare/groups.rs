@@ -1,12 +1,12 @@
 //! Which samples are distinguishable by their vibration, from the strokes of each.
 
-use crate::doubt::Doubt;
+use crate::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
-    Difference, DiscriminationDoubt, Evidence, Excitation, ExcitationPlan, Model, Units,
+    Difference, DiscriminationWarning, Evidence, Excitation, ExcitationPlan, Model, Units,
     differences,
 };
 use crate::feature::Analysis;
@@ -90,7 +90,7 @@ pub struct AcrossSamples {
     /// How it was done.
     pub config: DiscriminationConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Why distinguishability cannot be judged.
@@ -207,7 +207,7 @@ pub fn discriminate(
         .iter()
         .map(|textures| excitations(textures, &config.model))
         .collect();
-    let mut doubts = config.model.doubts();
+    let mut warnings = config.model.warnings();
     let family: usize = settings
         .iter()
         .map(|s| s.len() * s.len().saturating_sub(1) / 2)
@@ -215,7 +215,7 @@ pub fn discriminate(
     let apart = recordings_differ(strokes.iter().flatten(), &config);
     let units = match apart {
         Some(p_value) if p_value < POOLED_FROM => {
-            doubts.push(Doubt::from(DiscriminationDoubt::RecordingsDiffer {
+            warnings.push(Warning::from(DiscriminationWarning::RecordingsDiffer {
                 p_value,
             }));
             SampleUnit::Recordings
@@ -231,13 +231,13 @@ pub fn discriminate(
         })
         .collect();
     judge(&mut found, &config);
-    doubts.extend(about_units(settings, &found, units, family, config.alpha));
+    warnings.extend(about_units(settings, &found, units, family, config.alpha));
     Ok(AcrossSamples {
         settings: found,
         units,
         family,
         config,
-        doubts,
+        warnings,
     })
 }
 
@@ -503,15 +503,15 @@ fn judge(found: &mut [Groups], config: &DiscriminationConfig) {
     }
 }
 
-/// The doubts about too few strokes or recordings.
+/// The warnings about too few strokes or recordings.
 fn about_units(
     settings: &[Vec<Texture>],
     found: &[Groups],
     units: SampleUnit,
     family: usize,
     alpha: f64,
-) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+) -> Vec<Warning> {
+    let mut warnings = Vec::new();
     let names = |of: &dyn Fn(&Texture) -> bool| -> Vec<String> {
         let mut names: Vec<String> = Vec::new();
         for texture in settings.iter().flatten().filter(|t| of(t)) {
@@ -524,13 +524,13 @@ fn about_units(
     let strokes = |t: &Texture| t.recordings.iter().map(Vec::len).sum::<usize>();
     let single = names(&|t| strokes(t) == 1);
     if !single.is_empty() {
-        doubts.push(Doubt::from(DiscriminationDoubt::OneStroke {
+        warnings.push(Warning::from(DiscriminationWarning::OneStroke {
             samples: single,
         }));
     }
     let alone = names(&|t| t.recordings.len() == 1 && strokes(t) > 1);
     if !alone.is_empty() {
-        doubts.push(Doubt::from(DiscriminationDoubt::OneRecording {
+        warnings.push(Warning::from(DiscriminationWarning::OneRecording {
             samples: alone,
         }));
     }
@@ -543,14 +543,14 @@ fn about_units(
         .map(|[a, b]| a.min(b))
         .min();
     if let Some(found) = mute {
-        doubts.push(Doubt::from(DiscriminationDoubt::TooFewUnits {
+        warnings.push(Warning::from(DiscriminationWarning::TooFewUnits {
             unit: units.word().into(),
             found,
             needed: units_needed(family, alpha),
             pairs: family,
         }));
     }
-    doubts
+    warnings
 }
 
 /// All maximal sets in which everyone is near everyone: `chosen` with any of `open`, none of `done`.

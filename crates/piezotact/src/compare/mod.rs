@@ -3,7 +3,6 @@
 mod conclusion;
 mod confounded;
 mod distinguishability;
-mod doubt;
 mod groups;
 mod lines;
 mod period;
@@ -11,10 +10,10 @@ mod receptors;
 mod summary;
 mod touching;
 mod trends;
+mod warning;
 
 pub use confounded::{Confounder, confounders, unless_confounded};
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
-pub use doubt::CompareDoubt;
 pub use groups::{AcrossSamples, DiscriminationConfig, DiscriminationError, Texture, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
@@ -31,6 +30,7 @@ pub use trends::{
     across_participants, across_roughness, active_against_passive, friction_against_rms,
     friction_change, rms_on_speed,
 };
+pub use warning::CompareWarning;
 
 use crate::quantity::Band;
 

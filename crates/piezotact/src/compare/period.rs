@@ -1,15 +1,15 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
-use crate::compare::CompareDoubt;
+use crate::compare::CompareWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::doubt::Doubt;
 use crate::feature::vertex;
 use crate::fourier::RealTransform;
 use crate::quantity::{Hertz, SampleRate};
 use crate::spectrum::{Symmetry, Window};
 use crate::statistics::{mean, standard_deviation, t_quantile};
+use crate::warning::Warning;
 
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ pub struct SpatialPeriod {
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl SpatialPeriod {
@@ -361,27 +361,33 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         open_multiples_m: open,
         groups,
         criteria,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     };
     let others = found.criteria.iter();
     let others = others.filter(|c| c.what != PeriodCriterion::Multiples);
     if Outcome::of_all(others.map(|c| c.outcome)) != Outcome::Met {
         found
-            .doubts
-            .push(Doubt::from(CompareDoubt::NoCommonPeriod { prominence_db }));
+            .warnings
+            .push(Warning::from(CompareWarning::NoCommonPeriod {
+                prominence_db,
+            }));
     } else if let Some(multiple_m) = found.open_multiples_m.last() {
         let fastest_m_s = all.iter().map(|s| s.speed_m_s).fold(0.0, f64::max);
-        found.doubts.push(Doubt::from(CompareDoubt::OpenMultiple {
-            period_m,
-            multiple_m: *multiple_m,
-            needed_hz: fastest_m_s / multiple_m,
-        }));
+        found
+            .warnings
+            .push(Warning::from(CompareWarning::OpenMultiple {
+                period_m,
+                multiple_m: *multiple_m,
+                needed_hz: fastest_m_s / multiple_m,
+            }));
     }
     if interval_m.is_none() {
-        found.doubts.push(Doubt::from(CompareDoubt::NoInterval {
-            what: "the spatial period".into(),
-            groups: units.len(),
-        }));
+        found
+            .warnings
+            .push(Warning::from(CompareWarning::NoInterval {
+                what: "the spatial period".into(),
+                groups: units.len(),
+            }));
     }
     Some(found)
 }

@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use crate::compare::CompareDoubt;
+use crate::compare::CompareWarning;
 use serde::{Serialize, Serializer};
 
 use super::CompareError;
 use super::{ReceptorLevel, receptor_levels};
-use crate::doubt::{Doubt, merged};
 use crate::feature::{
     Analysis, Peak, RECOMMENDED_STROKES, STROKE_COLUMNS, Statistics, StrokeFeatures, StrokeSpectra,
     peaks, peaks_above,
 };
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
+use crate::warning::{Warning, merged};
 
 /// The ridges of a fingertip are this far apart, m: the widest range of the literature.
 const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;
@@ -117,12 +117,12 @@ pub struct Summary {
     pub psd: StrokeSpectra,
     /// What a person should know before relying on it; written with those of one kind as one.
     #[serde(serialize_with = "as_merged")]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
-/// Writes doubts, those of one kind as one.
-fn as_merged<S: Serializer>(doubts: &[Doubt], to: S) -> Result<S::Ok, S::Error> {
-    merged(doubts).serialize(to)
+/// Writes warnings, those of one kind as one.
+fn as_merged<S: Serializer>(warnings: &[Warning], to: S) -> Result<S::Ok, S::Error> {
+    merged(warnings).serialize(to)
 }
 
 /// Known spatial periods of finger and texture; lengths in m.
@@ -196,22 +196,22 @@ pub fn summarise(
         (Some(speed), Some(wavelength_m)) => comb(&found, speed.mean, wavelength_m, band.high()),
         _ => Vec::new(),
     };
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if strokes.len() < RECOMMENDED_STROKES {
-        doubts.push(Doubt::from(CompareDoubt::FewStrokes {
+        warnings.push(Warning::from(CompareWarning::FewStrokes {
             what: name.into(),
             kept: strokes.len(),
             recommended: RECOMMENDED_STROKES,
         }));
     }
-    doubts.extend(pooled(name, members, speed_m_s));
+    warnings.extend(pooled(name, members, speed_m_s));
     let rms = over(&|s| s.rms)?;
     if rms.sd > 0.5 * rms.mean
-        && doubts
+        && warnings
             .iter()
-            .all(|doubt| !matches!(doubt.kind(), Some(CompareDoubt::Pooled { .. })))
+            .all(|warning| !matches!(warning.kind(), Some(CompareWarning::Pooled { .. })))
     {
-        doubts.push(Doubt::from(CompareDoubt::Scattered {
+        warnings.push(Warning::from(CompareWarning::Scattered {
             group: name.into(),
             share: rms.sd / rms.mean,
         }));
@@ -252,18 +252,18 @@ pub fn summarise(
         speed_m_s,
         peaks: found,
         psd,
-        doubts,
+        warnings,
     })
 }
 
-/// The doubts that recordings are averaged together that differ in speed, touch, participant or load.
+/// The warnings that recordings are averaged together that differ in speed, touch, participant or load.
 fn pooled(
     name: &str,
     members: &[(&Analysis, &Condition)],
     speed_m_s: Option<Statistics>,
-) -> Vec<Doubt> {
+) -> Vec<Warning> {
     let differ = |what: &str| {
-        Doubt::from(CompareDoubt::Pooled {
+        Warning::from(CompareWarning::Pooled {
             group: name.into(),
             what: what.into(),
         })
@@ -278,24 +278,24 @@ fn pooled(
     let touch = members
         .windows(2)
         .any(|pair| pair[0].1.touch != pair[1].1.touch);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if apart || scattered {
-        doubts.push(differ("speed"));
+        warnings.push(differ("speed"));
     }
     if members
         .windows(2)
         .any(|pair| pair[0].1.sample != pair[1].1.sample)
     {
-        doubts.push(differ("samples"));
+        warnings.push(differ("samples"));
     }
     if touch {
-        doubts.push(differ("touch (active and passive)"));
+        warnings.push(differ("touch (active and passive)"));
     }
     if members
         .windows(2)
         .any(|pair| pair[0].1.participant != pair[1].1.participant)
     {
-        doubts.push(differ("participants"));
+        warnings.push(differ("participants"));
     }
     let mut loads: Vec<f64> = members
         .iter()
@@ -305,9 +305,9 @@ fn pooled(
     if let [lightest, .., heaviest] = loads.as_slice()
         && *heaviest > OTHER_SPEED * lightest
     {
-        doubts.push(differ("load"));
+        warnings.push(differ("load"));
     }
-    doubts
+    warnings
 }
 
 fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {

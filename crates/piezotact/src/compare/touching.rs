@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::confounded::{self, loads_n};
 use super::{Confounder, Summary};
-use crate::doubt::Doubt;
 use crate::statistics::{LogFit, PairedDifference, log_fit, mean, paired_difference};
+use crate::warning::Warning;
 
 /// How vibration and friction follow the load.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -23,7 +23,7 @@ pub struct LoadTrend {
     pub friction_on_load: Option<LogFit>,
     /// What it leaves open.
     #[serde(skip)]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// How rms and friction follow the load over `groups`, one for each load, whose recordings state `stated_n`.
@@ -43,7 +43,7 @@ pub fn load_trend(groups: &[&Summary], stated_n: &[Option<f64>]) -> LoadTrend {
     LoadTrend {
         rms_on_load: fit(&|group| Some(group.rms.mean)),
         friction_on_load: fit(&|group| Some(group.friction_coefficient?.mean)),
-        doubts: confounded::doubts(groups, stated_n, "load"),
+        warnings: confounded::warnings(groups, stated_n, "load"),
         load_n,
     }
 }
@@ -79,7 +79,7 @@ pub struct DirectionTrend {
     pub directions: Vec<DirectionDifference>,
     /// What it leaves open.
     #[serde(skip)]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// How level and stick-slip differ between `groups`, one for each direction, with their `contacts` and the loads that their
@@ -106,7 +106,7 @@ pub fn direction_trend(
     });
     DirectionTrend {
         directions: directions.collect(),
-        doubts: confounded::doubts(groups, stated_n, "direction"),
+        warnings: confounded::warnings(groups, stated_n, "direction"),
     }
 }
 

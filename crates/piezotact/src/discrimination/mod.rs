@@ -5,17 +5,17 @@
 //! strokes are treated alike; what differs is only what the limits rest on.
 
 mod contact;
-mod doubt;
 mod evidence;
 mod excitation;
+mod warning;
 
-use crate::doubt::Doubt;
+use crate::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 pub use contact::{ContactMap, ContactMapError};
-pub use doubt::DiscriminationDoubt;
 pub(crate) use evidence::{Evidence, Reach, Units, reach};
 pub use excitation::{Excitation, ExcitationPlan};
+pub use warning::DiscriminationWarning;
 
 use crate::criterion::Limit;
 use crate::feature::Weighting;
@@ -112,13 +112,13 @@ impl Model {
         self.threshold_m_s2(frequency).powi(-2)
     }
 
-    /// The doubts about the model itself.
+    /// The warnings about the model itself.
     #[must_use]
-    pub fn doubts(&self) -> Vec<Doubt> {
+    pub fn warnings(&self) -> Vec<Warning> {
         match &self.contact {
-            None => vec![DiscriminationDoubt::ThresholdsOfSkin.into()],
+            None => vec![DiscriminationWarning::ThresholdsOfSkin.into()],
             Some(map) if !map.covers(self.band) => vec![
-                DiscriminationDoubt::ContactMapEnds {
+                DiscriminationWarning::ContactMapEnds {
                     measured_hz: map.measured_hz(),
                 }
                 .into(),

@@ -1,18 +1,18 @@
 //! Features of the strokes of a recording: level, spectrum, friction, and perceptually weighted power.
 
-mod doubt;
 mod low;
 mod peaks;
 mod plan;
 mod statistics;
+mod warning;
 mod weighting;
 
-use crate::clipping::ClippingDoubt;
-use crate::integrity::{SignalDoubt, never_changes};
-use crate::spectrum::SpectrumDoubt;
-pub use doubt::FeatureDoubt;
+use crate::clipping::ClippingWarning;
+use crate::integrity::{SignalWarning, never_changes};
+use crate::spectrum::SpectrumWarning;
 use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
+pub use warning::FeatureWarning;
 
 pub use peaks::{Peak, peaks};
 pub(crate) use peaks::{peaks_above, vertex};
@@ -21,7 +21,6 @@ pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
 use crate::clipping::flat_top_fraction;
-use crate::doubt::Doubt;
 use crate::filter::{FilterError, HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
@@ -29,8 +28,9 @@ use crate::spectrum::{
     EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, amplitude_spectrum, segments_in,
 };
 use crate::stroke::{Interval, SegmentError, Segmentation, Signals, Stroke};
+use crate::warning::Warning;
 
-/// Fewer strokes than this in an average are a doubt.
+/// Fewer strokes than this in an average are a warning.
 ///
 /// Source: the protocol of the 2024 thesis, section 3.1: averages over at least ten explorations.
 pub const RECOMMENDED_STROKES: usize = 10;
@@ -290,7 +290,7 @@ pub struct Analysis {
     /// How it was done.
     pub config: FeatureConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Analysis {
@@ -306,7 +306,7 @@ impl Analysis {
     }
 }
 
-/// The gesture's share of the power above which keeping it is a doubt.
+/// The gesture's share of the power above which keeping it is a warning.
 const GESTURE_SHARE: f64 = 0.1;
 
 /// The features and spectra of the strokes of `recording`, as `segmentation` cut it: features for each stroke,
@@ -330,7 +330,7 @@ pub fn analyse(
     let Vibrations {
         unit,
         channels: vibrations,
-        mut doubts,
+        mut warnings,
     } = vibrations(recording, segmentation, config.high_pass)?;
     let vibrations: Vec<&[f64]> = vibrations.iter().map(Vec::as_slice).collect();
     let (long, short): (Vec<Stroke>, Vec<Stroke>) = segmentation
@@ -339,7 +339,7 @@ pub fn analyse(
         .cloned()
         .partition(|stroke| stroke.steady.len() >= config.welch.segment);
     if !short.is_empty() && !long.is_empty() {
-        doubts.push(Doubt::from(FeatureDoubt::ShortStrokes {
+        warnings.push(Warning::from(FeatureWarning::ShortStrokes {
             count: short.len(),
             needed_s: config.welch.segment as f64 / signals.rate.hz(),
         }));
@@ -363,11 +363,11 @@ pub fn analyse(
         let fraction = clipped.fold(0.0, f64::max);
         let known = recording
             .about
-            .doubts
+            .warnings
             .iter()
-            .any(|doubt| matches!(doubt.kind(), Some(ClippingDoubt::Clipped { .. })));
+            .any(|warning| matches!(warning.kind(), Some(ClippingWarning::Clipped { .. })));
         if fraction > 0.0 && !known {
-            doubts.push(Doubt::from(ClippingDoubt::Clipped {
+            warnings.push(Warning::from(ClippingWarning::Clipped {
                 what: format!("`{name}` in a stroke"),
                 fraction,
             }));
@@ -407,12 +407,12 @@ pub fn analyse(
         .map(|s| segments_in(s.steady.len(), config.welch.segment, hop))
         .sum();
     if segments < RECOMMENDED_SEGMENTS {
-        doubts.push(Doubt::from(SpectrumDoubt::ShortSignal {
+        warnings.push(Warning::from(SpectrumWarning::ShortSignal {
             segments: segments.max(1),
         }));
     }
     if config.high_pass.is_none() {
-        doubts.extend(gesture_kept(&vibrations, segmentation, signals.rate));
+        warnings.extend(gesture_kept(&vibrations, segmentation, signals.rate));
     }
     Ok(Analysis {
         fft: amplitudes(&vibrations, segmentation, signals.rate)?,
@@ -420,7 +420,7 @@ pub fn analyse(
         strokes,
         unit,
         config: config.clone(),
-        doubts,
+        warnings,
     })
 }
 
@@ -431,7 +431,7 @@ pub struct Vibrations {
     /// Their samples, as long as the recording.
     pub channels: Vec<Vec<f64>>,
     /// Channels that were left out.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The channels of `recording` that vibrate, as long as the recording and in its unit, filtered by `high_pass`;
@@ -454,14 +454,14 @@ pub fn vibrations(
         }
         None => None,
     };
-    let (mut channels, mut doubts, mut unit) = (Vec::new(), Vec::new(), None);
+    let (mut channels, mut warnings, mut unit) = (Vec::new(), Vec::new(), None);
     for name in &segmentation.roles.vibration {
         let channel = recording
             .pick(Some(name), &Unit::MetrePerSecondSquared)
             .map_err(FeatureError::Recording)?;
         let first = channel.samples.first().copied().unwrap_or(0.0);
         if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
-            doubts.push(Doubt::from(SignalDoubt::DeadChannel {
+            warnings.push(Warning::from(SignalWarning::DeadChannel {
                 channel: name.clone(),
             }));
             continue;
@@ -485,16 +485,16 @@ pub fn vibrations(
     Ok(Vibrations {
         unit: unit.ok_or(FeatureError::NoVibration)?,
         channels,
-        doubts,
+        warnings,
     })
 }
 
-/// The doubt that what lies below 5 Hz was kept and is a tenth of the power or more.
+/// The warning that what lies below 5 Hz was kept and is a tenth of the power or more.
 fn gesture_kept(
     vibrations: &[&[f64]],
     segmentation: &Segmentation,
     rate: SampleRate,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     let high_pass = HighPass::gesture();
     // At low rates there is no vibration above the gesture to be told from it.
     if rate.hz() < 40.0 * high_pass.cutoff_hz.0 {
@@ -510,7 +510,7 @@ fn gesture_kept(
         }
     }
     let share = 1.0 - fast / all;
-    (share > GESTURE_SHARE).then_some(Doubt::from(FeatureDoubt::GestureKept {
+    (share > GESTURE_SHARE).then_some(Warning::from(FeatureWarning::GestureKept {
         share,
         below_hz: high_pass.cutoff_hz.0,
     }))

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SignalDoubt;
+use super::SignalWarning;
 use crate::fourier::RealTransform;
 use crate::quantity::{SampleRate, Seconds};
 use crate::statistics::mean;
@@ -22,8 +22,8 @@ pub struct Hum {
 }
 
 impl Hum {
-    pub(super) fn doubt(&self, channel: String) -> SignalDoubt {
-        SignalDoubt::MainsHum {
+    pub(super) fn warning(&self, channel: String) -> SignalWarning {
+        SignalWarning::MainsHum {
             channel,
             mains_hz: self.mains_hz,
             harmonics: self.harmonics.clone(),

@@ -2,25 +2,25 @@
 //! hum, drives that could not be played. Uses samples, rate and unit only, independent of the file format.
 
 mod copied;
-mod doubt;
 mod hum;
 mod level;
 mod pair;
+mod warning;
 
 pub use copied::{Copy, copied};
-pub use doubt::SignalDoubt;
 pub use hum::{Hum, mains_hum};
-pub use pair::{Pair, said_of_a_pair, transfer_doubts};
+pub use pair::{Pair, said_of_a_pair, transfer_warnings};
+pub use warning::SignalWarning;
 
-use crate::clipping::ClippingDoubt;
+use crate::clipping::ClippingWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::clipping::limited;
-use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
 use crate::recording::Recording;
 use crate::series::Series;
 use crate::statistics::{mean, standard_deviation};
+use crate::warning::{Warning, Warnings};
 
 /// A part of a signal, from the sample `from` up to and without the sample `to`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -77,21 +77,23 @@ impl Defects {
             && self.clipped_fraction <= 0.0
     }
 
-    /// The doubts about the signal, which is called `channel`.
+    /// The warnings about the signal, which is called `channel`.
     #[must_use]
-    pub fn doubts(&self, channel: &str) -> Vec<Doubt> {
+    pub fn warnings(&self, channel: &str) -> Vec<Warning> {
         let channel = || channel.to_owned();
         if self.dead {
-            return vec![Doubt::from(SignalDoubt::DeadChannel { channel: channel() })];
+            return vec![Warning::from(SignalWarning::DeadChannel {
+                channel: channel(),
+            })];
         }
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         let share = |spans: &[Span]| {
             spans.iter().map(|s| s.len()).sum::<usize>() as f64 / self.samples.max(1) as f64
         };
         let seconds = |samples: usize| self.rate.duration_of(samples).0;
         let longest = |spans: &[Span]| spans.iter().copied().max_by_key(|s| s.len());
         if let Some(most) = longest(&self.frozen) {
-            doubts.push(Doubt::from(SignalDoubt::Frozen {
+            warnings.push(Warning::from(SignalWarning::Frozen {
                 channel: channel(),
                 count: self.frozen.len(),
                 at_s: seconds(most.from),
@@ -100,7 +102,7 @@ impl Defects {
             }));
         }
         if let Some(most) = longest(&self.gaps) {
-            doubts.push(Doubt::from(SignalDoubt::DropOuts {
+            warnings.push(Warning::from(SignalWarning::DropOuts {
                 channel: channel(),
                 count: self.gaps.len(),
                 at_s: seconds(most.from),
@@ -109,17 +111,17 @@ impl Defects {
             }));
         }
         if self.clipped_fraction > 0.0 {
-            doubts.push(Doubt::from(ClippingDoubt::Clipped {
+            warnings.push(Warning::from(ClippingWarning::Clipped {
                 what: channel(),
                 fraction: self.clipped_fraction,
             }));
         }
-        doubts.extend(
+        warnings.extend(
             self.hum
                 .as_ref()
-                .map(|hum| Doubt::from(hum.doubt(channel()))),
+                .map(|hum| Warning::from(hum.warning(channel()))),
         );
-        doubts
+        warnings
     }
 }
 
@@ -203,13 +205,13 @@ pub(crate) fn lost_parts(samples: &[f64], rate: SampleRate) -> Vec<Span> {
     gaps
 }
 
-/// The doubts about all channels of `recording`, of each and of pairs, that it does not carry yet. `limit_fraction`
+/// The warnings about all channels of `recording`, of each and of pairs, that it does not carry yet. `limit_fraction`
 /// is the largest drive that can be played, of full scale.
 ///
-/// Source: [`inspect_samples`], [`copied`], [`transfer_doubts`].
+/// Source: [`inspect_samples`], [`copied`], [`transfer_warnings`].
 #[must_use]
-pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Doubts {
-    let mut doubts = Doubts::new();
+pub fn warnings_of(recording: &Recording, limit_fraction: f64) -> Warnings {
+    let mut warnings = Warnings::new();
     for (channel, clock) in recording.channels_with_clocks() {
         let (name, samples) = (&channel.name, &channel.samples);
         let mut defects = inspect_samples(samples, clock.rate_hz, &channel.unit);
@@ -220,13 +222,13 @@ pub fn doubts_of(recording: &Recording, limit_fraction: f64) -> Doubts {
         });
         // Lines that the drive has are no hum.
         defects.hum = defects.hum.filter(|_| !is_driven);
-        doubts.extend(defects.doubts(name));
+        warnings.extend(defects.warnings(name));
         if channel.unit == Unit::FullScale {
             let beyond = pair::beyond(samples, name, limit_fraction);
-            doubts.extend(beyond.map(Doubt::from));
+            warnings.extend(beyond.map(Warning::from));
         }
     }
-    doubts.extend(pair::copies_in(recording));
-    doubts.retain(|doubt| !recording.about.doubts.contains(doubt));
-    doubts
+    warnings.extend(pair::copies_in(recording));
+    warnings.retain(|warning| !recording.about.warnings.contains(warning));
+    warnings
 }

@@ -3,21 +3,21 @@
 use super::copied::copied;
 use super::hum::hum_beside;
 use super::level::{Usual, abrupt, at_the_floor};
-use super::{SignalDoubt, Span, inspect_samples, never_changes};
-use crate::clipping::ClippingDoubt;
+use super::{SignalWarning, Span, inspect_samples, never_changes};
+use crate::clipping::ClippingWarning;
 use crate::clipping::limited;
-use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;
+use crate::warning::Warning;
 
 /// The copies among the channels of a recording. A digital drive and the voltage at the amplifier may legitimately be equal.
-pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
+pub(super) fn copies_in(recording: &Recording) -> Vec<Warning> {
     let channels: Vec<_> = recording
         .channels_with_clocks()
         .filter(|(c, _)| !super::commanded(&c.unit) && !never_changes(&c.samples))
         .collect();
     let sends = |unit: &Unit| matches!(unit, Unit::FullScale | Unit::Volt);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     for (i, (copy, clock)) in channels.iter().enumerate().skip(1) {
         let found = channels[..i].iter().find_map(|(of, of_clock)| {
             if clock != of_clock || sends(&copy.unit) && sends(&of.unit) {
@@ -26,7 +26,7 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
             Some((of, copied(&of.samples, &copy.samples)?))
         });
         if let Some((of, found)) = found {
-            doubts.push(Doubt::from(SignalDoubt::Copied {
+            warnings.push(Warning::from(SignalWarning::Copied {
                 channel: copy.name.clone(),
                 of: of.name.clone(),
                 factor: found.factor,
@@ -34,7 +34,7 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Doubt> {
             }));
         }
     }
-    doubts
+    warnings
 }
 
 /// A drive and the response to it, with the names of their channels.
@@ -64,7 +64,7 @@ const CRESTS: f64 = 0.005;
 /// A drive within this part of its limit is not beyond it.
 const TOLERANCE: f64 = 1e-6;
 
-/// The doubts about a transfer function from a drive to a response because of what is broken in the two: each says how
+/// The warnings about a transfer function from a drive to a response because of what is broken in the two: each says how
 /// far the function is off, where that can be computed.
 ///
 /// Formula: a response that is dead while the share p of the drive's power is played leaves H1·(1 − p). A Gaussian
@@ -73,7 +73,7 @@ const TOLERANCE: f64 = 1e-6;
 ///
 /// Source: J. J. Bussgang (1952), MIT RLE Technical Report 216, for limited Gaussian signals; the others follow from H1 = Sxy/Sxx.
 #[must_use]
-pub fn transfer_doubts(pair: &Pair<'_>) -> Vec<Doubt> {
+pub fn transfer_warnings(pair: &Pair<'_>) -> Vec<Warning> {
     let Pair {
         drive,
         response,
@@ -84,22 +84,22 @@ pub fn transfer_doubts(pair: &Pair<'_>) -> Vec<Doubt> {
     if never_changes(drive) || never_changes(response) || drive.len() != response.len() {
         return Vec::new();
     }
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let Some(copy) = copied(drive, response) {
-        doubts.push(SignalDoubt::Copied {
+        warnings.push(SignalWarning::Copied {
             channel: response_name.clone(),
             of: drive_name.clone(),
             factor: copy.factor,
             delay_s: copy.later as f64 / rate.hz(),
         });
     }
-    doubts.extend(dead(pair));
+    warnings.extend(dead(pair));
     if let Some(hum) = hum_beside(drive, response, rate) {
-        doubts.push(hum.doubt(response_name.clone()));
+        warnings.push(hum.warning(response_name.clone()));
     }
     let fraction = limited(response).share();
     if fraction > 0.0 {
-        doubts.push(SignalDoubt::ClippedTransfer {
+        warnings.push(SignalWarning::ClippedTransfer {
             channel: response_name,
             fraction,
             off_db: Some(20.0 * (1.0 - fraction).max(1e-3).log10()),
@@ -107,21 +107,21 @@ pub fn transfer_doubts(pair: &Pair<'_>) -> Vec<Doubt> {
     }
     let fraction = limited(drive).share();
     if fraction > CRESTS {
-        doubts.push(SignalDoubt::ClippedTransfer {
+        warnings.push(SignalWarning::ClippedTransfer {
             channel: drive_name.clone(),
             fraction,
             off_db: None,
         });
     }
-    doubts.extend(
+    warnings.extend(
         pair.drive_limit
             .and_then(|limit| beyond(drive, &drive_name, limit)),
     );
-    doubts.into_iter().map(Doubt::from).collect()
+    warnings.into_iter().map(Warning::from).collect()
 }
 
-/// The doubt about a drive beyond `limit`.
-pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalDoubt> {
+/// The warning about a drive beyond `limit`.
+pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalWarning> {
     let most = limit * (1.0 + TOLERANCE);
     let (mut peak, mut count, mut played, mut all) = (0.0_f64, 0_usize, 0.0, 0.0);
     for v in drive {
@@ -130,7 +130,7 @@ pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalD
         played += v * v.clamp(-limit, limit);
         all += v * v;
     }
-    (count > 0).then(|| SignalDoubt::DriveBeyondLimit {
+    (count > 0).then(|| SignalWarning::DriveBeyondLimit {
         channel: channel.into(),
         peak,
         limit,
@@ -143,8 +143,8 @@ pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalD
 /// the drive anyway.
 const LEAST_LOW_DB: f64 = 0.1;
 
-/// The doubt about a response that is dead while the drive goes on.
-fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
+/// The warning about a response that is dead while the drive goes on.
+fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
     let (drive, response, rate) = (pair.drive, pair.response, pair.rate);
     let usual = Usual::of(response, rate);
     let known = inspect_samples(response, rate, &Unit::MetrePerSecondSquared);
@@ -169,7 +169,7 @@ fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
         / all;
     let longest = spans.iter().map(|span| span.len()).max()?;
     let low_db = -20.0 * (1.0 - share).max(1e-3).log10();
-    (low_db >= LEAST_LOW_DB).then(|| SignalDoubt::ResponseDead {
+    (low_db >= LEAST_LOW_DB).then(|| SignalWarning::ResponseDead {
         channel: pair.response_name.into(),
         count: spans.len(),
         longest_s: rate.duration_of(longest).0,
@@ -178,22 +178,22 @@ fn dead(pair: &Pair<'_>) -> Option<SignalDoubt> {
     })
 }
 
-/// Whether the doubts about a pair of channels, `broken`, already cover `doubt` about one of them.
+/// Whether the warnings about a pair of channels, `broken`, already cover `warning` about one of them.
 ///
 /// Source: house rule; one finding is said once.
 #[must_use]
-pub fn said_of_a_pair(doubt: &Doubt, broken: &[Doubt]) -> bool {
-    use SignalDoubt::{
+pub fn said_of_a_pair(warning: &Warning, broken: &[Warning]) -> bool {
+    use SignalWarning::{
         ClippedTransfer, Copied, DriveBeyondLimit, DropOuts, Frozen, MainsHum, ResponseDead,
     };
-    let clipped = match doubt.kind() {
-        Some(ClippingDoubt::Clipped { what, .. }) => Some(what),
+    let clipped = match warning.kind() {
+        Some(ClippingWarning::Clipped { what, .. }) => Some(what),
         _ => None,
     };
-    let one: Option<SignalDoubt> = doubt.kind();
+    let one: Option<SignalWarning> = warning.kind();
     broken
         .iter()
-        .filter_map(Doubt::kind)
+        .filter_map(Warning::kind)
         .any(|other| match (&one, other) {
             (None, ClippedTransfer { channel, .. }) => clipped.as_ref() == Some(&channel),
             (

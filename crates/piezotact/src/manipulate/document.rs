@@ -6,11 +6,11 @@ use serde::Serialize;
 
 use super::Texture;
 use crate::document::Content;
-use crate::doubt::{Merged, merged};
 use crate::lineage::Lineage;
 use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
 use crate::recording::Condition;
 use crate::statistics::standard_deviation;
+use crate::warning::{Merged, merged};
 
 /// A texture that was manipulated.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,7 +35,7 @@ pub struct ManipulateDocument<'a> {
     /// What was done, in words.
     pub text: String,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for ManipulateDocument<'_> {
@@ -63,7 +63,7 @@ impl<'a> ManipulateDocument<'a> {
             condition,
             lineage: &after.lineage,
             text: after.lineage.to_string(),
-            doubts: merged(&after.doubts),
+            warnings: merged(&after.warnings),
         }
     }
 }

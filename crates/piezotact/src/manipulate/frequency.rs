@@ -22,7 +22,7 @@ use crate::statistics::mean;
 const KEPT_SHARE: f64 = 0.95;
 
 /// `x` with every frequency shifted by `by`, its mean removed, in the unit of `x`; harmonic ratios are lost. Content that would
-/// leave the range from 0 Hz to half the rate is removed before, with a doubt.
+/// leave the range from 0 Hz to half the rate is removed before, with a warning.
 ///
 /// Formula: Re{(x + i·H{x})·exp(2πi·Δf·t)}, H the Hilbert transform over the whole texture.
 ///
@@ -74,12 +74,12 @@ pub fn shift<Q: Quantity>(x: &Series<Q>, by: Hertz) -> Result<Manipulated<Q>, Ma
         .collect();
     let operation = Operation::Shifted { by_hz: by.0 };
     let share = 1.0 - kept / all.max(f64::MIN_POSITIVE);
-    let doubts = left_the_band(&operation, share, nyquist);
-    manipulated(x, samples, operation, doubts)
+    let warnings = left_the_band(&operation, share, nyquist);
+    manipulated(x, samples, operation, warnings)
 }
 
 /// `x` with every frequency multiplied by `ratio`, as for a sliding speed higher by that factor, its mean removed, in the unit of
-/// `x`; the spectrum of a texture over f/v stays the same. Content that would leave the band is removed, with a doubt.
+/// `x`; the spectrum of a texture over f/v stays the same. Content that would leave the band is removed, with a warning.
 ///
 /// Formula: y(t) = x(ratio·t), band-limited.
 ///
@@ -129,17 +129,17 @@ pub fn warp<Q: Quantity>(
         }
     }
     let operation = Operation::Warped { ratio, length };
-    let mut doubts = left_the_band(&operation, left / all, rate.nyquist());
+    let mut warnings = left_the_band(&operation, left / all, rate.nyquist());
     let samples = match length {
         WarpedLength::Follows => warped,
         WarpedLength::Kept => {
             let warped = Series::<Q>::new(warped, rate)?;
             let kept = looped(&warped, x.duration(), &JoinConfig::usual(warped.duration()))?;
-            doubts.extend(kept.doubts);
+            warnings.extend(kept.warnings);
             centred(kept.series.into_samples())
         }
     };
-    manipulated(x, samples, operation, doubts)
+    manipulated(x, samples, operation, warnings)
 }
 
 fn centred(mut samples: Vec<f64>) -> Vec<f64> {

@@ -126,7 +126,7 @@ pub fn rms_of<Q: Quantity>(
         measured,
         gain_db: Decibels::from_amplitude_ratio(ratio).0,
     };
-    manipulated(x, samples, operation, other.doubts.clone())
+    manipulated(x, samples, operation, other.warnings.clone())
 }
 
 /// Two textures with their levels exchanged: each at the rms of the other, each with its own shape.

@@ -1,18 +1,18 @@
 //! Textures of any length: the end is cross-faded into a similar stretch at the beginning, at constant power.
 
-use crate::manipulate::ManipulateDoubt;
+use crate::manipulate::ManipulateWarning;
 use std::f64::consts::PI;
 use std::ops::Range;
 
 use super::error::require_range;
 use super::{ManipulateError, Manipulated, about_mean, manipulated};
-use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::lineage::{Join, Operation};
 use crate::quantity::{Decibels, Quantity, SampleRate, Seconds};
 use crate::series::Series;
 use crate::spectrum::{Symmetry, Window};
 use crate::statistics::correlation;
+use crate::warning::Warning;
 
 /// How a texture is joined with itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,14 +40,14 @@ const CANDIDATES: usize = 24;
 const SHORTEST_CROSSFADE: usize = 8;
 /// The length of a short-time spectrum, s: below the temporal resolution of touch.
 const FRAME_S: f64 = 0.0256;
-/// The limits of a join re the texture itself above which a doubt is raised: steps between samples, and short-time spectra.
-const DOUBT_STEP_RATIO: f64 = 1.1;
-const DOUBT_SPECTRUM_DB: f64 = 1.0;
+/// The limits of a join re the texture itself above which a warning is raised: steps between samples, and short-time spectra.
+const WARNING_STEP_RATIO: f64 = 1.1;
+const WARNING_SPECTRUM_DB: f64 = 1.0;
 /// Ends with a correlation below this cancel during the crossfade.
-const DOUBT_END_CORRELATION: f64 = -0.3;
+const WARNING_END_CORRELATION: f64 = -0.3;
 /// The averaging time of a perceived level, s, and the limit of its change at the join above the texture's own changes, dB.
 const LEVEL_S: f64 = 0.1;
-const DOUBT_LEVEL_JUMP_DB: f64 = 1.0;
+const WARNING_LEVEL_JUMP_DB: f64 = 1.0;
 /// The longest texture that is generated, in s and in samples (2 GB).
 const LONGEST_S: f64 = 3600.0;
 const MOST_SAMPLES: f64 = 268_435_456.0;
@@ -125,24 +125,24 @@ pub fn looped<Q: Quantity>(
         step_ratio: best.step_ratio,
         spectrum_db: best.spectrum_db,
     };
-    let mut doubts = Vec::new();
-    if join.step_ratio > DOUBT_STEP_RATIO
-        || join.spectrum_db > DOUBT_SPECTRUM_DB
-        || join.correlation < DOUBT_END_CORRELATION
+    let mut warnings = Vec::new();
+    if join.step_ratio > WARNING_STEP_RATIO
+        || join.spectrum_db > WARNING_SPECTRUM_DB
+        || join.correlation < WARNING_END_CORRELATION
     {
-        doubts.push(Doubt::from(ManipulateDoubt::JoinShows {
+        warnings.push(Warning::from(ManipulateWarning::JoinShows {
             correlation: join.correlation,
             step_ratio: join.step_ratio,
             spectrum_db: join.spectrum_db,
         }));
     }
     let window = (LEVEL_S * rate.hz()) as usize;
-    doubts.extend(level_jumps(&samples, period, fade, window));
+    warnings.extend(level_jumps(&samples, period, fade, window));
     let operation = Operation::Looped {
         duration_s,
         join: Some(join),
     };
-    manipulated(x, out, operation, doubts)
+    manipulated(x, out, operation, warnings)
 }
 
 /// The longest texture that is made at `rate`, s.
@@ -150,8 +150,8 @@ pub(super) fn longest_s(rate: SampleRate) -> f64 {
     LONGEST_S.min(MOST_SAMPLES / rate.hz())
 }
 
-/// The doubt about a level that jumps at the join by more than it changes anywhere else over the same time.
-fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Option<Doubt> {
+/// The warning about a level that jumps at the join by more than it changes anywhere else over the same time.
+fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Option<Warning> {
     let window = window.min(period.saturating_sub(fade) / 4).max(1);
     let mut sums = Vec::with_capacity(samples.len() + 1);
     sums.push(0.0);
@@ -174,8 +174,9 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
         .step_by((window / 8).max(1))
         .map(|from| (level_db(from + apart) - level_db(from)).abs())
         .fold(0.0, f64::max);
-    (jump_db.abs() > own_db + DOUBT_LEVEL_JUMP_DB)
-        .then_some(Doubt::from(ManipulateDoubt::LevelJumps { jump_db, own_db }))
+    (jump_db.abs() > own_db + WARNING_LEVEL_JUMP_DB).then_some(Warning::from(
+        ManipulateWarning::LevelJumps { jump_db, own_db },
+    ))
 }
 
 /// One way of joining.

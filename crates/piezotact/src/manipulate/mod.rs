@@ -1,38 +1,38 @@
 //! Texture manipulations: another level, another spectrum, other phases, another length.
 //!
 //! Every function returns a [`Manipulated`]: the new texture, the [`Step`] that states the operation with its
-//! parameters, and its doubts. A [`Texture`] keeps all steps as its [`Lineage`], so that the origin of a played texture
+//! parameters, and its warnings. A [`Texture`] keeps all steps as its [`Lineage`], so that the origin of a played texture
 //! is always known. Levels are rms about the mean, since a mean is not perceptible.
 
 mod document;
-mod doubt;
 mod error;
 mod frequency;
 mod level;
 mod looping;
 mod source;
 mod spectral;
+mod warning;
 
 // All public items of each module: a new manipulation is a function in one file.
 pub use document::ManipulateDocument;
-pub use doubt::*;
 pub use error::*;
 pub use frequency::*;
 pub use level::*;
 pub use looping::*;
 pub use source::*;
 pub use spectral::*;
+pub use warning::*;
 
-use crate::doubt::Doubt;
 use crate::feature::{FeatureConfig, FeatureError};
 use crate::lineage::{Lineage, Operation, Step};
 use crate::quantity::{Band, Decibels, Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::{Spectrum, welch};
 use crate::statistics::{mean, standard_deviation};
+use crate::warning::Warning;
 
-/// A doubt is raised when at least this share of the power leaves the band.
-pub const DOUBT_LOST_SHARE: f64 = 1e-3;
+/// A warning is raised when at least this share of the power leaves the band.
+pub const WARNING_LOST_SHARE: f64 = 1e-3;
 
 /// A mean below this share of the rms is neglected.
 const NO_MEAN_RATIO: f64 = 0.01;
@@ -46,7 +46,7 @@ pub struct Manipulated<Q: Quantity> {
     pub series: Series<Q>,
     pub step: Step,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A texture with everything that was done to it.
@@ -56,7 +56,7 @@ pub struct Texture<Q: Quantity> {
     /// What it was made from, and how.
     pub lineage: Lineage,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The PSDs of `textures`, in the unit of `Q` squared per Hz: Hann windows, lines about 5 Hz apart, overlapping by half.
@@ -92,7 +92,7 @@ impl<Q: Quantity> Texture<Q> {
         Self {
             series,
             lineage: Lineage::of(source),
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 
@@ -123,12 +123,12 @@ impl<Q: Quantity> Texture<Q> {
     /// ```
     #[must_use]
     pub fn then(self, done: Manipulated<Q>) -> Self {
-        let mut doubts = self.doubts;
-        doubts.extend(done.doubts);
+        let mut warnings = self.warnings;
+        warnings.extend(done.warnings);
         Self {
             series: done.series,
             lineage: self.lineage.then(done.step),
-            doubts,
+            warnings,
         }
     }
 }
@@ -138,7 +138,7 @@ fn manipulated<Q: Quantity>(
     before: &Series<Q>,
     samples: Vec<f64>,
     operation: Operation,
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 ) -> Result<Manipulated<Q>, ManipulateError> {
     let series = Series::new(samples, before.rate())?;
     let floor = ROUNDING_RATIO * standard_deviation(before.samples());
@@ -150,7 +150,7 @@ fn manipulated<Q: Quantity>(
     Ok(Manipulated {
         step: Step::between(operation, before.rms_about_mean(), series.rms_about_mean()),
         series,
-        doubts,
+        warnings,
     })
 }
 
@@ -200,12 +200,12 @@ fn line_hz(k: usize, n: usize, rate: SampleRate) -> f64 {
     k as f64 * rate.hz() / n as f64
 }
 
-/// The doubt about the share of the power that left the band, if it reaches [`DOUBT_LOST_SHARE`].
-fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Doubt> {
-    if share <= DOUBT_LOST_SHARE {
+/// The warning about the share of the power that left the band, if it reaches [`WARNING_LOST_SHARE`].
+fn left_the_band(operation: &Operation, share: f64, nyquist: Hertz) -> Vec<Warning> {
+    if share <= WARNING_LOST_SHARE {
         return Vec::new();
     }
-    vec![Doubt::from(ManipulateDoubt::LeftTheBand {
+    vec![Warning::from(ManipulateWarning::LeftTheBand {
         operation: operation.to_string(),
         share,
         nyquist_hz: nyquist.0,

@@ -14,7 +14,7 @@ use crate::stroke::{Segmentation, Stroke};
 const WHOLE_RATE_SHARE: f64 = 1e-5;
 
 /// The steady part of stroke `number` (from 1) of `recording` in m/s², without the gesture, and its step from the `whole`
-/// vibration; the doubts are those of the segmentation and of the filter. `None` where there is no such stroke.
+/// vibration; the warnings are those of the segmentation and of the filter. `None` where there is no such stroke.
 ///
 /// Formula: that of [`textures_of_strokes`].
 ///
@@ -33,7 +33,7 @@ pub fn texture_of_stroke(
 }
 
 /// The steady part of every stroke of `recording` in m/s², without the gesture, each with its step from the `whole` vibration and
-/// with the doubts of the segmentation and of the filter.
+/// with the warnings of the segmentation and of the filter.
 ///
 /// Formula: [`HighPass::gesture`] forwards and backwards over the whole recording, then the samples of the steady parts.
 ///
@@ -47,7 +47,7 @@ pub fn textures_of_strokes(
 ) -> Result<Vec<Manipulated<Acceleration>>, FeatureError> {
     let gesture = HighPass::gesture();
     let freed = vibrations(recording, segmentation, Some(gesture))?;
-    let doubts = [segmentation.doubts.as_slice(), freed.doubts.as_slice()].concat();
+    let warnings = [segmentation.warnings.as_slice(), freed.warnings.as_slice()].concat();
     let rate = recording.rate();
     let texture = |(i, stroke): (usize, &Stroke)| {
         let steady = &stroke.steady;
@@ -63,7 +63,7 @@ pub fn textures_of_strokes(
         Ok(Manipulated {
             step: Step::between(operation, whole.rms_about_mean(), series.rms_about_mean()),
             series,
-            doubts: doubts.clone(),
+            warnings: warnings.clone(),
         })
     };
     segmentation
@@ -75,14 +75,14 @@ pub fn textures_of_strokes(
 }
 
 impl<Q: Quantity> Texture<Q> {
-    /// The texture, called `what`, at the rate `to`, with the doubt that it was converted.
+    /// The texture, called `what`, at the rate `to`, with the warning that it was converted.
     ///
     /// # Errors
     /// Those of [`crate::resample::resample`].
     pub fn at_rate(mut self, what: &str, to: SampleRate) -> Result<Self, ResampleError> {
         let at_rate = converted(what, self.series, to)?;
         self.series = at_rate.series;
-        self.doubts.extend(at_rate.doubt);
+        self.warnings.extend(at_rate.warning);
         Ok(self)
     }
 
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(near.clone().at_whole_rate("it").unwrap(), near);
         let found = texture(1000.25).at_whole_rate("it").unwrap();
         assert_eq!(found.series.rate(), SampleRate::new(1000.0).unwrap());
-        assert_eq!(found.doubts.len(), 1);
+        assert_eq!(found.warnings.len(), 1);
         let level = |t: &Texture<Acceleration>| t.series.rms_about_mean().value;
         let ratio = level(&found) / level(&texture(1000.25));
         assert!((ratio - 1.0).abs() < 0.01, "{ratio}");

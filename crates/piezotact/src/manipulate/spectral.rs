@@ -182,9 +182,9 @@ pub fn spectrum_of<Q: Quantity>(
         resolution_hz: psd.resolution_hz,
         averages: psd.averages,
     };
-    let mut doubts = other.doubts.clone();
-    doubts.extend(psd.doubts);
-    manipulated(x, samples, operation, doubts)
+    let mut warnings = other.warnings.clone();
+    warnings.extend(psd.warnings);
+    manipulated(x, samples, operation, warnings)
 }
 
 /// Phases that were drawn for [`randomise_phases`].

@@ -170,7 +170,7 @@ impl Noise {
                     Block::Table(Table::of_criteria(others)),
                 ],
             )
-            .doubts(&self.doubts)
+            .warnings(&self.warnings)
             .section("Method", [Block::Note { text: note }])
     }
 

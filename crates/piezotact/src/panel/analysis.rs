@@ -1,6 +1,6 @@
 //! The complete analysis of a panel, as one value.
 
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use serde::{Deserialize, Serialize};
 
 use super::average::{averages, of_members};
@@ -13,9 +13,9 @@ use super::{
     FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
     repeatability,
 };
-use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::{Bundle, BundleAverage, BundleError};
+use crate::warning::{Warning, Warnings};
 
 /// How a panel is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -102,8 +102,8 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::doubt::serialize_merged")]
-    pub doubts: Doubts,
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
+    pub warnings: Warnings,
 }
 
 impl PanelAnalysis {
@@ -129,10 +129,10 @@ impl PanelAnalysis {
 }
 
 /// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
-pub(super) fn with_opposite_names(error: PanelError, opposites: &[Doubt]) -> PanelError {
+pub(super) fn with_opposite_names(error: PanelError, opposites: &[Warning]) -> PanelError {
     match (error, opposites.first()) {
-        (PanelError::Bundle(BundleError::Cancel { .. }), Some(doubt)) => PanelError::Opposite {
-            what: doubt.to_string(),
+        (PanelError::Bundle(BundleError::Cancel { .. }), Some(warning)) => PanelError::Opposite {
+            what: warning.to_string(),
         },
         (error, _) => error,
     }
@@ -164,22 +164,22 @@ pub fn analyse<I: Quantity, O: Quantity>(
     let opposites = panel.opposites(band);
     let named = |error| with_opposite_names(error, &opposites);
     let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
-    let mut doubts = panel.doubts.clone();
+    let mut warnings = panel.warnings.clone();
     if people < ENOUGH_FOR_RESAMPLES {
-        doubts.push(Doubt::from(PanelDoubt::FewPeople {
+        warnings.push(Warning::from(PanelWarning::FewPeople {
             participants: people,
             recommended: ENOUGH_FOR_RESAMPLES,
         }));
     }
     let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
-    doubts.extend(opposites.iter().cloned());
-    doubts.extend(panel.unsound(band, None));
-    doubts.extend(mixed);
-    doubts.extend(odd);
+    warnings.extend(opposites.iter().cloned());
+    warnings.extend(panel.unsound(band, None));
+    warnings.extend(mixed);
+    warnings.extend(odd);
     let members = panel.entries().iter();
-    doubts.extend(of_members(
-        members.map(|e| (e.filing.to_string(), e.function.about.doubts.as_slice())),
+    warnings.extend(of_members(
+        members.map(|e| (e.filing.to_string(), e.function.about.warnings.as_slice())),
     ));
     Ok(PanelAnalysis {
         config: config.clone(),
@@ -205,6 +205,6 @@ pub fn analyse<I: Quantity, O: Quantity>(
             config.orders,
             seed,
         ),
-        doubts,
+        warnings,
     })
 }

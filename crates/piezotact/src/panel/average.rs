@@ -1,18 +1,18 @@
 //! Averages over people by both means, the penalty that they cost a new person, and the verdict on whether they are acceptable.
 
-use crate::compare::CompareDoubt;
-use crate::panel::PanelDoubt;
+use crate::compare::CompareWarning;
+use crate::panel::PanelWarning;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
-use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::level_db;
 use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
+use crate::warning::{Example, Warning};
 
 /// The fewest people for an interval of the penalty: each person is in the averages of the others, so penalties are dependent.
 const ENOUGH_FOR_INTERVAL: usize = 3;
@@ -454,7 +454,7 @@ fn difference<I: Quantity, O: Quantity>(
 }
 
 /// The average over the people of one cell, in units of `O` per `I`, with what it costs a new person over `band` as a
-/// doubt, and the people in its provenance.
+/// warning, and the people in its provenance.
 ///
 /// Formula: [`average`] of each person's own average.
 ///
@@ -469,13 +469,13 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     averaging: BundleAverage,
     band: Band,
 ) -> Result<TransferFunction<I, O>, PanelError> {
-    let opposites: Vec<Doubt> = panel
+    let opposites: Vec<Warning> = panel
         .opposites(band)
         .into_iter()
-        .filter(|doubt| {
+        .filter(|warning| {
             let inside = |e: &super::Entry<I, O>| e.filing.cell.is(cell);
-            let named = match doubt.kind() {
-                Some(PanelDoubt::OppositeSign { measurement, .. }) => measurement,
+            let named = match warning.kind() {
+                Some(PanelWarning::OppositeSign { measurement, .. }) => measurement,
                 _ => return false,
             };
             let names = |e: &super::Entry<I, O>| named == e.filing.to_string();
@@ -505,17 +505,17 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     let mut averaged = average(&functions, averaging).map_err(|error| named(error.into()))?;
     averaged
         .about
-        .doubts
+        .warnings
         .extend(panel.unsound(band, Some(cell)));
-    averaged.about.doubts.extend(opposites.iter().cloned());
+    averaged.about.warnings.extend(opposites.iter().cloned());
     let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
     averaged.about.provenance.steps.push(format!(
         "average of {} measurements at {cell} of participants {}; the measurements of each participant were averaged first",
         measured.clone().count(),
         people.join(", ")
     ));
-    averaged.about.doubts.extend(of_members(
-        measured.map(|e| (e.filing.to_string(), e.function.about.doubts.as_slice())),
+    averaged.about.warnings.extend(of_members(
+        measured.map(|e| (e.filing.to_string(), e.function.about.warnings.as_slice())),
     ));
     if functions.len() > 1 {
         let costs = costs(
@@ -528,8 +528,8 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
         .map_err(named)?;
         averaged
             .about
-            .doubts
-            .push(Doubt::from(PanelDoubt::Averaged {
+            .warnings
+            .push(Warning::from(PanelWarning::Averaged {
                 participants: people.len(),
                 penalty_db_rms: costs.mean_db_rms,
                 interval_db_rms: costs.interval_db_rms,
@@ -539,8 +539,8 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     } else {
         averaged
             .about
-            .doubts
-            .push(Doubt::from(CompareDoubt::NoInterval {
+            .warnings
+            .push(Warning::from(CompareWarning::NoInterval {
                 what: "the average over participants".into(),
                 groups: 1,
             }));
@@ -548,21 +548,21 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     Ok(averaged)
 }
 
-/// The doubts that single measurements carry, as one.
+/// The warnings that single measurements carry, as one.
 pub(super) fn of_members<'a>(
-    members: impl Iterator<Item = (String, &'a [Doubt])>,
-) -> Option<Doubt> {
+    members: impl Iterator<Item = (String, &'a [Warning])>,
+) -> Option<Warning> {
     let (mut count, mut of, mut example) = (0, 0, None);
-    for (name, doubts) in members {
+    for (name, warnings) in members {
         of += 1;
-        if let Some(first) = doubts.first() {
+        if let Some(first) = warnings.first() {
             count += 1;
             example.get_or_insert_with(|| (name, first.clone()));
         }
     }
     let (measurement, example) = example?;
     let measurement = Example(measurement);
-    Some(Doubt::from(PanelDoubt::OfMembers {
+    Some(Warning::from(PanelWarning::OfMembers {
         count,
         of,
         measurement,

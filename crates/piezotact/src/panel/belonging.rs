@@ -1,7 +1,7 @@
-//! Tests: measurements that do not belong in a panel are refused or doubted by name.
+//! Tests: measurements that do not belong in a panel are refused or reported by name.
 
-use crate::panel::PanelDoubt;
-use crate::transfer::TransferDoubt;
+use crate::panel::PanelWarning;
+use crate::transfer::TransferWarning;
 use num_complex::Complex;
 
 use super::*;
@@ -65,21 +65,21 @@ fn four() -> Entries {
     people.map(|(who, db)| of(who, 1, db)).into()
 }
 
-fn doubts(entries: Entries) -> Doubts {
+fn warnings(entries: Entries) -> Warnings {
     let panel = Panel::new(entries).unwrap();
     analyse(&panel, &PanelConfig::usual(band(), 1))
         .unwrap()
-        .doubts
+        .warnings
 }
 
 #[test]
 fn a_turned_sign_is_named() {
-    assert!(doubts(four()).is_empty());
+    assert!(warnings(four()).is_empty());
     let mut entries = four();
     entries.push(turned(of("e", 1, 0.2)));
-    let said: Vec<String> = doubts(entries.clone())
+    let said: Vec<String> = warnings(entries.clone())
         .iter()
-        .filter(|d| matches!(d.kind(), Some(PanelDoubt::OppositeSign { .. })))
+        .filter(|d| matches!(d.kind(), Some(PanelWarning::OppositeSign { .. })))
         .map(ToString::to_string)
         .collect();
     assert_eq!(said.len(), 1, "{said:?}");
@@ -90,8 +90,8 @@ fn a_turned_sign_is_named() {
     let panel = Panel::new(entries).unwrap();
     let log = BundleAverage::LogMagnitude;
     let averaged = average_of_panel(&panel, at(), log, band()).unwrap();
-    let opposite = |d: &Doubt| matches!(d.kind(), Some(PanelDoubt::OppositeSign { .. }));
-    assert!(averaged.about.doubts.iter().any(opposite));
+    let opposite = |d: &Warning| matches!(d.kind(), Some(PanelWarning::OppositeSign { .. }));
+    assert!(averaged.about.warnings.iter().any(opposite));
     // Two measurements that cancel: the error must not claim that the device does not respond.
     let cancel = Panel::new(vec![of("a", 1, 0.0), turned(of("b", 1, 0.0))]).unwrap();
     let mut config = PanelConfig::usual(band(), 1);
@@ -127,7 +127,7 @@ fn other_benches_and_estimators_are_told_apart() {
         entry.function.about.provenance.bench = Some(BenchKind::Twin);
         entry.function.about.provenance.seed = Some(seed);
     }
-    let said = doubts(entries)[0].to_string();
+    let said = warnings(entries)[0].to_string();
     assert!(
         said.contains("participant c") && said.contains("seed 8"),
         "{said}"
@@ -156,7 +156,7 @@ fn a_measurement_of_somebody_else_is_named() {
         let mut entries = four();
         entries[1].function.about.provenance.source = text.into();
         entries[2].function.about.provenance.source = "twin, participant c".into();
-        let said = doubts(entries);
+        let said = warnings(entries);
         let text = said[0].to_string();
         assert!(
             said.len() == 1 && text.contains("participant b") && text.contains("P02"),
@@ -202,16 +202,16 @@ fn impossible_filings_are_refused() {
     }
 }
 
-/// A part of the band that was not driven for one person leaves the verdict undecided, and low coherence raises a doubt.
+/// A part of the band that was not driven for one person leaves the verdict undecided, and low coherence raises a warning.
 #[test]
-fn what_was_not_driven_is_doubted() {
+fn what_was_not_driven_is_reported() {
     let verdict = |entries: Entries| {
         let said = analyse(
             &Panel::new(entries).unwrap(),
             &PanelConfig::usual(band(), 1),
         )
         .unwrap();
-        (said.averages[0].penalties[0].verdict.clone(), said.doubts)
+        (said.averages[0].penalties[0].verdict.clone(), said.warnings)
     };
     let driven = |verdict: &Verdict| verdict.criteria.last().map(|c| (c.what, c.outcome));
     let is = |outcome| Some((AverageCriterion::Driven, outcome));
@@ -224,16 +224,16 @@ fn what_was_not_driven_is_doubted() {
         (unsure.outcome, unsure.people_needed),
         (Outcome::NotDecided, None)
     );
-    let named = |said: &[Doubt]| said.iter().any(|d| d.to_string().contains("participant b"));
+    let named = |said: &[Warning]| said.iter().any(|d| d.to_string().contains("participant b"));
     assert!(
-        matches!(said[0].kind(), Some(TransferDoubt::NotDriven { .. })) && named(&said),
+        matches!(said[0].kind(), Some(TransferWarning::NotDriven { .. })) && named(&said),
         "{said:?}"
     );
     let panel = Panel::new(entries).unwrap();
     let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band()).unwrap();
     assert_eq!(averaged.driven, Band::new(Hertz(100.0), Hertz(1000.0)).ok());
-    let not_driven = |d: &Doubt| matches!(d.kind(), Some(TransferDoubt::NotDriven { .. }));
-    assert!(averaged.about.doubts.iter().any(not_driven));
+    let not_driven = |d: &Warning| matches!(d.kind(), Some(TransferWarning::NotDriven { .. }));
+    assert!(averaged.about.warnings.iter().any(not_driven));
     let mut entries = four();
     let loud = &entries[3].function;
     let mut faint = TransferFunction::from_lines(
@@ -249,7 +249,7 @@ fn what_was_not_driven_is_doubted() {
     entries[3].function = faint;
     let said = verdict(entries).1;
     assert!(
-        matches!(said[0].kind(), Some(TransferDoubt::LowCoherence { .. })),
+        matches!(said[0].kind(), Some(TransferWarning::LowCoherence { .. })),
         "{said:?}"
     );
 }
@@ -266,14 +266,14 @@ fn mixed_repeats_are_seen_in_small_panels_too() {
         ]
     };
     assert!(
-        !doubts(repeats(0.9))
+        !warnings(repeats(0.9))
             .iter()
-            .any(|d| matches!(d.kind(), Some(PanelDoubt::MixedRepeats { .. })))
+            .any(|d| matches!(d.kind(), Some(PanelWarning::MixedRepeats { .. })))
     );
-    let said = doubts(repeats(1.2));
+    let said = warnings(repeats(1.2));
     let mixed = said
         .iter()
-        .find(|d| matches!(d.kind(), Some(PanelDoubt::MixedRepeats { .. })));
+        .find(|d| matches!(d.kind(), Some(PanelWarning::MixedRepeats { .. })));
     assert!(mixed.unwrap().to_string().contains("a at 20°"), "{said:?}");
 }
 
@@ -315,7 +315,7 @@ fn penalties_in_parts_are_of_the_average_that_was_asked_for() {
     );
 }
 
-/// Membership is a list of criteria: a difference in any refuses the panel, a doubt about a member is "not decided".
+/// Membership is a list of criteria: a difference in any refuses the panel, a warning about a member is "not decided".
 #[test]
 fn membership_is_a_list_of_criteria() {
     let members = |entries: Entries| Panel::new(entries).unwrap().members(band(), None);
@@ -333,13 +333,13 @@ fn membership_is_a_list_of_criteria() {
     let mut entries = four();
     entries.push(turned(of("e", 1, 0.2)));
     entries[1].function.driven = Band::new(Hertz(20.0), Hertz(500.0)).ok();
-    let doubted = members(entries.clone());
+    let reported = members(entries.clone());
     let met = Outcome::Met;
     assert_eq!(
-        outcomes(&doubted, MemberCriterion::OppositeSign),
+        outcomes(&reported, MemberCriterion::OppositeSign),
         [met, met, met, met, Outcome::NotDecided]
     );
-    let driven = doubted[1].criterion(MemberCriterion::Driven).unwrap();
+    let driven = reported[1].criterion(MemberCriterion::Driven).unwrap();
     assert_eq!(driven.outcome, Outcome::NotDecided);
     assert!((driven.found.unwrap() - 0.5).abs() < 0.02, "{driven}");
     // The analysis holds the same list, and the participants who lack a cell.
@@ -347,7 +347,7 @@ fn membership_is_a_list_of_criteria() {
         &Panel::new(entries.clone()).unwrap(),
         &PanelConfig::usual(band(), 1),
     );
-    assert_eq!(said.unwrap().members, doubted);
+    assert_eq!(said.unwrap().members, reported);
     let mut heavier = of("a", 1, 0.0);
     heavier.filing.cell.load_n = Newtons(0.4);
     heavier.function.about.condition.load_n = Some(Newtons(0.4));

@@ -44,7 +44,7 @@ pub enum CleaningError {
     Panel(#[from] PanelError),
 }
 
-/// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The doubts of the panel and
+/// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The warnings of the panel and
 /// of the artefact go with it.
 ///
 /// Formula: that of [`artefact_of`] and [`Artefact::remove_from`], measurement by measurement.
@@ -74,8 +74,8 @@ pub fn without_artefact(
         });
     }
     let mut cleaned = Panel::new(entries)?;
-    cleaned.doubts.extend(panel.doubts.iter().cloned());
-    cleaned.doubts.extend(artefact.doubts.iter().cloned());
+    cleaned.warnings.extend(panel.warnings.iter().cloned());
+    cleaned.warnings.extend(artefact.warnings.iter().cloned());
     let example_before = panel.entries().first().map(|entry| entry.function.clone());
     let cleaning = Cleaning {
         control,

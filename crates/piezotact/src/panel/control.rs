@@ -2,16 +2,16 @@
 //! fingers.
 
 use crate::number::rounded;
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use std::f64::consts::{PI, TAU};
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::transfer::TransferFunction;
 use crate::transfer::level_db;
+use crate::warning::Warning;
 
 /// The straight lines on both sides of an artefact hold at least this many lines each.
 const LEAST_LINES: usize = 3;
@@ -32,7 +32,7 @@ pub struct ArtefactConfig {
     pub outer_ratio: f64,
     /// How deep it must be, dB.
     pub least_depth_db: f64,
-    /// A doubt is raised when the coherence of the control is below this, 0–1.
+    /// A warning is raised when the coherence of the control is below this, 0–1.
     pub least_coherence: f64,
 }
 
@@ -60,7 +60,7 @@ pub struct Artefact {
     /// The band in which the factor differs from 1.
     pub window_hz: Band,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
     factor: Vec<Complex<f64>>,
     resolution_hz: f64,
 }
@@ -204,14 +204,14 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
             )
         })
         .collect();
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let inner = Band::new(
         Hertz(at_hz / config.inner_ratio),
         Hertz(at_hz * config.inner_ratio),
     );
     let seen = inner.ok().and_then(|band| control.coherence_in(band));
     if let Some(seen) = seen.filter(|seen| seen.lowest < config.least_coherence) {
-        doubts.push(Doubt::from(PanelDoubt::ControlIncoherent {
+        warnings.push(Warning::from(PanelWarning::ControlIncoherent {
             lowest: seen.lowest,
             at_hz: seen.lowest_at_hz,
             asked: config.least_coherence,
@@ -228,7 +228,7 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
             band: config.search,
             least_db: config.least_depth_db,
         })?,
-        doubts,
+        warnings,
         factor,
         resolution_hz,
     })
@@ -308,7 +308,7 @@ impl Artefact {
         freed.drive.clone_from(&function.drive);
         freed.driven = function.driven;
         freed.effective_averages = function.effective_averages;
-        freed.about.doubts.clone_from(&function.about.doubts);
+        freed.about.warnings.clone_from(&function.about.warnings);
         freed.about.provenance = function.about.provenance.clone().then(format!(
             "divided by the dip of the bench at {:.1} Hz, {:.1} dB deep in the control",
             self.at_hz, self.depth_db

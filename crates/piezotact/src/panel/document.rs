@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use super::{CleanedDip, Cleaning, Filing, PanelAnalysis};
 use crate::document::Content;
-use crate::doubt::{Merged, merged};
 use crate::page::{Cell, Column, Table};
 use crate::quantity::{Band, Quantity, Unit};
 use crate::recording::{Condition, Provenance};
 use crate::run::Attempt;
 use crate::transfer::{BundleAverage, TransferFunction};
+use crate::warning::{Merged, merged};
 
 /// The kind of system that a panel's transfer functions describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -91,7 +91,7 @@ pub struct PanelAverageDocument<'a> {
     /// Where it comes from.
     pub provenance: &'a Provenance,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for PanelAverageDocument<'_> {
@@ -115,7 +115,7 @@ impl<'a> PanelAverageDocument<'a> {
             average,
             averages: function.averages,
             provenance: &function.about.provenance,
-            doubts: merged(&function.about.doubts),
+            warnings: merged(&function.about.warnings),
         }
     }
 }

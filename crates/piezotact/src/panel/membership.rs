@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use super::{Cell, Entry, Filing, Panel, SAME};
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
-use crate::transfer::{TransferDoubt, TransferFunction};
+use crate::transfer::{TransferFunction, TransferWarning};
+use crate::warning::Warning;
 
 /// Coherence below this counts as low where an average is to be relied on.
 const LOW_COHERENCE: f64 = 0.8;
-/// The share of lines with low coherence from which on a doubt is raised, 0–1.
+/// The share of lines with low coherence from which on a warning is raised, 0–1.
 const LOW_SHARE: f64 = 0.1;
-/// A doubt is raised when more than this share of the other measurements in a cell have the opposite sign, 0–1.
+/// A warning is raised when more than this share of the other measurements in a cell have the opposite sign, 0–1.
 const OPPOSITE_SHARE: f64 = 0.5;
 
 /// The criteria for a measurement of a panel.
@@ -79,7 +79,7 @@ impl fmt::Display for MemberCriterion {
 /// One measurement of a panel, and the criteria that decide whether it is a member.
 ///
 /// A measurement with a criterion that is not met is not a member, and a panel with it is refused. A measurement with a criterion
-/// that is not decided is a member, included in the averages as all others, with a doubt.
+/// that is not decided is a member, included in the averages as all others, with a warning.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Member {
@@ -209,48 +209,48 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
     ]
 }
 
-/// The share of the band that was driven. Members with a part that was not driven are doubted.
+/// The share of the band that was driven. Members with a part that was not driven give a warning.
 pub(super) fn driven<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberCriterion>, Option<Doubt>) {
-    let doubt = function.not_driven(band);
+) -> (Criterion<MemberCriterion>, Option<Warning>) {
+    let warning = function.not_driven(band);
     let limit = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
-    let missing = doubt.as_ref().map_or(0.0, share);
+    let missing = warning.as_ref().map_or(0.0, share);
     let mut found = criterion(MemberCriterion::Driven, 1.0 - missing, limit);
-    if doubt.is_some() {
+    if warning.is_some() {
         found.outcome = Outcome::NotDecided;
     }
-    (found, doubt)
+    (found, warning)
 }
 
-/// The share of lines of the band with low coherence. Members with more than a tenth are doubted.
+/// The share of lines of the band with low coherence. Members with more than a tenth give a warning.
 pub(super) fn low_coherence<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberCriterion>, Option<Doubt>) {
-    let doubt = function.low_coherence(band, LOW_COHERENCE);
+) -> (Criterion<MemberCriterion>, Option<Warning>) {
+    let warning = function.low_coherence(band, LOW_COHERENCE);
     let limit = Limit::AtMost {
         met: LOW_SHARE,
         not_met: 1.0,
     };
     let found = criterion(
         MemberCriterion::LowCoherence,
-        doubt.as_ref().map_or(0.0, share),
+        warning.as_ref().map_or(0.0, share),
         limit,
     );
-    let doubt = doubt.filter(|_| found.outcome != Outcome::Met);
-    (found, doubt)
+    let warning = warning.filter(|_| found.outcome != Outcome::Met);
+    (found, warning)
 }
 
-/// The share of the band that a doubt is about, 0–1.
-pub(super) fn share(doubt: &Doubt) -> f64 {
-    match doubt.kind() {
+/// The share of the band that a warning is about, 0–1.
+pub(super) fn share(warning: &Warning) -> f64 {
+    match warning.kind() {
         Some(
-            TransferDoubt::NotDriven { share, .. } | TransferDoubt::LowCoherence { share, .. },
+            TransferWarning::NotDriven { share, .. } | TransferWarning::LowCoherence { share, .. },
         ) => share,
         _ => 0.0,
     }

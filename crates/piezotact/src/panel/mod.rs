@@ -10,7 +10,6 @@ mod cleaning;
 mod control;
 mod curves;
 mod document;
-mod doubt;
 mod learning;
 mod levels;
 mod membership;
@@ -21,6 +20,7 @@ mod sentences;
 mod spread;
 mod together;
 mod trend;
+mod warning;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
@@ -33,22 +33,22 @@ pub use curves::{
     CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
 };
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
-pub use doubt::PanelDoubt;
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
 pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
+pub use warning::PanelWarning;
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::Outcome;
-use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Degrees, Newtons, Quantity};
 use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
+use crate::warning::{Warning, Warnings};
 
 /// Loads and angles that differ by less than this count as equal.
 const SAME: f64 = 1e-9;
@@ -129,12 +129,12 @@ pub struct Panel<I: Quantity, O: Quantity> {
     participants: Vec<String>,
     cells: Vec<Cell>,
     /// What a person should know before relying on it.
-    pub doubts: Doubts,
+    pub warnings: Warnings,
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The panel of `entries`. Cells that a participant lacks, twins of several seeds, and measurements whose
-    /// provenance names somebody else come back as doubts.
+    /// provenance names somebody else come back as warnings.
     ///
     /// # Errors
     /// [`PanelError`] naming what does not belong together: no entry, lines, rates, devices, estimators or kinds of bench
@@ -173,11 +173,11 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             entries,
             participants,
             cells,
-            doubts: Doubts::new(),
+            warnings: Warnings::new(),
         };
-        panel.doubts.extend(panel.incomplete());
-        panel.doubts.extend(panel.of_several_twins());
-        panel.doubts.extend(panel.other_participant_doubts());
+        panel.warnings.extend(panel.incomplete());
+        panel.warnings.extend(panel.of_several_twins());
+        panel.warnings.extend(panel.other_participant_warnings());
         Ok(panel)
     }
 
@@ -270,7 +270,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         Ok(Some(own))
     }
 
-    fn incomplete(&self) -> Option<Doubt> {
+    fn incomplete(&self) -> Option<Warning> {
         let missing: Vec<String> = self
             .participants
             .iter()
@@ -279,7 +279,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             .map(|(who, cell)| format!("{who} at {cell}"))
             .collect();
         (!missing.is_empty()).then(|| {
-            Doubt::from(PanelDoubt::IncompletePanel {
+            Warning::from(PanelWarning::IncompletePanel {
                 missing,
                 complete: self.complete().len(),
                 participants: self.participants.len(),

@@ -1,13 +1,13 @@
 //! Repeatability of measurements with and without replacing the finger, and the components of their variance.
 
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use serde::{Deserialize, Serialize};
 
 use super::levels::{levels_db, robust_score};
 use super::{Cell, Panel, PanelError};
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms};
+use crate::warning::Warning;
 
 /// Repeats of one person that are this many times further apart than those of the usual person may be of two people.
 const MIXED_RATIO: f64 = 3.0;
@@ -84,12 +84,12 @@ struct Single {
 }
 
 /// The repeatability of the measurements of `panel` over `band`, with the variance components there and in its parts `bands`; and
-/// the doubts about cells in which repeats may be of different people.
+/// the warnings about cells in which repeats may be of different people.
 ///
 /// Formula: rms over lines of the difference of levels in dB, for all pairs of repeats of a placement, and of
 /// measurements of different placements. Variances of people, placements and repeats by the nested analysis of variance
 /// of every line (sums of squares set equal to their expectations, numbers of repeats may differ), pooled over cells and
-/// lines; an estimate below zero is 0. Repeats are doubted whose largest distance is more than 3 times the median of all
+/// lines; an estimate below zero is 0. Repeats give a warning whose largest distance is more than 3 times the median of all
 /// groups', at least 0.5 dB, and 6 robust standard deviations (1.4826·MAD) above it; with fewer than 5 groups, repeats of
 /// one placement that are more than 1 dB apart.
 ///
@@ -101,7 +101,7 @@ pub fn repeatability<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     band: Band,
     bands: &[Band],
-) -> Result<(Repeatability, Vec<Doubt>), PanelError> {
+) -> Result<(Repeatability, Vec<Warning>), PanelError> {
     let first = &panel.entries()[0].function;
     let frequencies_hz: Vec<f64> = first.lines_in(band).map(|(_, hz)| hz).collect();
     if frequencies_hz.is_empty() {
@@ -128,8 +128,8 @@ pub fn repeatability<I: Quantity, O: Quantity>(
             put_back.extend(Group::of(name, &pairs_across(&placements), means));
         }
     }
-    let mut doubts = mixed(&lying, "repeats", Some(MOST_APART_DB));
-    doubts.extend(mixed(&put_back, "placements", None));
+    let mut warnings = mixed(&lying, "repeats", Some(MOST_APART_DB));
+    warnings.extend(mixed(&put_back, "placements", None));
     let mut parts = vec![band];
     parts.extend_from_slice(bands);
     let components = parts
@@ -142,7 +142,7 @@ pub fn repeatability<I: Quantity, O: Quantity>(
         frequencies_hz,
         components,
     };
-    Ok((repeatability, doubts))
+    Ok((repeatability, warnings))
 }
 
 fn singles<I: Quantity, O: Quantity>(panel: &Panel<I, O>, band: Band) -> Vec<Single> {
@@ -269,18 +269,18 @@ fn distances(groups: &[Group]) -> Option<PairDistances> {
     })
 }
 
-fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt> {
+fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warning> {
     if groups.len() < ENOUGH_GROUPS {
         let far = |group: &&Group| most_apart_db.is_some_and(|most| group.largest() > most);
-        let doubt = |group: &Group| {
-            Doubt::from(PanelDoubt::MixedRepeats {
+        let warning = |group: &Group| {
+            Warning::from(PanelWarning::MixedRepeats {
                 what: what.into(),
                 of: group.name.clone(),
                 db_rms: group.largest(),
                 usual_db_rms: most_apart_db.unwrap_or_default(),
             })
         };
-        return groups.iter().filter(far).map(doubt).collect();
+        return groups.iter().filter(far).map(warning).collect();
     }
     let largest: Vec<f64> = groups.iter().map(Group::largest).collect();
     let usual_db_rms = crate::statistics::median(&mut largest.clone()).unwrap_or(f64::NAN);
@@ -293,7 +293,7 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Doubt>
                 && robust_score(&largest, **db, 1e-3) > MIXED_SCORE
         })
         .map(|(group, db)| {
-            Doubt::from(PanelDoubt::MixedRepeats {
+            Warning::from(PanelWarning::MixedRepeats {
                 what: what.into(),
                 of: group.name.clone(),
                 db_rms: *db,

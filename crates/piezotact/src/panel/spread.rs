@@ -1,16 +1,16 @@
 //! Differences between people: by cell, in the worst cell, and whether they fall with load.
 
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, robust_score, steps};
 use super::random::Draws;
 use super::{Cell, PanelError};
 use crate::criterion::Outcome;
-use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{Direction, mean, rms};
 use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one_out};
+use crate::warning::{Example, Warning};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
 const OUTLIER: f64 = 3.5;
@@ -164,7 +164,7 @@ pub(super) fn all_together<I: Quantity, O: Quantity>(
     Ok(bundle(&functions, band)?)
 }
 
-/// How far people lie apart in every cell with two or more, over `band` and its parts `bands`; and the doubts about
+/// How far people lie apart in every cell with two or more, over `band` and its parts `bands`; and the warnings about
 /// single people.
 ///
 /// Formula: [`bundle`] over each person's own average. A person is an outlier whose rms distance d from the mean curve
@@ -180,8 +180,8 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
     averaging: BundleAverage,
     band: Band,
     bands: &[Band],
-) -> Result<(Vec<CellSpread>, Vec<Doubt>), PanelError> {
-    let (mut spreads, mut doubts) = (Vec::new(), Vec::new());
+) -> Result<(Vec<CellSpread>, Vec<Warning>), PanelError> {
+    let (mut spreads, mut warnings) = (Vec::new(), Vec::new());
     for (i, cell) in levels.cells.iter().enumerate() {
         let inside = levels.in_cell(i);
         if inside.len() < 2 {
@@ -203,7 +203,7 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
                 )
             })
             .collect();
-        doubts.extend(odd_ones(&people, *cell));
+        warnings.extend(odd_ones(&people, *cell));
         let mut parts = Vec::with_capacity(bands.len());
         for part in bands {
             if let Some(mut spread) = in_part(*part, &bundle, &curves) {
@@ -223,7 +223,7 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
             people,
         });
     }
-    Ok((spreads, doubts))
+    Ok((spreads, warnings))
 }
 
 /// The mean of several curves, line by line.
@@ -249,7 +249,7 @@ fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> Par
     }
 }
 
-fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Doubt> {
+fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Warning> {
     if people.len() < ENOUGH_FOR_OUTLIERS {
         return Vec::new();
     }
@@ -259,7 +259,7 @@ fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Doubt> {
         .iter()
         .filter(|p| robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER)
         .map(|p| {
-            Doubt::from(PanelDoubt::OddOneOut {
+            Warning::from(PanelWarning::OddOneOut {
                 participant: p.participant.clone(),
                 at: Example(cell.to_string()),
                 db_rms: p.db_rms,

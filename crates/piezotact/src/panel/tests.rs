@@ -1,6 +1,6 @@
 //! Panels of which everything is known.
 
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use num_complex::Complex;
 
 use super::average::averages;
@@ -104,7 +104,7 @@ fn known_offsets_come_back() {
     let offsets = [-3.0, -1.0, 0.0, 1.0, 2.0, 3.0];
     let panel = flat_panel(&offsets);
     let said = analyse(&panel, &config()).unwrap();
-    assert!(said.doubts.is_empty(), "{:?}", said.doubts);
+    assert!(said.warnings.is_empty(), "{:?}", said.warnings);
     let light = &said.spreads[0];
     assert!(light.cell.is(cell(0.2, 20.0)));
     assert!((light.bundle.max_deviation_db - 6.0).abs() < 1e-9);
@@ -246,9 +246,9 @@ fn the_complex_mean_loses_what_phases_spread() {
             .unwrap()
             .contains("participants a, b")
     );
-    assert!(log.about.doubts.iter().any(|d| matches!(
+    assert!(log.about.warnings.iter().any(|d| matches!(
         d.kind(),
-        Some(PanelDoubt::Averaged {
+        Some(PanelWarning::Averaged {
             participants: 2,
             ..
         })
@@ -296,8 +296,8 @@ fn known_variance_components_come_back() {
         }
     }
     let panel = Panel::new(entries).unwrap();
-    let (found, doubts) = repeatability(&panel, band(), &[]).unwrap();
-    assert!(doubts.is_empty(), "{doubts:?}");
+    let (found, warnings) = repeatability(&panel, band(), &[]).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
     let whole = &found.components[0];
     let close = |found: f64, expected: f64| (found / expected - 1.0).abs() < 0.1;
     assert!(
@@ -338,7 +338,7 @@ fn who_does_not_belong_is_named() {
         }
     }
     let said = analyse(&Panel::new(entries).unwrap(), &config()).unwrap();
-    let text: Vec<String> = said.doubts.iter().map(ToString::to_string).collect();
+    let text: Vec<String> = said.warnings.iter().map(ToString::to_string).collect();
     assert_eq!(text.len(), 2, "{text:?}");
     assert!(
         text[0].contains("repeats of P2 at 20°, 0.2 N") && text[1].contains("P6 at 20°, 0.2 N"),
@@ -347,13 +347,13 @@ fn who_does_not_belong_is_named() {
 }
 
 #[test]
-fn what_is_missing_is_a_doubt_and_pairs_are_complete() {
+fn what_is_missing_is_a_warning_and_pairs_are_complete() {
     let whole = flat_panel(&[-2.0, -1.0, 0.0, 1.0, 2.0]);
     let mut entries = whole.entries().to_vec();
     entries.retain(|e| !(e.filing.participant == "P4" && e.filing.cell.is(cell(0.4, 40.0))));
     let panel = Panel::new(entries).unwrap();
     assert_eq!(panel.complete(), ["P0", "P1", "P2", "P3"]);
-    let text = panel.doubts[0].to_string();
+    let text = panel.warnings[0].to_string();
     assert!(
         text.contains("4 of 5") && text.contains("P4 at 40°, 0.4 N"),
         "{text}"
@@ -497,7 +497,7 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
         "{}",
         artefact.depth_db
     );
-    assert!(artefact.doubts.is_empty());
+    assert!(artefact.warnings.is_empty());
     let finger = |hz: f64| Complex::from_polar(5.0 / (1.0 + hz / 400.0), -hz * 0.004);
     let mut measured = function(|hz| finger(hz) * notch(hz));
     (measured.driven, measured.effective_averages) = (Some(band()), 33.0);
@@ -529,7 +529,7 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
 }
 
 #[test]
-fn a_control_that_says_nothing_is_refused_or_doubted() {
+fn a_control_that_says_nothing_is_refused_or_reported() {
     let config = ArtefactConfig::usual(band());
     let flat = artefact_of(&plate(|_| db(3.0), 0.99), &config)
         .unwrap_err()
@@ -538,9 +538,9 @@ fn a_control_that_says_nothing_is_refused_or_doubted() {
         flat.contains("none") && flat.contains("without a finger"),
         "{flat}"
     );
-    let doubted = artefact_of(&plate(notch, 0.4), &config).unwrap();
+    let reported = artefact_of(&plate(notch, 0.4), &config).unwrap();
     assert!(
-        matches!(&doubted.doubts[..], [doubt] if matches!(doubt.kind(), Some(PanelDoubt::ControlIncoherent { .. })))
+        matches!(&reported.warnings[..], [warning] if matches!(warning.kind(), Some(PanelWarning::ControlIncoherent { .. })))
     );
     let rate = SampleRate::new(2_000.0).unwrap();
     let other = H::from_lines(
@@ -552,7 +552,7 @@ fn a_control_that_says_nothing_is_refused_or_doubted() {
         9,
     )
     .unwrap();
-    let refused = doubted.remove_from(&other).unwrap_err().to_string();
+    let refused = reported.remove_from(&other).unwrap_err().to_string();
     assert!(
         refused.contains("201 lines") && refused.contains("101 lines"),
         "{refused}"

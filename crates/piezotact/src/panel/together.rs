@@ -1,16 +1,16 @@
-//! Checks whether transfer functions can be combined in a panel: errors that refuse it, and doubts.
+//! Checks whether transfer functions can be combined in a panel: errors that refuse it, and warnings.
 
-use crate::panel::PanelDoubt;
+use crate::panel::PanelWarning;
 use std::collections::BTreeMap;
 
 use super::membership::{self, MemberCriterion, share};
 use super::{Cell, Entry, Filing, Panel, PanelError};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
-use crate::doubt::{Doubt, Example};
 use crate::quantity::{Band, Quantity};
 use crate::recording::BenchKind;
 use crate::transfer::TransferFunction;
+use crate::warning::{Example, Warning};
 
 /// The largest plausible load of a finger, N.
 const HEAVIEST_N: f64 = 100.0;
@@ -198,8 +198,8 @@ pub(super) struct Sign<'a> {
 }
 
 impl<I: Quantity, O: Quantity> Panel<I, O> {
-    /// The doubt about twins of different seeds: other people, under the same names.
-    pub(super) fn of_several_twins(&self) -> Option<Doubt> {
+    /// The warning about twins of different seeds: other people, under the same names.
+    pub(super) fn of_several_twins(&self) -> Option<Warning> {
         let mut twins = self.entries.iter().filter_map(|entry| {
             let provenance = &entry.function.about.provenance;
             let seed = (provenance.bench == Some(BenchKind::Twin)).then_some(provenance.seed)?;
@@ -207,7 +207,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         });
         let (one, one_seed) = twins.next()?;
         let (other, other_seed) = twins.find(|(_, seed)| *seed != one_seed)?;
-        Some(Doubt::from(PanelDoubt::SeveralTwins {
+        Some(Warning::from(PanelWarning::SeveralTwins {
             one: one.to_string(),
             one_seed: one_seed.to_string(),
             other: other.to_string(),
@@ -215,9 +215,9 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }))
     }
 
-    /// The doubts about measurements whose provenance names another participant than they are filed under.
-    pub(super) fn other_participant_doubts(&self) -> Vec<Doubt> {
-        let mut doubts = Vec::new();
+    /// The warnings about measurements whose provenance names another participant than they are filed under.
+    pub(super) fn other_participant_warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
         for entry in &self.entries {
             let provenance = &entry.function.about.provenance;
             let texts = std::iter::once(&provenance.source).chain(&provenance.steps);
@@ -227,24 +227,24 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 Some(name.split(" at ").next()?.trim())
             });
             let other = |name: &&str| !name.is_empty() && *name != entry.filing.participant;
-            doubts.extend(named.find(other).map(|found| {
-                Doubt::from(PanelDoubt::OtherParticipant {
+            warnings.extend(named.find(other).map(|found| {
+                Warning::from(PanelWarning::OtherParticipant {
                     measurement: entry.filing.to_string(),
                     found: Example(found.to_owned()),
                 })
             }));
         }
-        doubts
+        warnings
     }
 
-    /// The doubts about measurements whose sign is opposite to most others' in their cell, over `band`.
-    pub(super) fn opposites(&self, band: Band) -> Vec<Doubt> {
+    /// The warnings about measurements whose sign is opposite to most others' in their cell, over `band`.
+    pub(super) fn opposites(&self, band: Band) -> Vec<Warning> {
         let signs = self.signs(band).into_iter();
-        let doubted = signs.filter(|sign| sign.criterion.outcome != Outcome::Met);
-        doubted
+        let reported = signs.filter(|sign| sign.criterion.outcome != Outcome::Met);
+        reported
             .filter_map(|sign| {
                 let first = sign.against.first()?;
-                Some(Doubt::from(PanelDoubt::OppositeSign {
+                Some(Warning::from(PanelWarning::OppositeSign {
                     measurement: sign.of.to_string(),
                     count: sign.against.len(),
                     of: sign.others,
@@ -286,17 +286,17 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         signs
     }
 
-    /// The doubts about parts of `band` that were not driven or have low coherence: the worst case, with the number of
+    /// The warnings about parts of `band` that were not driven or have low coherence: the worst case, with the number of
     /// measurements concerned, in one cell or in all.
-    pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Doubt> {
+    pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Warning> {
         let inside = || {
             self.entries
                 .iter()
                 .filter(move |e| cell.is_none_or(|cell| e.filing.cell.is(cell)))
         };
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         for coherence in [false, true] {
-            let all: Vec<(String, Vec<Doubt>)> = inside()
+            let all: Vec<(String, Vec<Warning>)> = inside()
                 .map(|e| {
                     let (_, found) = if coherence {
                         membership::low_coherence(&e.function, band)
@@ -310,13 +310,13 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 .iter()
                 .flat_map(|(_, found)| found)
                 .max_by(|a, b| share(a).total_cmp(&share(b)));
-            doubts.extend(worst.cloned());
-            doubts.extend(super::average::of_members(
+            warnings.extend(worst.cloned());
+            warnings.extend(super::average::of_members(
                 all.iter()
                     .map(|(name, found)| (name.clone(), found.as_slice())),
             ));
         }
-        doubts
+        warnings
     }
 }
 

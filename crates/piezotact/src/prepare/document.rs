@@ -4,14 +4,14 @@ use serde::Serialize;
 
 use crate::criterion::Outcome;
 use crate::document::{Content, FailedFile};
-use crate::doubt::{Doubt, Doubts};
 use crate::lineage::Mode;
 use crate::quantity::Band;
-use crate::recording::RehearsalDoubt;
-use crate::score::doubts_of_feeling;
+use crate::recording::RehearsalWarning;
+use crate::score::warnings_of_feeling;
 use crate::verify::{Verdict, Verification};
+use crate::warning::{Warning, Warnings};
 
-use super::PrepareDoubt;
+use super::PrepareWarning;
 
 /// The stroke that stands for a texture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -75,9 +75,9 @@ impl State {
     /// What became of a drive that was measured as `verification` says.
     #[must_use]
     pub fn of(verification: &Verification) -> Self {
-        let rehearsed = |doubt: &Doubt| doubt.kind::<RehearsalDoubt>().is_some();
+        let rehearsed = |warning: &Warning| warning.kind::<RehearsalWarning>().is_some();
         match verification.verdict {
-            _ if verification.doubts.iter().any(rehearsed) => Self::Rehearsed,
+            _ if verification.warnings.iter().any(rehearsed) => Self::Rehearsed,
             Verdict::Passed => Self::Passed,
             Verdict::PassedInPart { .. } => Self::PassedInPart,
             Verdict::NotPassed => Self::NotPassed,
@@ -144,8 +144,8 @@ pub struct Prepared {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
     /// What a person should know before using it.
-    #[serde(serialize_with = "crate::doubt::serialize_merged")]
-    pub doubts: Doubts,
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
+    pub warnings: Warnings,
 }
 
 impl Prepared {
@@ -171,7 +171,7 @@ impl Prepared {
             state: State::NotRendered,
             sentence: format!("not rendered: {why}"),
             verification: None,
-            doubts: Doubts::default(),
+            warnings: Warnings::default(),
         }
     }
 
@@ -180,13 +180,13 @@ impl Prepared {
     pub fn measured(mut self, measured: String, verification: Verification) -> Self {
         self.state = State::of(&verification);
         self.sentence = verification.sentence();
-        let not_felt = doubts_of_feeling(&verification);
+        let not_felt = warnings_of_feeling(&verification);
         if !not_felt.is_empty() {
             self.sentence += "; at this level it lies below the detection threshold";
         }
-        self.doubts.extend(not_felt);
+        self.warnings.extend(not_felt);
         self.measured = Some(measured);
-        self.doubts.extend(verification.doubts.iter().cloned());
+        self.warnings.extend(verification.warnings.iter().cloned());
         self.verification = Some(verification);
         self
     }
@@ -237,8 +237,8 @@ pub struct PrepareDocument {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<FailedFile>,
     /// What a person should know before using the drives, beside what each texture has.
-    #[serde(serialize_with = "crate::doubt::serialize_merged")]
-    pub doubts: Doubts,
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
+    pub warnings: Warnings,
 }
 
 impl Content for PrepareDocument {
@@ -246,7 +246,7 @@ impl Content for PrepareDocument {
 }
 
 impl PrepareDocument {
-    /// The same with what follows from its textures and recordings: conclusion, sentence, and the doubt about levels that differ.
+    /// The same with what follows from its textures and recordings: conclusion, sentence, and the warning about levels that differ.
     #[must_use]
     pub fn concluded(mut self) -> Self {
         let open = self
@@ -272,7 +272,7 @@ impl PrepareDocument {
                 (low.min(level), high.max(level))
             });
         if highest_db - lowest_db > 0.05 {
-            self.doubts.push(PrepareDoubt::LevelsDiffer {
+            self.warnings.push(PrepareWarning::LevelsDiffer {
                 lowest_db,
                 highest_db,
             });

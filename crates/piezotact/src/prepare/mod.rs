@@ -2,13 +2,12 @@
 //! them, and what of it is not good enough.
 
 mod document;
-mod doubt;
 mod page;
+mod warning;
 
 pub use document::{ChosenStroke, NotGoodEnough, PrepareDocument, Prepared, State, TextureStrokes};
-pub use doubt::PrepareDoubt;
+pub use warning::PrepareWarning;
 
-use crate::doubt::Doubt;
 use crate::feature::band_power;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Hertz, Seconds};
@@ -18,10 +17,11 @@ use crate::series::Series;
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan};
 use crate::statistics::{mean, median, rms};
 use crate::transfer::TransferFunction;
+use crate::warning::Warning;
 
 /// A shorter stroke is compared with others only where all are as short.
 const SHORTEST: Seconds = Seconds(0.25);
-/// Strokes of one texture whose median distance from the median stroke is larger raise a doubt, dB.
+/// Strokes of one texture whose median distance from the median stroke is larger raise a warning, dB.
 const STROKES_DIFFER_DB: f64 = 6.0;
 /// How many times the width of a spectral line a third octave must be wide to be compared.
 const LINES_A_BAND: f64 = 2.0;
@@ -51,28 +51,28 @@ impl TypicalStroke {
 
     /// What the strokes leave open, for the texture called `texture`, of which the chosen one lasts `chosen`.
     #[must_use]
-    pub fn doubts(&self, texture: &str, chosen: Seconds) -> Vec<Doubt> {
+    pub fn warnings(&self, texture: &str, chosen: Seconds) -> Vec<Warning> {
         let texture = texture.to_owned();
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         if self.distances_db.len() == 1 {
-            doubts.push(Doubt::from(PrepareDoubt::OneStroke {
+            warnings.push(Warning::from(PrepareWarning::OneStroke {
                 texture: texture.clone(),
             }));
         }
         let spread_db = self.spread_db();
         if spread_db > STROKES_DIFFER_DB {
-            doubts.push(Doubt::from(PrepareDoubt::StrokesDiffer {
+            warnings.push(Warning::from(PrepareWarning::StrokesDiffer {
                 texture: texture.clone(),
                 spread_db,
             }));
         }
         if chosen.0 < 2.0 * SHORTEST.0 {
-            doubts.push(Doubt::from(PrepareDoubt::ShortStroke {
+            warnings.push(Warning::from(PrepareWarning::ShortStroke {
                 texture,
                 duration_s: chosen.0,
             }));
         }
-        doubts
+        warnings
     }
 }
 
@@ -173,24 +173,24 @@ fn levels_db(stroke: &Series<Acceleration>, bands: &[Band]) -> Result<Vec<f64>, 
 ///
 /// Source: decision 0061 of this project.
 #[must_use]
-pub fn doubts_of_conditions(
+pub fn warnings_of_conditions(
     texture: &str,
     conditions: &[&Condition],
     function: &Condition,
-) -> Vec<Doubt> {
+) -> Vec<Warning> {
     let of = |what: &str, value: fn(&Condition) -> Option<String>| {
         let mut values: Vec<String> = conditions.iter().filter_map(|c| value(c)).collect();
         values.sort();
         values.dedup();
         (values.len() > 1).then(|| {
-            Doubt::from(PrepareDoubt::ConditionsDiffer {
+            Warning::from(PrepareWarning::ConditionsDiffer {
                 texture: texture.to_owned(),
                 what: what.to_owned(),
                 values: values.join(", "),
             })
         })
     };
-    let mut doubts: Vec<Doubt> = [
+    let mut warnings: Vec<Warning> = [
         of("kinds of touch", |c| {
             c.touch.map(|touch| format!("{touch:?}").to_lowercase())
         }),
@@ -212,14 +212,14 @@ pub fn doubts_of_conditions(
     let other = other.filter_map(|(strokes_n, transfer)| Some((strokes_n, transfer?.0)));
     let mut other =
         other.filter(|(strokes_n, transfer_n)| (strokes_n / transfer_n - 1.0).abs() > OTHER_LOAD);
-    doubts.extend(other.next().map(|(strokes_n, transfer_n)| {
-        Doubt::from(PrepareDoubt::OtherLoad {
+    warnings.extend(other.next().map(|(strokes_n, transfer_n)| {
+        Warning::from(PrepareWarning::OtherLoad {
             texture: texture.to_owned(),
             strokes_n,
             transfer_n,
         })
     }));
-    doubts
+    warnings
 }
 
 /// One level for several textures.

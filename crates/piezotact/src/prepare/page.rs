@@ -2,12 +2,12 @@
 
 use super::{PrepareDocument, Prepared, State};
 use crate::criterion::Outcome;
-use crate::doubt::words::percent;
 use crate::figure::{Axis, Chart, Figure, Line, Tone, range};
 use crate::number::{counted, digits, signed};
 use crate::page::{Block, Cell, Column, Number, Page, Table};
 use crate::quantity::{Band, Decibels};
 use crate::verify::Verification;
+use crate::warning::words::percent;
 
 impl PrepareDocument {
     /// One row for each texture: the stroke, the drive and the verdict.
@@ -87,9 +87,9 @@ impl PrepareDocument {
         for one in &self.textures {
             page = page.section(&one.strokes.texture, self.blocks(one));
         }
-        let doubts: Vec<_> = self.doubts.iter().cloned().collect();
-        if !doubts.is_empty() {
-            page = page.doubts(&doubts);
+        let warnings: Vec<_> = self.warnings.iter().cloned().collect();
+        if !warnings.is_empty() {
+            page = page.warnings(&warnings);
         }
         page.section(
             "Method",
@@ -150,10 +150,10 @@ impl PrepareDocument {
             }
             blocks.push(Block::Figure(spectra(verification)));
         }
-        let doubts: Vec<_> = one.doubts.iter().cloned().collect();
-        if !doubts.is_empty() {
-            let doubts = crate::doubt::merged(&doubts);
-            blocks.push(Block::Doubts { doubts });
+        let warnings: Vec<_> = one.warnings.iter().cloned().collect();
+        if !warnings.is_empty() {
+            let warnings = crate::warning::merged(&warnings);
+            blocks.push(Block::Warnings { warnings });
         }
         blocks
     }

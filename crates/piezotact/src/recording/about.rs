@@ -1,9 +1,9 @@
-//! Metadata of a measured or computed value: its condition, provenance and doubts.
+//! Metadata of a measured or computed value: its condition, provenance and warnings.
 
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::{BenchKind, Condition, Provenance};
-use crate::doubt::Doubt;
+use crate::warning::Warning;
 
 /// Metadata of a recording, a drive or a transfer function. Serialised flat: three fields of the value that holds it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -15,7 +15,7 @@ pub struct About {
     /// Where it comes from.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl About {
@@ -28,34 +28,34 @@ impl About {
             && self.provenance.seed.is_some()
     }
 
-    /// Metadata without doubts.
+    /// Metadata without warnings.
     #[must_use]
     pub fn new(condition: Condition, provenance: Provenance) -> Self {
         Self {
             condition,
             provenance,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         }
     }
 
-    /// Serialises it without an empty list of doubts, for documents that are written before any doubt can exist; for serde's
+    /// Serialises it without an empty list of warnings, for documents that are written before any warning can exist; for serde's
     /// `serialize_with`.
     ///
     /// # Errors
     /// Those of the serializer.
-    pub fn without_empty_doubts<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+    pub fn without_empty_warnings<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         #[derive(Serialize)]
         #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
         struct Stated<'a> {
             condition: &'a Condition,
             provenance: &'a Provenance,
-            #[serde(skip_serializing_if = "<[Doubt]>::is_empty")]
-            doubts: &'a [Doubt],
+            #[serde(skip_serializing_if = "<[Warning]>::is_empty")]
+            warnings: &'a [Warning],
         }
         Stated {
             condition: &self.condition,
             provenance: &self.provenance,
-            doubts: &self.doubts,
+            warnings: &self.warnings,
         }
         .serialize(serializer)
     }

@@ -77,7 +77,7 @@ impl Recording {
             let channels = channels.into_iter().zip(clocks.iter().copied()).collect();
             Self::with_clocks(channels, about.condition, about.provenance)?
         };
-        recording.about.doubts = about.doubts;
+        recording.about.warnings = about.warnings;
         Ok(recording)
     }
 
@@ -202,7 +202,7 @@ impl Recording {
         });
         let about = self.about;
         let mut part = Self::new(channels, clock.rate_hz, about.condition, about.provenance)?;
-        part.about.doubts = about.doubts;
+        part.about.warnings = about.warnings;
         part.annotations = self.annotations.cut(clock.start_s, Seconds(length_s));
         Ok(part)
     }

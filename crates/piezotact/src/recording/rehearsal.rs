@@ -4,11 +4,11 @@ use std::fmt;
 
 use super::Provenance;
 use crate::checksum::Checksum;
-use crate::doubt::{Advice, Doubt, DoubtKind, doubts};
+use crate::warning::{Advice, Warning, WarningKind, warnings};
 
-doubts! {
-    /// Doubts about rehearsals: drives played through a measured transfer function.
-    pub enum RehearsalDoubt {
+warnings! {
+    /// Warnings about rehearsals: drives played through a measured transfer function.
+    pub enum RehearsalWarning {
         /// A drive was played through the same transfer function with which it was rendered or corrected.
         PlayedThroughItsOwn("played_through_its_own") {
             /// Its checksum.
@@ -17,9 +17,9 @@ doubts! {
     }
 }
 
-impl DoubtKind for RehearsalDoubt {
-    fn of(doubt: &Doubt) -> Option<Self> {
-        Self::of_doubt(doubt)
+impl WarningKind for RehearsalWarning {
+    fn of(warning: &Warning) -> Option<Self> {
+        Self::of_warning(warning)
     }
 
     fn advice(&self) -> Vec<Advice> {
@@ -27,7 +27,7 @@ impl DoubtKind for RehearsalDoubt {
     }
 }
 
-impl fmt::Display for RehearsalDoubt {
+impl fmt::Display for RehearsalWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::PlayedThroughItsOwn { transfer } => write!(
@@ -40,18 +40,18 @@ impl fmt::Display for RehearsalDoubt {
     }
 }
 
-/// The doubt about a recording from a bench made of the same transfer function with which its drive was
+/// The warning about a recording from a bench made of the same transfer function with which its drive was
 /// made: `drive` is the drive's provenance, `recording` the recording's. `None` if they differ, or if either
 /// is unknown.
 ///
 /// Source: decisions 0027 and 0030 of this project: an inverse crime shows nothing of a device.
 #[must_use]
-pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Option<Doubt> {
+pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Option<Warning> {
     let transfer = recording.answered_with?;
     drive
         .made_with
         .contains(&transfer)
-        .then(|| RehearsalDoubt::PlayedThroughItsOwn { transfer }.into())
+        .then(|| RehearsalWarning::PlayedThroughItsOwn { transfer }.into())
 }
 
 #[cfg(test)]
@@ -74,10 +74,10 @@ mod tests {
         };
         assert_eq!(played(Some(other)), None);
         assert_eq!(played(None), None);
-        let doubt = played(Some(own)).unwrap();
-        assert!(doubt.to_string().contains("the same transfer function"));
-        let text = serde_json::to_string(&(&doubt, &drive)).unwrap();
-        let back: (Doubt, Provenance) = serde_json::from_str(&text).unwrap();
-        assert_eq!(back, (doubt, drive));
+        let warning = played(Some(own)).unwrap();
+        assert!(warning.to_string().contains("the same transfer function"));
+        let text = serde_json::to_string(&(&warning, &drive)).unwrap();
+        let back: (Warning, Provenance) = serde_json::from_str(&text).unwrap();
+        assert_eq!(back, (warning, drive));
     }
 }

@@ -1,16 +1,16 @@
 //! Inversion of transfer functions: the drive whose response is a target.
 
-use crate::render::RenderDoubt;
+use crate::render::RenderWarning;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{RenderError, share_of_least_error};
-use crate::doubt::Doubt;
 use crate::fourier::{RealTransform, minimum_phase};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::statistics::rms;
 use crate::transfer::TransferFunction;
+use crate::warning::Warning;
 
 /// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -238,13 +238,16 @@ impl InversePlan {
         }
     }
 
-    /// The doubt about the share of the power of `target` (the last inverted one) outside the `band` of its inversion, if it is
+    /// The warning about the share of the power of `target` (the last inverted one) outside the `band` of its inversion, if it is
     /// a tenth or more.
-    pub(crate) fn outside(&self, target: &[f64], band: Band) -> Option<Doubt> {
+    pub(crate) fn outside(&self, target: &[f64], band: Band) -> Option<Warning> {
         // By Parseval, over all samples and in the lines of positive frequencies.
         let power = 0.5 * (target.len() as f64 * rms(target)).powi(2);
         let share = 1.0 - self.in_band / power.max(f64::MIN_POSITIVE);
-        (share >= 0.1).then_some(Doubt::from(RenderDoubt::PowerOutsideBand { share, band }))
+        (share >= 0.1).then_some(Warning::from(RenderWarning::PowerOutsideBand {
+            share,
+            band,
+        }))
     }
 
     /// The same of a target at `rate` that was not inverted.
@@ -253,7 +256,7 @@ impl InversePlan {
         target: &[f64],
         rate: SampleRate,
         band: Band,
-    ) -> Option<Doubt> {
+    ) -> Option<Warning> {
         let n = self.transform.length();
         let spectrum = self.transform.forward(target);
         let inside = |line: &usize| band.contains(*line as f64 * rate.hz() / n as f64);

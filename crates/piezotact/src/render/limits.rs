@@ -1,15 +1,15 @@
 //! The demands of a drive on the device, checked before it is played.
 
 use super::floored;
-use crate::render::RenderDoubt;
+use crate::render::RenderWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{DriveSetup, GainName};
-use crate::doubt::Doubt;
 use crate::number::digits;
 use crate::quantity::{Decibels, Drive, SampleRate};
 use crate::series::Series;
 use crate::statistics::{peak, rms};
+use crate::warning::Warning;
 
 /// Half a step of a 24-bit converter, full scale = 1: smaller values are not played.
 const SMALLEST: f64 = 1.0 / (1_u32 << 24) as f64;
@@ -56,11 +56,11 @@ impl Headroom {
         )
     }
 
-    /// The doubt about a slope that the amplifier of `setup` cannot follow, if there is one.
+    /// The warning about a slope that the amplifier of `setup` cannot follow, if there is one.
     #[must_use]
-    pub fn slew_doubt(&self, setup: Option<&DriveSetup>) -> Option<Doubt> {
+    pub fn slew_warning(&self, setup: Option<&DriveSetup>) -> Option<Warning> {
         let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
-        (asked > limit).then_some(Doubt::from(RenderDoubt::SlewLimited {
+        (asked > limit).then_some(Warning::from(RenderWarning::SlewLimited {
             asked_v_per_s: asked,
             limit_v_per_s: limit,
         }))

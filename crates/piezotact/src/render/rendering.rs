@@ -3,18 +3,18 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
-use crate::clipping::ClippingDoubt;
+use crate::clipping::ClippingWarning;
 use crate::device::DriveSetup;
-use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Drive};
 use crate::recording::{About, Condition};
 use crate::series::Series;
+use crate::warning::Warning;
 
 /// Two levels that differ by less are one, dB.
 const SAME_LEVEL_DB: f64 = 0.005;
 
-/// How a drive was rendered, with its doubts: a [`RenderedDrive`] without its samples.
+/// How a drive was rendered, with its warnings: a [`RenderedDrive`] without its samples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Rendering {
@@ -23,7 +23,7 @@ pub struct Rendering {
     pub setup: Option<DriveSetup>,
     /// The texture it was rendered from, by name.
     pub target: String,
-    /// The condition it is for, the provenance of its transfer function, and its doubts.
+    /// The condition it is for, the provenance of its transfer function, and its warnings.
     #[serde(flatten)]
     pub about: About,
     /// The level it was rendered at, relative to the target, dB.
@@ -86,25 +86,27 @@ impl Rendering {
     }
 }
 
-/// What is doubted of a recording made under `measured` while `drive` was played at `setup`, apart from the recording itself: that
+/// The warnings about a recording made under `measured` while `drive` was played at `setup`, apart from the recording itself: that
 /// the drive is steeper than the amplifier follows, that it clips, and that it was made (`rendering`) for another condition.
 ///
 /// Source: decision 0046 of this project, for one place for all three.
 #[must_use]
-pub fn doubts_of_played(
+pub fn warnings_of_played(
     drive: &Series<Drive>,
     setup: Option<&DriveSetup>,
     rendering: Option<&Rendering>,
     measured: &Condition,
-) -> Vec<Doubt> {
+) -> Vec<Warning> {
     let headroom = headroom(drive.samples(), drive.rate(), setup);
-    let mut doubts: Vec<Doubt> = headroom.slew_doubt(setup).into_iter().collect();
+    let mut warnings: Vec<Warning> = headroom.slew_warning(setup).into_iter().collect();
     let fraction = headroom.clipped_fraction;
     if fraction > 0.0 {
-        doubts.push(Doubt::from(ClippingDoubt::PlayedDriveClipped { fraction }));
+        warnings.push(Warning::from(ClippingWarning::PlayedDriveClipped {
+            fraction,
+        }));
     }
     if let Some(rendering) = rendering {
-        doubts.extend(rendering.about.condition.doubts_when_measured(measured));
+        warnings.extend(rendering.about.condition.warnings_when_measured(measured));
     }
-    doubts
+    warnings
 }

@@ -1,13 +1,13 @@
-//! Doubts about a force that another device measures, and its place in time.
+//! Warnings about a force that another device measures, and its place in time.
 
 use std::fmt;
 
-use crate::doubt::{Advice, DoubtKind, Subject, doubts};
 use crate::number::{counted, digits, rounded};
+use crate::warning::{Advice, Subject, WarningKind, warnings};
 
-doubts! {
-    /// Doubts about a force that another device measures: what it sent, and when that was.
-    pub enum ForceSourceDoubt {
+warnings! {
+    /// Warnings about a force that another device measures: what it sent, and when that was.
+    pub enum ForceSourceWarning {
         /// Many of its lines could not be read.
         LinesUnreadable("force_lines_unreadable") of Signal(source) {
             /// The source.
@@ -23,7 +23,7 @@ doubts! {
         ClockUncertain("force_clock_uncertain") {
             /// How far times may be off, s.
             uncertainty_s: f64,
-            /// The largest uncertainty without a doubt, s.
+            /// The largest uncertainty without a warning, s.
             most_s: f64,
         },
         /// Readings are missing over some time; straight lines stand in their place.
@@ -47,9 +47,9 @@ doubts! {
     }
 }
 
-impl DoubtKind for ForceSourceDoubt {
-    fn of(doubt: &crate::Doubt) -> Option<Self> {
-        Self::of_doubt(doubt)
+impl WarningKind for ForceSourceWarning {
+    fn of(warning: &crate::Warning) -> Option<Self> {
+        Self::of_warning(warning)
     }
 
     fn advice(&self) -> Vec<Advice> {
@@ -63,7 +63,7 @@ impl DoubtKind for ForceSourceDoubt {
     }
 }
 
-impl fmt::Display for ForceSourceDoubt {
+impl fmt::Display for ForceSourceWarning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::LinesUnreadable {

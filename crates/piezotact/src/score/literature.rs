@@ -1,14 +1,14 @@
 //! ST-SIM and SPQI, for comparison with the literature: locked to the waveform, and without a unit.
 
-use crate::score::ScoreDoubt;
+use crate::score::ScoreWarning;
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 
-use crate::doubt::Doubt;
 use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, SampleRate};
 use crate::resample::{ResampleError, resample};
 use crate::series::Series;
+use crate::warning::Warning;
 
 /// The rate that both indices are made for, Hz.
 pub const LITERATURE_RATE_HZ: f64 = 8000.0;
@@ -106,7 +106,7 @@ pub struct Literature {
     /// How they were computed.
     pub config: LiteratureConfig,
     /// What a person should know before relying on them.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// Blocks of [`BLOCK`] samples; a rest is left out.
@@ -278,10 +278,10 @@ pub fn literature(
     };
     let (r, d) = (scaled(reference)?, scaled(test)?);
     let st_sim = st_sim(&r, &d, config.curve)?;
-    let doubts = match st_sim.value {
-        Some(value) if value > 1.0 => vec![Doubt::from(ScoreDoubt::IndexBeyondRange { value })],
+    let warnings = match st_sim.value {
+        Some(value) if value > 1.0 => vec![Warning::from(ScoreWarning::IndexBeyondRange { value })],
         Some(_) => Vec::new(),
-        None => vec![Doubt::from(ScoreDoubt::NoRealIndex {
+        None => vec![Warning::from(ScoreWarning::NoRealIndex {
             temporal: st_sim.temporal,
         })],
     };
@@ -289,7 +289,7 @@ pub fn literature(
         spqi: spqi(&r, &d, config.curve)?,
         st_sim,
         config,
-        doubts,
+        warnings,
     })
 }
 

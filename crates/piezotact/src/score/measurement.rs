@@ -1,14 +1,14 @@
 //! A measurement held against its target, with what both files say.
 
 use super::with_perceptible_difference;
-use crate::clipping::{ClippingDoubt, clipping};
-use crate::doubt::{Doubt, Doubts};
+use crate::clipping::{ClippingWarning, clipping};
 use crate::quantity::{Acceleration, Band, Decibels, Drive};
 use crate::recording::Recording;
 use crate::render::Rendering;
 use crate::resample::{CommonRate, ResampleError, to_common_rate};
 use crate::series::Series;
-use crate::verify::{Measured, Verification, VerifyConfig, VerifyDoubt, VerifyError, verify};
+use crate::verify::{Measured, Verification, VerifyConfig, VerifyError, VerifyWarning, verify};
+use crate::warning::{Warning, Warnings};
 
 /// The texture that was to be felt.
 #[derive(Clone, Copy, Debug)]
@@ -35,7 +35,7 @@ pub struct Measurement<'a> {
 /// A measurement with how close it came.
 #[derive(Clone, Debug)]
 pub struct JudgedMeasurement {
-    /// What was found, with the felt difference and the doubts about both files.
+    /// What was found, with the felt difference and the warnings about both files.
     pub verification: Verification,
     /// How it was compared.
     pub config: VerifyConfig,
@@ -54,7 +54,7 @@ pub enum MeasurementError {
     Verify(#[from] VerifyError),
 }
 
-/// How close `measured` came to `target` over `band`, with the doubts about both and `more_doubts`, each once.
+/// How close `measured` came to `target` over `band`, with the warnings about both and `more_warnings`, each once.
 ///
 /// Formula: that of [`verify`] and [`with_perceptible_difference`], at the lower rate of the two, for the bands and the level that its
 /// rendering states.
@@ -67,21 +67,21 @@ pub fn judged_measurement(
     target: Target<'_>,
     measured: Measurement<'_>,
     band: Band,
-    more_doubts: &[Doubt],
+    more_warnings: &[Warning],
 ) -> Result<JudgedMeasurement, MeasurementError> {
-    let mut doubts = doubts_before(target, &measured, more_doubts);
+    let mut warnings = warnings_before(target, &measured, more_warnings);
     // Clipping is looked for at the rate it was acquired with.
     let clipped = measured.rendering.map(|r| r.headroom.clipped_fraction);
     let clipping = clipping(&measured.response, measured.drive, clipped);
     let CommonRate {
         first: texture,
         second: response,
-        doubt,
+        warning,
     } = to_common_rate(
         ("the target", target.texture.clone()),
         ("the measurement", measured.response),
     )?;
-    doubts.extend(doubt);
+    warnings.extend(warning);
     let mut config = VerifyConfig::over(band, texture.rate().hz());
     if let Some(rendering) = measured.rendering {
         config.reached.clone_from(&rendering.achievable_band_hz);
@@ -94,20 +94,21 @@ pub fn judged_measurement(
     };
     let mut verification = with_perceptible_difference(verify(&texture, compared, &config)?);
     let known = [
-        &measured.recording.about.doubts,
-        &target.recording.about.doubts,
+        &measured.recording.about.warnings,
+        &target.recording.about.warnings,
     ];
     verification = verification.with_known_losses(known[0], known[1]);
     // What clipped is said by the verification, with what was measured of it.
-    doubts.retain(|doubt| match doubt.kind() {
-        Some(ClippingDoubt::Clipped { .. }) => {
-            let same = |other: &Doubt| (&other.code, &other.about) == (&doubt.code, &doubt.about);
-            !verification.doubts.iter().any(same)
+    warnings.retain(|warning| match warning.kind() {
+        Some(ClippingWarning::Clipped { .. }) => {
+            let same =
+                |other: &Warning| (&other.code, &other.about) == (&warning.code, &warning.about);
+            !verification.warnings.iter().any(same)
         }
         of_the_drive => of_the_drive.is_none(),
     });
-    doubts.retain(|doubt| !verification.doubts.say(doubt));
-    verification.doubts.put_first(doubts);
+    warnings.retain(|warning| !verification.warnings.say(warning));
+    verification.warnings.put_first(warnings);
     Ok(JudgedMeasurement {
         verification,
         config,
@@ -115,22 +116,22 @@ pub fn judged_measurement(
     })
 }
 
-/// What is doubted before anything is compared: of both recordings, of the rendering, and whether they belong together.
-fn doubts_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Doubt]) -> Doubts {
-    let mut doubts: Doubts = target.recording.about.doubts.iter().cloned().collect();
-    doubts.extend(measured.recording.about.doubts.iter().cloned());
-    doubts.extend(more.iter().cloned());
+/// What gives a warning before anything is compared: of both recordings, of the rendering, and whether they belong together.
+fn warnings_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Warning]) -> Warnings {
+    let mut warnings: Warnings = target.recording.about.warnings.iter().cloned().collect();
+    warnings.extend(measured.recording.about.warnings.iter().cloned());
+    warnings.extend(more.iter().cloned());
     let Some(rendering) = measured.rendering else {
-        return doubts;
+        return warnings;
     };
     let condition = &measured.recording.about.condition;
-    doubts.extend(rendering.about.condition.doubts_when_measured(condition));
+    warnings.extend(rendering.about.condition.warnings_when_measured(condition));
     if !rendering.target.is_empty() && rendering.target != target.name {
-        doubts.push(VerifyDoubt::OtherTarget {
+        warnings.push(VerifyWarning::OtherTarget {
             rendered: rendering.target.clone(),
             compared: target.name.to_owned(),
         });
     }
-    doubts.extend(rendering.about.doubts.iter().cloned());
-    doubts
+    warnings.extend(rendering.about.warnings.iter().cloned());
+    warnings
 }

@@ -6,26 +6,26 @@
 //! similarity and the indices of the literature are reported as well.
 
 mod document;
-mod doubt;
 mod excitation;
 pub mod literature;
 mod measurement;
 mod perceptible;
 mod verdict;
+mod warning;
 mod waveform;
 
-use crate::clipping::ClippingDoubt;
-use crate::spectrum::SpectrumDoubt;
+use crate::clipping::ClippingWarning;
+use crate::spectrum::SpectrumWarning;
 pub use document::ScoreDocument;
-pub use doubt::{NoIndicesCause, NotComparedCause, ScoreDoubt};
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
+pub use warning::{NoIndicesCause, NotComparedCause, ScoreWarning};
 
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
 };
-pub use perceptible::{doubts_of_feeling, with_perceptible_difference};
+pub use perceptible::{warnings_of_feeling, with_perceptible_difference};
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
@@ -33,9 +33,8 @@ use crate::clipping::flat_top_fraction;
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
 use crate::discrimination::{
-    ContactMap, Differences, DiscriminationDoubt, Excitation, Model, differences,
+    ContactMap, Differences, DiscriminationWarning, Excitation, Model, differences,
 };
-use crate::doubt::{Doubt, Doubts};
 use crate::feature::Weighting;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
@@ -43,6 +42,7 @@ use crate::series::Series;
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
 use crate::statistics::LevelSpread;
 use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
+use crate::warning::{Warning, Warnings};
 
 /// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
 const REACH: f64 = 1.96;
@@ -207,8 +207,8 @@ pub struct Score {
     /// How it was computed.
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::doubt::serialize_merged")]
-    pub doubts: Doubts,
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
+    pub warnings: Warnings,
 }
 
 /// What [`score`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
@@ -280,17 +280,17 @@ fn scored(
     ) -> Result<Option<Literature>, literature::LiteratureError>,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
-    let mut doubts = Doubts::new();
+    let mut warnings = Warnings::new();
     let (mut waveform, mut shared) = (None, None);
     match waveform::waveform(reference, test, config.band) {
         Ok(compared) => {
-            doubts.extend(compared.doubts);
+            warnings.extend(compared.warnings);
             waveform = Some(compared.waveform);
             shared = compared.shared;
         }
         // Said below, with the name that it has here.
         Err(VerifyError::Silent { .. }) => {}
-        Err(error) => doubts.push(Doubt::from(ScoreDoubt::WaveformNotCompared {
+        Err(error) => warnings.push(Warning::from(ScoreWarning::WaveformNotCompared {
             why: error.into(),
         })),
     }
@@ -340,27 +340,27 @@ fn scored(
         ..
     } = found;
 
-    doubts.extend(doubts_about([reference, test], [a, b], segments));
-    doubts.extend(model.doubts());
+    warnings.extend(warnings_about([reference, test], [a, b], segments));
+    warnings.extend(model.warnings());
     if wanders {
-        doubts.push(Doubt::from(DiscriminationDoubt::NotStationary));
+        warnings.push(Warning::from(DiscriminationWarning::NotStationary));
     }
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     if let Some([reference_db, test_db]) = modulation
         && verdict::not_met(&criteria, ScoreCriterion::ShortTimeSpread)
     {
-        doubts.push(Doubt::from(ScoreDoubt::OtherModulation {
+        warnings.push(Warning::from(ScoreWarning::OtherModulation {
             reference_db,
             test_db,
         }));
     }
     let literature = match indices(reference, test) {
         Ok(literature) => {
-            doubts.extend(literature.iter().flat_map(|found| found.doubts.clone()));
+            warnings.extend(literature.iter().flat_map(|found| found.warnings.clone()));
             literature
         }
         Err(error) => {
-            doubts.push(Doubt::from(ScoreDoubt::NoIndices { why: error.into() }));
+            warnings.push(Warning::from(ScoreWarning::NoIndices { why: error.into() }));
             None
         }
     };
@@ -397,7 +397,7 @@ fn scored(
         rate_hz,
         segments,
         config: config.clone(),
-        doubts,
+        warnings,
     })
 }
 
@@ -535,31 +535,31 @@ fn spectrum_error(
     })
 }
 
-fn doubts_about(
+fn warnings_about(
     [reference, test]: [&Series<Acceleration>; 2],
     [a, b]: [&Excitation; 2],
     segments: usize,
-) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+) -> Vec<Warning> {
+    let mut warnings = Vec::new();
     if segments < RECOMMENDED_SEGMENTS {
-        doubts.push(Doubt::from(SpectrumDoubt::ShortSignal { segments }));
+        warnings.push(Warning::from(SpectrumWarning::ShortSignal { segments }));
     }
     for (what, x, excitation) in [("the reference", reference, a), ("the test", test, b)] {
         let fraction = flat_top_fraction(x.samples());
         if fraction > 0.0 {
-            doubts.push(Doubt::from(ClippingDoubt::Clipped {
+            warnings.push(Warning::from(ClippingWarning::Clipped {
                 what: what.into(),
                 fraction,
             }));
         }
         if excitation.total() <= 1.0 {
-            doubts.push(Doubt::from(ScoreDoubt::NotFelt {
+            warnings.push(Warning::from(ScoreWarning::NotFelt {
                 what: what.into(),
                 level_db: level_db(excitation.total()),
             }));
         }
     }
-    doubts
+    warnings
 }
 
 /// The short-time levels of both; `None` where either is too short.

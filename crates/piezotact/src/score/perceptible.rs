@@ -1,11 +1,11 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
-use super::{Score, ScoreConfig, ScoreDoubt, Verdict, score_alone};
+use super::{Score, ScoreConfig, ScoreWarning, Verdict, score_alone};
 use crate::criterion::Criterion;
-use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
 use crate::verify::{Verification, VerifyCriterion};
+use crate::warning::Warning;
 
 /// `verification` with the perceptible difference between target and measurement as a further criterion, in JND, if the
 /// score is decided: a rendering that can be distinguished from its target does not pass, and for one that does not pass the
@@ -21,15 +21,15 @@ pub fn with_perceptible_difference(verification: Verification) -> Verification {
     }
 }
 
-/// The doubts that target or measurement of `verification`, as they were compared, lie below the detection threshold: what meets every
+/// The warnings that target or measurement of `verification`, as they were compared, lie below the detection threshold: what meets every
 /// criterion there is not felt.
 ///
 /// Source: [`super::score`], as [`with_perceptible_difference`].
 #[must_use]
-pub fn doubts_of_feeling(verification: &Verification) -> Vec<Doubt> {
-    let doubts = scored(verification).map(|(found, _)| found.doubts);
-    let not_felt = |doubt: &Doubt| matches!(doubt.kind(), Some(ScoreDoubt::NotFelt { .. }));
-    doubts
+pub fn warnings_of_feeling(verification: &Verification) -> Vec<Warning> {
+    let warnings = scored(verification).map(|(found, _)| found.warnings);
+    let not_felt = |warning: &Warning| matches!(warning.kind(), Some(ScoreWarning::NotFelt { .. }));
+    warnings
         .unwrap_or_default()
         .into_iter()
         .filter(not_felt)

@@ -1,13 +1,13 @@
 //! How alike two waveforms are once their delay is taken away.
 
-use crate::verify::VerifyDoubt;
+use crate::verify::VerifyWarning;
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::Doubt;
 use crate::quantity::{Acceleration, Band};
 use crate::series::Series;
 use crate::statistics::rms;
 use crate::verify::{VerifyError, align, nmse_db};
+use crate::warning::Warning;
 
 /// How alike two waveforms are, limited to a band and aligned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -47,7 +47,7 @@ const WHOLE: f64 = 1e-3;
 /// Two waveforms compared.
 pub(super) struct Compared {
     pub(super) waveform: Waveform,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     /// The part that both share, where one follows the other.
     pub(super) shared: Option<[Series<Acceleration>; 2]>,
 }
@@ -67,18 +67,18 @@ pub(super) fn waveform(
     let norm = wanted.len() as f64 * rms(wanted) * rms(got);
     let correlation = if norm > 0.0 { product / norm } else { 0.0 };
     let error: Vec<f64> = wanted.iter().zip(got).map(|(r, t)| t - r).collect();
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let shorter = reference.samples().len().min(test.samples().len());
     let nearly_all = compared.len() as f64 >= NEARLY_ALL * shorter as f64;
     let follows = correlation.abs() > if nearly_all { FOLLOWS } else { FOLLOWS_IN_PART };
     if follows && correlation < 0.0 {
-        doubts.push(Doubt::from(VerifyDoubt::Inverted { correlation }));
+        warnings.push(Warning::from(VerifyWarning::Inverted { correlation }));
     }
     let mut shared = None;
     if follows {
         // A hundredth is what aligning costs at the ends.
         if compared.len() * 100 < reference.samples().len() * 99 {
-            doubts.push(Doubt::from(VerifyDoubt::Cut {
+            warnings.push(Warning::from(VerifyWarning::Cut {
                 compared_s,
                 target_s: reference.duration().0,
             }));
@@ -110,7 +110,7 @@ pub(super) fn waveform(
             delay_s: aligned.delay.0,
             compared_s,
         },
-        doubts,
+        warnings,
         shared,
     })
 }

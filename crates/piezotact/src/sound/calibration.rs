@@ -3,11 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::tone::Tone;
-use super::{SoundDoubt, Wire};
+use super::{SoundWarning, Wire};
 use crate::document::Content;
-use crate::doubt::Doubt;
 use crate::number::digits;
 use crate::quantity::{Hertz, SampleRate, Unit};
+use crate::warning::Warning;
 
 /// A tone must stand so far above what is left of the signal, dB: over 5 s noise then changes its level by less than 0.01 dB, and mains hum beside it by
 /// less than 0.02 dB.
@@ -289,7 +289,7 @@ pub struct SoundCalibration {
     pub wires: Vec<Wire>,
     /// What to know of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for SoundCalibration {
@@ -318,12 +318,12 @@ impl SoundCalibration {
     ///
     /// Source: decision 0092 of this project: a calibration is old after 90 days.
     #[must_use]
-    pub fn doubts_on(&self, today: i64) -> Vec<Doubt> {
-        let mut doubts = self.doubts.clone();
+    pub fn warnings_on(&self, today: i64) -> Vec<Warning> {
+        let mut warnings = self.warnings.clone();
         for (what, made) in self.parts() {
             let days = today - made.day;
             if !(0..=OLD_DAYS).contains(&days) {
-                doubts.push(Doubt::from(SoundDoubt::CalibrationOld {
+                warnings.push(Warning::from(SoundWarning::CalibrationOld {
                     what,
                     made_on: made.date,
                     days: days as f64,
@@ -331,7 +331,7 @@ impl SoundCalibration {
                 }));
             }
         }
-        doubts
+        warnings
     }
 
     /// What was calibrated, each with its day.
@@ -366,7 +366,7 @@ impl SoundCalibration {
         for input in &mut self.inputs {
             input.made.get_or_insert_with(|| before.clone());
         }
-        self.doubts = Vec::new();
+        self.warnings = Vec::new();
         self
     }
 
@@ -398,17 +398,17 @@ impl SoundCalibration {
         }
     }
 
-    /// The doubt about two ways of finding `what` that lead to values in the ratio `found` to `other`, each named by its way; none where they
+    /// The warning about two ways of finding `what` that lead to values in the ratio `found` to `other`, each named by its way; none where they
     /// agree within 1 dB: sensors and meters are no better.
     ///
     /// Formula: 20·log10(|found / other|).
     ///
     /// Source: decision 0093 of this project.
     #[must_use]
-    pub fn disagreement(what: &str, found: (&str, f64), other: (&str, f64)) -> Option<Doubt> {
+    pub fn disagreement(what: &str, found: (&str, f64), other: (&str, f64)) -> Option<Warning> {
         let by_db = 20.0 * (found.1 / other.1).abs().log10();
         (by_db.is_nan() || by_db.abs() > DISAGREES_DB).then(|| {
-            Doubt::from(SoundDoubt::WaysDisagree {
+            Warning::from(SoundWarning::WaysDisagree {
                 what: what.into(),
                 found_by: found.0.into(),
                 other_by: other.0.into(),

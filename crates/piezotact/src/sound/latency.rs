@@ -2,10 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SoundDoubt;
+use super::SoundWarning;
 use crate::document::Content;
-use crate::doubt::Doubt;
 use crate::quantity::{SampleRate, Seconds};
+use crate::warning::Warning;
 
 /// Fewer restarts do not carry a 99th percentile.
 const FEW: usize = 50;
@@ -56,7 +56,7 @@ pub struct LatencySummary {
     pub runs: Vec<LatencyRun>,
     /// What to know of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The latencies that count: a start that lost samples says something else, if there are others.
@@ -101,15 +101,18 @@ impl LatencySummary {
                 range_s: [Seconds(*found.first()?), Seconds(*found.last()?)],
             })
         })();
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         let silent = runs.iter().filter(|run| run.latency_s.is_none()).count();
         let restarts = runs.len();
         let dropped = runs.iter().filter(|run| run.drop_outs > 0).count();
         if restarts < FEW {
-            doubts.push(Doubt::from(SoundDoubt::FewRestarts { restarts, few: FEW }));
+            warnings.push(Warning::from(SoundWarning::FewRestarts {
+                restarts,
+                few: FEW,
+            }));
         }
         if silent + dropped > 0 {
-            doubts.push(Doubt::from(SoundDoubt::RestartsFailed {
+            warnings.push(Warning::from(SoundWarning::RestartsFailed {
                 silent,
                 dropped,
                 restarts,
@@ -122,19 +125,19 @@ impl LatencySummary {
             buffer_frames,
             latency,
             runs,
-            doubts,
+            warnings,
         }
     }
 
-    /// The doubt about a latency that was measured before, when one that is `found` now lies outside its range by more than `slack`.
+    /// The warning about a latency that was measured before, when one that is `found` now lies outside its range by more than `slack`.
     ///
     /// Source: decision 0093 of this project.
     #[must_use]
-    pub fn changed(&self, found: Seconds, slack: Seconds) -> Option<Doubt> {
+    pub fn changed(&self, found: Seconds, slack: Seconds) -> Option<Warning> {
         let [low, high] = self.latency?.range_s;
         let is_within = (low.0 - slack.0..=high.0 + slack.0).contains(&found.0);
         (!is_within).then(|| {
-            Doubt::from(SoundDoubt::LatencyChanged {
+            Warning::from(SoundWarning::LatencyChanged {
                 measured_on: self.measured_on.clone(),
                 stored_s: self.latency.map_or(0.0, |spread| spread.median_s.0),
                 found_s: found.0,

@@ -4,10 +4,10 @@
 mod calibration;
 mod delay;
 mod devices;
-mod doubt;
 mod latency;
 mod page;
 mod tone;
+mod warning;
 mod wiring;
 
 #[cfg(test)]
@@ -20,7 +20,7 @@ pub use calibration::{
 pub(crate) use delay::phase_slope;
 pub use delay::{Delay, DelayError, LoopResidual, burst_delay, delay, loop_residual, silent_runs};
 pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};
-pub use doubt::SoundDoubt;
 pub use latency::{LatencyRun, LatencySummary, Spread};
 pub use tone::{Tone, ToneError, tone, tone_near};
+pub use warning::SoundWarning;
 pub use wiring::{Wire, WiringError, wiring};

@@ -82,7 +82,7 @@ impl SoundCalibration {
         if !self.wires.is_empty() {
             page = page.section("Cables", [Block::Table(self.wires_table())]);
         }
-        page.doubts(&self.doubts).section(
+        page.warnings(&self.warnings).section(
             "Method",
             [Block::Note {
                 text: "Full scale is a peak of 1 in the samples. The level of the loopback is compared with this one whenever the device is \
@@ -219,7 +219,7 @@ impl LatencySummary {
         Page::new("Latency of a sound device", origin)
             .section("", [conclusion, Block::Numbers { numbers }])
             .section("Restarts", figures)
-            .doubts(&self.doubts)
+            .warnings(&self.warnings)
             .section(
                 "Method",
                 [Block::Note {

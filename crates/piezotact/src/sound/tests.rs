@@ -174,7 +174,7 @@ fn calibration() -> SoundCalibration {
         }),
         inputs: Vec::new(),
         wires: Vec::new(),
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     }
 }
 
@@ -190,7 +190,7 @@ fn a_level_that_changed_by_more_than_a_tenth_of_a_decibel_is_refused() {
     assert!(stored.level_holds(0.0).is_err() && stored.level_holds(f64::NAN).is_err());
     assert!(stored.holds_for("alsa hw:1", rate()).is_ok());
     assert!(stored.holds_for("alsa hw:2", rate()).is_err());
-    let [fresh, old, wrong] = [20_090, 20_091, 19_999].map(|day| stored.doubts_on(day).len());
+    let [fresh, old, wrong] = [20_090, 20_091, 19_999].map(|day| stored.warnings_on(day).len());
     assert_eq!([fresh, old, wrong], [0, 1, 1]);
 }
 
@@ -206,7 +206,7 @@ fn each_part_of_a_calibration_has_its_own_day() {
     };
     let mut later = stored.renewed(today.clone());
     let said: Vec<String> = later
-        .doubts_on(20_100)
+        .warnings_on(20_100)
         .iter()
         .map(ToString::to_string)
         .collect();
@@ -219,9 +219,9 @@ fn each_part_of_a_calibration_has_its_own_day() {
         day: 20_101,
         ..today
     });
-    assert_eq!(later.doubts_on(20_101).len(), 1);
+    assert_eq!(later.warnings_on(20_101).len(), 1);
     later.inputs = vec![InputCalibration::stated(of(2), 0.0102, 2.0).unwrap()];
-    assert!(later.doubts_on(20_101).is_empty());
+    assert!(later.warnings_on(20_101).is_empty());
 }
 
 #[test]
@@ -249,7 +249,7 @@ fn a_sensitivity_that_is_not_the_calibrated_one_is_refused() {
 }
 
 #[test]
-fn two_ways_that_contradict_each_other_are_a_doubt() {
+fn two_ways_that_contradict_each_other_are_a_warning() {
     let of = |found, other| {
         SoundCalibration::disagreement("volts", ("the voltmeter", found), ("the loopback", other))
     };
@@ -260,7 +260,7 @@ fn two_ways_that_contradict_each_other_are_a_doubt() {
 }
 
 #[test]
-fn a_latency_that_changed_is_a_doubt() {
+fn a_latency_that_changed_is_a_warning() {
     let run = |ms: f64| LatencyRun {
         latency_s: Some(Seconds(ms * 1e-3)),
         gain: 1.0,
@@ -297,7 +297,7 @@ fn percentiles_of_latency_are_those_of_the_restarts() {
             .all(|(a, b)| (a - b).abs() < 1e-9),
         "{ms:?}"
     );
-    assert!(summary.doubts.is_empty());
+    assert!(summary.warnings.is_empty());
     let lost = LatencyRun {
         latency_s: None,
         gain: 0.0,
@@ -314,5 +314,5 @@ fn percentiles_of_latency_are_those_of_the_restarts() {
     assert_eq!((mixed.found(), of(vec![late]).found()), (2, 1));
     let few = LatencySummary::of("loop", "2026-01-01", rate(), 256, vec![lost; 3]);
     assert!(few.latency.is_none() && few.scatter_s().is_none());
-    assert_eq!(few.doubts.len(), 2);
+    assert_eq!(few.warnings.len(), 2);
 }

@@ -6,9 +6,9 @@ use serde::Serialize;
 
 use super::{Spectrum, WelchConfig};
 use crate::document::Content;
-use crate::doubt::{Merged, merged};
 use crate::quantity::{Quantity, SampleRate};
 use crate::recording::{Channel, Recording};
+use crate::warning::{Merged, merged};
 
 /// The PSD of one channel of a file.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -33,7 +33,7 @@ pub struct SpectrumDocument<'a> {
     /// The PSD of each line, in `unit`.
     pub psd: &'a [f64],
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for SpectrumDocument<'_> {
@@ -60,7 +60,7 @@ impl<'a> SpectrumDocument<'a> {
             config: &psd.config,
             frequency_hz: psd.frequencies_hz(),
             psd: &psd.values,
-            doubts: merged(recording.about.doubts.iter().chain(&psd.doubts)),
+            warnings: merged(recording.about.warnings.iter().chain(&psd.warnings)),
         }
     }
 }

@@ -3,13 +3,13 @@
 //! The scaling is a field of the value: a power spectral density cannot be taken for a power spectrum.
 
 mod document;
-mod doubt;
 mod spectrogram;
+mod warning;
 mod window;
 
 pub use document::SpectrumDocument;
-pub use doubt::SpectrumDoubt;
 use std::marker::PhantomData;
+pub use warning::SpectrumWarning;
 
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
@@ -18,10 +18,10 @@ pub(crate) use piezotact_fourier::{CrossSum, Folded, segments_in};
 pub use spectrogram::{Cells, Spectrogram, SpectrogramConfig, spectrogram};
 pub use window::{Symmetry, UnknownWindow, Window};
 
-use crate::doubt::Doubt;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::statistics::median;
+use crate::warning::Warning;
 use piezotact_fourier::{PowerSum, SegmentTransform};
 
 /// What is taken away from every segment before the window.
@@ -211,7 +211,7 @@ pub struct Spectrum<Q: Quantity> {
     /// How it was made.
     pub config: WelchConfig,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
     quantity: PhantomData<Q>,
 }
 
@@ -280,7 +280,7 @@ pub(crate) fn frequency_axis(resolution_hz: f64, bins: usize) -> Vec<f64> {
     (0..bins).map(|k| k as f64 * resolution_hz).collect()
 }
 
-/// Fewer segments than this in an average is a doubt: the PSD of a random signal then scatters by more
+/// Fewer segments than this in an average is a warning: the PSD of a random signal then scatters by more
 /// than 1.4 dB (4.34·√(1/10)).
 pub const RECOMMENDED_SEGMENTS: usize = 10;
 
@@ -357,9 +357,9 @@ impl WelchPlan {
             Scaling::Spectrum => 1.0 / (self.window_sum * self.window_sum),
         };
         one_sided(&mut values, self.config.segment, scale);
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         if averages < RECOMMENDED_SEGMENTS {
-            doubts.push(Doubt::from(SpectrumDoubt::ShortSignal {
+            warnings.push(Warning::from(SpectrumWarning::ShortSignal {
                 segments: averages,
             }));
         }
@@ -368,7 +368,7 @@ impl WelchPlan {
             resolution_hz: self.rate.hz() / self.config.segment as f64,
             averages,
             config: self.config.clone(),
-            doubts,
+            warnings,
             quantity: PhantomData,
         })
     }
@@ -495,15 +495,15 @@ pub fn amplitude_spectrum<Q: Quantity>(x: &Series<Q>) -> (Vec<f64>, Vec<f64>) {
     )
 }
 
-/// The doubt about a channel whose `samples` (full scale = 1) are less than 50 converter steps rms, where one
+/// The warning about a channel whose `samples` (full scale = 1) are less than 50 converter steps rms, where one
 /// step is `step_ratio` of full scale: quantisation noise, step²/12, then lies less than 45 dB below the signal.
 ///
 /// Source: B. Widrow (1956), IRE Trans. Circuit Theory 3(4).
 #[must_use]
-pub fn quantisation_doubt(channel: &str, samples: &[f64], step_ratio: f64) -> Option<Doubt> {
+pub fn quantisation_warning(channel: &str, samples: &[f64], step_ratio: f64) -> Option<Warning> {
     let rms_in_steps = crate::statistics::rms(samples) / step_ratio;
     (rms_in_steps < 50.0).then(|| {
-        Doubt::from(SpectrumDoubt::CoarseQuantisation {
+        Warning::from(SpectrumWarning::CoarseQuantisation {
             channel: channel.into(),
             rms_in_steps,
         })

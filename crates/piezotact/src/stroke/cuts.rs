@@ -1,6 +1,6 @@
 //! Manual cuts: strokes that a person adds, changes or excludes after the automatic segmentation.
 
-use crate::stroke::StrokeDoubt;
+use crate::stroke::StrokeWarning;
 use serde::{Deserialize, Serialize};
 
 use super::criteria::{JudgedPart, StrokeCriterion};
@@ -95,11 +95,11 @@ impl Cuts {
                 }
             }
         }
-        // Doubts about the automatic cuts are settled by the manual ones.
-        segmentation.doubts.retain(|doubt| {
+        // Warnings about the automatic cuts are settled by the manual ones.
+        segmentation.warnings.retain(|warning| {
             !matches!(
-                doubt.kind(),
-                Some(StrokeDoubt::NothingCut | StrokeDoubt::LongStroke { .. })
+                warning.kind(),
+                Some(StrokeWarning::NothingCut | StrokeWarning::LongStroke { .. })
             )
         });
         segmentation.strokes.sort_by_key(|s| s.steady.start);
@@ -138,7 +138,7 @@ mod tests {
             roles: Roles::default(),
             force_zeros: None,
             cuts: None,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         };
         let cut = |from: f64, to: f64| Cut::Stroke {
             from_s: Seconds(from),

@@ -1,11 +1,11 @@
 //! Active touch: segmentation into strokes by the normal force.
 
-use crate::stroke::StrokeDoubt;
+use crate::stroke::StrokeWarning;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
 use super::criteria::{JudgedPart, StrokeCriterion};
-use super::force_doubt::doubts_of_force;
+use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::{
     SLIP_RATE_HZ, floor, friction_level, sliding_by_friction, sliding_parts,
@@ -17,10 +17,10 @@ use super::{
 };
 use crate::clipping::flat_top_fraction;
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::doubt::Doubt;
 use crate::quantity::{Newtons, Seconds};
 use crate::roles::Roles;
 use crate::statistics::mean;
+use crate::warning::Warning;
 
 /// How strokes are found in a normal force.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -134,7 +134,7 @@ pub(super) const HIGH_FRICTION: f64 = 1.2;
 
 /// The strokes in `signals` by their normal force: contacts by hysteresis above a baseline that follows the
 /// cell's drift, freed of landing and take-off, and only where the finger slides. A force that is negative in
-/// contact is taken with its sign reversed, with a doubt.
+/// contact is taken with its sign reversed, with a warning.
 ///
 /// Source: the protocol of semi-controlled active touch (proximal strokes at 0.2 N with a lift after each), cut by
 /// hand in L. Felicetti's thesis (2024), sections 2.3.1 and 3.1; here by rule.
@@ -156,16 +156,16 @@ pub fn segment_by_force(
         });
     }
     let frames = Frames::at(signals.rate);
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let (force, sign) = oriented(
         frames,
         frames.means(normal_n),
         signals.vibration,
-        &mut doubts,
+        &mut warnings,
     )?;
     let smoothing = frames.in_time(rule.smoothing_s.0);
     let force = above_drifting_zero(frames, smoothed(&force, smoothing), rule.on_n.0);
-    doubts.extend(doubts_of_force(normal_n, &force, rule.on_n.0));
+    warnings.extend(warnings_of_force(normal_n, &force, rule.on_n.0));
 
     let touches = events(force.level_n.iter().copied(), rule.on_n.0, rule.off_n.0);
     let tangential: Vec<Tangential<'_>> = signals
@@ -218,7 +218,7 @@ pub fn segment_by_force(
     cutter.reject_quiet(&mut strokes, &mut rejected);
     rejected.extend(cutter.light_touches(&contacts));
     force_tolerance(&cutter, &mut strokes, &mut rejected);
-    doubts.extend(cutter.doubts(&strokes, &friction, &rejected));
+    warnings.extend(cutter.warnings(&strokes, &friction, &rejected));
     Ok(Segmentation {
         strokes,
         rejected,
@@ -229,16 +229,16 @@ pub fn segment_by_force(
             zeros: zeros(frames, &force, &tangential_zeros),
         }),
         cuts: None,
-        doubts,
+        warnings,
     })
 }
 
-/// The force, positive in contact, and the sign by which it was multiplied; with a doubt when the sign is −1.
+/// The force, positive in contact, and the sign by which it was multiplied; with a warning when the sign is −1.
 pub(super) fn oriented(
     frames: Frames,
     mut force: Vec<f64>,
     vibration: Option<&[f64]>,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(Vec<f64>, f64), SegmentError> {
     let first = force.first().copied().unwrap_or(0.0);
     let still = 1e-9 * first.abs().max(1e-9);
@@ -253,7 +253,7 @@ pub(super) fn oriented(
         for value in &mut force {
             *value = -*value;
         }
-        doubts.push(Doubt::from(StrokeDoubt::SignReversed {
+        warnings.push(Warning::from(StrokeWarning::SignReversed {
             channel: "the normal force".into(),
         }));
     }
@@ -514,17 +514,22 @@ impl Cutter<'_> {
         ))
     }
 
-    fn doubts(&self, strokes: &[Stroke], friction: &[f64], rejected: &[Rejected]) -> Vec<Doubt> {
-        let mut doubts = Vec::new();
+    fn warnings(
+        &self,
+        strokes: &[Stroke],
+        friction: &[f64],
+        rejected: &[Rejected],
+    ) -> Vec<Warning> {
+        let mut warnings = Vec::new();
         if strokes.is_empty() && rejected.is_empty() {
-            doubts.push(Doubt::from(StrokeDoubt::NoContact {
+            warnings.push(Warning::from(StrokeWarning::NoContact {
                 largest_n: self.level_n.iter().copied().fold(0.0, f64::max),
                 threshold_n: self.rule.on_n.0,
             }));
         }
         let unseen = self.floor.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
-            doubts.push(Doubt::from(StrokeDoubt::SlidingAssumed));
+            warnings.push(Warning::from(StrokeWarning::SlidingAssumed));
         }
         let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
         let usual = quantile(&lengths, 0.5);
@@ -532,7 +537,7 @@ impl Cutter<'_> {
             let length = stroke.contact.len() as f64;
             let length_s = length / self.signals.rate.hz();
             if (strokes.len() > 2 && length > LONG * usual) || length_s > LONGEST_S {
-                doubts.push(Doubt::from(StrokeDoubt::LongStroke {
+                warnings.push(Warning::from(StrokeWarning::LongStroke {
                     at_s: stroke.contact.start as f64 / self.signals.rate.hz(),
                     length_s,
                     usual_s: usual / self.signals.rate.hz(),
@@ -541,9 +546,9 @@ impl Cutter<'_> {
         }
         let coefficient = quantile(friction, 0.5);
         if coefficient > HIGH_FRICTION {
-            doubts.push(Doubt::from(StrokeDoubt::HighFriction { coefficient }));
+            warnings.push(Warning::from(StrokeWarning::HighFriction { coefficient }));
         }
-        doubts
+        warnings
     }
 }
 

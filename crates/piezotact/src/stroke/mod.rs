@@ -6,27 +6,27 @@
 mod contact;
 mod criteria;
 mod cuts;
-mod doubt;
 mod force;
-mod force_doubt;
+mod force_warning;
 mod frames;
 mod sliding;
 mod speed;
+mod warning;
 
-use crate::integrity::SignalDoubt;
-pub use doubt::StrokeDoubt;
+use crate::integrity::SignalWarning;
 use serde::{Deserialize, Serialize};
+pub use warning::StrokeWarning;
 
 use crate::criterion::Criterion;
-use crate::doubt::{Counts, Doubt};
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::roles::{Motion, Roles};
+use crate::warning::{Counts, Warning};
 
 pub use criteria::StrokeCriterion;
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
-pub use force_doubt::ForceDoubt;
+pub use force_warning::ForceWarning;
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 
@@ -365,7 +365,7 @@ pub struct Segmentation {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<String>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The drifting zeros of a force cell, measured without contact.
@@ -399,10 +399,10 @@ impl ForceZeros {
 }
 
 impl Segmentation {
-    /// The doubt about rejected parts, with the count of every reason; `None` if nothing was rejected. Motions without contact
+    /// The warning about rejected parts, with the count of every reason; `None` if nothing was rejected. Motions without contact
     /// are not counted when there are no more of them than strokes: the surface moves back.
     #[must_use]
-    pub fn rejection_doubt(&self) -> Option<Doubt> {
+    pub fn rejection_warning(&self) -> Option<Warning> {
         let mut reasons = Counts::default();
         let untouched = |r: &&Rejected| r.reason == Reason::NoContact;
         let ways_back = self.rejected.iter().filter(untouched).count() <= self.strokes.len();
@@ -414,7 +414,7 @@ impl Segmentation {
             *reasons.0.entry(rejected.reason.code().into()).or_default() += 1;
         }
         (!reasons.0.is_empty()).then(|| {
-            Doubt::from(StrokeDoubt::Rejected {
+            Warning::from(StrokeWarning::Rejected {
                 count: failed.clone().count(),
                 of: failed.count() + self.strokes.len(),
                 reasons,
@@ -435,7 +435,7 @@ pub struct Expected {
 }
 
 /// The strokes of a recording, in samples, by the rule that its channels allow: by speed if it was measured, otherwise by the
-/// normal force, otherwise the whole recording, with a doubt.
+/// normal force, otherwise the whole recording, with a warning.
 ///
 /// Source: the protocols of active and passive touch; see [`segment_by_force`] and [`segment_by_speed`].
 ///
@@ -451,7 +451,7 @@ pub fn segment(
         let channel = recording.channels().iter().find(|c| c.name == *name);
         let changes = channel.is_none_or(|c| c.samples.windows(2).any(|pair| pair[0] != pair[1]));
         if !changes {
-            dead.push(Doubt::from(SignalDoubt::DeadChannel {
+            dead.push(Warning::from(SignalWarning::DeadChannel {
                 channel: name.clone(),
             }));
         }
@@ -470,11 +470,11 @@ pub fn segment(
         whole(&signals)?
     };
     segmentation.roles = roles;
-    segmentation.doubts.extend(dead);
+    segmentation.warnings.extend(dead);
     Ok(segmentation)
 }
 
-/// The whole recording as one stroke, with the doubt that nothing was cut.
+/// The whole recording as one stroke, with the warning that nothing was cut.
 ///
 /// Source: for recordings that hold nothing but the sliding, or no channel to cut by.
 ///
@@ -500,7 +500,7 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
         roles: Roles::default(),
         force_zeros: None,
         cuts: None,
-        doubts: vec![Doubt::from(StrokeDoubt::NothingCut)],
+        warnings: vec![Warning::from(StrokeWarning::NothingCut)],
     })
 }
 

@@ -1,13 +1,13 @@
 //! Passive touch: segmentation into strokes by the plateau of the surface's speed.
 
-use crate::stroke::ForceDoubt;
-use crate::stroke::StrokeDoubt;
+use crate::stroke::ForceWarning;
+use crate::stroke::StrokeWarning;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
 use super::criteria::{JudgedPart, StrokeCriterion};
 use super::force::{HIGH_FRICTION, Judging, clipped, friction, oriented, slower_slips, zeros};
-use super::force_doubt::doubts_of_force;
+use super::force_warning::warnings_of_force;
 use super::frames::{Frames, quantile, smoothed};
 use super::sliding::stick_slip_in_friction;
 use super::{
@@ -15,10 +15,10 @@ use super::{
     Signals, Stroke,
 };
 use crate::criterion::Limit;
-use crate::doubt::Doubt;
 use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::statistics::mean;
+use crate::warning::Warning;
 
 /// The least share of a motion in contact for it to count as touched.
 const LEAST_TOUCH: Limit = Limit::AtLeast {
@@ -68,7 +68,7 @@ impl SpeedRule {
 
 /// Speeds are smoothed over this time unless stated, s.
 const SMOOTHING_S: f64 = 0.02;
-/// A plateau this far from the speed asked for is a doubt.
+/// A plateau this far from the speed asked for is a warning.
 const OFF_SPEED: f64 = 0.1;
 
 /// The strokes in `signals` by their motion: the plateaus of the speed, while the finger touches where a normal
@@ -100,8 +100,8 @@ pub fn segment_by_speed(
             found: format!("{fastest:.2e} m/s"),
         });
     }
-    let mut doubts = Vec::new();
-    let held = held(signals, rule, frames, &mut doubts)?;
+    let mut warnings = Vec::new();
+    let held = held(signals, rule, frames, &mut warnings)?;
     // The threshold of rest follows the usual speed, not the fastest return or one wrong sample of an encoder.
     let moved: Vec<f64> = moving
         .iter()
@@ -148,7 +148,7 @@ pub fn segment_by_speed(
         .collect();
     let coefficient = quantile(&friction, 0.5);
     if coefficient > HIGH_FRICTION {
-        doubts.push(Doubt::from(StrokeDoubt::HighFriction { coefficient }));
+        warnings.push(Warning::from(StrokeWarning::HighFriction { coefficient }));
     }
     let plateaus: Vec<f64> = strokes
         .iter()
@@ -163,7 +163,7 @@ pub fn segment_by_speed(
         && !strokes.is_empty()
         && (reached / asked_m_s - 1.0).abs() > OFF_SPEED
     {
-        doubts.push(Doubt::from(StrokeDoubt::SpeedOffTarget {
+        warnings.push(Warning::from(StrokeWarning::SpeedOffTarget {
             mean_m_s: reached,
             target_m_s: asked_m_s,
         }));
@@ -175,7 +175,7 @@ pub fn segment_by_speed(
         roles: Roles::default(),
         force_zeros: held.map(|held| held.zeros),
         cuts: None,
-        doubts,
+        warnings,
     })
 }
 
@@ -220,18 +220,18 @@ fn held(
     signals: &Signals<'_>,
     rule: &SpeedRule,
     frames: Frames,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Option<Held>, SegmentError> {
     let Some(normal_n) = signals.normal_force_n else {
-        doubts.push(Doubt::from(StrokeDoubt::ContactAssumed));
+        warnings.push(Warning::from(StrokeWarning::ContactAssumed));
         return Ok(None);
     };
-    let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, doubts)?;
+    let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, warnings)?;
     let smooth_n = smoothed(&means, frames.in_time(0.01));
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
         // One level all along: the finger touches always or never, and the zeros are not known.
-        doubts.push(Doubt::from(ForceDoubt::ZeroUnknown));
+        warnings.push(Warning::from(ForceWarning::ZeroUnknown));
         return Ok(Some(Held {
             touches: events(smooth_n.iter().copied(), on_n, off_n),
             tangential: vec![Polyline(Vec::new()); signals.tangential_force_n.len()],
@@ -242,7 +242,7 @@ fn held(
             },
         }));
     };
-    doubts.extend(doubts_of_force(normal_n, &force, on_n));
+    warnings.extend(warnings_of_force(normal_n, &force, on_n));
     let tangential: Vec<Polyline> = signals
         .tangential_force_n
         .iter()

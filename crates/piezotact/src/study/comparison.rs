@@ -12,12 +12,12 @@ use crate::compare::{
 };
 use crate::criterion::Outcome;
 use crate::discrimination::Model;
-use crate::doubt::Doubt;
 use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{LogFit, RankCorrelation};
-use crate::stroke::{Reason, StrokeDoubt};
+use crate::stroke::{Reason, StrokeWarning};
+use crate::warning::Warning;
 
 /// The band over which active and passive touch are compared, Hz.
 const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
@@ -44,7 +44,7 @@ pub struct Comparison {
     /// What else differs between the groups: speed or load.
     pub confounders: Vec<Confounder>,
     /// What this leaves open.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// What changes from group to group.
@@ -111,20 +111,20 @@ impl Comparison {
     }
 
     /// What the comparison leaves open: of its groups, then of what changes.
-    pub fn doubts(&self) -> impl Iterator<Item = &Doubt> {
-        let groups = self.groups.iter().flat_map(|group| &group.summary.doubts);
-        groups.chain(self.own_doubts())
+    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
+        let groups = self.groups.iter().flat_map(|group| &group.summary.warnings);
+        groups.chain(self.own_warnings())
     }
 
     /// What the change leaves open.
-    pub fn own_doubts(&self) -> impl Iterator<Item = &Doubt> {
-        let of_trend: &[Doubt] = match &self.trend {
-            Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.doubts),
-            Trend::Loads(trend) => &trend.doubts,
-            Trend::Directions(trend) => &trend.doubts,
+    pub fn own_warnings(&self) -> impl Iterator<Item = &Warning> {
+        let of_trend: &[Warning] = match &self.trend {
+            Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.warnings),
+            Trend::Loads(trend) => &trend.warnings,
+            Trend::Directions(trend) => &trend.warnings,
             Trend::Samples(_) | Trend::Participants(_) | Trend::Touch => &[],
         };
-        of_trend.iter().chain(&self.doubts)
+        of_trend.iter().chain(&self.warnings)
     }
 }
 
@@ -148,8 +148,8 @@ impl Discrimination {
     }
 
     /// What it leaves open.
-    pub fn doubts(&self) -> impl Iterator<Item = &Doubt> {
-        self.found.iter().flat_map(|found| &found.doubts)
+    pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
+        self.found.iter().flat_map(|found| &found.warnings)
     }
 }
 
@@ -181,17 +181,17 @@ impl Grouping<'_> {
             };
             let stated_n = self.stated_loads_n(&groups);
             let confounders = confounders(&self::summaries(&groups), &stated_n, by.word());
-            let doubts = match by {
+            let warnings = match by {
                 // Those of the trend say it, and what is not known.
                 By::Load | By::Direction => Vec::new(),
-                _ => confounders.iter().map(|c| c.doubt(by.word())).collect(),
+                _ => confounders.iter().map(|c| c.warning(by.word())).collect(),
             };
             Ok(Comparison {
                 setting,
                 groups,
                 trend,
                 confounders,
-                doubts,
+                warnings,
             })
         };
         let settings = self.settings(by)?.into_iter();
@@ -376,8 +376,8 @@ impl Grouping<'_> {
         }
     }
 
-    /// The doubt that some recordings stand in no comparison.
-    pub(super) fn left_out(&self, across: &Across) -> Option<Doubt> {
+    /// The warning that some recordings stand in no comparison.
+    pub(super) fn left_out(&self, across: &Across) -> Option<Warning> {
         let groups = across.comparisons.iter().flat_map(|c| &c.groups);
         left_out(self.takes, groups)
     }
@@ -406,11 +406,11 @@ impl Grouping<'_> {
 }
 
 /// Why a recording has no strokes, where that is known.
-pub(super) fn why_without_strokes(take: &Take) -> Option<Doubt> {
-    take.doubts().into_iter().find(|doubt| {
+pub(super) fn why_without_strokes(take: &Take) -> Option<Warning> {
+    take.warnings().into_iter().find(|warning| {
         matches!(
-            doubt.kind(),
-            Some(StrokeDoubt::NoContact { .. } | StrokeDoubt::Rejected { .. })
+            warning.kind(),
+            Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
         )
     })
 }

@@ -15,7 +15,6 @@ use crate::compare::{
 };
 use crate::criterion::{Criterion, Outcome};
 use crate::document::{Content, FailedFile};
-use crate::doubt::{Doubts, Merged, merged};
 use crate::feature::{FeatureConfig, StrokeFeatures};
 use crate::quantity::{SampleRate, Seconds};
 use crate::recording::Condition;
@@ -23,6 +22,7 @@ use crate::roles::Roles;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
 use crate::stroke::{CutBy, Reason, Rule, StrokeCriterion};
 use crate::surface::Duplex;
+use crate::warning::{Merged, Warnings, merged};
 
 /// Recordings cut into strokes.
 #[derive(Clone, Debug, Serialize)]
@@ -72,8 +72,8 @@ pub struct RecordingEntry<'a> {
     pub cuts_file: Option<&'a str>,
     /// What looked like a stroke and is none.
     pub rejected: Vec<RejectEntry<'a>>,
-    /// What is in doubt about it.
-    pub doubts: Vec<Merged>,
+    /// What is in warning about it.
+    pub warnings: Vec<Merged>,
     /// Where a person's cuts are looked for.
     pub cuts_are_looked_for_in: &'a str,
 }
@@ -147,7 +147,7 @@ impl<'a> RecordingEntry<'a> {
             cut: &segmentation.rule,
             cuts_file: segmentation.cuts.as_deref(),
             rejected: rejected.collect(),
-            doubts: merged(&take.doubts()),
+            warnings: merged(&take.warnings()),
             cuts_are_looked_for_in: &take.cuts_are_looked_for_in,
         }
     }
@@ -178,8 +178,8 @@ pub struct AnalysisDocument<'a> {
     pub recordings: Vec<AnalysedRecording<'a>>,
     /// One for each group.
     pub groups: Vec<GroupEntry<'a>>,
-    /// What is in doubt about the groups.
-    pub doubts: Vec<Merged>,
+    /// What is in warning about the groups.
+    pub warnings: Vec<Merged>,
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
     pub failed: &'a [FailedFile],
@@ -260,7 +260,7 @@ impl<'a> AnalysisDocument<'a> {
             by: study.by,
             recordings: recordings.collect(),
             failed: &study.failed,
-            doubts: merged(groups.clone().flat_map(|group| &group.summary.doubts)),
+            warnings: merged(groups.clone().flat_map(|group| &group.summary.warnings)),
             groups: groups.map(|group| GroupEntry::of(study, group)).collect(),
         }
     }
@@ -307,8 +307,8 @@ pub struct ComparisonDocument<'a> {
     /// The comparisons.
     #[serde(flatten)]
     pub compared: Compared<'a>,
-    /// What is in doubt.
-    pub doubts: Vec<Merged>,
+    /// What is in warning.
+    pub warnings: Vec<Merged>,
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
     pub failed: &'a [FailedFile],
@@ -483,17 +483,19 @@ pub struct SettingEntry<'a> {
 }
 
 impl<'a> ComparisonDocument<'a> {
-    /// What changes in `study` with the thing that is asked, with all doubts about recordings and comparisons.
+    /// What changes in `study` with the thing that is asked, with all warnings about recordings and comparisons.
     #[must_use]
     pub fn of(study: &'a StudyAnalysis) -> Self {
         let comparisons = study.comparisons();
-        let mut doubts: Doubts = study.takes.iter().flat_map(Take::doubts).collect();
+        let mut warnings: Warnings = study.takes.iter().flat_map(Take::warnings).collect();
         for number in 0..comparisons.len() {
-            doubts.extend(study.doubts_of_comparison(number));
+            warnings.extend(study.warnings_of_comparison(number));
         }
         let discrimination = study.discrimination.as_ref();
-        let of_pairs = discrimination.into_iter().flat_map(Discrimination::doubts);
-        doubts.extend(of_pairs.cloned());
+        let of_pairs = discrimination
+            .into_iter()
+            .flat_map(Discrimination::warnings);
+        warnings.extend(of_pairs.cloned());
         let numbered = comparisons.iter().enumerate();
         let mut entries: Vec<ComparisonEntry<'a>> = numbered
             .map(|(number, comparison)| ComparisonEntry::of(study, number, comparison))
@@ -516,7 +518,7 @@ impl<'a> ComparisonDocument<'a> {
             direction_contrasts: study.asked.as_ref().map_or(&[], |asked| &asked.directions),
             discrimination: discrimination.map(DiscriminationEntry::of),
             compared,
-            doubts: doubts.merged(),
+            warnings: warnings.merged(),
         }
     }
 }

@@ -3,12 +3,12 @@
 use super::By;
 use super::take::FASTEST_M_S;
 use crate::compare::CompareError;
-use crate::doubt::{Doubt, Merged};
 use crate::feature::FeatureError;
 use crate::number::rounded;
 use crate::quantity::{Newtons, QuantityError};
 use crate::recording::RecordingError;
 use crate::stroke::SegmentError;
+use crate::warning::{Merged, Warning};
 
 /// Why a study cannot be cut or analysed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -49,7 +49,7 @@ pub enum StudyError {
         error: FeatureError,
     },
     /// No recording has a stroke.
-    #[error("{}", found.sentence_with(&Doubt::to_string))]
+    #[error("{}", found.sentence_with(&Warning::to_string))]
     NoStrokes {
         /// What was found instead.
         found: Box<NoStrokes>,
@@ -67,8 +67,8 @@ pub enum StudyError {
         by: By,
         /// What else they differ in.
         differ_in: Vec<By>,
-        /// The recordings without strokes, each with what is doubted of its strokes, where that is known.
-        rejected: Vec<(String, Option<Doubt>)>,
+        /// The recordings without strokes, each with the warnings about its strokes, where that is known.
+        rejected: Vec<(String, Option<Warning>)>,
     },
     /// Groups that cannot be averaged or compared.
     #[error(transparent)]
@@ -83,32 +83,32 @@ pub enum StudyError {
 pub struct NoStrokes {
     pub recordings: Vec<String>,
     /// Why, where that is known.
-    pub because: Option<Doubt>,
-    /// Everything that is in doubt about the recordings.
-    pub doubts: Vec<Merged>,
+    pub because: Option<Warning>,
+    /// Everything that is in warning about the recordings.
+    pub warnings: Vec<Merged>,
 }
 
 impl NoStrokes {
-    /// What is missing and why, with `words` for a doubt.
+    /// What is missing and why, with `words` for a warning.
     #[must_use]
-    pub fn sentence_with(&self, words: &dyn Fn(&Doubt) -> String) -> String {
+    pub fn sentence_with(&self, words: &dyn Fn(&Warning) -> String) -> String {
         let recordings = match self.recordings.as_slice() {
             [only] => only.clone(),
             all => format!("all {} recordings", all.len()),
         };
         let because = self.because.as_ref();
-        let because = because.map_or(String::new(), |doubt| format!(": {}", words(doubt)));
+        let because = because.map_or(String::new(), |warning| format!(": {}", words(warning)));
         format!("expected strokes, found none in {recordings}{because}")
     }
 }
 
 /// How many recordings have no strokes, and why the first of them has none.
-fn without_strokes(rejected: &[(String, Option<Doubt>)]) -> String {
+fn without_strokes(rejected: &[(String, Option<Warning>)]) -> String {
     let Some((first, because)) = rejected.first() else {
         return String::new();
     };
     let because = because.as_ref();
-    let because = because.map_or(String::new(), |doubt| format!(": {doubt}"));
+    let because = because.map_or(String::new(), |warning| format!(": {warning}"));
     let all = crate::number::counted(rejected.len(), "recording");
     format!(", and {all} without strokes are not compared (such as {first}{because})")
 }

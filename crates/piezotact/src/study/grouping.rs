@@ -7,11 +7,11 @@ use serde::{Deserialize, Serialize};
 
 use super::{StudyError, StudySettings, Take};
 use crate::compare::{
-    CommonLine, CompareDoubt, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
+    CommonLine, CompareWarning, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
 };
-use crate::doubt::Doubt;
 use crate::recording::{SlidingDirection, Touch};
 use crate::surface::{Duplex, SampleSet, SurfaceSample};
+use crate::warning::Warning;
 
 /// What recordings are grouped by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -282,7 +282,7 @@ impl Grouping<'_> {
             let mut key = Key::of(&self.takes[place]);
             key.part(by).clear();
             key.file.clear();
-            // What is compared with another question takes loads together, with a doubt.
+            // What is compared with another question takes loads together, with a warning.
             if !splits_loads(by) {
                 key.load.clear();
             }
@@ -376,11 +376,11 @@ pub(super) fn lines_of_all(takes: &[Take]) -> Vec<CommonLine> {
     common_lines(&all)
 }
 
-/// The doubt that some analysed recordings stand in no comparison.
+/// The warning that some analysed recordings stand in no comparison.
 pub(super) fn left_out<'a>(
     takes: &[Take],
     compared: impl Iterator<Item = &'a Group> + Clone,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     let held = |place: &usize| compared.clone().any(|group| group.takes.contains(place));
     let names: Vec<&str> = analysed(takes)
         .into_iter()
@@ -388,7 +388,7 @@ pub(super) fn left_out<'a>(
         .map(|place| takes[place].name.as_str())
         .collect();
     (!names.is_empty()).then(|| {
-        Doubt::from(CompareDoubt::NotCompared {
+        Warning::from(CompareWarning::NotCompared {
             recordings: names.join(", "),
         })
     })

@@ -21,17 +21,17 @@ pub use error::{NoStrokes, StudyError};
 pub use grouping::{By, Group};
 pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
 pub use take::{Naming, Recorded, Stated, Take, cut};
-pub use words::doubts_in_words;
+pub use words::warnings_in_words;
 
 use crate::compare::{CommonLine, DirectionContrast};
 use crate::discrimination::Model;
 use crate::document::FailedFile;
-use crate::doubt::{Doubt, Merged, merged_of};
 use crate::feature::{self, FeatureConfig};
 use crate::filter::HighPass;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::stroke::StrokeDoubt;
+use crate::stroke::StrokeWarning;
 use crate::surface::SampleSet;
+use crate::warning::{Merged, Warning, merged_of};
 use grouping::{Grouping, lines_of_all, usual};
 
 /// How a study is analysed.
@@ -102,8 +102,8 @@ pub struct StudyAnalysis {
     pub common_lines: Vec<CommonLine>,
     /// What changes with the thing that is asked; absent where no change is asked.
     pub asked: Option<Across>,
-    /// The doubt that recordings stand in no comparison of what is asked.
-    pub left_out: Option<Doubt>,
+    /// The warning that recordings stand in no comparison of what is asked.
+    pub left_out: Option<Warning>,
     /// Which samples are distinguishable; absent unless samples or files are compared.
     pub discrimination: Option<Discrimination>,
     /// Active against passive touch; computed where it is asked, and for a report.
@@ -237,17 +237,17 @@ fn features(
     if takes.iter().any(|take| take.analysis.is_some()) {
         return Ok(());
     }
-    let because = takes.iter().flat_map(Take::doubts).find(|doubt| {
+    let because = takes.iter().flat_map(Take::warnings).find(|warning| {
         matches!(
-            doubt.kind(),
-            Some(StrokeDoubt::NoContact { .. } | StrokeDoubt::Rejected { .. })
+            warning.kind(),
+            Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
         )
     });
     Err(StudyError::NoStrokes {
         found: Box::new(NoStrokes {
             recordings: takes.iter().map(|take| take.name.clone()).collect(),
             because,
-            doubts: doubts_of(takes, &[]),
+            warnings: warnings_of(takes, &[]),
         }),
     })
 }
@@ -296,18 +296,18 @@ fn band_hz(takes: &[Take]) -> Option<[f64; 2]> {
     bands.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// Every doubt about `takes` and `groups`, those of one kind once and with all whom they are about.
-fn doubts_of(takes: &[Take], groups: &[Group]) -> Vec<Merged> {
-    let of_takes: Vec<(&str, Vec<Doubt>)> = takes
+/// Every warning about `takes` and `groups`, those of one kind once and with all whom they are about.
+fn warnings_of(takes: &[Take], groups: &[Group]) -> Vec<Merged> {
+    let of_takes: Vec<(&str, Vec<Warning>)> = takes
         .iter()
-        .map(|take| (take.name.as_str(), take.doubts()))
+        .map(|take| (take.name.as_str(), take.warnings()))
         .collect();
     let of_takes = of_takes
         .iter()
-        .flat_map(|(name, doubts)| doubts.iter().map(|doubt| (Some(*name), doubt)));
+        .flat_map(|(name, warnings)| warnings.iter().map(|warning| (Some(*name), warning)));
     let of_groups = groups
         .iter()
-        .flat_map(|group| group.summary.doubts.iter().map(|doubt| (None, doubt)));
+        .flat_map(|group| group.summary.warnings.iter().map(|warning| (None, warning)));
     merged_of(of_takes.chain(of_groups))
 }
 
@@ -346,12 +346,12 @@ impl StudyAnalysis {
         self.groups.iter().map(|group| group.summary.strokes).sum()
     }
 
-    /// The doubts of the comparison number `number`: those of its groups and of what changes, and at the first that recordings
+    /// The warnings of the comparison number `number`: those of its groups and of what changes, and at the first that recordings
     /// stand in none.
     #[must_use]
-    pub fn doubts_of_comparison(&self, number: usize) -> Vec<Doubt> {
+    pub fn warnings_of_comparison(&self, number: usize) -> Vec<Warning> {
         let comparison = self.comparisons().get(number).into_iter();
-        let own = comparison.flat_map(Comparison::doubts);
+        let own = comparison.flat_map(Comparison::warnings);
         let left_out = self.left_out.iter().filter(|_| number == 0);
         own.chain(left_out).cloned().collect()
     }

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::StudyError;
-use crate::doubt::{Doubt, Doubts};
 use crate::feature::Analysis;
 use crate::quantity::Unit;
 use crate::recording::{Condition, Recording};
 use crate::roles::{Motion, Roles};
-use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeDoubt, segment};
+use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeWarning, segment};
+use crate::warning::{Warning, Warnings};
 
 /// A faster sliding speed is none of a finger, m/s: an arm that throws reaches about this.
 pub(super) const FASTEST_M_S: f64 = 10.0;
@@ -21,7 +21,7 @@ pub struct Naming {
     /// All other fields, and all fields as they were written.
     pub labels: BTreeMap<String, String>,
     /// What a person should know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// A recording as it comes to a study.
@@ -180,13 +180,13 @@ impl Take {
         &self.recording.about.condition
     }
 
-    /// Everything that is in doubt about it, each once.
+    /// Everything that is in warning about it, each once.
     #[must_use]
-    pub fn doubts(&self) -> Vec<Doubt> {
-        let analysis = self.analysis.iter().flat_map(|a| &a.doubts);
-        let own = self.recording.about.doubts.iter();
-        let all = own.chain(&self.segmentation.doubts).chain(analysis);
-        all.cloned().collect::<Doubts>().into()
+    pub fn warnings(&self) -> Vec<Warning> {
+        let analysis = self.analysis.iter().flat_map(|a| &a.warnings);
+        let own = self.recording.about.warnings.iter();
+        let all = own.chain(&self.segmentation.warnings).chain(analysis);
+        all.cloned().collect::<Warnings>().into()
     }
 
     /// Where sample number `sample` lies, s from the start.
@@ -227,13 +227,13 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<Take, StudyError> {
     };
     let mut labels = naming.labels;
     labels.extend(recording.annotations.labels.clone());
-    recording.about.doubts.extend(naming.doubts);
+    recording.about.warnings.extend(naming.warnings);
     let own = std::mem::take(&mut recording.about.condition);
     recording.about.condition = condition_of(&stated.condition, own, naming.condition);
-    let (guessed, doubts) = Roles::guess(&recording);
+    let (guessed, warnings) = Roles::guess(&recording);
     let roles = stated.roles(guessed, &recording).map_err(in_recording)?;
     if stated.vibration.is_empty() {
-        recording.about.doubts.extend(doubts);
+        recording.about.warnings.extend(warnings);
     }
     let recording = recording
         .on_the_clock_of(roles.channels())
@@ -269,13 +269,15 @@ fn with_cuts(
         let (cut, outside) = cuts.apply(segmentation, recording.len(), recording.rate());
         segmentation = cut;
         if !outside.is_empty() {
-            let doubt = StrokeDoubt::CutsNotApplied {
+            let warning = StrokeWarning::CutsNotApplied {
                 file: cuts.source.clone(),
                 count: outside.len(),
             };
-            segmentation.doubts.push(Doubt::from(doubt));
+            segmentation.warnings.push(Warning::from(warning));
         }
     }
-    segmentation.doubts.extend(segmentation.rejection_doubt());
+    segmentation
+        .warnings
+        .extend(segmentation.rejection_warning());
     segmentation
 }

@@ -1,17 +1,17 @@
-//! A study in words: lines of text and the sentences of its doubts.
+//! A study in words: lines of text and the sentences of its warnings.
 
 use super::{
     BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take,
     Trend,
 };
 use crate::compare::{
-    CommonLine, CompareDoubt, Confounder, DirectionContrast, FrictionChange, Groups,
+    CommonLine, CompareWarning, Confounder, DirectionContrast, FrictionChange, Groups,
     unless_confounded,
 };
-use crate::doubt::{Doubt, Merged, merged_of};
 use crate::number::digits;
 use crate::statistics::RankCorrelation;
 use crate::stroke::{Judging, Rule};
+use crate::warning::{Merged, Warning, merged_of};
 
 impl Take {
     /// Its strokes and rejects, one a line, with times in s.
@@ -261,17 +261,23 @@ impl BothWays {
     }
 }
 
-/// The sentences of all doubts about `takes`, with `words` for a doubt: those of one kind once, and of whom.
+/// The sentences of all warnings about `takes`, with `words` for a warning: those of one kind once, and of whom.
 ///
 /// Source: house rule; decision 0030 of this project.
 #[must_use]
-pub fn doubts_in_words(takes: &[Take], words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
-    sentences(takes, &super::doubts_of(takes, &[]), words)
+pub fn warnings_in_words(takes: &[Take], words: &dyn Fn(&Warning) -> String) -> Vec<String> {
+    sentences(takes, &super::warnings_of(takes, &[]), words)
 }
 
-fn sentences(takes: &[Take], doubts: &[Merged], words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+fn sentences(
+    takes: &[Take],
+    warnings: &[Merged],
+    words: &dyn Fn(&Warning) -> String,
+) -> Vec<String> {
     let recordings = (takes.len(), "recordings");
-    let sentences = doubts.iter().map(|doubt| doubt.text_of(recordings, words));
+    let sentences = warnings
+        .iter()
+        .map(|warning| warning.text_of(recordings, words));
     sentences.collect()
 }
 
@@ -310,69 +316,76 @@ impl StudyAnalysis {
         lines
     }
 
-    /// The sentences of all doubts about what is asked, with `words` for a doubt: those of one kind once, and of whom.
+    /// The sentences of all warnings about what is asked, with `words` for a warning: those of one kind once, and of whom.
     #[must_use]
-    pub fn doubts_in_words(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+    pub fn warnings_in_words(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
         let groups = match self.asked {
             Some(_) => &[][..],
             None => &self.groups,
         };
-        let mut all = sentences(&self.takes, &super::doubts_of(&self.takes, groups), words);
+        let mut all = sentences(&self.takes, &super::warnings_of(&self.takes, groups), words);
         let comparisons = self.comparisons();
-        let doubts: Vec<(Option<&str>, Vec<Doubt>)> = comparisons
+        let warnings: Vec<(Option<&str>, Vec<Warning>)> = comparisons
             .iter()
             .enumerate()
             .map(|(number, comparison)| {
                 let setting = Some(comparison.setting.as_str());
                 (
                     setting.filter(|setting| !setting.is_empty()),
-                    self.doubts_of_comparison(number),
+                    self.warnings_of_comparison(number),
                 )
             })
             .collect();
-        let doubts = doubts
+        let warnings = warnings
             .iter()
-            .flat_map(|(setting, doubts)| doubts.iter().map(|doubt| (*setting, doubt)));
+            .flat_map(|(setting, warnings)| warnings.iter().map(|warning| (*setting, warning)));
         let settings = (comparisons.len(), "settings");
-        let doubts = merged_of(doubts);
-        all.extend(doubts.iter().map(|doubt| doubt.text_of(settings, words)));
+        let warnings = merged_of(warnings);
+        all.extend(
+            warnings
+                .iter()
+                .map(|warning| warning.text_of(settings, words)),
+        );
         let discrimination = self.discrimination.iter();
-        all.extend(discrimination.flat_map(|found| found.doubts().map(words)));
+        all.extend(discrimination.flat_map(|found| found.warnings().map(words)));
         all
     }
 
-    /// The sentences of all doubts that a report shows, with `words` for a doubt.
+    /// The sentences of all warnings that a report shows, with `words` for a warning.
     #[must_use]
-    pub fn doubts_of_report(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
-        let of_groups = super::doubts_of(&self.takes, &self.groups);
+    pub fn warnings_of_report(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
+        let of_groups = super::warnings_of(&self.takes, &self.groups);
         let mut all = sentences(&self.takes, &of_groups, words);
-        all.extend(self.doubts_of_speeds(words));
+        all.extend(self.warnings_of_speeds(words));
         all.extend(self.confounded(words));
         all.extend(self.left_out.iter().map(words));
         let discrimination = self.discrimination.iter();
-        all.extend(discrimination.flat_map(|found| found.doubts().map(words)));
+        all.extend(discrimination.flat_map(|found| found.warnings().map(words)));
         all
     }
 
     /// What else differs between the groups of what is asked, setting by setting.
-    fn confounded(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+    fn confounded(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
         let comparisons = self.comparisons().iter();
-        let doubts: Vec<(Option<&str>, &Doubt)> = comparisons
+        let warnings: Vec<(Option<&str>, &Warning)> = comparisons
             .flat_map(|comparison| {
                 let setting = Some(comparison.setting.as_str()).filter(|s| !s.is_empty());
-                comparison.doubts.iter().map(move |doubt| (setting, doubt))
+                comparison
+                    .warnings
+                    .iter()
+                    .map(move |warning| (setting, warning))
             })
             .collect();
         let settings = (self.comparisons().len(), "settings");
-        let doubts = merged_of(doubts);
-        doubts
+        let warnings = merged_of(warnings);
+        warnings
             .iter()
-            .map(|doubt| doubt.text_of(settings, words))
+            .map(|warning| warning.text_of(settings, words))
             .collect()
     }
 
     /// What spatial periods leave open, setting by setting; those without a common period in one sentence.
-    fn doubts_of_speeds(&self, words: &dyn Fn(&Doubt) -> String) -> Vec<String> {
+    fn warnings_of_speeds(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
         let (mut sentences, mut aperiodic) = (Vec::new(), Vec::new());
         let across_speeds = self.across(super::By::Speed);
         for comparison in across_speeds {
@@ -383,12 +396,12 @@ impl StudyAnalysis {
                 "" => "across speeds",
                 setting => setting,
             };
-            for doubt in trend.period.iter().flat_map(|period| &period.doubts) {
-                match doubt.kind() {
-                    Some(CompareDoubt::NoCommonPeriod { .. }) if across_speeds.len() > 1 => {
+            for warning in trend.period.iter().flat_map(|period| &period.warnings) {
+                match warning.kind() {
+                    Some(CompareWarning::NoCommonPeriod { .. }) if across_speeds.len() > 1 => {
                         aperiodic.push(setting);
                     }
-                    _ => sentences.push(format!("{setting}: {}", words(doubt))),
+                    _ => sentences.push(format!("{setting}: {}", words(warning))),
                 }
             }
         }

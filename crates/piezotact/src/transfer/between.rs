@@ -2,19 +2,19 @@
 
 use super::related::repeats_itself;
 use super::{
-    Estimator, Excitation, ImpactConfig, ImpactDoubt, ImpactTraces, OneClock, TransferDoubt,
-    TransferError, TransferFunction, Transient, estimate_without, prepared, transient,
+    Estimator, Excitation, ImpactConfig, ImpactTraces, ImpactWarning, OneClock, TransferError,
+    TransferFunction, TransferWarning, Transient, estimate_without, prepared, transient,
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, estimate_impacts};
-use crate::clipping::ClippingDoubt;
+use crate::clipping::ClippingWarning;
 use crate::device::{DriveSetup, drive_of_potential};
-use crate::doubt::Doubt;
-use crate::integrity::{Pair, SignalDoubt, never_changes, said_of_a_pair, transfer_doubts};
+use crate::integrity::{Pair, SignalWarning, never_changes, said_of_a_pair, transfer_warnings};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
 use crate::recording::{Channel, Recording, RecordingError};
 use crate::series::{Series, SeriesError};
 use crate::spectrum::WelchConfig;
+use crate::warning::Warning;
 
 /// Which channels, and how.
 #[derive(Clone, Debug)]
@@ -43,7 +43,7 @@ pub struct BetweenConfig<'a> {
 /// A transfer function with the units of its two channels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BetweenChannels {
-    /// The transfer function, with what the recording is doubted for.
+    /// The transfer function, with what the recording gives a warning for.
     pub function: TransferFunction<Uncalibrated, Uncalibrated>,
     /// The unit of the drive.
     pub drive_unit: Unit,
@@ -127,19 +127,19 @@ pub fn between_channels(
     let mut broken = broken(config, [&drive, &response], &drive_unit);
     if function.impact.is_some() {
         // What else is said of a pair holds for drives that last; overloads of hits are found hit by hit.
-        broken.retain(|doubt| {
-            let said = doubt.kind();
+        broken.retain(|warning| {
+            let said = warning.kind();
             matches!(
                 said,
                 Some(
-                    SignalDoubt::Copied { .. }
-                        | SignalDoubt::DriveBeyondLimit { .. }
-                        | SignalDoubt::MainsHum { .. }
+                    SignalWarning::Copied { .. }
+                        | SignalWarning::DriveBeyondLimit { .. }
+                        | SignalWarning::MainsHum { .. }
                 )
             )
         });
     }
-    doubt(&mut function, units, &broken);
+    warning(&mut function, units, &broken);
     describe(&mut function, recording, config, &broken);
     Ok(BetweenChannels {
         function,
@@ -168,7 +168,7 @@ fn estimated(
     let OneClock {
         response,
         missing_s,
-        doubts: clocks,
+        warnings: clocks,
     } = prepared(drive, response, &config.welch, config.lost_s.clone());
     let mut function = estimate_without(
         drive,
@@ -177,12 +177,13 @@ fn estimated(
         config.estimator,
         &missing_s,
     )?;
-    function.about.doubts.extend(clocks);
+    function.about.warnings.extend(clocks);
     if config.excitation == Excitation::Found {
         let pulses = transient(response.samples(), response.rate());
-        (function.about.doubts).extend(
-            pulses
-                .map(|Transient { hits, .. }| Doubt::from(ImpactDoubt::PulsesInResponse { hits })),
+        (function.about.warnings).extend(
+            pulses.map(|Transient { hits, .. }| {
+                Warning::from(ImpactWarning::PulsesInResponse { hits })
+            }),
         );
     }
     Ok((function, None))
@@ -212,9 +213,10 @@ fn of_impacts(
         config.estimator,
         &config.lost_s,
     )?;
-    let guessed = found
-        .map(|Transient { hits, share }| Doubt::from(ImpactDoubt::TakenAsImpact { hits, share }));
-    function.about.doubts.extend(guessed);
+    let guessed = found.map(|Transient { hits, share }| {
+        Warning::from(ImpactWarning::TakenAsImpact { hits, share })
+    });
+    function.about.warnings.extend(guessed);
     Ok(Some((function, Some(traces))))
 }
 
@@ -243,9 +245,9 @@ fn broken(
     config: &BetweenConfig<'_>,
     [drive, response]: [&Series<Uncalibrated>; 2],
     drive_unit: &Unit,
-) -> Vec<Doubt> {
+) -> Vec<Warning> {
     let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
-    transfer_doubts(&Pair {
+    transfer_warnings(&Pair {
         drive: drive.samples(),
         response: response.samples(),
         rate: response.rate(),
@@ -255,19 +257,19 @@ fn broken(
     })
 }
 
-/// Doubts the transfer function for what is broken in its signals and for units that are no drive and response.
-fn doubt(
+/// Warnings the transfer function for what is broken in its signals and for units that are no drive and response.
+fn warning(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     [drive_unit, response_unit]: [&Unit; 2],
-    broken: &[Doubt],
+    broken: &[Warning],
 ) {
-    let doubts = &mut function.about.doubts;
+    let warnings = &mut function.about.warnings;
     // The channels here have names and units, not types.
-    doubts.retain(|doubt| doubt.kind::<SignalDoubt>().is_none());
-    doubts.extend(broken.iter().cloned());
+    warnings.retain(|warning| warning.kind::<SignalWarning>().is_none());
+    warnings.extend(broken.iter().cloned());
     let sends = matches!(response_unit, Unit::FullScale | Unit::Volt);
     if *drive_unit == Unit::MetrePerSecondSquared && sends {
-        doubts.push(Doubt::from(TransferDoubt::SwappedUnits {
+        warnings.push(Warning::from(TransferWarning::SwappedUnits {
             drive: drive_unit.to_string(),
             response: response_unit.to_string(),
         }));
@@ -277,16 +279,16 @@ fn doubt(
     let from_force = *drive_unit == Unit::Newton;
     if at_one_point && from_force && *response_unit == Unit::MetrePerSecondSquared {
         let inverted = function.inverted_polarity();
-        function.about.doubts.extend(inverted);
+        function.about.warnings.extend(inverted);
     }
 }
 
-/// Gives the transfer function the provenance, the condition and the doubts of its recording, and the device.
+/// Gives the transfer function the provenance, the condition and the warnings of its recording, and the device.
 fn describe(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     recording: &Recording,
     config: &BetweenConfig<'_>,
-    broken: &[Doubt],
+    broken: &[Warning],
 ) {
     let about = &recording.about;
     let estimated = std::mem::take(&mut function.about.provenance.steps);
@@ -301,13 +303,13 @@ fn describe(
     function.drive.clone_from(&config.setup);
     // What the transfer function says of its two channels is not said again of each. Hits at a limit are found hit by hit, and
     // a force at rest is not one.
-    let by_hit = |doubt: &Doubt| match doubt.kind() {
-        Some(ClippingDoubt::Clipped { what, .. }) => {
+    let by_hit = |warning: &Warning| match warning.kind() {
+        Some(ClippingWarning::Clipped { what, .. }) => {
             function.impact.is_some() && (what == config.drive || what == config.response)
         }
         _ => false,
     };
-    let more =
-        (about.doubts.iter()).filter(|doubt| !said_of_a_pair(doubt, broken) && !by_hit(doubt));
-    function.about.doubts.extend(more.cloned());
+    let more = (about.warnings.iter())
+        .filter(|warning| !said_of_a_pair(warning, broken) && !by_hit(warning));
+    function.about.warnings.extend(more.cloned());
 }

@@ -1,17 +1,17 @@
 //! Signal defects (clipping, drop-outs, …) in the drive and response of a transfer function.
 
-use crate::doubt::Doubt;
-use crate::integrity::{Pair, transfer_doubts};
+use crate::integrity::{Pair, transfer_warnings};
 use crate::quantity::{Quantity, Unit};
 use crate::series::Series;
+use crate::warning::Warning;
 
-/// The doubts about a drive and its response, named by their quantities. A drive in digital samples is limited at full
+/// The warnings about a drive and its response, named by their quantities. A drive in digital samples is limited at full
 /// scale.
-pub(super) fn doubts<I: Quantity, O: Quantity>(
+pub(super) fn warnings<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
-) -> Vec<Doubt> {
-    transfer_doubts(&Pair {
+) -> Vec<Warning> {
+    transfer_warnings(&Pair {
         drive: drive.samples(),
         response: response.samples(),
         rate: drive.rate(),

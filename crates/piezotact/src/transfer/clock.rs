@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use super::TransferDoubt;
-use crate::doubt::Doubt;
+use super::TransferWarning;
 use crate::fourier::RealTransform;
 use crate::quantity::{Quantity, SampleRate};
 use crate::resample::at_places;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
 use crate::statistics::{mean, median};
+use crate::warning::Warning;
 
 /// A response corrected to the clock of its drive.
 #[derive(Clone, Debug)]
@@ -21,8 +21,8 @@ pub struct OneClock<O: Quantity> {
     pub response: Series<O>,
     /// The stretches without valid samples of both drive and response, as `[start, end]` in s.
     pub missing_s: Vec<[f64; 2]>,
-    /// The doubts about drift and missing samples for which it was corrected.
-    pub doubts: Vec<Doubt>,
+    /// The warnings about drift and missing samples for which it was corrected.
+    pub warnings: Vec<Warning>,
 }
 
 /// The fewest blocks from which a change of the delay is estimated.
@@ -84,20 +84,20 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
     }
     let blocks = Blocks::of(drive.samples(), response.samples(), config, rate)?;
     let course = blocks.course()?;
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if let Some([ppm, uncertainty]) = course.drift_ppm {
-        doubts.push(Doubt::from(TransferDoubt::ClocksDiffer {
+        warnings.push(Warning::from(TransferWarning::ClocksDiffer {
             ppm,
             uncertainty,
         }));
     }
     for [at, missing] in &course.steps {
-        doubts.push(Doubt::from(TransferDoubt::SamplesMissing {
+        warnings.push(Warning::from(TransferWarning::SamplesMissing {
             count: *missing,
             at_s: at / rate.hz(),
         }));
     }
-    if doubts.is_empty() {
+    if warnings.is_empty() {
         return None;
     }
     let reach = blocks.span as f64;
@@ -113,7 +113,7 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
     Some(OneClock {
         response: Series::new(samples, rate).ok()?,
         missing_s: missing_s.collect(),
-        doubts,
+        warnings,
     })
 }
 
@@ -136,7 +136,7 @@ pub fn prepared<I: Quantity, O: Quantity>(
         None => OneClock {
             response,
             missing_s: lost_s,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         },
     }
 }

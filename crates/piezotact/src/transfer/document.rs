@@ -6,8 +6,8 @@ use serde::Serialize;
 
 use super::{Bias, Estimator, ImpactTest, Limits, TransferFunction};
 use crate::document::Content;
-use crate::doubt::{Merged, merged};
 use crate::quantity::{Band, Quantity, Unit};
+use crate::warning::{Merged, merged};
 
 /// A transfer function that was estimated from two channels of a recording.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,7 +35,7 @@ pub struct EstimateDocument<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub impact: Option<ImpactTest>,
     /// What limits it.
-    pub doubts: Vec<Merged>,
+    pub warnings: Vec<Merged>,
 }
 
 impl Content for EstimateDocument<'_> {
@@ -63,7 +63,7 @@ impl<'a> EstimateDocument<'a> {
             driven_hz: function.driven,
             resolution_hz: function.resolution_hz(),
             impact: function.impact.clone(),
-            doubts: merged(&function.about.doubts),
+            warnings: merged(&function.about.warnings),
         }
     }
 }

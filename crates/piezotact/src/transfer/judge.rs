@@ -1,15 +1,15 @@
 //! Measurement faults detected in a transfer function: swapped, delayed or inverted channels, unresolved resonances, and
 //! lines that were not driven.
 
-use crate::transfer::TransferDoubt;
+use crate::transfer::TransferWarning;
 use num_complex::Complex;
 
 use super::TransferFunction;
 use super::related::{Delay, delay_of_signals};
-use crate::doubt::Doubt;
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::series::Series;
 use crate::spectrum::RECOMMENDED_SEGMENTS;
+use crate::warning::Warning;
 
 /// Fewer lines than this within the half-power bandwidth of a resonance leave a bias of more than 2 %
 /// (⅓ of the squared ratio, with the resolution of a Hann window of 1.44 lines).
@@ -21,14 +21,14 @@ const MIN_RESONANCE_COHERENCE: f64 = 0.5;
 /// A response delayed by more than this share of a segment is underestimated.
 const LATE: f64 = 0.05;
 
-/// Whether a doubt says that the two signals are out of step.
-fn out_of_step(doubt: &Doubt) -> bool {
+/// Whether a warning says that the two signals are out of step.
+fn out_of_step(warning: &Warning) -> bool {
     matches!(
-        doubt.kind(),
+        warning.kind(),
         Some(
-            TransferDoubt::Unrelated { .. }
-                | TransferDoubt::Acausal { .. }
-                | TransferDoubt::LateResponse { .. }
+            TransferWarning::Unrelated { .. }
+                | TransferWarning::Acausal { .. }
+                | TransferWarning::LateResponse { .. }
         )
     )
 }
@@ -50,22 +50,22 @@ pub(super) fn driven_band(driven: &[bool], power: &[f64], resolution_hz: f64) ->
     Band::new(hz(first), hz(last)).ok()
 }
 
-/// The doubt about those parts of the undriven `bands` that lie in the driven band `inside`.
-pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Doubt> {
+/// The warning about those parts of the undriven `bands` that lie in the driven band `inside`.
+pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Warning> {
     let bands: Vec<Band> = bands
         .iter()
         .filter_map(|band| band.common(inside))
         .collect();
     let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
     let share = missing / (inside.high().0 - inside.low().0);
-    (!bands.is_empty()).then(|| Doubt::from(TransferDoubt::NotDriven { bands, share }))
+    (!bands.is_empty()).then(|| Warning::from(TransferWarning::NotDriven { bands, share }))
 }
 
 /// The runs of lines within the driven band that are neither driven nor coherent with the drive.
 pub(super) fn gaps<I: Quantity, O: Quantity>(
     driven: &[bool],
     function: &TransferFunction<I, O>,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     let inside = function.driven?;
     let (mut runs, mut missing, mut lines) = (Vec::<[usize; 2]>::new(), 0, 0);
     for (line, hz) in function.lines_in(inside) {
@@ -89,7 +89,7 @@ pub(super) fn gaps<I: Quantity, O: Quantity>(
         .ok()
     };
     (missing > 0).then(|| {
-        Doubt::from(TransferDoubt::NotDriven {
+        Warning::from(TransferWarning::NotDriven {
             bands: runs.into_iter().filter_map(band).collect(),
             share: missing as f64 / lines as f64,
         })
@@ -101,8 +101,8 @@ const TONE_LINES: f64 = 8.0;
 /// Coherence below this on most driven lines: less than half of the response comes from the drive.
 const HALF: f64 = 0.5;
 
-/// The doubt that almost all of the spectrum is not driven, for a drive that is a tone.
-pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
+/// The warning that almost all of the spectrum is not driven, for a drive that is a tone.
+pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
     let driven = function.driven?;
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
     let lines = (driven.high().0 - driven.low().0) / function.resolution_hz;
@@ -111,14 +111,14 @@ pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) 
         .flatten()
 }
 
-/// The doubt that on most driven lines less than half of the response comes from the drive: related, but only weakly.
-pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
-    let doubt = function.low_coherence(function.driven?, HALF);
-    doubt.filter(|doubt| matches!(doubt.kind(), Some(TransferDoubt::LowCoherence { share, .. }) if share > 0.5))
+/// The warning that on most driven lines less than half of the response comes from the drive: related, but only weakly.
+pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
+    let warning = function.low_coherence(function.driven?, HALF);
+    warning.filter(|warning| matches!(warning.kind(), Some(TransferWarning::LowCoherence { share, .. }) if share > 0.5))
 }
 
-/// The doubt about the part of the band `asked` outside `driven` by more than one line spacing.
-pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<Doubt> {
+/// The warning about the part of the band `asked` outside `driven` by more than one line spacing.
+pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<Warning> {
     let (low, high) = (asked.low().0, asked.high().0);
     let parts = [
         (low, driven.low().0.min(high)),
@@ -131,41 +131,41 @@ pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<D
         .collect();
     let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
     (!bands.is_empty()).then(|| {
-        Doubt::from(TransferDoubt::NotDriven {
+        Warning::from(TransferWarning::NotDriven {
             bands,
             share: missing / (high - low),
         })
     })
 }
 
-/// The doubt about channels that are out of step by `delay`: a response that is late by a share of the segment, or one that
+/// The warning about channels that are out of step by `delay`: a response that is late by a share of the segment, or one that
 /// comes before its drive by more than may be its uncertainty.
-fn out_of_step_by(delay: Delay, segment_s: f64) -> Option<Doubt> {
+fn out_of_step_by(delay: Delay, segment_s: f64) -> Option<Warning> {
     let Delay { delay_s, reach_s } = delay;
     if delay_s - reach_s > LATE * segment_s {
-        return Some(Doubt::from(TransferDoubt::LateResponse {
+        return Some(Warning::from(TransferWarning::LateResponse {
             delay_s,
             segment_s,
             reach_s,
         }));
     }
-    (delay_s < -reach_s).then_some(Doubt::from(TransferDoubt::Acausal {
+    (delay_s < -reach_s).then_some(Warning::from(TransferWarning::Acausal {
         lead_s: -delay_s,
         reach_s,
     }))
 }
 
-/// The doubt about channels that are out of step, as far as lines show it.
+/// The warning about channels that are out of step, as far as lines show it.
 pub(super) fn step_of_lines<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     out_of_step_by(function.delay()?, 1.0 / function.resolution_hz)
 }
 
 /// The resonance with the fewest lines within its half-power bandwidth, when they are too few.
 pub(super) fn unresolved<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     // A peak of few averages is a matter of chance.
     if function.averages < RECOMMENDED_SEGMENTS {
         return None;
@@ -219,7 +219,7 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
         }
     }
     narrowest.map(|(at_hz, lines)| {
-        Doubt::from(TransferDoubt::UnresolvedResonance {
+        Warning::from(TransferWarning::UnresolvedResonance {
             at_hz,
             lines,
             resolution_hz: function.resolution_hz,
@@ -232,9 +232,9 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
 /// Formula: Σ γ²·Re(H/iω)·|H/iω| < 0 over the driven lines: the power that the force puts into what moves under it.
 pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
-) -> Option<Doubt> {
+) -> Option<Warning> {
     // Late or early signals turn the phases, and nothing follows from them.
-    if function.about.doubts.iter().any(out_of_step) {
+    if function.about.warnings.iter().any(out_of_step) {
         return None;
     }
     let (mut net, mut all) = (0.0, 0.0);
@@ -247,7 +247,7 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
         net += weight * mobility.re;
         all += weight * mobility.norm();
     }
-    (net < -0.2 * all).then_some(Doubt::from(TransferDoubt::PolarityInverted))
+    (net < -0.2 * all).then_some(Warning::from(TransferWarning::PolarityInverted))
 }
 
 /// Checks a delay found from lines against that of the whole signals, which does not depend on the segment length, when
@@ -257,7 +257,7 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
 ) {
-    if !function.about.doubts.iter().any(out_of_step) {
+    if !function.about.warnings.iter().any(out_of_step) {
         return;
     }
     let whole = function
@@ -265,22 +265,26 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
         .and_then(|band| delay_of_signals(drive.samples(), response.samples(), drive.rate(), band));
     let unrelated = function
         .about
-        .doubts
+        .warnings
         .iter()
-        .any(|doubt| matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. })));
+        .any(|warning| matches!(warning.kind(), Some(TransferWarning::Unrelated { .. })));
     match (whole, function.delay()) {
         // No lag stands out: there is none to speak of.
-        (None, _) => function.about.doubts.retain(|doubt| {
-            !out_of_step(doubt) || matches!(doubt.kind(), Some(TransferDoubt::Unrelated { .. }))
+        (None, _) => function.about.warnings.retain(|warning| {
+            !out_of_step(warning)
+                || matches!(warning.kind(), Some(TransferWarning::Unrelated { .. }))
         }),
         // Lines resolve a delay within their segment better than the signals do, which may be of few frequencies.
         (Some(whole), Some(of_lines)) if !unrelated && whole.agrees(&of_lines) => {}
         (Some(whole), _) => {
-            function.about.doubts.retain(|doubt| !out_of_step(doubt));
+            function
+                .about
+                .warnings
+                .retain(|warning| !out_of_step(warning));
             let segment_s = 1.0 / function.resolution_hz;
             function
                 .about
-                .doubts
+                .warnings
                 .extend(out_of_step_by(whole, segment_s));
         }
     }

@@ -3,7 +3,7 @@
 //! Noise differs from period to period. Distortion repeats with every period and is not the linear response to the drive: it
 //! appears on lines that are not driven, on even lines from even powers and on odd lines from odd powers.
 
-use crate::transfer::TransferDoubt;
+use crate::transfer::TransferWarning;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -240,20 +240,23 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         spectra.averages
     ));
     let distortion = distortion(&transformed, [&x, &y], &driven, blocks);
-    function.about.doubts.extend(transformed.left_out);
-    function.about.doubts.extend(distortion_doubt(&distortion));
+    function.about.warnings.extend(transformed.left_out);
+    function
+        .about
+        .warnings
+        .extend(distortion_warning(&distortion));
     Ok(BestLinear {
         function,
         distortion,
     })
 }
 
-/// A doubt is raised for distortion above this level re the linear response, dB.
+/// A warning is raised for distortion above this level re the linear response, dB.
 const LOUD_DISTORTION_DB: f64 = -20.0;
 
-fn distortion_doubt(distortion: &Distortion) -> Option<crate::Doubt> {
+fn distortion_warning(distortion: &Distortion) -> Option<crate::Warning> {
     let (level_db, band_hz) = distortion.worst()?;
-    (level_db > LOUD_DISTORTION_DB).then_some(crate::Doubt::from(TransferDoubt::Nonlinear {
+    (level_db > LOUD_DISTORTION_DB).then_some(crate::Warning::from(TransferWarning::Nonlinear {
         level_db,
         band_hz,
     }))

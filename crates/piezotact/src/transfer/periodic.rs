@@ -4,12 +4,12 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::{CrossSpectra, Estimator, TransferDoubt, TransferError, TransferFunction, touches};
-use crate::doubt::Doubt;
+use super::{CrossSpectra, Estimator, TransferError, TransferFunction, TransferWarning, touches};
 use crate::fourier::RealTransform;
 use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::EstimateError;
+use crate::warning::Warning;
 
 /// The positions of the blocks of a periodic drive in a recording, in samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,8 +39,8 @@ pub(super) struct Transformed {
     pub(super) response: Vec<Vec<Vec<Complex<f64>>>>,
     /// The step between lines, Hz.
     pub(super) step_hz: f64,
-    /// The doubt about rows that were left out because they contain lost samples.
-    pub(super) left_out: Option<Doubt>,
+    /// The warning about rows that were left out because they contain lost samples.
+    pub(super) left_out: Option<Warning>,
 }
 
 impl Transformed {
@@ -112,7 +112,7 @@ impl Transformed {
             drive: cut(drive.samples()),
             response: cut(response.samples()),
             step_hz: drive.rate().hz() / length as f64,
-            left_out: (left_out > 0).then_some(Doubt::from(TransferDoubt::SegmentsLeftOut {
+            left_out: (left_out > 0).then_some(Warning::from(TransferWarning::SegmentsLeftOut {
                 left_out,
                 of: rows,
             })),
@@ -228,6 +228,6 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
         spectra.resolution_hz,
         spectra.averages
     ));
-    function.about.doubts.extend(transformed.left_out);
+    function.about.warnings.extend(transformed.left_out);
     Ok(function)
 }

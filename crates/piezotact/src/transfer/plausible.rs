@@ -2,9 +2,9 @@
 //! and responses that come before their drive.
 
 use super::judge::step_of_lines;
-use super::{Confidence, TransferDoubt, TransferError, TransferFunction};
-use crate::doubt::Doubt;
+use super::{Confidence, TransferError, TransferFunction, TransferWarning};
 use crate::quantity::Quantity;
+use crate::warning::Warning;
 
 /// The largest magnitude lies between these, in any SI units: far beyond what devices, fingers and structures have.
 const MAGNITUDES: std::ops::RangeInclusive<f64> = 1e-30..=1e12;
@@ -47,17 +47,18 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         Ok(())
     }
 
-    /// The doubts that its lines raise wherever they come from: a response that comes before its drive, a phase that is missing.
+    /// The warnings that its lines raise wherever they come from: a response that comes before its drive, a phase that is missing.
     #[must_use]
-    pub fn doubts_of_its_lines(&self) -> Vec<Doubt> {
-        let acausal = |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::Acausal { .. }));
+    pub fn warnings_of_its_lines(&self) -> Vec<Warning> {
+        let acausal =
+            |warning: &Warning| matches!(warning.kind(), Some(TransferWarning::Acausal { .. }));
         let step = step_of_lines(self).filter(acausal);
         step.into_iter().chain(self.without_phase()).collect()
     }
 
-    /// The doubt that only magnitudes are known. A device whose magnitude changes with frequency turns the phase (Bode); one that
+    /// The warning that only magnitudes are known. A device whose magnitude changes with frequency turns the phase (Bode); one that
     /// answers all frequencies alike may have none.
-    fn without_phase(&self) -> Option<Doubt> {
+    fn without_phase(&self) -> Option<Warning> {
         let lines = self.response.iter().skip(1).filter(|h| h.norm() > 0.0);
         let (mut count, mut low, mut high) = (0, f64::INFINITY, 0.0_f64);
         for h in lines {
@@ -68,13 +69,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             (low, high) = (low.min(h.re), high.max(h.re));
         }
         (count >= FEWEST_LINES && high > LEVEL_CHANGES * low)
-            .then(|| Doubt::from(TransferDoubt::NoPhase { lines: count }))
+            .then(|| Warning::from(TransferWarning::NoPhase { lines: count }))
     }
 
-    /// The doubt that lower limits of the magnitude, as `stored`, do not follow from coherence and averages: one of them was
+    /// The warning that lower limits of the magnitude, as `stored`, do not follow from coherence and averages: one of them was
     /// changed.
     #[must_use]
-    pub fn doubt_of_limits(&self, stored: &[f64], of: super::Limits) -> Option<Doubt> {
+    pub fn warning_of_limits(&self, stored: &[f64], of: super::Limits) -> Option<Warning> {
         let Confidence { of: own, low, .. } = self.confidence()?;
         if own != of || low.len() != stored.len() {
             return None;
@@ -89,7 +90,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         ratios.sort_unstable_by(f64::total_cmp);
         let ratio = *ratios.get(ratios.len() / 2)?;
         ((ratio - 1.0).abs() > OTHER_LIMITS)
-            .then(|| Doubt::from(TransferDoubt::LimitsDiffer { ratio }))
+            .then(|| Warning::from(TransferWarning::LimitsDiffer { ratio }))
     }
 }
 
@@ -128,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn magnitudes_alone_are_doubted() {
+    fn magnitudes_alone_are_reported() {
         let whole = function(1e-3, 1.0, 2000.0);
         let magnitudes = whole.response().iter().map(|h| Complex::new(h.norm(), 0.0));
         let of = |lines: Vec<Complex<f64>>| {
@@ -137,26 +138,26 @@ mod tests {
             let function: TransferFunction<Drive, Acceleration> =
                 TransferFunction::from_lines(lines, coherence, 2.0, rate, Estimator::H1, 100)
                     .unwrap();
-            function.doubts_of_its_lines()
+            function.warnings_of_its_lines()
         };
         let found = of(magnitudes.collect());
         assert!(matches!(
             found[0].kind(),
-            Some(TransferDoubt::NoPhase { lines: 500 })
+            Some(TransferWarning::NoPhase { lines: 500 })
         ));
         // A wire has no phase.
         assert_eq!(of(vec![Complex::new(2.0, 0.0); 501]), []);
-        assert_eq!(whole.doubts_of_its_lines(), []);
+        assert_eq!(whole.warnings_of_its_lines(), []);
     }
 
     #[test]
-    fn a_response_before_its_drive_is_doubted() {
-        assert_eq!(function(1e-3, 1.0, 2000.0).doubts_of_its_lines(), []);
+    fn a_response_before_its_drive_is_reported() {
+        assert_eq!(function(1e-3, 1.0, 2000.0).warnings_of_its_lines(), []);
         let codes = |delay_s| {
-            let doubts = function(delay_s, 1.0, 2000.0).doubts_of_its_lines();
-            doubts
+            let warnings = function(delay_s, 1.0, 2000.0).warnings_of_its_lines();
+            warnings
                 .iter()
-                .map(|doubt| doubt.code.to_string())
+                .map(|warning| warning.code.to_string())
                 .collect::<Vec<_>>()
         };
         assert_eq!(codes(-20e-3), ["acausal"]);
@@ -166,8 +167,8 @@ mod tests {
     fn limits_follow_from_coherence_and_averages() {
         let mut measured = function(1e-3, 1.0, 2000.0);
         let stored = measured.confidence().unwrap();
-        assert_eq!(measured.doubt_of_limits(&stored.low, stored.of), None);
+        assert_eq!(measured.warning_of_limits(&stored.low, stored.of), None);
         measured.effective_averages = 4.0;
-        assert!(measured.doubt_of_limits(&stored.low, stored.of).is_some());
+        assert!(measured.warning_of_limits(&stored.low, stored.of).is_some());
     }
 }

@@ -1,13 +1,13 @@
 //! Repeats of one measurement: the pooled estimate, and the difference between repeats.
 
-use crate::transfer::TransferDoubt;
+use crate::transfer::TransferWarning;
 use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
 use super::{BundleError, TransferFunction};
-use crate::doubt::{Doubt, Doubts};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
+use crate::warning::{Warning, Warnings};
 
 /// The pooled estimate of repeats with one drive, in units of `O` per `I`: the result as if they had been recorded in one
 /// recording. Coherence falls where they disagree. Condition, device and provenance are those of the first.
@@ -74,21 +74,23 @@ pub fn pooled<I: Quantity, O: Quantity>(
     one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
     one.about.provenance.clone_from(&first.about.provenance);
-    // Doubts that follow from the estimate itself are evaluated again for the pooled estimate.
-    let own = |doubt: &&Doubt| {
+    // Warnings that follow from the estimate itself are evaluated again for the pooled estimate.
+    let own = |warning: &&Warning| {
         !matches!(
-            doubt.kind(),
+            warning.kind(),
             Some(
-                TransferDoubt::FewAverages { .. }
-                    | TransferDoubt::LowCoherence { .. }
-                    | TransferDoubt::ImpossibleCoherence { .. }
+                TransferWarning::FewAverages { .. }
+                    | TransferWarning::LowCoherence { .. }
+                    | TransferWarning::ImpossibleCoherence { .. }
             )
         )
     };
-    let mut doubts: Doubts = std::mem::take(&mut one.about.doubts).into_iter().collect();
-    let theirs = repeats.iter().flat_map(|r| &r.about.doubts).filter(own);
-    doubts.extend(theirs.cloned());
-    one.about.doubts = doubts.into();
+    let mut warnings: Warnings = std::mem::take(&mut one.about.warnings)
+        .into_iter()
+        .collect();
+    let theirs = repeats.iter().flat_map(|r| &r.about.warnings).filter(own);
+    warnings.extend(theirs.cloned());
+    one.about.warnings = warnings.into();
     one.about.provenance = one
         .about
         .provenance

@@ -4,10 +4,10 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::cross::CrossSpectra;
-use super::{Estimator, TransferDoubt};
-use crate::doubt::Doubt;
+use super::{Estimator, TransferWarning};
 use crate::quantity::Uncalibrated;
 use crate::spectrum::EstimateError;
+use crate::warning::Warning;
 
 /// Relative differences up to this are rounding of numbers stored in single precision.
 const ROUNDING: f64 = 1e-4;
@@ -95,12 +95,12 @@ impl StoredIdentities {
         self.response_difference <= ROUNDING
     }
 
-    /// The doubt about a stored function that does not follow from the spectra stored beside it, if it does not.
+    /// The warning about a stored function that does not follow from the spectra stored beside it, if it does not.
     #[must_use]
-    pub fn doubt(&self) -> Option<Doubt> {
+    pub fn warning(&self) -> Option<Warning> {
         let coherence = self.coherence_difference.unwrap_or(0.0);
         (!self.is_equal() || coherence > ROUNDING).then(|| {
-            Doubt::from(TransferDoubt::StoredDiffers {
+            Warning::from(TransferWarning::StoredDiffers {
                 difference: self.response_difference,
                 at_hz: self.response_at_hz,
                 coherence_difference: coherence,
@@ -155,7 +155,7 @@ mod tests {
     }
 
     #[test]
-    fn the_stored_ratio_is_named_and_a_difference_is_doubted() {
+    fn the_stored_ratio_is_named_and_a_difference_is_reported() {
         let ([x, y], cross) = spectra();
         let h1: Vec<Complex<f64>> = cross.iter().zip(&x).map(|(c, x)| c / x).collect();
         let h2: Vec<Complex<f64>> = cross.iter().zip(&y).map(|(c, y)| y / c.conj()).collect();
@@ -170,7 +170,7 @@ mod tests {
             (Estimator::H1, false, 40)
         );
         assert!(found.response_difference < 1e-15 && found.coherence_difference < Some(1e-15));
-        assert_eq!(found.doubt(), None);
+        assert_eq!(found.warning(), None);
         let found = checked(&h2, None);
         assert_eq!(
             (found.estimator, found.conjugate, found.coherence_difference),
@@ -184,10 +184,10 @@ mod tests {
         damaged[17] *= 1.01;
         let found = checked(&damaged, Some(&coherence));
         assert!((found.response_difference - 0.01).abs() < 1e-12 && found.response_at_hz == 34.0);
-        assert!(found.doubt().is_some());
+        assert!(found.warning().is_some());
         let mut impossible = coherence.clone();
         impossible[3] = 0.9;
-        assert!(checked(&h1, Some(&impossible)).doubt().is_some());
+        assert!(checked(&h1, Some(&impossible)).warning().is_some());
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The criteria of a verification, judged from the spectra and waveforms of target and measurement.
 
-use crate::verify::VerifyDoubt;
+use crate::verify::VerifyWarning;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::clock::Clock;
@@ -8,9 +8,9 @@ use super::events::{Compared, Found, UNSEEN_S};
 use super::lines::{Floor, Line, Lines, Pair, rms_error};
 use super::{FOLLOWS, VerifyConfig, VerifyCriterion};
 use crate::criterion::{Criterion, Limit};
-use crate::doubt::Doubt;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Hertz, SampleRate};
+use crate::warning::Warning;
 
 /// Everything that the criteria are judged from: spectra, waveforms, noise floor, clipping and clock.
 #[derive(Clone, Copy)]
@@ -42,15 +42,15 @@ pub(super) struct Evidence<'a> {
     pub(super) config: &'a VerifyConfig,
 }
 
-/// The criteria, and what is doubted.
+/// The criteria, and what gives a warning.
 pub(super) struct Judgement {
     pub(super) criteria: Vec<Criterion<VerifyCriterion>>,
-    pub(super) more: Vec<Doubt>,
+    pub(super) more: Vec<Warning>,
 }
 
 /// From this correlation on a measurement is taken for a copy of its target: no device and no sensor reaches it.
 const COPY: f64 = 1.0 - 1e-7;
-/// A delay that wanders by more is a doubt, s.
+/// A delay that wanders by more is a warning, s.
 const WANDERS_S: f64 = 5e-5;
 /// The frequency range in which power outside the band is judged by perceptibility, Hz.
 const FELT_HZ: (f64, f64) = (10.0, 1000.0);
@@ -87,7 +87,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     };
     let (config, limits) = (evidence.config, &evidence.config.limits);
     let mut criteria = Vec::new();
-    let mut more: Vec<Doubt> = Vec::new();
+    let mut more: Vec<Warning> = Vec::new();
     let noise_power: f64 = evidence.floor.map_or(0.0, |floor| {
         evidence.judged.iter().map(|band| floor.power(*band)).sum()
     });
@@ -127,7 +127,7 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     criteria.extend(extent(evidence, &lines));
     let correlation = all.correlation();
     if all.plain_correlation() >= COPY {
-        more.push(Doubt::from(VerifyDoubt::CopyOfTarget));
+        more.push(Warning::from(VerifyWarning::CopyOfTarget));
         criteria.push(Criterion {
             found: Some(correlation),
             ..Criterion::unmeasured(VerifyCriterion::Independent, "", Limit::at_most(COPY))
@@ -154,21 +154,21 @@ fn of(what: VerifyCriterion, unit: &str, found: Found, limit: Limit) -> Criterio
     Criterion::new(what, unit, found.value, Some(found.interval), limit)
 }
 
-/// The doubts about the clocks.
-fn of_clock(clock: &Clock) -> Vec<Doubt> {
-    let drift = clock.drift_ppm.map(|ppm| VerifyDoubt::ClockDrift { ppm });
-    let lost = (!clock.lost.is_empty()).then(|| VerifyDoubt::LostSamples {
+/// The warnings about the clocks.
+fn of_clock(clock: &Clock) -> Vec<Warning> {
+    let drift = clock.drift_ppm.map(|ppm| VerifyWarning::ClockDrift { ppm });
+    let lost = (!clock.lost.is_empty()).then(|| VerifyWarning::LostSamples {
         samples: clock.lost.iter().map(|lost| lost.samples).sum(),
         places: clock.lost.len(),
     });
     let wanders = clock
         .wander_s
         .filter(|wander_s| *wander_s > WANDERS_S)
-        .map(|rms_s| VerifyDoubt::DelayWanders { rms_s });
+        .map(|rms_s| VerifyWarning::DelayWanders { rms_s });
     [drift, lost, wanders]
         .into_iter()
         .flatten()
-        .map(Doubt::from)
+        .map(Warning::from)
         .collect()
 }
 
@@ -176,7 +176,7 @@ fn of_clock(clock: &Clock) -> Vec<Doubt> {
 fn spectrum(
     evidence: &Evidence<'_>,
     lines: &Lines,
-    more: &mut Vec<Doubt>,
+    more: &mut Vec<Warning>,
 ) -> Vec<Criterion<VerifyCriterion>> {
     let (config, limits) = (evidence.config, &evidence.config.limits);
     let judged = |line: &&Line| {
@@ -262,7 +262,7 @@ fn spectrum(
     }
     let all = lines.compared.len() + lines.hidden;
     if lines.hidden > 0 {
-        more.push(Doubt::from(VerifyDoubt::HiddenByNoise {
+        more.push(Warning::from(VerifyWarning::HiddenByNoise {
             line_share: lines.hidden as f64 / all.max(1) as f64,
             power_share: lines.hidden_power / in_band.max(f64::MIN_POSITIVE),
         }));

@@ -11,7 +11,6 @@ mod clock;
 mod close;
 mod config;
 mod document;
-mod doubt;
 mod error;
 mod events;
 mod intended;
@@ -20,6 +19,7 @@ mod lines;
 mod straight;
 mod tones;
 mod verdict;
+mod warning;
 
 pub(crate) use align::align;
 pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
@@ -31,22 +31,22 @@ pub use document::{
     DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome,
     VerifyDocument,
 };
-pub use doubt::VerifyDoubt;
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
 pub use straight::{UninvertedPrediction, predict_uninverted};
 pub use tones::{Tones, tones};
 pub use verdict::{Verdict, VerifyCriterion};
+pub use warning::VerifyWarning;
 
 use crate::criterion::Criterion;
-use crate::doubt::{Doubt, Doubts};
 use crate::integrity::{Span, inspect};
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Quantity};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
 use crate::statistics::rms;
+use crate::warning::{Warning, Warnings};
 use intended::Synchronised;
 use judge::{Evidence, Judgement};
 use lines::Pair;
@@ -130,8 +130,8 @@ pub struct Verification {
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::doubt::serialize_merged")]
-    pub doubts: Doubts,
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
+    pub warnings: Warnings,
 }
 
 impl Verification {
@@ -213,10 +213,10 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
 
 /// A waveform follows its target in time when the magnitude of their correlation exceeds this.
 const FOLLOWS: f64 = 0.5;
-/// A doubt is raised when at least this share of the band is not judged.
-const DOUBT_UNJUDGED_SHARE: f64 = 0.05;
-/// A doubt is raised when the power on lines without target exceeds this share of the target's power.
-const DOUBT_ADDED_POWER: f64 = 0.01;
+/// A warning is raised when at least this share of the band is not judged.
+const WARNING_UNJUDGED_SHARE: f64 = 0.05;
+/// A warning is raised when the power on lines without target exceeds this share of the target's power.
+const WARNING_ADDED_POWER: f64 = 0.01;
 
 /// What [`verify`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
@@ -321,38 +321,40 @@ pub fn verify<Q: Quantity>(
     };
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
-    let mut doubts: Doubts = target_psd.doubts.iter().cloned().collect();
-    if judged_share < 1.0 - DOUBT_UNJUDGED_SHARE {
-        doubts.push(Doubt::from(VerifyDoubt::PartJudged {
+    let mut warnings: Warnings = target_psd.warnings.iter().cloned().collect();
+    if judged_share < 1.0 - WARNING_UNJUDGED_SHARE {
+        warnings.push(Warning::from(VerifyWarning::PartJudged {
             share: judged_share,
             judged: config.reached.clone(),
             band: config.band,
         }));
     }
-    if added_power > DOUBT_ADDED_POWER {
-        doubts.push(Doubt::from(VerifyDoubt::PowerAdded { ratio: added_power }));
+    if added_power > WARNING_ADDED_POWER {
+        warnings.push(Warning::from(VerifyWarning::PowerAdded {
+            ratio: added_power,
+        }));
     }
     if config.level.0 != 0.0 {
-        doubts.push(Doubt::from(VerifyDoubt::LevelChanged {
+        warnings.push(Warning::from(VerifyWarning::LevelChanged {
             level_db: config.level.0,
         }));
     }
     if lines.without_target > 0 {
         let all = lines.without_target + lines.compared.len();
-        doubts.push(Doubt::from(VerifyDoubt::NoTargetPower {
+        warnings.push(Warning::from(VerifyWarning::NoTargetPower {
             share: lines.without_target as f64 / all as f64,
         }));
     }
     // Aligning loses up to 1 % at the ends.
     if compared.len() * 100 < target.samples().len() * 99 {
-        doubts.push(Doubt::from(VerifyDoubt::Cut {
+        warnings.push(Warning::from(VerifyWarning::Cut {
             compared_s: rate.duration_of(compared.len()).0,
             target_s: target.duration().0,
         }));
     }
-    doubts.extend(measured.clipping.doubts);
+    warnings.extend(measured.clipping.warnings);
     if waveform_correlation < -0.5 {
-        doubts.push(Doubt::from(VerifyDoubt::Inverted {
+        warnings.push(Warning::from(VerifyWarning::Inverted {
             correlation: waveform_correlation,
         }));
     }
@@ -392,7 +394,7 @@ pub fn verify<Q: Quantity>(
         rate,
         config,
     });
-    doubts.extend(more);
+    warnings.extend(more);
     let verdict = Verdict::of(&criteria, config.limits.least_judged);
     let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
     let mean_error_db =
@@ -442,7 +444,7 @@ pub fn verify<Q: Quantity>(
         verdict,
         mode: config.mode,
         limits: config.limits.clone(),
-        doubts,
+        warnings,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Tests with known delays, signs, levels and limits.
 
-use crate::verify::VerifyDoubt;
+use crate::verify::VerifyWarning;
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -93,9 +93,9 @@ fn a_reversed_sign_is_said() {
     let v = judged(&texture(20_000, 0.0, 1.0), &texture(20_000, 0.004, -1.0));
     assert!(v.waveform_correlation < -0.99 && !v.passed());
     assert!(
-        v.doubts
+        v.warnings
             .iter()
-            .any(|doubt| matches!(doubt.kind(), Some(VerifyDoubt::Inverted { .. })))
+            .any(|warning| matches!(warning.kind(), Some(VerifyWarning::Inverted { .. })))
     );
 }
 
@@ -103,11 +103,11 @@ fn a_reversed_sign_is_said() {
 fn a_measurement_that_ends_early_is_cut_and_said() {
     let v = judged(&texture(20_000, 0.0, 1.0), &texture(12_000, 0.0, 1.0));
     assert!(
-        v.doubts
+        v.warnings
             .iter()
-            .any(|doubt| matches!(doubt.kind(), Some(VerifyDoubt::Cut { .. }))),
+            .any(|warning| matches!(warning.kind(), Some(VerifyWarning::Cut { .. }))),
         "{:?}",
-        v.doubts
+        v.warnings
     );
     assert!(v.waveform_correlation > 0.99);
 }

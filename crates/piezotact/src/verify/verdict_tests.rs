@@ -1,6 +1,6 @@
 //! Signals that are known to be right or wrong, and the verdicts on them.
 
-use crate::verify::VerifyDoubt;
+use crate::verify::VerifyWarning;
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
@@ -274,8 +274,8 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
             Some(found) => assert!((found - ppm).abs() < 0.5, "{ppm}: {found}"),
             None => assert_eq!(ppm, 0.0),
         }
-        let said = |d: &Doubt| matches!(d.kind(), Some(VerifyDoubt::ClockDrift { .. }));
-        assert_eq!(v.doubts.iter().any(said), ppm != 0.0);
+        let said = |d: &Warning| matches!(d.kind(), Some(VerifyWarning::ClockDrift { .. }));
+        assert_eq!(v.warnings.iter().any(said), ppm != 0.0);
     }
     let target = noise(40_000, 8);
     let mut measured = recorded(&target, 1).into_samples();
@@ -322,8 +322,8 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
         .collect();
     let v = judged(&target, &wandering, &usual());
     assert_eq!(v.verdict, Verdict::NotPassed, "{}", v.sentence());
-    let said = |d: &Doubt| matches!(d.kind(), Some(VerifyDoubt::DelayWanders { .. }));
-    assert!(v.doubts.iter().any(said), "{:?}", v.doubts);
+    let said = |d: &Warning| matches!(d.kind(), Some(VerifyWarning::DelayWanders { .. }));
+    assert!(v.warnings.iter().any(said), "{:?}", v.warnings);
 }
 
 /// A texture used to fail at 1.27 dB for its fades alone.

@@ -234,7 +234,7 @@ impl<'a> Tree<'a> {
         Ok(i + 3)
     }
 
-    /// What a `use` in the root passes on: `doubt::Doubt`, and no more than that.
+    /// What a `use` in the root passes on: `warning::Warning`, and no more than that.
     fn pass_on(&mut self, tokens: &[TokenTree]) {
         if let [
             TokenTree::Ident(module),

@@ -128,7 +128,7 @@ pub(super) fn of_strokes(
             "Features of each stroke, in SI units, without a high-pass. Rms and peak are about the mean of the stroke, the normal force is above its zero.",
         ],
     };
-    let settings = json!({ "settings": analysis.config, "doubts": take.doubts() });
+    let settings = json!({ "settings": analysis.config, "warnings": take.warnings() });
     let owned = |desc, suffix, table, columns, description| Owned {
         of: Some((participant.to_owned(), session.to_owned())),
         task: Some(task.to_owned()),
@@ -226,7 +226,7 @@ pub(super) fn of_drives(
         let provenance = json!({
             "verdict": verification.sentence(),
             "band_hz": rendering.config.inverse.band,
-            "doubts": verification.doubts,
+            "warnings": verification.warnings,
         });
         all.push(Owned {
             of: Some((participant.to_owned(), session.to_owned())),
@@ -416,7 +416,7 @@ pub(super) fn of_answers(study: &Study) -> Outcome<Vec<Owned>> {
             table: without_words(found.cells_table()),
             columns: meanings(words::MATRIX),
             description: "Association matrices: what was presented, and what it was declared to be; one row for each cell, with a 95 % interval over participants.",
-            provenance: json!({ "settings": found.config, "sentence": found.sentence(), "doubts": found.doubts }),
+            provenance: json!({ "settings": found.config, "sentence": found.sentence(), "warnings": found.warnings }),
             sources: MadeOf::Answers,
         });
     }

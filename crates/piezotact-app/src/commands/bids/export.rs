@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact::doubt::{Doubt, merged};
 use piezotact::invocation::Found;
 use piezotact::number::counted;
 use piezotact::quantity::Hertz;
+use piezotact::warning::{Warning, merged};
 use piezotact_dataset::NamePattern;
 use piezotact_dataset::eeg::read_eeg_source;
 use piezotact_people::association::{StimulusFiles, behaviour, playing_events};
@@ -31,7 +31,7 @@ use crate::commands::prepare::file_name;
 use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::invocation::PROGRAM;
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::progress::{Words, Work};
 use crate::reading::read;
 
@@ -138,8 +138,8 @@ pub(super) fn run(args: &Arguments) -> Outcome {
     let known_by = known_by.to_string();
     let simulated = simulated_as(&study)?;
     let protocol = &campaign.protocol;
-    let doubts = study.doubts()?;
-    let in_words: Vec<String> = merged(&doubts).iter().map(merged_text).collect();
+    let warnings = study.warnings()?;
+    let in_words: Vec<String> = merged(&warnings).iter().map(merged_text).collect();
     let about = DatasetAbout {
         name: args.name.as_deref().unwrap_or(&protocol.title),
         authors: &args.author,
@@ -148,12 +148,12 @@ pub(super) fn run(args: &Arguments) -> Outcome {
         study: &known_by,
         protocol: &text,
         simulated: simulated.as_deref(),
-        doubts: &in_words,
+        warnings: &in_words,
     };
     let writer = BidsWriter::create(&args.out, about, protocol)?;
     let (exported, place) = written(args, (&study, &sessions), writer, [rehearsals, withdrawn])?;
     shown(args, &exported, &place)?;
-    say_doubts(&doubts);
+    say_warnings(&warnings);
     Ok(())
 }
 
@@ -173,7 +173,7 @@ fn written(
         uncut: 0,
         recorded: BTreeSet::new(),
         sources: BTreeMap::new(),
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     };
     export.people()?;
     export.played()?;
@@ -187,16 +187,16 @@ fn written(
     not_carried.extend((withdrawn > 0).then_some(NotCarried::Withdrawn {
         sessions: withdrawn,
     }));
-    let of_recordings = merged(&export.doubts);
+    let of_recordings = merged(&export.warnings);
     let in_words: Vec<String> = of_recordings.iter().map(merged_text).collect();
     let done = export.writer.finish(not_carried, &in_words)?;
-    let mut each: Vec<Doubt> = Vec::new();
-    for doubt in export.doubts {
-        if !each.contains(&doubt) {
-            each.push(doubt);
+    let mut each: Vec<Warning> = Vec::new();
+    for warning in export.warnings {
+        if !each.contains(&warning) {
+            each.push(warning);
         }
     }
-    say_doubts(&each);
+    say_warnings(&each);
     Ok(done)
 }
 
@@ -248,7 +248,7 @@ struct Export<'a> {
     /// The recordings of strokes by participant and sample, from the root.
     sources: BTreeMap<(String, String), Vec<String>>,
     /// What a person should know of the recordings that were given.
-    doubts: Vec<Doubt>,
+    warnings: Vec<Warning>,
 }
 
 /// The files of one session that its tables name.
@@ -385,7 +385,7 @@ impl Export<'_> {
             if strokes.events.is_none() {
                 self.uncut += 1;
             }
-            self.doubts.extend(strokes.doubts());
+            self.warnings.extend(strokes.warnings());
             let touched = Touched {
                 participant: &strokes.participant,
                 session: &session,
@@ -475,7 +475,7 @@ impl Export<'_> {
             let session = self.session_of(path, &participant, &task)?;
             let source = read_eeg_source(path)?;
             for segment in source.segments.into_iter().map(|part| part.recording) {
-                self.doubts.extend(segment.about.doubts.iter().cloned());
+                self.warnings.extend(segment.about.warnings.iter().cloned());
                 self.writer.eeg(Brain {
                     participant: &participant,
                     session: &session,

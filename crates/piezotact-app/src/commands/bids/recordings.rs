@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::doubt::Doubt;
 use piezotact::number::counted;
 use piezotact::page::Table;
 use piezotact::quantity::Unit;
@@ -11,6 +10,7 @@ use piezotact::recording::Recording;
 use piezotact::study::{
     self, Breadth, By, Gesture, Question, Recorded, Stated, StudySettings, Take, events_table,
 };
+use piezotact::warning::Warning;
 use piezotact_dataset::{NamePattern, cuts_path, known_naming, read_cuts_of, reads};
 
 use crate::cli::Reading;
@@ -120,9 +120,10 @@ fn require_touch(path: &Path, recording: &Recording) -> Outcome {
 
 impl Strokes {
     /// What a person should know before relying on the recording.
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
-        let own = self.recording.about.doubts.iter().cloned();
-        own.chain(self.take.iter().flat_map(Take::doubts)).collect()
+    pub(super) fn warnings(&self) -> Vec<Warning> {
+        let own = self.recording.about.warnings.iter().cloned();
+        own.chain(self.take.iter().flat_map(Take::warnings))
+            .collect()
     }
 }
 

@@ -17,7 +17,7 @@ use piezotact_report::report;
 use super::study::Study;
 use crate::commands::render::folders;
 use crate::failure::Outcome;
-use crate::output::{document_text, print, say_doubts, write_text};
+use crate::output::{document_text, print, say_warnings, write_text};
 use crate::places::outputs;
 
 /// The folder of the events.
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         counted(rehearsals.count(), "rehearsal"),
         counted(begun - states.len(), "session")
     ))?;
-    say_doubts(&study.doubts()?);
+    say_warnings(&study.warnings()?);
     Ok(())
 }
 

@@ -10,7 +10,7 @@ use piezotact_report::report;
 
 use super::study::{Begun, Study, said};
 use crate::failure::Outcome;
-use crate::output::{print, say_doubts};
+use crate::output::{print, say_warnings};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if !thresholds.rows.is_empty() {
         print(&report::text(&thresholds)?)?;
     }
-    say_doubts(&study.doubts()?);
+    say_warnings(&study.warnings()?);
     Ok(())
 }
 

@@ -5,15 +5,15 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::{Error, anyhow};
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::page::{Column, Table};
 use piezotact_people::association::{
-    Answer, AssociationDoubt, Declared, THRESHOLD_COLUMNS, answers_of, declared, not_known,
+    Answer, AssociationWarning, Declared, THRESHOLD_COLUMNS, answers_of, declared, not_known,
     thresholds_table,
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::protocol::TaskKind;
-use piezotact_people::campaign::session::{CampaignDoubt, Stage, State};
+use piezotact_people::campaign::session::{CampaignWarning, Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_study::session::state_of;
 use piezotact_study::store::{Notice, Pseudonym, StudyCampaign, StudyStore};
@@ -197,10 +197,10 @@ impl Study {
     }
 
     /// What a person should know of the sessions with volunteers.
-    pub(crate) fn doubts(&self) -> Outcome<Vec<Doubt>> {
+    pub(crate) fn warnings(&self) -> Outcome<Vec<Warning>> {
         let not_erased = self.not_erased()?.into_iter();
-        let not_erased = not_erased.map(|participant| CampaignDoubt::NotErased { participant });
-        let mut doubts: Vec<Doubt> = not_erased.map(Doubt::from).collect();
+        let not_erased = not_erased.map(|participant| CampaignWarning::NotErased { participant });
+        let mut warnings: Vec<Warning> = not_erased.map(Warning::from).collect();
         for begun in self.sessions()? {
             if let Some(Failure::Data(why) | Failure::Usage(why)) = &begun.unreadable {
                 let session = format!(
@@ -208,7 +208,7 @@ impl Study {
                     begun.entry.key.session, begun.entry.key.participant
                 );
                 let why = sentence(why);
-                doubts.push(CampaignDoubt::NoPlan { session, why }.into());
+                warnings.push(CampaignWarning::NoPlan { session, why }.into());
             }
         }
         let mut by_judge: BTreeMap<String, usize> = BTreeMap::new();
@@ -219,21 +219,22 @@ impl Study {
             }
             let state = self.state(&plan)?;
             unknown += not_known(&state);
-            for doubt in state.doubts() {
-                match doubt.kind() {
-                    Some(CampaignDoubt::Virtual { sessions, judge }) => {
+            for warning in state.warnings() {
+                match warning.kind() {
+                    Some(CampaignWarning::Virtual { sessions, judge }) => {
                         *by_judge.entry(judge).or_default() += sessions;
                     }
-                    _ => doubts.push(doubt),
+                    _ => warnings.push(warning),
                 }
             }
         }
         let virtual_volunteers = by_judge.into_iter();
         let virtual_volunteers = virtual_volunteers
-            .map(|(judge, sessions)| CampaignDoubt::Virtual { sessions, judge }.into());
-        doubts.extend(virtual_volunteers);
-        doubts.extend((unknown > 0).then(|| AssociationDoubt::NotKnown { trials: unknown }.into()));
-        Ok(doubts)
+            .map(|(judge, sessions)| CampaignWarning::Virtual { sessions, judge }.into());
+        warnings.extend(virtual_volunteers);
+        warnings
+            .extend((unknown > 0).then(|| AssociationWarning::NotKnown { trials: unknown }.into()));
+        Ok(warnings)
     }
 
     /// The thresholds of adaptive comparisons, one row for each run.

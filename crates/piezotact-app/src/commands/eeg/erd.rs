@@ -19,7 +19,7 @@ use super::{Source, of_file, outputs_beside, subject};
 use crate::advice::OptionWords;
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
-use crate::output::{document_text, print, print_document, say_doubts, write_text};
+use crate::output::{document_text, print, print_document, say_warnings, write_text};
 use crate::places::has_ending;
 
 /// Regions where none is stated: those of these that were recorded.
@@ -131,7 +131,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     for path in written {
         print(&format!("wrote {}", path.display()))?;
     }
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     Ok(())
 }
 

@@ -12,7 +12,7 @@ use super::{Source, of_file, outputs_beside};
 use crate::advice::OptionWords;
 use crate::failure::Outcome;
 use crate::invocation::write_report;
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::output::{print, print_document, say_warnings, write_text};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -75,7 +75,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     for path in written {
         print(&format!("wrote {}", path.display()))?;
     }
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     Ok(())
 }
 

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use piezotact_dataset::eeg::{EegSource, files_of, read_eeg_source};
-use piezotact_people::eeg::EegDoubt;
+use piezotact_people::eeg::EegWarning;
 use piezotact_people::eeg::source::{Segment, StatedChannel, Subject};
 
 use crate::failure::{Failure, Outcome, usage};
@@ -79,18 +79,18 @@ impl Source {
             .events
             .iter()
             .filter(|table| table.without_marker > 0);
-        let doubts = differing.map(|table| EegDoubt::EventsDiffer {
+        let warnings = differing.map(|table| EegWarning::EventsDiffer {
             table: table.name.clone(),
             without: table.without_marker,
             of: table.events,
             markers: table.markers,
         });
-        let doubts: Vec<EegDoubt> = doubts.collect();
+        let warnings: Vec<EegWarning> = warnings.collect();
         source.segments[0]
             .recording
             .about
-            .doubts
-            .extend(doubts.into_iter().map(piezotact::Doubt::from));
+            .warnings
+            .extend(warnings.into_iter().map(piezotact::Warning::from));
         let rows = source.channels.iter();
         let stated = rows.map(|row| {
             StatedChannel::of_bids(&row.name, row.kind.as_deref(), row.status.as_deref())

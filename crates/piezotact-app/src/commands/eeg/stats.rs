@@ -17,7 +17,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::made::Made;
 use crate::memory::reading_fits;
-use crate::output::{print, print_document, say_doubts, write_text};
+use crate::output::{print, print_document, say_warnings, write_text};
 use crate::places::outputs;
 
 #[derive(Debug, Args)]
@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     for path in written {
         print(&format!("wrote {}", path.display()))?;
     }
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     Ok(())
 }
 

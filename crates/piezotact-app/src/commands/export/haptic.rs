@@ -4,9 +4,9 @@ use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, Uncalibrated};
-use piezotact::recording::{Recording, RecordingDoubt};
+use piezotact::recording::{Recording, RecordingWarning};
 use piezotact::series::Series;
 use piezotact_dataset::haptic::{
     HapticKind, haptic_kind_of_file, read_haptic, write_ahap, write_haptic, write_hjif,
@@ -43,27 +43,27 @@ pub(super) fn of_clip(args: &Export, format: Format) -> Outcome<Option<Written>>
         }
     }
     let mut clip = read_haptic(&args.input)?;
-    let doubts = std::mem::take(&mut clip.doubts);
-    write_clip(&args.out, &clip, format, doubts).map(Some)
+    let warnings = std::mem::take(&mut clip.warnings);
+    write_clip(&args.out, &clip, format, warnings).map(Some)
 }
 
 fn write_clip(
     path: &Path,
     clip: &HapticClip,
     format: Format,
-    mut doubts: Vec<Doubt>,
+    mut warnings: Vec<Warning>,
 ) -> Outcome<Written> {
     if format == Format::Ahap {
         let pattern = ahap_of(clip);
         write_ahap(path, &pattern.content)?;
-        doubts.extend(pattern.losses);
+        warnings.extend(pattern.losses);
     } else {
         write_haptic(path, clip)?;
     }
     Ok(Written {
         rate: None,
         full_scale: None,
-        doubts,
+        warnings,
     })
 }
 
@@ -84,16 +84,16 @@ pub(super) fn of_texture(
             device: device(args, contents)?,
         };
         let exported = write_hjif(&args.out, shares, &texture)?;
-        written.doubts.extend(exported.losses);
+        written.warnings.extend(exported.losses);
         return Ok(written);
     }
     let (clip, losses) = clip_at(args, format, (shares, &full_scale), description)
         .map_err(|error| named(args, error))?;
-    written.doubts.extend(losses);
-    let doubts = write_clip(&args.out, &clip, format, written.doubts)?.doubts;
+    written.warnings.extend(losses);
+    let warnings = write_clip(&args.out, &clip, format, written.warnings)?.warnings;
     Ok(Written {
         rate: None,
-        doubts,
+        warnings,
         ..written
     })
 }
@@ -104,7 +104,7 @@ fn clip_at(
     format: Format,
     (shares, full_scale): (&Series<Uncalibrated>, &Measure),
     description: String,
-) -> anyhow::Result<(HapticClip, Vec<Doubt>)> {
+) -> anyhow::Result<(HapticClip, Vec<Warning>)> {
     let metadata = HapticMetadata {
         editor: concat!("piezotact ", env!("CARGO_PKG_VERSION")).into(),
         source: name(&args.input),
@@ -113,9 +113,9 @@ fn clip_at(
     };
     let clip = clip_of(shares, full_scale, &EnvelopeConfig::texture()?, metadata)?;
     let losses = clip.losses.into_iter().map(|loss| match loss.kind() {
-        Some(RecordingDoubt::FormatLoses { what, .. }) if format == Format::Ahap => {
+        Some(RecordingWarning::FormatLoses { what, .. }) if format == Format::Ahap => {
             let format = "AHAP".into();
-            RecordingDoubt::FormatLoses { format, what }.into()
+            RecordingWarning::FormatLoses { format, what }.into()
         }
         _ => loss,
     });

@@ -41,9 +41,9 @@ impl Source {
             let named = anyhow::Error::new(error).context(path.display().to_string());
             crate::failure::Failure::Data(named)
         })?;
-        let doubts = study.doubts()?;
+        let warnings = study.warnings()?;
         Ok(Self {
-            file: AnswersFile { table, doubts },
+            file: AnswersFile { table, warnings },
             study: Some(study),
         })
     }
@@ -92,7 +92,7 @@ pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
     use piezotact_people::association::{AssociationConfig, associate};
 
     let source = Source::open(folder, &[])?;
-    let AnswersFile { table, doubts } = &source.file;
+    let AnswersFile { table, warnings } = &source.file;
     let mut ordering_tasks = source.orders();
     ordering_tasks.retain(|task| table.answers().iter().any(|a| a.task == *task));
     let asked = AssociationConfig {
@@ -101,7 +101,7 @@ pub(crate) fn report_of(folder: &Path) -> Outcome<String> {
         ordering_tasks,
     };
     let mut found = associate(table, &asked).map_err(anyhow::Error::new)?;
-    found.doubts.splice(0..0, doubts.iter().cloned());
+    found.warnings.splice(0..0, warnings.iter().cloned());
     let found = source.with_study(found, Judged::LeftOut)?;
     let name = crate::report::name(folder);
     Ok(piezotact_report::association::html(

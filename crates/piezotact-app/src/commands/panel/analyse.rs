@@ -18,7 +18,7 @@ use crate::advice::OptionWords;
 use crate::cli::panel::Analyse;
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
-use crate::output::{counted, print, print_document, say_doubts, write_text};
+use crate::output::{counted, print, print_document, say_warnings, write_text};
 use crate::places::outputs;
 
 type AnyPanel = Panel<Uncalibrated, Uncalibrated>;
@@ -54,7 +54,7 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
         let document = PanelAnalysisDocument::of(&said, &folder, cleaning.as_ref());
         return print_document(&document);
     }
-    say_doubts(&said.doubts);
+    say_warnings(&said.warnings);
     print(&words(&said).join("\n"))?;
     if let Some(path) = &args.report {
         print(&format!("report: {}", path.display()))?;

@@ -26,7 +26,7 @@ pub(crate) fn run(args: &Average) -> Outcome {
     write_transfer(&args.out, &stored)?;
     function
         .about
-        .doubts
+        .warnings
         .extend(TransferFormat::of_ending(&args.out).losses());
     let people: Vec<&str> = panel
         .participants()
@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Average) -> Outcome {
     if args.json {
         return print_document(&document);
     }
-    say_merged(&document.doubts);
+    say_merged(&document.warnings);
     print(&format!(
         "wrote {}: the average of {} at {cell}",
         args.out.display(),

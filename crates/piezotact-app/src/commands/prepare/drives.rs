@@ -2,11 +2,11 @@
 
 use std::path::PathBuf;
 
-use piezotact::doubt::Doubts;
 use piezotact::prepare::{Prepared, State, common_level};
 use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::render::Rendering;
 use piezotact::transfer::TransferFunction;
+use piezotact::warning::Warnings;
 use piezotact_bench::Bench;
 
 use super::strokes::{Texture, Textures};
@@ -157,7 +157,7 @@ fn measured(
         state: State::NotMeasured,
         sentence: "not measured: play the drive, record the response, and compare it with its target by `piezotact verify`".into(),
         verification: None,
-        doubts: texture.doubts.into_iter().chain(drive.about.doubts.iter().cloned()).collect::<Doubts>(),
+        warnings: texture.warnings.into_iter().chain(drive.about.warnings.iter().cloned()).collect::<Warnings>(),
     };
     if args.bench.is_none() {
         return Ok(prepared);

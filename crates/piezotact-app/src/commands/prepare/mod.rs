@@ -8,10 +8,10 @@ use std::str::FromStr;
 
 use clap::Args;
 use piezotact::criterion::Outcome as Judged;
-use piezotact::doubt::Doubts;
 use piezotact::lineage::Mode;
 use piezotact::prepare::{PrepareDocument, State};
 use piezotact::quantity::{Acceleration, Band, Drive};
+use piezotact::warning::Warnings;
 use piezotact_dataset::read_transfer;
 use piezotact_report::report::html;
 
@@ -21,7 +21,7 @@ use crate::cli::{InverseName, ModeName, Takes};
 use crate::failure::{Failure, Outcome};
 use crate::interrupt::{self, interrupted};
 use crate::invocation::write_report;
-use crate::output::{print, print_document, say, say_doubts};
+use crate::output::{print, print_document, say, say_warnings};
 use drives::Drives;
 use strokes::Textures;
 
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         not_good_enough: Vec::new(),
         textures: Vec::new(),
         failed: failures.files().to_vec(),
-        doubts: Doubts::default(),
+        warnings: Warnings::default(),
     };
     found.textures = drives.prepared(textures)?;
     let found = found.concluded();
@@ -145,14 +145,14 @@ fn shown(args: &Arguments, found: &PrepareDocument) -> Outcome {
         return print_document(found);
     }
     for one in &found.textures {
-        let doubts: Vec<_> = one.doubts.iter().cloned().collect();
-        if !doubts.is_empty() {
+        let warnings: Vec<_> = one.warnings.iter().cloned().collect();
+        if !warnings.is_empty() {
             say(&format!("{}:", one.strokes.texture));
-            say_doubts(&doubts);
+            say_warnings(&warnings);
         }
     }
-    let doubts: Vec<_> = found.doubts.iter().cloned().collect();
-    say_doubts(&doubts);
+    let warnings: Vec<_> = found.warnings.iter().cloned().collect();
+    say_warnings(&warnings);
     for one in &found.textures {
         let stroke = &one.strokes.stroke;
         print(&format!(

@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::lineage::{Lineage, Operation};
 use piezotact::manipulate::{Manipulated, textures_of_strokes};
-use piezotact::prepare::{ChosenStroke, TextureStrokes, doubts_of_conditions, typical_stroke};
+use piezotact::prepare::{ChosenStroke, TextureStrokes, typical_stroke, warnings_of_conditions};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::Condition;
 use piezotact::series::Series;
@@ -44,7 +44,7 @@ pub(super) struct Texture {
     pub(super) strokes: TextureStrokes,
     pub(super) target: PathBuf,
     pub(super) series: Series<Acceleration>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
     /// What stood at the places of its files.
     pub(super) earlier: Vec<Earlier>,
 }
@@ -306,9 +306,9 @@ fn chosen(
         rms_m_s2: cut.series.rms_about_mean().value,
         distance_db: typical.distances_db[typical.index],
     };
-    let mut doubts = typical.doubts(&texture, cut.series.duration());
+    let mut warnings = typical.warnings(&texture, cut.series.duration());
     let conditions: Vec<&Condition> = takes.iter().map(|take| take.condition()).collect();
-    doubts.extend(doubts_of_conditions(&texture, &conditions, function));
+    warnings.extend(warnings_of_conditions(&texture, &conditions, function));
     let target = file(&args.out, "targets", &called, "wav");
     // What stands there is of an earlier session: a new target never stands beside an old drive.
     let earlier = [
@@ -334,7 +334,7 @@ fn chosen(
         },
         target,
         series,
-        doubts,
+        warnings,
         earlier,
     })
 }

@@ -53,8 +53,8 @@ pub(super) fn run(
     let run = run_plan(&label, &asked.args.finger, bench.acquirer.as_ref());
     let here = bench.acquirer.condition(&run);
     // Before anything plays.
-    for doubt in asked.function.about.condition.doubts_when_measured(&here) {
-        say(&format!("doubt: {}", text(&doubt)));
+    for warning in asked.function.about.condition.warnings_when_measured(&here) {
+        say(&format!("warning: {}", text(&warning)));
     }
     let runs = asked.runs_at(&bench, &run)?;
     let config = loop_config(asked, mode, run);
@@ -150,7 +150,7 @@ impl Corrected {
         journal.append(&samples)?;
         let kept = journal.finish(
             recording.about.provenance.clone(),
-            recording.about.doubts.clone(),
+            recording.about.warnings.clone(),
         )?;
         if let Some(kept) = kept {
             say(&format!(

@@ -31,7 +31,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt::{Between, interrupted};
 use crate::keeping::{Earlier, Purpose, go_on, runs_of};
 use crate::memory::fits;
-use crate::output::{print, say_doubts};
+use crate::output::{print, say_warnings};
 use crate::places::{folder_of, outputs, recording_files};
 use crate::progress::{Words, Work};
 use crate::reading::{inspected, rate_option, texture};
@@ -290,15 +290,15 @@ impl Job<'_> {
         Ok(function)
     }
 
-    /// Adds to `drive` what is doubted of its texture, and where both come from.
+    /// Adds to `drive` the warnings about its texture, and where both come from.
     fn trace(
         &self,
         drive: &mut RenderedDrive,
         about: &About,
         (target, level_db): (Series<Acceleration>, f64),
     ) {
-        let doubts = about.doubts.iter().cloned();
-        drive.about.doubts.splice(0..0, doubts);
+        let warnings = about.warnings.iter().cloned();
+        drive.about.warnings.splice(0..0, warnings);
         let step = format!("target {}", self.target.display());
         drive.about.provenance.steps.insert(0, step);
         let so_far = about.provenance.lineage.clone();
@@ -522,7 +522,7 @@ impl Done {
     /// What was written, in words.
     fn say(&self) -> Outcome {
         let drive = &self.drive;
-        say_doubts(&drive.about.doubts);
+        say_warnings(&drive.about.warnings);
         let bands: Vec<String> = drive
             .coverage
             .reached
@@ -571,7 +571,7 @@ pub(crate) fn write_drive(
             unit: Unit::FullScale,
         }),
         channels: vec!["drive".into()],
-        // What is doubted of a drive stands with its rendering.
+        // The warnings about a drive stands with its rendering.
         about: About::new(
             drive.about.condition.clone(),
             drive.about.provenance.clone(),

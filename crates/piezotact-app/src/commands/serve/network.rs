@@ -171,15 +171,15 @@ fn given(name: &str, chain: &Path, key: &Path) -> Outcome<Certificate> {
     };
     // Before a session is begun.
     let checked = certificate.check(name, SystemTime::now());
-    let doubt = checked.map_err(|error| {
+    let warning = checked.map_err(|error| {
         usage(anyhow!(
             "{} with {}: {error}; name the certificate of this machine and its own key, or leave both out",
             chain.display(),
             key.display()
         ))
     })?;
-    if let Some(doubt) = doubt {
-        say(&format!("{}: {doubt}", chain.display()));
+    if let Some(warning) = warning {
+        say(&format!("{}: {warning}", chain.display()));
     }
     Ok(certificate)
 }

@@ -7,7 +7,7 @@ use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
     Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
-    SoundCalibration, SoundDoubt, VoltsMethod, WiringError,
+    SoundCalibration, SoundWarning, VoltsMethod, WiringError,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
@@ -18,7 +18,7 @@ use super::keep;
 use crate::benches::audio::{SoundDevice, calibration_path};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today};
-use crate::output::{digits, digits_that_count, print, print_document, say, say_doubts};
+use crate::output::{digits, digits_that_count, print, print_document, say, say_warnings};
 use crate::places::outputs;
 
 #[derive(Debug, Args)]
@@ -92,7 +92,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         return print_document(&found);
     }
     print(&text(&found))?;
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     print(&format!("wrote {}", out.display()))
 }
 
@@ -134,7 +134,7 @@ fn begun(device: &SoundDevice) -> Outcome<SoundCalibration> {
             loopback: None,
             inputs: Vec::new(),
             wires: Vec::new(),
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         },
     })
 }
@@ -150,7 +150,9 @@ fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
             // An output to the amplifier arrives at the sensors, if it arrives at all.
             Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => {
                 let what = error.to_string();
-                found.doubts.push(SoundDoubt::WireNotFound { what }.into());
+                found
+                    .warnings
+                    .push(SoundWarning::WireNotFound { what }.into());
             }
         }
     }
@@ -192,9 +194,9 @@ fn output(args: &Arguments, found: &mut SoundCalibration) -> Outcome {
             ("the voltmeter", output.v_per_full_scale),
             ("the loopback with the stated volts of the input", other),
         );
-        let doubt =
+        let warning =
             SoundCalibration::disagreement("volts at full scale of the output", ways.0, ways.1);
-        found.doubts.extend(doubt);
+        found.warnings.extend(warning);
     }
     if let (Some(_), None, Some(loopback)) = (args.voltmeter, args.input_volts, found.loopback) {
         // What was stated for the inputs earlier, beside what the voltmeter says of them through the loopback.
@@ -206,14 +208,14 @@ fn output(args: &Arguments, found: &mut SoundCalibration) -> Outcome {
             } => Some(input_v_per_full_scale),
             SensorMethod::Exciter { .. } => None,
         });
-        let doubt = stated.and_then(|stated| {
+        let warning = stated.and_then(|stated| {
             SoundCalibration::disagreement(
                 "volts at full scale of the inputs",
                 ("the volts stated earlier", stated),
                 ("the voltmeter through the loopback", by_loopback),
             )
         });
-        found.doubts.extend(doubt);
+        found.warnings.extend(warning);
     }
     found.output = Some(output);
     Ok(())
@@ -262,12 +264,12 @@ fn exciter(
     let stated = stated.filter(|input| matches!(input.method, SensorMethod::Stated { .. }));
     if let Some(stated) = stated {
         let what = format!("value at full scale of input {channel}");
-        let doubt = SoundCalibration::disagreement(
+        let warning = SoundCalibration::disagreement(
             &what,
             ("the calibrator", input.per_full_scale),
             ("the stated sensitivity", stated.per_full_scale),
         );
-        found.doubts.extend(doubt);
+        found.warnings.extend(warning);
     }
     put(found, input);
     Ok(())

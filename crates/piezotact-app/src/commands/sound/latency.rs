@@ -13,7 +13,7 @@ use crate::benches::audio::{SoundDevice, latency_path};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
 use crate::invocation::today;
-use crate::output::{counted, digits, print, print_document, say_doubts};
+use crate::output::{counted, digits, print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 
@@ -77,7 +77,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         return print_document(&found);
     }
     print(&text(&found))?;
-    say_doubts(&found.doubts);
+    say_warnings(&found.warnings);
     print(&format!("wrote {}", out.display()))
 }
 

@@ -127,8 +127,8 @@ fn recorded(path: &Path, args: &Takes) -> Outcome<Recorded> {
         None if is_there(&beside) => Some(read_cuts_of(&beside, path)?),
         None => None,
     };
-    let cuts = cuts.map(|(cuts, doubt)| {
-        recording.about.doubts.extend(doubt);
+    let cuts = cuts.map(|(cuts, warning)| {
+        recording.about.warnings.extend(warning);
         cuts
     });
     Ok(Recorded {
@@ -200,7 +200,7 @@ fn analysed(args: &Takes, settings: &StudySettings) -> Outcome<(StudyAnalysis, F
     Ok((study, failures))
 }
 
-/// Writes the table and the report that are asked for, and prints the study: its document, or its doubts and lines.
+/// Writes the table and the report that are asked for, and prints the study: its document, or its warnings and lines.
 fn shown(
     study: &StudyAnalysis,
     computing: &Computing,
@@ -213,8 +213,8 @@ fn shown(
     if computing.json {
         return document();
     }
-    for doubt in study.doubts_in_words(&text) {
-        say(&format!("doubt: {doubt}"));
+    for warning in study.warnings_in_words(&text) {
+        say(&format!("warning: {warning}"));
     }
     for line in study.lines() {
         print(&line)?;
@@ -261,8 +261,8 @@ fn failed(error: StudyError) -> Failure {
         }
         StudyError::NoStrokes { found } => {
             let recordings = (found.recordings.len(), "recordings");
-            for doubt in &found.doubts {
-                say(&format!("doubt: {}", doubt.text_of(recordings, &text)));
+            for warning in &found.warnings {
+                say(&format!("warning: {}", warning.text_of(recordings, &text)));
             }
             Failure::Data(anyhow!(found.sentence_with(&text)))
         }

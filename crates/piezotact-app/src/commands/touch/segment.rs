@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::doubt::merged;
 use piezotact::study::{CutsDocument, cuts_table};
+use piezotact::warning::merged;
 use piezotact_dataset::{cuts_text, keep_as_it_is, recording_checksum};
 use piezotact_report::touch;
 
@@ -35,8 +35,12 @@ pub(crate) fn run(args: &Segment) -> Outcome {
         return failures.outcome();
     }
     for take in &takes {
-        for doubt in merged(&take.doubts()) {
-            say(&format!("doubt: {}: {}", take.name, merged_text(&doubt)));
+        for warning in merged(&take.warnings()) {
+            say(&format!(
+                "warning: {}: {}",
+                take.name,
+                merged_text(&warning)
+            ));
         }
         print(&take.cuts_text())?;
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::Unit;
 use piezotact::recording::Recording;
 use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
@@ -15,7 +15,7 @@ use piezotact_twin::{Participant, TwinParameters};
 use crate::cli::twin::{Record, TaskName};
 use crate::failure::{Outcome, usage};
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_doubts};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs};
 use crate::progress::Work;
 
@@ -26,7 +26,7 @@ pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {
     let participant = Participant::of(args.who.participant, args.who.seed, parameters);
     let work = Work::one("simulating");
     let recording = record(parameters, &participant, &protocol, &args.label).map_err(usage)?;
-    let doubts = write(&args.out, ending, &recording)?;
+    let warnings = write(&args.out, ending, &recording)?;
     drop(work);
     let channels: Vec<(String, Unit)> = recording
         .channels()
@@ -34,7 +34,7 @@ pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {
         .map(|channel| (channel.name.clone(), channel.unit.clone()))
         .collect();
     let document = TwinRecordDocument::of_recording(&recording, &channels, &args.out);
-    say_doubts(&doubts);
+    say_warnings(&warnings);
     if args.json {
         return print_document(&document);
     }
@@ -88,12 +88,12 @@ fn can_be_kept(args: &Record, ending: &str) -> Outcome {
 }
 
 /// Writes `recording` in the format of its ending; what the format does not carry.
-fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Doubt>> {
+fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Warning>> {
     if ending == "vhdr" {
         return Ok(write_brainvision(out, recording, &markers_of(recording))?);
     }
     let earlier = Earlier::at(out, "the earlier recording")?;
-    let doubts = match ending {
+    let warnings = match ending {
         "edf" => write_edf(out, recording)?,
         _ => {
             write_recording(out, recording)?;
@@ -101,5 +101,5 @@ fn write(out: &Path, ending: &str, recording: &Recording) -> Outcome<Vec<Doubt>>
         }
     };
     earlier.settle()?;
-    Ok(doubts)
+    Ok(warnings)
 }

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use piezotact::run::ForceSourceDoubt;
+use piezotact::run::ForceSourceWarning;
 use piezotact::statistics::random::Random;
 
 use super::*;
@@ -150,10 +150,10 @@ fn a_drifting_clock_with_jitter_is_joined() {
         "{all_n:e} N, {uncertainty_s:e} s"
     );
     assert!(uncertainty_s < 0.02, "{uncertainty_s}");
-    assert!(joiner.doubts().is_empty(), "{:?}", joiner.doubts());
+    assert!(joiner.warnings().is_empty(), "{:?}", joiner.warnings());
 }
 
-/// Some readings of the beginning are late: the others place them, and nothing is doubted. All of them are late: frames of the beginning were
+/// Some readings of the beginning are late: the others place them, and nothing gives a warning. All of them are late: frames of the beginning were
 /// placed wrongly, as is seen later, and the uncertainty says by how much.
 #[test]
 fn what_is_known_later_says_how_certain_the_beginning_was() {
@@ -161,7 +161,7 @@ fn what_is_known_later_says_how_certain_the_beginning_was() {
         late_s,
         ..Source::cell()
     };
-    for (source, doubted) in [
+    for (source, reported) in [
         (late([1.3, 1.6, 0.08]), false),
         (late([0.0, 2.5, 0.08]), true),
     ] {
@@ -172,7 +172,11 @@ fn what_is_known_later_says_how_certain_the_beginning_was() {
             all_n < 0.5 * uncertainty_s,
             "{all_n:e} N, {uncertainty_s:e} s"
         );
-        assert_eq!(uncertainty_s > MOST_UNCERTAIN_S, doubted, "{uncertainty_s}");
+        assert_eq!(
+            uncertainty_s > MOST_UNCERTAIN_S,
+            reported,
+            "{uncertainty_s}"
+        );
     }
 }
 
@@ -253,14 +257,14 @@ fn readings_without_times_are_joined_by_their_arrival() {
     let (force_n, joiner) = joined(&fetched, 20.0).unwrap();
     let worst = worst_n(&force_n, 5.0);
     assert!(worst < 0.5 * 0.026, "{worst:e}");
-    let doubts = joiner.doubts();
+    let warnings = joiner.warnings();
     assert!(matches!(
-        doubts[0].kind(),
-        Some(ForceSourceDoubt::ClockUncertain { uncertainty_s, .. }) if (uncertainty_s - 0.025).abs() < 0.012
+        warnings[0].kind(),
+        Some(ForceSourceWarning::ClockUncertain { uncertainty_s, .. }) if (uncertainty_s - 0.025).abs() < 0.012
     ));
 }
 
-/// A gap of 0.5 s is interpolated with a doubt, one of 1.5 s is an error.
+/// A gap of 0.5 s is interpolated with a warning, one of 1.5 s is an error.
 #[test]
 fn gaps_are_told_and_long_ones_refused() {
     let gap = |silent_s| Source {
@@ -268,14 +272,14 @@ fn gaps_are_told_and_long_ones_refused() {
         ..Source::cell()
     };
     let (_, joiner) = joined(&gap([6.0, 6.5]), 10.0).unwrap();
-    let doubts = joiner.doubts();
-    let [doubt] = &doubts[..] else {
-        panic!("{doubts:?}");
+    let warnings = joiner.warnings();
+    let [warning] = &warnings[..] else {
+        panic!("{warnings:?}");
     };
     assert!(matches!(
-        doubt.kind(),
+        warning.kind(),
         // From the last reading before 6 s to the one at 6.5 s.
-        Some(ForceSourceDoubt::GapsInterpolated { gaps: 1, longest_s, .. }) if (longest_s - 0.5125).abs() < 1e-3
+        Some(ForceSourceWarning::GapsInterpolated { gaps: 1, longest_s, .. }) if (longest_s - 0.5125).abs() < 1e-3
     ));
     let error = joined(&gap([6.0, 7.5]), 10.0).unwrap_err();
     assert!(matches!(error, JoinError::Stale { .. }), "{error}");

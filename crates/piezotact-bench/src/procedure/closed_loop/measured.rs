@@ -1,12 +1,12 @@
 //! The measurements of a closed loop, and the checks of their reliability.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
-use piezotact::recording::{BenchKind, Recording, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, Recording, RecordingWarning, StartTime};
 use piezotact::resample::resample_over;
-use piezotact::run::{RunDoubt, RunStart, Sink, SinkError};
+use piezotact::run::{RunStart, RunWarning, Sink, SinkError};
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
@@ -247,15 +247,15 @@ impl ResponseMeter<'_> {
 
     /// Checks that a run was complete, independent of its response.
     fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
-        let incomplete = |doubt: &&Doubt| {
+        let incomplete = |warning: &&Warning| {
             matches!(
-                doubt.kind(),
-                Some(RunDoubt::PlaybackIncomplete { .. } | RunDoubt::SamplesLost { .. })
-            ) || matches!(doubt.kind(), Some(RecordingDoubt::Interrupted { .. }))
+                warning.kind(),
+                Some(RunWarning::PlaybackIncomplete { .. } | RunWarning::SamplesLost { .. })
+            ) || matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. }))
         };
-        if let Some(doubt) = recording.about.doubts.iter().find(incomplete) {
+        if let Some(warning) = recording.about.warnings.iter().find(incomplete) {
             return Err(Mishap::Playback {
-                doubt: Box::new(doubt.clone()),
+                warning: Box::new(warning.clone()),
             });
         }
         self.held(recording)?;

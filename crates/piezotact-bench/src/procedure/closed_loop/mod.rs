@@ -3,18 +3,17 @@
 mod measured;
 mod outcome;
 
-use piezotact::clipping::ClippingDoubt;
-use piezotact::correct::{CorrectedRendering, LoopDoubt, LoopStop};
-use piezotact::render::RenderDoubt;
-use piezotact::resample::ResampleDoubt;
-use piezotact::verify::VerifyDoubt;
+use piezotact::clipping::ClippingWarning;
+use piezotact::correct::{CorrectedRendering, LoopStop, LoopWarning};
+use piezotact::render::RenderWarning;
+use piezotact::resample::ResampleWarning;
+use piezotact::verify::VerifyWarning;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::correct::{CorrectConfig, Correction, LineChange};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
-use piezotact::doubt::Doubts;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{About, Recording, played_through_its_own};
@@ -26,6 +25,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact::warning::Warnings;
 
 use super::RunKeeper;
 use crate::error::ProcedureError;
@@ -146,9 +146,9 @@ const WORSE_WAVEFORM_DB: f64 = 3.0;
 const EQUAL_WAVEFORM_DB: f64 = 0.5;
 /// The number of consecutive iterations without improvement after which the loop stops.
 const MAX_STALLED_ITERATIONS: usize = 2;
-/// The share of samples at the limit from which a doubt is raised: about one in ten thousand is due to rounding.
-const DOUBT_HELD_SHARE: f64 = 1e-4;
-/// Below this correlation with the requested drive, limiting its crests raises a doubt.
+/// The share of samples at the limit from which a warning is raised: about one in ten thousand is due to rounding.
+const WARNING_HELD_SHARE: f64 = 1e-4;
+/// Below this correlation with the requested drive, limiting its crests raises a warning.
 const UNLIKE: f64 = 0.98;
 
 /// Renders `target` on `bench` and corrects the drive from measured responses. Every drive is played twice: the second
@@ -174,25 +174,23 @@ pub fn closed_loop(
     let mut first = opened(&target, function, config)?;
     if converted.is_some() {
         // Content removed by a lower rate still belongs to the texture.
+        first.about.warnings.retain(|warning| {
+            !matches!(warning.kind(), Some(RenderWarning::PowerOutsideBand { .. }))
+        });
         first
             .about
-            .doubts
-            .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::PowerOutsideBand { .. })));
-        first
-            .about
-            .doubts
+            .warnings
             .extend(power_outside(recorded, &config.render)?);
     }
-    first.about.doubts.extend(converted);
+    first.about.warnings.extend(converted);
     // A transfer function that does not say its device is used on this one.
     let mut function = function.clone();
     if function.drive.is_none() {
         function.drive = bench.player.calibrate()?;
         if function.drive.is_some() {
-            first
-                .about
-                .doubts
-                .retain(|doubt| !matches!(doubt.kind(), Some(RenderDoubt::DeviceNotDescribed)));
+            first.about.warnings.retain(|warning| {
+                !matches!(warning.kind(), Some(RenderWarning::DeviceNotDescribed))
+            });
         }
     }
     first.setup.clone_from(&function.drive);
@@ -217,7 +215,7 @@ pub fn closed_loop(
     let hidden = correction
         .hidden(&noise)
         .map_err(|error| impossible("a target with a spectrum", &error))?;
-    first.about.doubts.extend(hidden);
+    first.about.warnings.extend(hidden);
     let judge = |response: &MeasuredResponse, coverage: &Coverage| {
         judged(
             &target,
@@ -347,7 +345,7 @@ pub fn closed_loop(
         first,
         best.drive,
         config,
-        best.fit.doubts(fits_at),
+        best.fit.warnings(fits_at),
         (&iterations[best.number], &end, kept),
     );
     rendered.coverage = best.fit.coverage;
@@ -366,11 +364,11 @@ pub fn closed_loop(
             failed = failed.or(broken.of_the_bench());
             rendered
                 .about
-                .doubts
-                .push(Doubt::from(LoopDoubt::LoopStopped {
+                .warnings
+                .push(Warning::from(LoopWarning::LoopStopped {
                     best: best.number,
                     why: LoopStop::NotConfirmed {
-                        cause: Mishap::from(broken).doubt(),
+                        cause: Mishap::from(broken).warning(),
                     },
                 }));
             (None, best.response.recording)
@@ -387,7 +385,7 @@ pub fn closed_loop(
         .unwrap_or(&iterations[best.number].verification);
     let limit_db = shown.limits.error_db_rms;
     let missed = (shown.judged_error_db() > limit_db).then(|| {
-        Doubt::from(LoopDoubt::TargetMissed {
+        Warning::from(LoopWarning::TargetMissed {
             error_db_rms: shown.judged_error_db(),
             limit_db,
         })
@@ -395,14 +393,14 @@ pub fn closed_loop(
     let new = function
         .about
         .condition
-        .doubts_when_measured(&condition)
+        .warnings_when_measured(&condition)
         .into_iter()
         .chain(missed)
         .chain(its_own)
-        .chain(recording.about.doubts.iter().cloned())
-        .chain(shown.doubts.iter().cloned());
-    let before = std::mem::take(&mut rendered.about.doubts).into_iter();
-    rendered.about.doubts = before.chain(new).collect::<Doubts>().into();
+        .chain(recording.about.warnings.iter().cloned())
+        .chain(shown.warnings.iter().cloned());
+    let before = std::mem::take(&mut rendered.about.warnings).into_iter();
+    rendered.about.warnings = before.chain(new).collect::<Warnings>().into();
     // It was corrected on the finger that was there.
     rendered.about.condition = condition;
     Ok(Looped {
@@ -510,22 +508,23 @@ impl Fit {
         }
     }
 
-    /// The doubts about it; `fits_at` is the level at which no attenuation is needed.
-    fn doubts(&self, fits_at: Option<Decibels>) -> Vec<Doubt> {
+    /// The warnings about it; `fits_at` is the level at which no attenuation is needed.
+    fn warnings(&self, fits_at: Option<Decibels>) -> Vec<Warning> {
         let turned_down = self.turned_down.clone().zip(fits_at);
         let turned_down = turned_down.map(|((bands, share), fits_at)| {
-            Doubt::from(RenderDoubt::TurnedDown {
+            Warning::from(RenderWarning::TurnedDown {
                 bands,
                 share,
                 fits_at_db: fits_at.0,
             })
         });
-        let pressed =
-            (self.crest_correlation < UNLIKE).then_some(Doubt::from(LoopDoubt::CrestsPressed {
+        let pressed = (self.crest_correlation < UNLIKE).then_some(Warning::from(
+            LoopWarning::CrestsPressed {
                 correlation: self.crest_correlation,
-            }));
-        let held = (self.held > DOUBT_HELD_SHARE).then(|| {
-            Doubt::from(ClippingDoubt::Clipped {
+            },
+        ));
+        let held = (self.held > WARNING_HELD_SHARE).then(|| {
+            Warning::from(ClippingWarning::Clipped {
                 what: "the corrected drive".into(),
                 fraction: self.held,
             })
@@ -547,21 +546,21 @@ fn at_a_common_rate(
     target: &Series<Acceleration>,
     bench: &Bench,
     config: &LoopConfig,
-) -> Result<(Series<Acceleration>, Option<Doubt>), ProcedureError> {
+) -> Result<(Series<Acceleration>, Option<Warning>), ProcedureError> {
     let (from, to) = (target.rate(), bench.acquirer.describe().rate);
     if from.hz() <= to.hz() {
         return Ok((target.clone(), None));
     }
     let lower = resampled_to(target, to, config)?;
-    let doubt = Doubt::from(ResampleDoubt::RateConverted {
+    let warning = Warning::from(ResampleWarning::RateConverted {
         what: "the target".into(),
         from_hz: from.hz(),
         to_hz: to.hz(),
     });
-    Ok((lower, Some(doubt)))
+    Ok((lower, Some(warning)))
 }
 
-/// The open loop's drive with its metadata, without the doubts about fitting, which the loop decides.
+/// The open loop's drive with its metadata, without the warnings about fitting, which the loop decides.
 fn opened(
     target: &Series<Acceleration>,
     function: &TransferFunction<Drive, Acceleration>,
@@ -575,10 +574,10 @@ fn opened(
     }
     let mut first = render(target, function, &open)?;
     first.config = config.render.clone();
-    // Doubts about clipping during the measurement of the transfer function are kept.
-    first.about.doubts.retain(|doubt| {
-        let clipped = matches!(doubt.kind(), Some(ClippingDoubt::DriveClipped { .. }));
-        let slewed = matches!(doubt.kind(), Some(RenderDoubt::SlewLimited { .. }));
+    // Warnings about clipping during the measurement of the transfer function are kept.
+    first.about.warnings.retain(|warning| {
+        let clipped = matches!(warning.kind(), Some(ClippingWarning::DriveClipped { .. }));
+        let slewed = matches!(warning.kind(), Some(RenderWarning::SlewLimited { .. }));
         !clipped && !slewed
     });
     Ok(first)
@@ -635,15 +634,15 @@ fn judged(
     };
     let verification = verify(target, measured, &verify_config)
         .map_err(|error| impossible("a measurement that can be compared", &error))?;
-    let wrong = |doubt: &&Doubt| {
+    let wrong = |warning: &&Warning| {
         matches!(
-            doubt.kind(),
-            Some(VerifyDoubt::Inverted { .. } | VerifyDoubt::Cut { .. })
+            warning.kind(),
+            Some(VerifyWarning::Inverted { .. } | VerifyWarning::Cut { .. })
         )
     };
-    match verification.doubts.iter().find(wrong) {
-        Some(doubt) => Err(Broken::Unbelievable(Mishap::Response {
-            doubt: Box::new(doubt.clone()),
+    match verification.warnings.iter().find(wrong) {
+        Some(warning) => Err(Broken::Unbelievable(Mishap::Response {
+            warning: Box::new(warning.clone()),
         })),
         None => Ok(verification),
     }
@@ -654,22 +653,22 @@ fn finished(
     first: RenderedDrive,
     drive: Series<Drive>,
     config: &LoopConfig,
-    fit: Vec<Doubt>,
+    fit: Vec<Warning>,
     (best, end, kept): (&Iteration, &LoopEnd, Kept),
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
-    let mut doubts = first.about.doubts;
-    doubts.extend(fit);
-    doubts.extend(headroom.slew_doubt(first.setup.as_ref()));
+    let mut warnings = first.about.warnings;
+    warnings.extend(fit);
+    warnings.extend(headroom.slew_warning(first.setup.as_ref()));
     let stopped = match end {
         LoopEnd::Worse => Some(LoopStop::GotWorse),
         LoopEnd::Broken(mishap) => Some(LoopStop::NotBelieved {
-            cause: mishap.doubt(),
+            cause: mishap.warning(),
         }),
         LoopEnd::Done | LoopEnd::NoBetter => None,
     };
-    doubts.extend(stopped.map(|why| {
-        Doubt::from(LoopDoubt::LoopStopped {
+    warnings.extend(stopped.map(|why| {
+        Warning::from(LoopWarning::LoopStopped {
             best: best.number,
             why,
         })
@@ -687,7 +686,7 @@ fn finished(
                 config.iterations,
                 best.aim_db
             )),
-            doubts,
+            warnings,
         },
         ..first
     }

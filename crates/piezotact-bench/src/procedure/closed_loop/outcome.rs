@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use piezotact::Doubt;
-use piezotact::correct::MeasurementFaultDoubt;
+use piezotact::Warning;
+use piezotact::correct::MeasurementFaultWarning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
@@ -24,7 +24,7 @@ pub enum Mishap {
     /// Playback was cut short, samples were lost, or the run was interrupted.
     Playback {
         /// How.
-        doubt: Box<Doubt>,
+        warning: Box<Warning>,
     },
     /// The force was not held.
     Force {
@@ -52,7 +52,7 @@ pub enum Mishap {
     /// The response is inverted or ends too early.
     Response {
         /// How.
-        doubt: Box<Doubt>,
+        warning: Box<Warning>,
     },
     /// No correction could be computed from this measurement.
     Correction {
@@ -62,19 +62,19 @@ pub enum Mishap {
 }
 
 impl Mishap {
-    /// The mishap as a doubt.
+    /// The mishap as a warning.
     #[must_use]
-    pub fn doubt(&self) -> Doubt {
+    pub fn warning(&self) -> Warning {
         match self.clone() {
-            Self::Bench { said } => MeasurementFaultDoubt::BenchFailed { said }.into(),
-            Self::Correction { said } => MeasurementFaultDoubt::NotCorrected { said }.into(),
-            Self::Playback { doubt } | Self::Response { doubt } => *doubt,
+            Self::Bench { said } => MeasurementFaultWarning::BenchFailed { said }.into(),
+            Self::Correction { said } => MeasurementFaultWarning::NotCorrected { said }.into(),
+            Self::Playback { warning } | Self::Response { warning } => *warning,
             Self::Force {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
-            } => MeasurementFaultDoubt::ForceNotHeld {
+            } => MeasurementFaultWarning::ForceNotHeld {
                 from_s,
                 mean_n,
                 asked_n,
@@ -82,12 +82,12 @@ impl Mishap {
             }
             .into(),
             Self::SensorClips { fraction } => {
-                MeasurementFaultDoubt::SensorClips { fraction }.into()
+                MeasurementFaultWarning::SensorClips { fraction }.into()
             }
             Self::Faint {
                 rms_m_s2,
                 noise_m_s2,
-            } => MeasurementFaultDoubt::Faint {
+            } => MeasurementFaultWarning::Faint {
                 rms_m_s2,
                 noise_m_s2,
             }
@@ -98,7 +98,7 @@ impl Mishap {
 
 impl fmt::Display for Mishap {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.doubt().fmt(f)
+        self.warning().fmt(f)
     }
 }
 

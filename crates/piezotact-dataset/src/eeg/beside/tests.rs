@@ -164,7 +164,7 @@ fn a_recording_that_was_cut_around_markers_has_parts_and_averages_are_none() {
     };
     let found = stated("SegmentationType=MARKERBASED\r\nSegmentDataPoints=100").unwrap();
     assert_eq!(found.segments.len(), 5);
-    assert_eq!(found.segments[0].recording.about.doubts.len(), 1);
+    assert_eq!(found.segments[0].recording.about.warnings.len(), 1);
     let refused = |lines: &str, part: &str| {
         let said = stated(lines).unwrap_err().to_string();
         assert!(said.contains(part), "{said}");

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::{BenchKind, RecordingDoubt, StartTime};
+use piezotact::recording::{BenchKind, RecordingWarning, StartTime};
 
 use crate::error::ReadError;
 
@@ -137,7 +137,7 @@ impl<'a> Fields<'a> {
 }
 
 /// The header in `bytes`, checked against the length of the file.
-pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), ReadError> {
+pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>), ReadError> {
     let mut fields = Fields { path, bytes, at: 0 };
     let width = if fields.text(8)?.starts_with(b"\xFF") {
         3
@@ -221,10 +221,10 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
         return Err(wrong("at least one record".into(), "none".into()));
     }
     let started_at = start_of(&date, &time, plus.then_some(recording.as_str()));
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     if started_at.is_none() {
         let what = format!("the start time `{date} {time}` is no date and time, and is left out");
-        doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
     }
     let header = Header {
         width,
@@ -242,7 +242,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Doubt>), R
         stopped,
         signals,
     };
-    Ok((header, doubts))
+    Ok((header, warnings))
 }
 
 /// The largest number of samples of a signal in one record, which its field of eight digits holds.

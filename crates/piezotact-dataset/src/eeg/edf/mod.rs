@@ -9,9 +9,9 @@ mod write;
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::Seconds;
-use piezotact::recording::{Channel, RecordingDoubt};
+use piezotact::recording::{Channel, RecordingWarning};
 
 pub use write::write_edf;
 
@@ -42,7 +42,7 @@ fn has_counts(head: &[u8]) -> bool {
 
 /// Reads the file at `path`, with `bytes`.
 pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
-    let (header, mut doubts) = header::parse(path, bytes)?;
+    let (header, mut warnings) = header::parse(path, bytes)?;
     let records: Vec<&[u8]> = bytes
         .get(header.bytes..)
         .unwrap_or_default()
@@ -54,7 +54,9 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     let jumps = header.gaps == Gaps::None && jumps(&header, &onsets);
     if jumps {
         let what = "the file says that it is continuous (EDF+C), but the onsets of its records jump; it is read as one with gaps (EDF+D)";
-        doubts.push(Doubt::from(RecordingDoubt::Guessed { what: what.into() }));
+        warnings.push(Warning::from(RecordingWarning::Guessed {
+            what: what.into(),
+        }));
     }
     let parts = match header.gaps {
         Gaps::None if jumps => parts_of(path, &header, &onsets)?,
@@ -85,8 +87,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
                 .flat_map(|record| codes_of(signal, header.width, record))
         };
         if trigger::is_trigger(&signal.label) {
-            let (found, doubt) = trigger::events(&signal.label, codes());
-            doubts.extend(doubt);
+            let (found, warning) = trigger::events(&signal.label, codes());
+            warnings.extend(warning);
             // Places are counted on the fastest channel.
             let ratio = fastest as f64 / signal.per_record as f64;
             events.extend(found.into_iter().map(|event| Marked {
@@ -102,7 +104,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         let outside = codes().filter(|code| !signal.holds(*code)).count();
         // Codes of triggers are no amplitudes.
         if outside > 0 && !trigger::is_trigger(&signal.label) {
-            doubts.push(Doubt::from(RecordingDoubt::OutsideRange {
+            warnings.push(Warning::from(RecordingWarning::OutsideRange {
                 channel: signal.label.clone(),
                 samples: outside,
                 of: codes().count(),
@@ -129,7 +131,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     events.sort_by(|a, b| time_of(a).total_cmp(&time_of(b)));
     if header.stopped {
         let read_s = header.record_s * header.records as f64;
-        doubts.push(Doubt::from(RecordingDoubt::Interrupted { read_s }));
+        warnings.push(Warning::from(RecordingWarning::Interrupted { read_s }));
     }
     Content {
         kind: kind_of(&header),
@@ -137,7 +139,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         parts,
         events,
         started_at: header.started_at.map(|at| at.later(Seconds(zero_s))),
-        doubts,
+        warnings,
         bench: header.bench,
     }
     .into_file(path)

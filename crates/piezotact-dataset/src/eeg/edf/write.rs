@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::Unit;
 use piezotact::recording::{
-    BenchKind, Channel, Event, EventValue, Recording, RecordingDoubt, StartTime,
+    BenchKind, Channel, Event, EventValue, Recording, RecordingWarning, StartTime,
 };
 
 use super::super::eeg_unit;
@@ -39,13 +39,13 @@ struct Scaled<'r> {
 }
 
 /// Writes `recording` as EDF+C: 16 bits a sample, the range of each channel around its own values, so that no sample is further than
-/// half a step from its value; events as annotations. It is written whole or not at all. Returns doubts about what the file does not
-/// carry; a last record that is not full is completed with the last value of each channel, and a doubt says with how many samples.
+/// half a step from its value; events as annotations. It is written whole or not at all. Returns warnings about what the file does not
+/// carry; a last record that is not full is completed with the last value of each channel, and a warning says with how many samples.
 ///
 /// # Errors
 /// [`WriteError`] when it cannot be written, a sample is no number, channels begin at different times, or a name, unit, range or
 /// text of an event is not one that EDF holds.
-pub fn write_edf(path: &Path, recording: &Recording) -> Result<Vec<Doubt>, WriteError> {
+pub fn write_edf(path: &Path, recording: &Recording) -> Result<Vec<Warning>, WriteError> {
     let layout = layout(path, recording)?;
     let lists = Lists::new(path, recording, layout.records, layout.record_s)?;
     let channels = scaled(path, recording, &layout)?;
@@ -64,16 +64,16 @@ pub fn write_edf(path: &Path, recording: &Recording) -> Result<Vec<Doubt>, Write
         }
         Ok(())
     })?;
-    let mut doubts = vec![Doubt::from(RecordingDoubt::FormatLoses {
+    let mut warnings = vec![Warning::from(RecordingWarning::FormatLoses {
         format: "EDF+".into(),
-        what: "the condition, the labels, the provenance and the doubts of a recording, nor samples in more than 16 bits".into(),
+        what: "the condition, the labels, the provenance and the warnings of a recording, nor samples in more than 16 bits".into(),
     })];
     if layout.added > 0 {
-        doubts.push(Doubt::from(RecordingDoubt::Padded {
+        warnings.push(Warning::from(RecordingWarning::Padded {
             samples: layout.added,
         }));
     }
-    Ok(doubts)
+    Ok(warnings)
 }
 
 /// How samples are divided into records.

@@ -2,19 +2,19 @@
 
 use std::path::Path;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingDoubt,
+    Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingWarning,
 };
 
 use super::{XdfStream, XdfValues, parse_xdf};
 use crate::error::ReadError;
 
-/// The streams in `bytes` as one recording. Of a stream with gaps the first segment is used, with a doubt.
+/// The streams in `bytes` as one recording. Of a stream with gaps the first segment is used, with a warning.
 pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, ReadError> {
     let file = parse_xdf(path, bytes)?;
-    let mut doubts = file.doubts;
+    let mut warnings = file.warnings;
     let (mut channels, mut events) = (Vec::new(), Vec::new());
     let several = file.streams.iter().filter(|s| is_signal(s)).count() > 1;
     for stream in &file.streams {
@@ -25,7 +25,7 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
                     true => format!("{}: ", stream.name),
                     false => String::new(),
                 };
-                doubts.extend(one_segment(stream));
+                warnings.extend(one_segment(stream));
                 channels.extend(signals(path, stream, all, &prefix)?);
             }
             XdfValues::Numbers(all) => match all.as_slice() {
@@ -39,7 +39,7 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
                         stream.name,
                         all.len()
                     );
-                    doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+                    warnings.push(Warning::from(RecordingWarning::Guessed { what }));
                 }
             },
             XdfValues::Texts(texts) => {
@@ -74,14 +74,14 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
     let length_s = recording.duration();
     let outside = recording.annotations.outside(length_s);
     if let Some(first) = outside.first() {
-        doubts.push(Doubt::from(RecordingDoubt::EventsOutside {
+        warnings.push(Warning::from(RecordingWarning::EventsOutside {
             count: outside.len(),
             onset_s: first.onset_s.0,
             lasts_s: first.duration_s.0,
             length_s: length_s.0,
         }));
     }
-    recording.about.doubts = doubts;
+    recording.about.warnings = warnings;
     Ok(recording)
 }
 
@@ -92,10 +92,10 @@ fn is_signal(stream: &XdfStream) -> bool {
         && !stream.time_s.is_empty()
 }
 
-fn one_segment(stream: &XdfStream) -> Option<Doubt> {
+fn one_segment(stream: &XdfStream) -> Option<Warning> {
     let first = stream.segments.first()?.len() as f64;
     (stream.segments.len() > 1).then(|| {
-        Doubt::from(RecordingDoubt::OneSegment {
+        Warning::from(RecordingWarning::OneSegment {
             count: stream.segments.len(),
             lasts_s: first / stream.nominal_rate_hz,
             all_s: stream.time_s.len() as f64 / stream.nominal_rate_hz,

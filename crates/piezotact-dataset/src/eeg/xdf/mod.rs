@@ -10,8 +10,8 @@ mod convert;
 use std::ops::Range;
 use std::path::Path;
 
-use piezotact::Doubt;
-use piezotact::recording::{Channel, RecordingDoubt};
+use piezotact::Warning;
+use piezotact::recording::{Channel, RecordingWarning};
 
 pub(crate) use convert::recording_of_xdf;
 
@@ -62,10 +62,10 @@ pub struct XdfFile {
     /// Its streams in the order of their headers.
     pub streams: Vec<XdfStream>,
     /// What a person should know about the reading.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
-/// Reads an XDF file. One that was cut short is read as far as it goes, with a doubt.
+/// Reads an XDF file. One that was cut short is read as far as it goes, with a warning.
 ///
 /// # Errors
 /// [`ReadError`] when it is no XDF file, has no stream, or the header of a stream cannot be understood.
@@ -75,19 +75,19 @@ pub fn read_xdf(path: &Path) -> Result<XdfFile, ReadError> {
 
 fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
     let mut stored = chunks::read(path, bytes)?;
-    let mut doubts = Vec::new();
+    let mut warnings = Vec::new();
     let mut last_s = 0.0_f64;
     let mut streams = Vec::with_capacity(stored.streams.len());
     for mut stream in std::mem::take(&mut stored.streams) {
-        doubts.extend(drop_late_samples(&mut stream));
+        warnings.extend(drop_late_samples(&mut stream));
         let mut time_s = std::mem::take(&mut stream.time_s);
-        let (clock_segments, doubt) = clock::synchronise(&mut time_s, &stream.clock_offsets);
-        if doubt {
+        let (clock_segments, warning) = clock::synchronise(&mut time_s, &stream.clock_offsets);
+        if warning {
             let what = format!(
                 "the clock offsets of stream `{}` are at one time, and cannot be used",
                 stream.header.name
             );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            warnings.push(Warning::from(RecordingWarning::Guessed { what }));
         }
         let nominal = stream.header.rate_hz;
         let (segments, effective) =
@@ -97,7 +97,7 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
                 "stream `{}` states {nominal} Hz, but its time stamps give {found_hz:.3} Hz",
                 stream.header.name
             );
-            doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+            warnings.push(Warning::from(RecordingWarning::Guessed { what }));
         }
         if let (Some(first), Some(last)) = (time_s.first(), time_s.last()) {
             last_s = last_s.max(last - first);
@@ -116,21 +116,23 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
         });
     }
     if stored.incomplete {
-        doubts.push(Doubt::from(RecordingDoubt::Interrupted { read_s: last_s }));
+        warnings.push(Warning::from(RecordingWarning::Interrupted {
+            read_s: last_s,
+        }));
     }
     if stored.skipped > 0 {
         let what = format!(
             "{} bytes of the file are damaged, and were left out",
             stored.skipped
         );
-        doubts.push(Doubt::from(RecordingDoubt::Guessed { what }));
+        warnings.push(Warning::from(RecordingWarning::Guessed { what }));
     }
-    Ok(XdfFile { streams, doubts })
+    Ok(XdfFile { streams, warnings })
 }
 
 /// Leaves out what an outlet that ended sent after its end: samples beyond the count of the footer, where the last clock offset is
 /// an outlier too.
-fn drop_late_samples(stream: &mut Stored) -> Option<Doubt> {
+fn drop_late_samples(stream: &mut Stored) -> Option<Warning> {
     let count = stream
         .footer_count
         .filter(|count| *count < stream.time_s.len())?;
@@ -152,5 +154,5 @@ fn drop_late_samples(stream: &mut Stored) -> Option<Doubt> {
         }
         XdfValues::Texts(texts) => texts.truncate(count),
     }
-    Some(Doubt::from(RecordingDoubt::Guessed { what }))
+    Some(Warning::from(RecordingWarning::Guessed { what }))
 }

@@ -1,11 +1,11 @@
 //! What was felt in confused pairs: the spectra of both side by side, and whether level or spectrum separates them.
 
-mod doubt;
 mod pair;
+mod warning;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::discrimination::Model;
 use piezotact::page::{Cell as TableCell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive, Hertz};
@@ -14,8 +14,8 @@ use piezotact::series::Series;
 use piezotact::spectrum::welch;
 use serde::{Deserialize, Serialize};
 
-pub use doubt::FeltDoubt;
 pub use pair::{FeltComparison, FeltCriterion, FeltPair, Separates};
+pub use warning::FeltWarning;
 
 use super::confused::{ConfusedPair, PairOutcome};
 use pair::{compared, welch_for};
@@ -123,7 +123,7 @@ fn is_looked_at(pair: &ConfusedPair) -> bool {
     open && pair.declared.iter().sum::<usize>() > 0
 }
 
-/// What was felt in each of `pairs` that somebody confused and that is not shown to be told apart, by `model`, with the doubts.
+/// What was felt in each of `pairs` that somebody confused and that is not shown to be told apart, by `model`, with the warnings.
 /// Recordings of each participant are compared with each other; those of people who are not among `people` are left out.
 ///
 /// Formula: PSD by Welch, Hann segments with half overlap of about 1.2 Hz, or shorter where two of them do not fit; level and spectrum as
@@ -136,8 +136,8 @@ pub fn felt_pairs(
     recordings: &[FeltRecording],
     people: &BTreeSet<String>,
     model: &Model,
-) -> (Felt, Vec<Doubt>) {
-    let mut doubts = Vec::new();
+) -> (Felt, Vec<Warning>) {
+    let mut warnings = Vec::new();
     let wanted = felt_samples(pairs);
     let mut fingers: BTreeMap<Option<&str>, BTreeMap<&str, &FeltRecording>> = BTreeMap::new();
     let mut others = BTreeSet::new();
@@ -154,15 +154,15 @@ pub fn felt_pairs(
     }
     if !others.is_empty() {
         let people = others.into_iter().collect();
-        doubts.push(FeltDoubt::OfOthers { people }.into());
+        warnings.push(FeltWarning::OfOthers { people }.into());
     }
     if fingers.contains_key(&None) && people.len() > 1 {
         let participants = people.len();
-        doubts.push(FeltDoubt::OneForAll { participants }.into());
+        warnings.push(FeltWarning::OneForAll { participants }.into());
     }
     let missing = missing(&wanted, &fingers);
     if !missing.is_empty() {
-        doubts.push(FeltDoubt::NotRecorded { samples: missing }.into());
+        warnings.push(FeltWarning::NotRecorded { samples: missing }.into());
     }
     let used = fingers.values().flat_map(BTreeMap::values);
     let shortest_s = used.filter_map(|of| usable_s(of)).fold(f64::MAX, f64::min);
@@ -171,8 +171,8 @@ pub fn felt_pairs(
         for recording in samples.values() {
             match spectrum(recording, model, shortest_s) {
                 Ok(found) => spectra.push(found),
-                Err(reason) => doubts.push(
-                    FeltDoubt::NotUsed {
+                Err(reason) => warnings.push(
+                    FeltWarning::NotUsed {
                         sample: of_person(&recording.sample, *person),
                         reason,
                     }
@@ -188,7 +188,7 @@ pub fn felt_pairs(
             let [Some(a), Some(b)] = [0, 1].map(|i| samples.get(pair.pair[i].as_str())) else {
                 continue;
             };
-            // What has no spectrum is in doubt already.
+            // What has no spectrum is in warning already.
             let drawn = |of: &&&FeltRecording| {
                 let is =
                     |s: &FeltSpectrum| s.sample == of.sample && s.participant == of.participant;
@@ -200,10 +200,10 @@ pub fn felt_pairs(
             match compared(*person, [a, b], model) {
                 Ok((comparison, of_it)) => {
                     comparisons.push(comparison);
-                    doubts.extend(of_it);
+                    warnings.extend(of_it);
                 }
-                Err(reason) => doubts.push(
-                    FeltDoubt::NotCompared {
+                Err(reason) => warnings.push(
+                    FeltWarning::NotCompared {
                         pair: of_person(&pair.pair.join(" – "), *person),
                         reason,
                     }
@@ -222,7 +222,7 @@ pub fn felt_pairs(
         spectra,
         pairs: found,
     };
-    (felt, doubts)
+    (felt, warnings)
 }
 
 fn of_person(name: &str, person: Option<&str>) -> String {

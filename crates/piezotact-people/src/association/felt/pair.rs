@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::discrimination::{DiscriminationDoubt, Model};
+use piezotact::discrimination::{DiscriminationWarning, Model};
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
-use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreDoubt, score};
-use piezotact::spectrum::{SpectrumDoubt, WelchConfig};
+use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreWarning, score};
+use piezotact::spectrum::{SpectrumWarning, WelchConfig};
 use serde::{Deserialize, Serialize};
 
 use super::super::confused::PairOutcome;
@@ -293,12 +293,12 @@ fn judged(
     (Separates::of(criteria[0].outcome, halves), criteria)
 }
 
-/// How far the two are apart, with the doubts about it; or why they cannot be compared.
+/// How far the two are apart, with the warnings about it; or why they cannot be compared.
 pub(super) fn compared(
     participant: Option<&str>,
     [a, b]: [&FeltRecording; 2],
     model: &Model,
-) -> Result<(FeltComparison, Vec<Doubt>), String> {
+) -> Result<(FeltComparison, Vec<Warning>), String> {
     let common = to_common_rate(
         (&a.sample, a.vibration.clone()?),
         (&b.sample, b.vibration.clone()?),
@@ -335,9 +335,9 @@ pub(super) fn compared(
         [FeltCriterion::Spectrum, FeltCriterion::SpectrumWithin],
     );
     criteria.extend(of_spectrum);
-    let doubts = as_felt.doubts.iter();
-    let doubts = doubts.filter_map(|doubt| doubt_about(doubt, [&a.sample, &b.sample]));
-    let doubts = doubts.chain(common.doubt).collect();
+    let warnings = as_felt.warnings.iter();
+    let warnings = warnings.filter_map(|warning| warning_about(warning, [&a.sample, &b.sample]));
+    let warnings = warnings.chain(common.warning).collect();
     Ok((
         FeltComparison {
             participant: participant.map(Into::into),
@@ -347,22 +347,22 @@ pub(super) fn compared(
             criteria,
             segments: as_felt.segments,
         },
-        doubts,
+        warnings,
     ))
 }
 
-/// A doubt about a score as one about the samples `names`; `None` for one that no verdict here depends on.
-fn doubt_about(doubt: &Doubt, names: [&String; 2]) -> Option<Doubt> {
-    if let Some(ScoreDoubt::NotFelt { what, level_db }) = doubt.kind() {
+/// A warning about a score as one about the samples `names`; `None` for one that no verdict here depends on.
+fn warning_about(warning: &Warning, names: [&String; 2]) -> Option<Warning> {
+    if let Some(ScoreWarning::NotFelt { what, level_db }) = warning.kind() {
         let [first, second] = names.map(Clone::clone);
         let what = if what == "the reference" {
             first
         } else {
             second
         };
-        return Some(ScoreDoubt::NotFelt { what, level_db }.into());
+        return Some(ScoreWarning::NotFelt { what, level_db }.into());
     }
-    let of_feeling = doubt.kind::<DiscriminationDoubt>().is_some();
-    let of_spectrum = doubt.kind::<SpectrumDoubt>().is_some();
-    (of_feeling || of_spectrum).then(|| doubt.clone())
+    let of_feeling = warning.kind::<DiscriminationWarning>().is_some();
+    let of_spectrum = warning.kind::<SpectrumWarning>().is_some();
+    (of_feeling || of_spectrum).then(|| warning.clone())
 }

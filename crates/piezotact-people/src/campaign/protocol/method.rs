@@ -100,6 +100,6 @@ pub struct Catch {
     /// The stimuli of a catch trial, one of these lists each time. For `same_different` a pair; for `rougher` and `stronger` a
     /// pair, the rougher or stronger one first, which is presented in random order; for associations a sequence within a set.
     pub known: Vec<Vec<String>>,
-    /// How many wrong answers in a session raise no doubt.
+    /// How many wrong answers in a session raise no warning.
     pub failures_allowed: u32,
 }

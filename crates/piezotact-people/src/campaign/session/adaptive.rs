@@ -66,7 +66,7 @@ pub struct CatchCount<'a> {
     pub answered: usize,
     /// How many of them wrongly.
     pub failed: usize,
-    /// How many wrong ones raise no doubt.
+    /// How many wrong ones raise no warning.
     pub allowed: usize,
 }
 

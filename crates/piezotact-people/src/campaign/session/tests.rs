@@ -2,7 +2,7 @@ use super::super::plan::AnswerForm;
 use super::super::plan::{Plan, PlanRequest, plan};
 use super::super::protocol::{LIBRARY, Protocol, TaskKind, from_library, read};
 use super::*;
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::recording::BenchKind;
 
@@ -545,17 +545,17 @@ fn letters_go_beyond_the_alphabet() {
 }
 
 #[test]
-fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
+fn what_was_stopped_early_or_felt_by_nobody_is_a_warning() {
     let (protocol, plan) = isotropic();
     let mut run = Run::begun(&protocol, &plan);
-    assert_eq!(run.state.doubts(), []);
+    assert_eq!(run.state.warnings(), []);
     run.trial();
-    let under_way = || CampaignDoubt::UnderWay {
+    let under_way = || CampaignWarning::UnderWay {
         session: "session discrimination of P01".to_owned(),
         confirmed: 1,
         planned: 27,
     };
-    assert_eq!(run.state.doubts(), [Doubt::from(under_way())]);
+    assert_eq!(run.state.warnings(), [Warning::from(under_way())]);
     let mut stopped = Run {
         state: run.state.clone(),
         events: run.events.clone(),
@@ -564,16 +564,16 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
     stopped.does(Command::Stop {
         why: "tired".to_owned(),
     });
-    let doubts = stopped.state.doubts();
-    let said = doubts[0].kind::<CampaignDoubt>().unwrap().to_string();
-    assert_eq!(doubts.len(), 1);
+    let warnings = stopped.state.warnings();
+    let said = warnings[0].kind::<CampaignWarning>().unwrap().to_string();
+    assert_eq!(warnings.len(), 1);
     assert!(said.contains("stopped after 1 of 27 trials"), "{said}");
     // A session that is under way is not stopped, and one stopped before its first answer has nothing to count.
     let mut at_once = Run::begun(&protocol, &plan);
     at_once.does(Command::Stop {
         why: "tired".to_owned(),
     });
-    assert_eq!(at_once.state.doubts(), []);
+    assert_eq!(at_once.state.warnings(), []);
     let felt = |bench| {
         let mut state = run.state.clone();
         let trial = plan.trials.iter().find(|trial| trial.task == "task3");
@@ -586,11 +586,11 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_doubt() {
             chosen: None,
         };
         state.apply(2_000_000, &event).unwrap();
-        (state.doubts(), trial.presented.names().len())
+        (state.warnings(), trial.presented.names().len())
     };
-    assert_eq!(felt(BenchKind::Hardware).0, [Doubt::from(under_way())]);
-    let (doubts, playings) = felt(BenchKind::Twin);
-    let said = doubts[1].kind::<CampaignDoubt>().unwrap().to_string();
+    assert_eq!(felt(BenchKind::Hardware).0, [Warning::from(under_way())]);
+    let (warnings, playings) = felt(BenchKind::Twin);
+    let said = warnings[1].kind::<CampaignWarning>().unwrap().to_string();
     assert!(
         said.contains(&format!("{playings} playings were on a simulated bench")),
         "{said}"

@@ -1,11 +1,11 @@
 //! Independent components by `FastICA`.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::statistics::correlation;
 use piezotact::statistics::random::Random;
 use serde::{Deserialize, Serialize};
 
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::epochs::{Epochs, EpochsError};
 use crate::eeg::linear::{eigen, product, transposed};
 
@@ -73,7 +73,7 @@ pub struct Ica {
     /// How far each component still turned in the last one (1 − |cos|).
     changes: Vec<f64>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Ica {
@@ -144,25 +144,25 @@ impl Ica {
             variance: variances.iter().sum(),
             iterations,
             changes,
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         };
         ica.sort();
         let wanted = SAMPLES_PER_SQUARE * k * k;
         if samples < wanted {
-            let doubt = EegDoubt::FewSamplesForIca {
+            let warning = EegWarning::FewSamplesForIca {
                 samples,
                 wanted,
                 components: k,
             };
-            ica.doubts.push(doubt.into());
+            ica.warnings.push(warning.into());
         }
         if change > config.tolerance {
-            let doubt = EegDoubt::NotConverged {
+            let warning = EegWarning::NotConverged {
                 iterations,
                 change,
                 wanted: config.tolerance,
             };
-            ica.doubts.push(doubt.into());
+            ica.warnings.push(warning.into());
         }
         Ok(ica)
     }
@@ -519,7 +519,7 @@ mod tests {
     fn sources_are_found_and_the_eyes_go() {
         let (epochs, sources) = mixed();
         let ica = Ica::fit(&epochs, &EEG, &CONFIG).unwrap();
-        assert!(ica.doubts.is_empty(), "{:?}", ica.doubts);
+        assert!(ica.warnings.is_empty(), "{:?}", ica.warnings);
         let found = ica.sources(&epochs).unwrap();
         for source in &sources {
             let best = found
@@ -559,7 +559,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_is_refused_or_doubted() {
+    fn what_cannot_be_is_refused_or_reported() {
         let (epochs, _) = mixed();
         let with = |change: fn(&mut IcaConfig)| {
             let mut config = CONFIG;
@@ -574,8 +574,8 @@ mod tests {
         assert!(with(|c| c.tolerance = f64::NAN).is_err());
         let early = with(|c| c.max_iterations = 1).unwrap();
         assert!(matches!(
-            early.doubts[0].kind(),
-            Some(EegDoubt::NotConverged { .. })
+            early.warnings[0].kind(),
+            Some(EegWarning::NotConverged { .. })
         ));
         assert!(early.without(&epochs, &[4]).is_err());
     }

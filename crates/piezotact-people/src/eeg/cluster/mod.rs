@@ -7,11 +7,11 @@ mod components;
 mod flips;
 mod grid;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::statistics::t_quantile;
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 use components::Components;
 use flips::{Flips, Sums};
 
@@ -104,7 +104,7 @@ pub struct ClusterTest {
     /// The largest mass of each flip, ascending: what chance gives.
     pub chance: Vec<f64>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The differences b − a of each person, people × nodes, in the unit of both.
@@ -181,7 +181,7 @@ pub fn test(
         })
         .collect();
     let smallest_p = 1.0 / count as f64;
-    let doubt = EegDoubt::FewPeople {
+    let warning = EegWarning::FewPeople {
         people: n,
         flips: count,
         smallest_p,
@@ -196,8 +196,8 @@ pub fn test(
         tried: flips.tried(),
         smallest_p,
         chance,
-        doubts: (smallest_p > LEVEL)
-            .then(|| doubt.into())
+        warnings: (smallest_p > LEVEL)
+            .then(|| warning.into())
             .into_iter()
             .collect(),
     })

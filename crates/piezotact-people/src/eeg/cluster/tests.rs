@@ -134,7 +134,7 @@ fn one_direction_has_twice_as_many_flips() {
 }
 
 #[test]
-fn few_people_are_doubted_and_constant_nodes_are_none() {
+fn few_people_are_reported_and_constant_nodes_are_none() {
     let grid = chain(2, 1, 4);
     let mut people = study(6, 4, &grid, 3.0);
     for person in &mut people {
@@ -143,7 +143,7 @@ fn few_people_are_doubted_and_constant_nodes_are_none() {
     let config = ClusterConfig::two_sided(4, 100, 1).unwrap();
     let found = test(&people, &grid, &config).unwrap();
     assert_eq!(found.t[0], 0.0);
-    assert_eq!(found.doubts.len(), 1);
+    assert_eq!(found.warnings.len(), 1);
     assert!(found.clusters.iter().all(|c| c.p_value >= 0.125 - 1e-12));
 }
 

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::{Epochs, EpochsError};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 
-/// More than this share of a condition's epochs rejected is a doubt.
+/// More than this share of a condition's epochs rejected is a warning.
 const MANY_SHARE: f64 = 0.3;
-/// Conditions whose shares of rejected epochs differ by more than this are a doubt.
+/// Conditions whose shares of rejected epochs differ by more than this are a warning.
 const UNEVEN_SHARE: f64 = 0.15;
 
 /// A rule by which a signal is rejected.
@@ -138,7 +138,7 @@ pub struct Rejection {
     /// What the criteria are.
     pub criteria: Vec<Criterion>,
     /// What to know before relying on the epochs.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// The epochs whose signals, of all channels named, no criterion rejects. Each rejected epoch is listed with the channel
@@ -213,19 +213,19 @@ pub fn reject(
     }
     Ok(Rejection {
         epochs: epochs.kept(&kept),
-        doubts: doubts_of(&counts),
+        warnings: warnings_of(&counts),
         rejected,
         counts,
         criteria: criteria.to_vec(),
     })
 }
 
-fn doubts_of(counts: &BTreeMap<String, Kept>) -> Vec<Doubt> {
-    let mut doubts: Vec<Doubt> = counts
+fn warnings_of(counts: &BTreeMap<String, Kept>) -> Vec<Warning> {
+    let mut warnings: Vec<Warning> = counts
         .iter()
         .filter(|(_, count)| count.rejected_share() > MANY_SHARE)
         .map(|(condition, count)| {
-            EegDoubt::ManyRejected {
+            EegWarning::ManyRejected {
                 condition: condition.clone(),
                 rejected: count.rejected,
                 of: count.kept + count.rejected,
@@ -239,8 +239,8 @@ fn doubts_of(counts: &BTreeMap<String, Kept>) -> Vec<Doubt> {
     if let (Some(most), Some(least)) = (most, least)
         && share(&most) - share(&least) > UNEVEN_SHARE
     {
-        doubts.push(
-            EegDoubt::UnevenlyRejected {
+        warnings.push(
+            EegWarning::UnevenlyRejected {
                 most: most.0.clone(),
                 most_share: share(&most),
                 least: least.0.clone(),
@@ -249,7 +249,7 @@ fn doubts_of(counts: &BTreeMap<String, Kept>) -> Vec<Doubt> {
             .into(),
         );
     }
-    doubts
+    warnings
 }
 
 /// Epochs that cannot be selected.
@@ -325,7 +325,7 @@ mod tests {
         let touch = found.counts["touch"];
         assert_eq!((touch.kept, touch.rejected), (0, 3));
         // Three of three, and none of two of the other condition.
-        assert_eq!(found.doubts.len(), 2);
+        assert_eq!(found.warnings.len(), 2);
         assert!(reject(&epochs, &["EOG"], &criteria).is_err());
         assert!(reject(&epochs, &["C3"], &[]).is_err());
         let microvolts = Criterion::Flat { below_v: f64::NAN };

@@ -2,7 +2,7 @@
 
 mod page;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
@@ -55,7 +55,7 @@ pub struct EegEpochs {
     /// The average of each condition.
     pub evoked: Vec<Evoked>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for EegEpochs {
@@ -91,7 +91,7 @@ pub fn evoked(file: &str, subject: &Subject, prepared: &Prepared) -> EegEpochs {
             .map(|count| averaged(epochs, &count.condition, before))
             .collect(),
         times_s,
-        doubts: prepared.doubts.clone(),
+        warnings: prepared.warnings.clone(),
     }
 }
 

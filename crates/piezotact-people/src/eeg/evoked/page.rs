@@ -291,7 +291,7 @@ impl EegEpochs {
         .section("Independent components", components)
         .section("Epochs by condition", counts)
         .section("Evoked responses", figures)
-        .doubts(&self.doubts)
+        .warnings(&self.warnings)
     }
 
     /// The largest average at each drawn channel, one sentence for each condition.

@@ -1,13 +1,13 @@
 //! Cluster tests of two tasks over electrodes, frequencies and times.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
 use serde::{Deserialize, Serialize};
 
 use super::people::People;
 use super::{GroupConfig, GroupCriterion, GroupError, LEVEL};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::cluster::{Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, test};
 use crate::eeg::person::EegErd;
 use crate::eeg::reference::Montage;
@@ -77,12 +77,12 @@ pub struct TaskClusters {
 pub(super) fn clusters(
     people: &People<'_>,
     config: &GroupConfig,
-) -> Result<(Vec<TaskClusters>, Vec<Doubt>), GroupError> {
-    let (mut found, mut doubts) = (Vec::new(), Vec::new());
+) -> Result<(Vec<TaskClusters>, Vec<Warning>), GroupError> {
+    let (mut found, mut warnings) = (Vec::new(), Vec::new());
     let pairs = neighbours(people, config.neighbours_deg);
     if pairs.is_empty() && people.channels.len() > 1 {
-        doubts.push(
-            EegDoubt::NoNeighbours {
+        warnings.push(
+            EegWarning::NoNeighbours {
                 electrodes: people.channels.len(),
             }
             .into(),
@@ -110,27 +110,27 @@ pub(super) fn clusters(
             pairs.len(),
         ));
     }
-    doubts.extend(few_people(&found));
+    warnings.extend(few_people(&found));
     let least: Vec<f64> = found.iter().map(|one| one.p_holm).collect();
     for (one, p) in found.iter_mut().zip(holm(&least)) {
         one.decide(p);
     }
-    Ok((found, doubts))
+    Ok((found, warnings))
 }
 
-/// A doubt where the smallest possible p is above the level once it is adjusted over the pairs of tasks.
-fn few_people(found: &[TaskClusters]) -> Option<Doubt> {
+/// A warning where the smallest possible p is above the level once it is adjusted over the pairs of tasks.
+fn few_people(found: &[TaskClusters]) -> Option<Warning> {
     let tests = found.len();
     let worst = found
         .iter()
         .max_by(|a, b| a.smallest_p.total_cmp(&b.smallest_p))?;
-    let doubt = EegDoubt::FewPeople {
+    let warning = EegWarning::FewPeople {
         people: worst.people.len(),
         flips: worst.flips,
         smallest_p: worst.smallest_p,
         tests,
     };
-    (worst.smallest_p * tests as f64 > LEVEL).then(|| doubt.into())
+    (worst.smallest_p * tests as f64 > LEVEL).then(|| warning.into())
 }
 
 /// The pairs of neighbours among the electrodes, by their indices.

@@ -1,6 +1,6 @@
 //! Contrasts of tasks, and their order.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
 
@@ -8,7 +8,7 @@ use super::people::People;
 use super::{
     ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, TaskChanges, TaskContrast,
 };
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::contrast::paired;
 use crate::eeg::erd::Mode;
 
@@ -203,13 +203,13 @@ fn below(
     step
 }
 
-/// A doubt where a difference scatters hardly at all over people.
-pub(super) fn too_alike(contrasts: &[TaskContrast]) -> Option<Doubt> {
+/// A warning where a difference scatters hardly at all over people.
+pub(super) fn too_alike(contrasts: &[TaskContrast]) -> Option<Warning> {
     let sizes = contrasts
         .iter()
         .filter_map(|one| Some((&one.tasks, one.contrast?.d_z)));
     let most = sizes.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let ([a, b], d_z) = most.filter(|(_, d_z)| d_z.abs() > TOO_ALIKE)?;
     let tasks = format!("{b} − {a}");
-    Some(EegDoubt::TooAlike { tasks, d_z }.into())
+    Some(EegWarning::TooAlike { tasks, d_z }.into())
 }

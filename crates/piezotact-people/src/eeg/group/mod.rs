@@ -9,7 +9,7 @@ mod scalp;
 
 use std::fmt;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::criterion::{Criterion, Outcome};
 use piezotact::document::Content;
 use serde::{Deserialize, Serialize};
@@ -248,7 +248,7 @@ pub struct EegStats {
     /// The means over people on the scalp.
     pub scalps: Vec<Scalp>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for EegStats {
@@ -275,8 +275,8 @@ pub fn compare(documents: &[EegErd], config: &GroupConfig) -> Result<EegStats, G
     let changes = people.changes(config.unit);
     let contrasts = contrasts::contrasts(&people, &changes, config);
     let gradients = contrasts::gradients(&people, &contrasts, config);
-    let (clusters, mut doubts) = clusters::clusters(&people, config)?;
-    doubts.extend(contrasts::too_alike(&contrasts));
+    let (clusters, mut warnings) = clusters::clusters(&people, config)?;
+    warnings.extend(contrasts::too_alike(&contrasts));
     Ok(EegStats {
         config: config.clone(),
         measured: people.first.config.clone(),
@@ -291,7 +291,7 @@ pub fn compare(documents: &[EegErd], config: &GroupConfig) -> Result<EegStats, G
         contrasts,
         gradients,
         clusters,
-        doubts: [people.doubts(), doubts].concat(),
+        warnings: [people.warnings(), warnings].concat(),
     })
 }
 

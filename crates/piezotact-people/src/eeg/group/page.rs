@@ -194,7 +194,7 @@ impl EegStats {
     #[must_use]
     pub fn withheld_sentence(&self) -> Option<&'static str> {
         let code = "eeg_epochs_unequal";
-        let unequal = self.doubts.iter().any(|doubt| doubt.code == code);
+        let unequal = self.warnings.iter().any(|warning| warning.code == code);
         (unequal && self.config.unit == Mode::Percent).then_some(
             "Contrasts in percent are not decided: tasks have quite different numbers of epochs, and the bias of a percentage follows that number; \
              compare in dB, or equal numbers of epochs",
@@ -658,6 +658,6 @@ impl EegStats {
             .section("Scalp", self.scalp_figures())
             .section("Criteria", [Block::Table(Table::of_criteria(criteria))])
             .section("Participants", [Block::Table(self.people_table())])
-            .doubts(&self.doubts)
+            .warnings(&self.warnings)
     }
 }

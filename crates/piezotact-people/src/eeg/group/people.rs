@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use piezotact::Doubt;
-use piezotact::doubt::DoubtKind as _;
+use piezotact::Warning;
 use piezotact::statistics::{correlation, mean, mean_interval};
+use piezotact::warning::WarningKind as _;
 
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
 
@@ -16,7 +16,7 @@ const ALIKE: usize = 24;
 /// Changes of two recordings are never correlated by more.
 const SAME: f64 = 0.9999;
 
-/// Tasks whose numbers of epochs differ by more than this factor are doubted.
+/// Tasks whose numbers of epochs differ by more than this factor give a warning.
 const UNEQUAL: f64 = 1.5;
 
 /// The documents, by participant and task.
@@ -182,9 +182,9 @@ impl<'a> People<'a> {
     }
 
     /// What to know of the documents.
-    pub(super) fn doubts(&self) -> Vec<Doubt> {
+    pub(super) fn warnings(&self) -> Vec<Warning> {
         let documents = &self.documents;
-        let mut doubts: Vec<Doubt> = self.unequal_epochs().into_iter().collect();
+        let mut warnings: Vec<Warning> = self.unequal_epochs().into_iter().collect();
         let incomplete: Vec<String> = self
             .participants
             .iter()
@@ -192,8 +192,8 @@ impl<'a> People<'a> {
             .cloned()
             .collect();
         if !incomplete.is_empty() {
-            doubts.push(
-                EegDoubt::PeopleWithoutAllTasks {
+            warnings.push(
+                EegWarning::PeopleWithoutAllTasks {
                     people: incomplete.len(),
                     of: self.participants.len(),
                     names: incomplete.join(", "),
@@ -214,7 +214,7 @@ impl<'a> People<'a> {
             .collect();
         if !lacking.is_empty() {
             let names = lacking.join("; ");
-            doubts.push(EegDoubt::SurfacesNotCommon { names }.into());
+            warnings.push(EegWarning::SurfacesNotCommon { names }.into());
         }
         let mut left_out: Vec<&String> = documents
             .iter()
@@ -230,8 +230,8 @@ impl<'a> People<'a> {
                 format!("{name} (not of {})", some_of(&whose))
             });
             let names: Vec<String> = named.collect();
-            doubts.push(
-                EegDoubt::ElectrodesNotCommon {
+            warnings.push(
+                EegWarning::ElectrodesNotCommon {
                     names: names.join(", "),
                     kept: self.channels.len(),
                 }
@@ -241,48 +241,48 @@ impl<'a> People<'a> {
         if self.first.config.order == Order::PercentOfEachEpoch {
             let worst = documents.iter().flat_map(|one| &one.electrodes);
             let worst = worst.max_by(|a, b| a.bias_points.total_cmp(&b.bias_points));
-            doubts.extend(worst.map(|worst| {
-                Doubt::from(EegDoubt::PerEpochBaseline {
+            warnings.extend(worst.map(|worst| {
+                Warning::from(EegWarning::PerEpochBaseline {
                     channel: worst.place.clone(),
                     bias_points: worst.bias_points,
                     epochs: worst.epochs,
                 })
             }));
         }
-        doubts.extend(self.of_documents());
-        doubts
+        warnings.extend(self.of_documents());
+        warnings
     }
 
-    /// The doubts of the documents, each once with those whom it is about; of biased baselines the worst.
-    fn of_documents(&self) -> Vec<Doubt> {
-        let mut found: Vec<(Doubt, Vec<String>)> = Vec::new();
-        let mut worst: Option<(f64, &Doubt, String)> = None;
+    /// The warnings of the documents, each once with those whom it is about; of biased baselines the worst.
+    fn of_documents(&self) -> Vec<Warning> {
+        let mut found: Vec<(Warning, Vec<String>)> = Vec::new();
+        let mut worst: Option<(f64, &Warning, String)> = None;
         for document in &self.documents {
             let who = document.subject.to_string();
-            for doubt in &document.doubts {
-                if let Some(EegDoubt::RatioBias { bias_points, .. }) = EegDoubt::of(doubt) {
+            for warning in &document.warnings {
+                if let Some(EegWarning::RatioBias { bias_points, .. }) = EegWarning::of(warning) {
                     if worst.as_ref().is_none_or(|(most, ..)| bias_points > *most) {
-                        worst = Some((bias_points, doubt, who.clone()));
+                        worst = Some((bias_points, warning, who.clone()));
                     }
                     continue;
                 }
-                match found.iter_mut().find(|(known, _)| known == doubt) {
+                match found.iter_mut().find(|(known, _)| known == warning) {
                     Some((_, whom)) if whom.last() == Some(&who) => {}
                     Some((_, whom)) => whom.push(who.clone()),
-                    None => found.push((doubt.clone(), vec![who.clone()])),
+                    None => found.push((warning.clone(), vec![who.clone()])),
                 }
             }
         }
         let all = self.documents.len();
-        let named = |(doubt, whom): (Doubt, Vec<String>)| match whom.len() == all {
-            true => doubt,
-            false => EegDoubt::OfPeople {
+        let named = |(warning, whom): (Warning, Vec<String>)| match whom.len() == all {
+            true => warning,
+            false => EegWarning::OfPeople {
                 names: some_of(&whom),
-                example: doubt,
+                example: warning,
             }
             .into(),
         };
-        let worst = worst.map(|(_, doubt, who)| (doubt.clone(), vec![who]));
+        let worst = worst.map(|(_, warning, who)| (warning.clone(), vec![who]));
         found.into_iter().chain(worst).map(named).collect()
     }
 }
@@ -326,18 +326,18 @@ impl People<'_> {
         self.tasks.iter().filter_map(of).collect()
     }
 
-    /// A doubt where tasks have quite different numbers of epochs.
-    pub(super) fn unequal_epochs(&self) -> Option<Doubt> {
+    /// A warning where tasks have quite different numbers of epochs.
+    pub(super) fn unequal_epochs(&self) -> Option<Warning> {
         let all = self.epochs();
         let most = all.iter().max_by(|a, b| a.mean.total_cmp(&b.mean))?;
         let fewest = all.iter().min_by(|a, b| a.mean.total_cmp(&b.mean))?;
-        let doubt = EegDoubt::UnequalEpochs {
+        let warning = EegWarning::UnequalEpochs {
             most: most.task.clone(),
             most_epochs: most.mean,
             fewest: fewest.task.clone(),
             fewest_epochs: fewest.mean,
         };
-        (most.mean > UNEQUAL * fewest.mean).then(|| doubt.into())
+        (most.mean > UNEQUAL * fewest.mean).then(|| warning.into())
     }
 }
 

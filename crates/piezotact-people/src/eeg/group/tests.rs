@@ -126,7 +126,7 @@ fn document(participant: usize, task: &str, percent: f64) -> EegErd {
         maps: surfaces.iter().map(map).collect(),
         surfaces,
         times_s,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     }
 }
 
@@ -191,7 +191,7 @@ fn a_gradient_of_tasks_is_found() {
         .iter()
         .filter(|one| matches!(one.shown, Shown::Difference(_)));
     assert_eq!(maps.count(), 3);
-    assert!(found.doubts.is_empty(), "{:?}", found.doubts);
+    assert!(found.warnings.is_empty(), "{:?}", found.warnings);
     let text = serde_json::to_string(&found).unwrap();
     assert_eq!(serde_json::from_str::<EegStats>(&text).unwrap(), found);
     assert!(found.page().sections.len() > 6);
@@ -216,9 +216,9 @@ fn few_people_decide_nothing() {
     let cluster = &four.clusters[0].criteria[0];
     assert_eq!(cluster.outcome, Outcome::NotDecided);
     assert!(
-        four.doubts
+        four.warnings
             .iter()
-            .any(|doubt| doubt.code == "eeg_cluster_few_people")
+            .any(|warning| warning.code == "eeg_cluster_few_people")
     );
 }
 
@@ -386,9 +386,9 @@ fn unequal_numbers_of_epochs_are_said() {
     let found = compare(&all, &config()).unwrap();
     assert!(
         found
-            .doubts
+            .warnings
             .iter()
-            .any(|doubt| doubt.code == "eeg_epochs_unequal")
+            .any(|warning| warning.code == "eeg_epochs_unequal")
     );
     // The bias of a percentage follows the number of epochs: nothing is decided in percent, and dB are free of it.
     assert!(found.withheld_sentence().is_some());
@@ -457,9 +457,9 @@ fn who_and_what_is_left_out_is_said() {
     }
     let found = compare(&all, &config()).unwrap();
     let codes: Vec<&str> = found
-        .doubts
+        .warnings
         .iter()
-        .map(|doubt| doubt.code.as_ref())
+        .map(|warning| warning.code.as_ref())
         .collect();
     assert_eq!(
         codes,
@@ -538,11 +538,11 @@ fn surfaces_of_other_names_are_said() {
         map.surface.clone_from(surface);
     }
     let found = compare(&all, &config()).unwrap();
-    let doubt = found
-        .doubts
+    let warning = found
+        .warnings
         .iter()
-        .find(|doubt| doubt.code == "eeg_surfaces_not_common");
-    assert!(doubt.is_some(), "{:?}", found.doubts);
+        .find(|warning| warning.code == "eeg_surfaces_not_common");
+    assert!(warning.is_some(), "{:?}", found.warnings);
 }
 
 #[test]
@@ -561,9 +561,9 @@ fn a_rescaled_recording_and_a_difference_without_scatter_are_said() {
     }
     let found = compare(&more, &config()).unwrap();
     let codes: Vec<&str> = found
-        .doubts
+        .warnings
         .iter()
-        .map(|doubt| doubt.code.as_ref())
+        .map(|warning| warning.code.as_ref())
         .collect();
     assert!(
         codes.contains(&"eeg_difference_without_scatter"),

@@ -5,7 +5,7 @@ mod page;
 
 use std::collections::BTreeMap;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::integrity::{Defects, inspect_samples, never_changes};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
@@ -16,7 +16,7 @@ use super::held::held;
 use super::pulses::SharedClock;
 use super::quality;
 use super::reference::Montage;
-use super::source::{Segment, SignalKind, doubts_of, events, marker_name, tasks};
+use super::source::{Segment, SignalKind, events, marker_name, tasks, warnings_of};
 
 /// One channel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -100,7 +100,7 @@ pub struct EegInfo {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<SharedClock>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for EegInfo {
@@ -128,12 +128,12 @@ pub fn info(file: &str, kind: &str, segments: &[Segment<'_>]) -> EegInfo {
         markers: marker_counts(segments),
         tasks: tasks(segments),
         clock: None,
-        doubts: [doubts_of(segments), apart(segments)].concat(),
+        warnings: [warnings_of(segments), apart(segments)].concat(),
     }
 }
 
-/// The doubts about electrodes that stand apart from the others, in the longest part; none where they have different rates.
-fn apart(segments: &[Segment<'_>]) -> Vec<Doubt> {
+/// The warnings about electrodes that stand apart from the others, in the longest part; none where they have different rates.
+fn apart(segments: &[Segment<'_>]) -> Vec<Warning> {
     let longest = segments.iter().max_by(|a, b| {
         a.recording
             .duration()
@@ -158,7 +158,7 @@ fn apart(segments: &[Segment<'_>]) -> Vec<Doubt> {
     }
     let names: Vec<String> = own.iter().map(|(one, _)| one.name.clone()).collect();
     let signals: Vec<&[f64]> = own.iter().map(|(one, _)| one.samples.as_slice()).collect();
-    quality::doubts(&names, &signals, clock.rate_hz)
+    quality::warnings(&names, &signals, clock.rate_hz)
 }
 
 fn channels(first: &Segment<'_>, segments: &[Segment<'_>]) -> Vec<ChannelInfo> {
@@ -284,7 +284,7 @@ impl EegInfo {
     /// The same with how the clock of another file runs.
     #[must_use]
     pub fn with_clock(mut self, clock: SharedClock) -> Self {
-        self.doubts.extend(clock.doubts.iter().cloned());
+        self.warnings.extend(clock.warnings.iter().cloned());
         self.clock = Some(clock);
         self
     }

@@ -266,6 +266,6 @@ impl EegInfo {
         page.section("Markers", [markers])
             .section("Parts without a gap", [Block::Table(self.parts_table())])
             .section("Channels", [Block::Table(self.channels_table())])
-            .doubts(&self.doubts)
+            .warnings(&self.warnings)
     }
 }

@@ -1,6 +1,6 @@
 //! Changes on the scalp, and over time and frequency, as maps.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::figure::{Axis, MapGround, MapPanel};
 
 use super::{Electrode, FEWEST_OF_A_MAP};
@@ -20,7 +20,7 @@ pub(in crate::eeg) fn head_map(
     title: String,
     electrodes: &[Electrode],
     values: &[f64],
-) -> Option<(MapPanel, Vec<Doubt>)> {
+) -> Option<(MapPanel, Vec<Warning>)> {
     if electrodes.len() < FEWEST_OF_A_MAP || values.len() != electrodes.len() {
         return None;
     }
@@ -47,7 +47,7 @@ pub(in crate::eeg) fn head_map(
             radius: HEAD_DEG / EDGE_DEG,
         },
     };
-    Some((panel, plan.doubts))
+    Some((panel, plan.warnings))
 }
 
 fn is_near(montage: &Montage, position: &[f64; 3]) -> bool {

@@ -5,13 +5,13 @@ mod error;
 mod maps;
 mod page;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::document::Content;
-use piezotact::doubt::DoubtKind as _;
 use piezotact::quantity::{Band, SampleRate};
+use piezotact::warning::WarningKind as _;
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 use super::clean::EyeComponents;
 use super::epochs::{CutConfig, Epochs};
 use super::erd::{Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
@@ -241,7 +241,7 @@ pub struct EegErd {
     /// logarithm.
     pub maps: Vec<ChangeMap>,
     /// What to know before relying on it.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Content for EegErd {
@@ -332,7 +332,12 @@ pub fn person(
         positions,
         times_s: Vec::new(),
         maps: Vec::new(),
-        doubts: [prepared.doubts.clone(), filters, overlap(prepared, config)].concat(),
+        warnings: [
+            prepared.warnings.clone(),
+            filters,
+            overlap(prepared, config),
+        ]
+        .concat(),
     };
     let straight = epochs.without_lines();
     for surface in &surfaces {
@@ -350,46 +355,46 @@ pub fn person(
                 .regions
                 .extend(regions.map(|region| in_region(region, &changes)));
             found.electrodes.extend(changes);
-            found.doubts.extend(erd.doubts.iter().map(|doubt| {
+            found.warnings.extend(erd.warnings.iter().map(|warning| {
                 let place = format!("{surface}, {}", band.name);
-                located(doubt, &place)
+                located(warning, &place)
             }));
         }
-        found.doubts.extend(bursts(&measured, own.count()));
+        found.warnings.extend(bursts(&measured, own.count()));
         found.add_map(&plan, measured.map, surface);
     }
-    found.doubts = once(&found.doubts);
+    found.warnings = once(&found.warnings);
     Ok(found)
 }
 
-/// A doubt about a channel with the surface and band in which it is.
-fn located(doubt: &Doubt, place: &str) -> Doubt {
-    match EegDoubt::of(doubt) {
-        Some(EegDoubt::RatioBias {
+/// A warning about a channel with the surface and band in which it is.
+fn located(warning: &Warning, place: &str) -> Warning {
+    match EegWarning::of(warning) {
+        Some(EegWarning::RatioBias {
             channel,
             bias_points,
             epochs,
-        }) => EegDoubt::RatioBias {
+        }) => EegWarning::RatioBias {
             channel: format!("{channel} ({place})"),
             bias_points,
             epochs,
         }
         .into(),
-        _ => doubt.clone(),
+        _ => warning.clone(),
     }
 }
 
 /// The same of every surface and band once; of biased baselines the worst.
-fn once(doubts: &[Doubt]) -> Vec<Doubt> {
-    let bias = |doubt: &Doubt| match EegDoubt::of(doubt) {
-        Some(EegDoubt::RatioBias { bias_points, .. }) => Some(bias_points),
+fn once(warnings: &[Warning]) -> Vec<Warning> {
+    let bias = |warning: &Warning| match EegWarning::of(warning) {
+        Some(EegWarning::RatioBias { bias_points, .. }) => Some(bias_points),
         _ => None,
     };
-    let most = doubts.iter().filter_map(bias).fold(0.0, f64::max);
-    let mut once: Vec<Doubt> = Vec::new();
-    for doubt in doubts {
-        if bias(doubt).is_none_or(|own| own >= most) && !once.contains(doubt) {
-            once.push(doubt.clone());
+    let most = warnings.iter().filter_map(bias).fold(0.0, f64::max);
+    let mut once: Vec<Warning> = Vec::new();
+    for warning in warnings {
+        if bias(warning).is_none_or(|own| own >= most) && !once.contains(warning) {
+            once.push(warning.clone());
         }
     }
     once
@@ -442,9 +447,9 @@ fn check(config: &PersonConfig, epochs: &Epochs) -> Result<(), PersonError> {
     Ok(())
 }
 
-/// Refuses a band that filters take away; doubts about those of which they take a part.
-fn filtered(bands: &[NamedBand], filters: &[Pass]) -> Result<Vec<Doubt>, PersonError> {
-    let mut doubts = Vec::new();
+/// Refuses a band that filters take away; warnings about those of which they take a part.
+fn filtered(bands: &[NamedBand], filters: &[Pass]) -> Result<Vec<Warning>, PersonError> {
+    let mut warnings = Vec::new();
     for band in bands {
         let [low, high] = [band.hz.low().0, band.hz.high().0];
         for filter in filters {
@@ -465,29 +470,29 @@ fn filtered(bands: &[NamedBand], filters: &[Pass]) -> Result<Vec<Doubt>, PersonE
             }
             if touched {
                 let (band, filter) = (band.name.clone(), filter.to_string());
-                doubts.push(EegDoubt::FilterInBand { band, filter }.into());
+                warnings.push(EegWarning::FilterInBand { band, filter }.into());
             }
         }
     }
-    Ok(doubts)
+    Ok(warnings)
 }
 
-/// A doubt where baseline and window of one epoch reach into those of the next one.
-fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Doubt> {
+/// A warning where baseline and window of one epoch reach into those of the next one.
+fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Warning> {
     let (baseline, window) = (config.baseline_s, config.window_s);
     let needed_s = baseline[1].max(window[1]) - baseline[0].min(window[0]);
     let mut onsets = prepared.onsets_s.clone();
     onsets.sort_by(f64::total_cmp);
     let near = onsets.windows(2).map(|pair| pair[1] - pair[0]);
     let near: Vec<f64> = near.filter(|between| *between < needed_s - 1e-9).collect();
-    let doubt = EegDoubt::EpochsOverlap {
+    let warning = EegWarning::EpochsOverlap {
         overlapping: near.len(),
         of: onsets.len(),
         shortest_s: near.iter().copied().fold(f64::INFINITY, f64::min),
         needed_s,
     };
     (!near.is_empty())
-        .then(|| doubt.into())
+        .then(|| warning.into())
         .into_iter()
         .collect()
 }
@@ -495,15 +500,15 @@ fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Doubt> {
 /// Power that scatters so much from epoch to epoch that the correction of the logarithm does not reach.
 const BURSTS: f64 = 8.0;
 
-/// A doubt where power scatters far more from epoch to epoch than that of noise.
-fn bursts(measured: &Changes, epochs: usize) -> Option<Doubt> {
+/// A warning where power scatters far more from epoch to epoch than that of noise.
+fn bursts(measured: &Changes, epochs: usize) -> Option<Warning> {
     let (channel, scatter) = measured.most_scattered.clone()?;
-    let doubt = EegDoubt::Bursts {
+    let warning = EegWarning::Bursts {
         channel,
         scatter,
         epochs,
     };
-    (scatter > BURSTS).then(|| doubt.into())
+    (scatter > BURSTS).then(|| warning.into())
 }
 
 fn smears(config: &PersonConfig, plan: &TfrPlan) -> Vec<Smear> {
@@ -557,7 +562,7 @@ fn in_region(region: &Region, changes: &[Change]) -> Change {
 impl EegErd {
     /// Adds the map of one surface, at the times that the ends of epochs do not touch at any frequency.
     fn add_map(&mut self, plan: &TfrPlan, found: ErdMap, surface: &str) {
-        self.doubts.extend(found.doubts);
+        self.warnings.extend(found.warnings);
         let reach_s = 2.0 * plan.smears_s().iter().copied().fold(0.0, f64::max);
         let [first_s, last_s] = found.power.extent_s;
         let free =

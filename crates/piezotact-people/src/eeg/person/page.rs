@@ -369,6 +369,6 @@ impl EegErd {
         .section("Method", [Block::Steps { steps }])
         .section("Independent components", components)
         .section("Epochs", counts)
-        .doubts(&self.doubts)
+        .warnings(&self.warnings)
     }
 }

@@ -61,7 +61,7 @@ pub(super) fn prepared(channels: &[&str], epochs: usize, seed: u64) -> Prepared 
             not_whole: Vec::new(),
             rejected: Vec::new(),
         },
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     }
 }
 
@@ -138,7 +138,7 @@ fn a_desynchronisation_is_found_where_it_is() {
     let biased = of(Order::PercentOfEachEpoch);
     assert!(
         biased
-            .doubts
+            .warnings
             .iter()
             .any(|d| d.code == "eeg_erd_per_epoch_baseline")
     );
@@ -316,11 +316,11 @@ fn a_filter_in_a_band_is_no_silent_one() {
         person("a.vhdr", &subject(), prepared, &Positions::OfNames, &asked)
     };
     prepared.config.filters = vec![Pass::Above(10.0)];
-    let doubts = of(&prepared).unwrap().doubts;
+    let warnings = of(&prepared).unwrap().warnings;
     assert!(
-        doubts
+        warnings
             .iter()
-            .any(|doubt| doubt.code == "eeg_filter_in_band")
+            .any(|warning| warning.code == "eeg_filter_in_band")
     );
     prepared.config.filters = vec![Pass::Below(6.0)];
     let said = of(&prepared).unwrap_err().to_string();
@@ -330,12 +330,12 @@ fn a_filter_in_a_band_is_no_silent_one() {
     );
     prepared.config.filters = Vec::new();
     prepared.onsets_s = (0..20).map(f64::from).collect();
-    let doubts = of(&prepared).unwrap().doubts;
+    let warnings = of(&prepared).unwrap().warnings;
     assert!(
-        doubts
+        warnings
             .iter()
-            .any(|doubt| doubt.code == "eeg_epochs_overlap"),
-        "{doubts:?}"
+            .any(|warning| warning.code == "eeg_epochs_overlap"),
+        "{warnings:?}"
     );
 }
 

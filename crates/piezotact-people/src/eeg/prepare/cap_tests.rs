@@ -129,16 +129,19 @@ fn bad_electrodes_are_interpolated_from_the_others_and_said_to_be() {
             _ => assert_eq!(own, before, "{name}"),
         }
     }
-    let said = |prepared: &Prepared| -> Vec<EegDoubt> {
-        let kinds = prepared.doubts.iter().filter_map(|doubt| doubt.kind());
+    let said = |prepared: &Prepared| -> Vec<EegWarning> {
+        let kinds = prepared
+            .warnings
+            .iter()
+            .filter_map(|warning| warning.kind());
         kinds.collect()
     };
-    assert!(said(&found).contains(&EegDoubt::Interpolated {
+    assert!(said(&found).contains(&EegWarning::Interpolated {
         names: "C3, F4".into(),
         from: 18,
         share: 0.1
     }));
-    let is_computed = |kind: &EegDoubt| matches!(kind, EegDoubt::Interpolated { .. });
+    let is_computed = |kind: &EegWarning| matches!(kind, EegWarning::Interpolated { .. });
     assert!(!said(&expected).iter().any(is_computed));
     let refused = |interpolated: &[&str], without: &[&str], named: &[&str]| {
         let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
@@ -202,9 +205,12 @@ fn eye_movements_go_with_the_component_that_follows_them() {
     let wave = |prepared: &Prepared| prepared.epochs.channel(8).to_vec();
     let same = piezotact::statistics::correlation(&wave(&found), &wave(&before));
     assert!(same > 0.95, "{same}");
-    // Slow drifts are a doubt, unless they are filtered away; no component that follows the eyes is another.
+    // Slow drifts are a warning, unless they are filtered away; no component that follows the eyes is another.
     let codes = |prepared: &Prepared| -> Vec<String> {
-        let codes = prepared.doubts.iter().map(|doubt| doubt.code.to_string());
+        let codes = prepared
+            .warnings
+            .iter()
+            .map(|warning| warning.code.to_string());
         // Far from both sources electrodes record little.
         codes
             .filter(|code| code != "eeg_electrodes_quiet")

@@ -1,10 +1,10 @@
 //! Eye movements taken out of epochs, by regression on EOG channels or by independent components that follow them.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::{PrepareConfig, PrepareError};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::clean::{EogRegression, EyeComponents, Ica, IcaConfig};
 use crate::eeg::epochs::Epochs;
 use crate::eeg::filter::Pass;
@@ -52,7 +52,7 @@ pub struct IndependentComponents {
 pub(super) struct Cleaned {
     pub(super) epochs: Epochs,
     pub(super) components: Option<EyeComponents>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 /// `epochs` of the electrodes named, without eye movements where EOG channels are stated.
@@ -66,7 +66,7 @@ pub(super) fn without_eyes(
     let of = |epochs| Cleaned {
         epochs,
         components: None,
-        doubts: Vec::new(),
+        warnings: Vec::new(),
     };
     match config.eyes {
         _ if eog.is_empty() => Ok(of(epochs.picked(&names)?)),
@@ -84,44 +84,48 @@ pub(super) fn without_eyes(
             let ica = Ica::fit(epochs, &names, &fit)?;
             let found = ica.beside_eyes(epochs, &eog, asked.least_correlation)?;
             let clean = ica.without(epochs, &found.taken_out())?.picked(&names)?;
-            let mut doubts = doubts(config, &asked, &found);
+            let mut warnings = warnings(config, &asked, &found);
             let all = found.components.iter().zip(ica.changes());
             let settled = all
                 .filter(|(one, _)| one.correlation.abs() >= NEARLY * asked.least_correlation)
                 .all(|(_, change)| *change <= TOLERANCE);
-            let is_of_others = |doubt: &Doubt| {
-                settled && matches!(doubt.kind(), Some(EegDoubt::NotConverged { .. }))
+            let is_of_others = |warning: &Warning| {
+                settled && matches!(warning.kind(), Some(EegWarning::NotConverged { .. }))
             };
-            doubts.extend(ica.doubts.into_iter().filter(|doubt| !is_of_others(doubt)));
+            warnings.extend(
+                ica.warnings
+                    .into_iter()
+                    .filter(|warning| !is_of_others(warning)),
+            );
             Ok(Cleaned {
                 epochs: clean,
                 components: Some(found),
-                doubts,
+                warnings,
             })
         }
     }
 }
 
-fn doubts(
+fn warnings(
     config: &PrepareConfig,
     asked: &IndependentComponents,
     found: &EyeComponents,
-) -> Vec<Doubt> {
-    let mut doubts = Vec::new();
+) -> Vec<Warning> {
+    let mut warnings = Vec::new();
     let is_fast = |pass: &Pass| matches!(pass, Pass::Above(hz) if *hz >= SLOWEST_HZ);
     if !config.filters.iter().any(is_fast) {
         let wanted_hz = SLOWEST_HZ;
-        doubts.push(EegDoubt::SlowForIca { wanted_hz }.into());
+        warnings.push(EegWarning::SlowForIca { wanted_hz }.into());
     }
     let all = found.components.iter();
     let strongest = all.max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
     if let (true, Some(strongest)) = (found.taken_out().is_empty(), strongest) {
-        let doubt = EegDoubt::NoEyeComponent {
+        let warning = EegWarning::NoEyeComponent {
             eog: strongest.eog.clone(),
             correlation: strongest.correlation.abs(),
             wanted: asked.least_correlation,
         };
-        doubts.push(doubt.into());
+        warnings.push(warning.into());
     }
-    doubts
+    warnings
 }

@@ -1,9 +1,9 @@
 //! Signals of electrodes that are computed from those of the others.
 
-use piezotact::Doubt;
+use piezotact::Warning;
 
 use super::{PrepareConfig, PrepareError};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::epochs::Epochs;
 use crate::eeg::reference::{Interpolation, Montage, ReferenceError};
 
@@ -16,7 +16,7 @@ pub(super) fn interpolated(
     config: &PrepareConfig,
     order: &[String],
     measured: Option<&Montage>,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<Epochs, PrepareError> {
     let wanted = &config.interpolated;
     if wanted.is_empty() {
@@ -60,14 +60,14 @@ pub(super) fn interpolated(
             }
         }
     }
-    doubts.push(
-        EegDoubt::Interpolated {
+    warnings.push(
+        EegWarning::Interpolated {
             names: wanted.join(", "),
             from: known.len(),
             share: wanted.len() as f64 / all.len() as f64,
         }
         .into(),
     );
-    doubts.extend(plan.doubts);
+    warnings.extend(plan.warnings);
     Ok(epochs.mixed(all, &weights))
 }

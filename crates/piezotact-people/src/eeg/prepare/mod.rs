@@ -8,17 +8,17 @@ mod usable;
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
-use super::EegDoubt;
+use super::EegWarning;
 use super::clean::EyeComponents;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
 use super::reference::{Csd, CsdConfig, Montage, average, to_channels};
-use super::source::{Segment, doubts_of, is_marker, kind_and_value, markers, task_of, tasks};
+use super::source::{Segment, is_marker, kind_and_value, markers, task_of, tasks, warnings_of};
 use eyes::without_eyes;
 use interpolated::interpolated;
 use signals::Signals;
@@ -28,7 +28,7 @@ pub use error::PrepareError;
 pub use eyes::{EyeMethod, IndependentComponents};
 pub use signals::ChannelChoice;
 
-/// A current source density of fewer electrodes is doubted.
+/// A current source density of fewer electrodes gives a warning.
 const FEW_FOR_DENSITY: usize = 32;
 
 /// A marker and the condition whose epochs it begins.
@@ -188,7 +188,7 @@ pub struct Prepared {
     /// The independent components, where eye movements were taken out by them.
     pub eye_components: Option<EyeComponents>,
     /// What to know before relying on them.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 /// An event of the whole recording, parts joined.
@@ -223,8 +223,8 @@ pub fn prepare_at(
     let mut signals = Signals::of(segments, config)?;
     let task = task_asked(segments, config.task.as_deref())?;
     let (marked, mut outside) = marked(segments, config, &task, &signals.starts)?;
-    let mut doubts = doubts_of(segments);
-    let marked = once(marked, &mut doubts);
+    let mut warnings = warnings_of(segments);
+    let marked = once(marked, &mut warnings);
     let unusable = unusable(segments, &signals);
     let all = marked.len();
     let (marked, within) = beside_unusable(marked, &unusable, signals.rate, &config.extent);
@@ -235,9 +235,9 @@ pub fn prepare_at(
         });
     }
     outside.extend(within);
-    doubts.extend(signals.doubts.iter().cloned());
-    doubts.extend(signals.apart());
-    doubts.extend(filtered(&mut signals, &config.filters)?);
+    warnings.extend(signals.warnings.iter().cloned());
+    warnings.extend(signals.apart());
+    warnings.extend(filtered(&mut signals, &config.filters)?);
     let events: Vec<_> = marked.iter().map(|one| one.event.clone()).collect();
     let recording = Continuous {
         channels: &signals.names,
@@ -258,16 +258,16 @@ pub fn prepare_at(
         .map(|i| marked[i].onset_s)
         .collect();
     let cleaned = without_eyes(&found.epochs, config, &signals.electrodes)?;
-    doubts.extend(cleaned.doubts);
+    warnings.extend(cleaned.warnings);
     let whole_cap = interpolated(
         cleaned.epochs,
         config,
         &signals.order,
         measured,
-        &mut doubts,
+        &mut warnings,
     )?;
     let epochs = referred(whole_cap, &config.reference)?;
-    let (epochs, rejected) = rejected(epochs, config, &whole, &mut doubts)?;
+    let (epochs, rejected) = rejected(epochs, config, &whole, &mut warnings)?;
     let is_kept = |onset_s: &&f64| rejected.iter().all(|one| one.onset_s != **onset_s);
     let onsets_s = whole.iter().filter(is_kept).copied().collect();
     let counts = EpochCounts {
@@ -278,15 +278,15 @@ pub fn prepare_at(
     enough(&counts, config.min_epochs)?;
     let epochs = match &config.reference {
         Reference::CurrentSourceDensity(csd) => {
-            let (known, montage) = with_position(&epochs, measured, &mut doubts)?;
+            let (known, montage) = with_position(&epochs, measured, &mut warnings)?;
             let electrodes = known.channels().len();
             if electrodes < FEW_FOR_DENSITY {
-                doubts.push(EegDoubt::FewForDensity { electrodes }.into());
+                warnings.push(EegWarning::FewForDensity { electrodes }.into());
             }
             Csd::plan(&montage, csd)?.apply(&known)
         }
         Reference::Average => {
-            doubts.extend(unknown_in_average(&epochs));
+            warnings.extend(unknown_in_average(&epochs));
             epochs
         }
         _ => epochs,
@@ -298,7 +298,7 @@ pub fn prepare_at(
         onsets_s,
         counts,
         eye_components: cleaned.components,
-        doubts,
+        warnings,
     })
 }
 
@@ -463,13 +463,13 @@ fn one_task(
     }
 }
 
-/// Filters each part by itself, and returns doubts.
-fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Doubt>, PrepareError> {
-    let mut doubts = Vec::new();
+/// Filters each part by itself, and returns warnings.
+fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Warning>, PrepareError> {
+    let mut warnings = Vec::new();
     for pass in filters {
         let filter = Fir::plan(pass, signals.rate)?;
         let shortest = signals.parts().map(|part| part.len()).min();
-        doubts.extend(filter.doubts(shortest.unwrap_or_default()));
+        warnings.extend(filter.warnings(shortest.unwrap_or_default()));
         let parts: Vec<_> = signals.parts().collect();
         let length = signals.length;
         for signal in signals.volts.chunks_exact_mut(length) {
@@ -479,7 +479,7 @@ fn filtered(signals: &mut Signals, filters: &[Pass]) -> Result<Vec<Doubt>, Prepa
             }
         }
     }
-    Ok(doubts)
+    Ok(warnings)
 }
 
 /// Epochs against a reference; a density is computed later, of what is kept.
@@ -508,14 +508,14 @@ fn rejected(
     epochs: Epochs,
     config: &PrepareConfig,
     onsets: &[f64],
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(Epochs, Vec<RejectedEpoch>), PrepareError> {
     if config.criteria.is_empty() {
         return Ok((epochs, Vec::new()));
     }
     let looked: Vec<&str> = epochs.channels().iter().map(String::as_str).collect();
     let found = reject(&epochs, &looked, &config.criteria)?;
-    doubts.extend(found.doubts);
+    warnings.extend(found.warnings);
     let rejected = found.rejected.into_iter().map(|one| RejectedEpoch {
         condition: one.condition,
         onset_s: onsets[one.epoch],

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::clipping::flat_top_fraction;
 use piezotact::integrity::never_changes;
 use piezotact::quantity::SampleRate;
@@ -11,12 +11,12 @@ use piezotact::recording::Channel;
 use serde::{Deserialize, Serialize};
 
 use super::{PrepareConfig, PrepareError, Reference};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::held::held;
 use crate::eeg::quality;
 use crate::eeg::source::{Segment, SignalKind};
 
-/// A larger share of samples at a limit of the amplifier is refused, a smaller one doubted.
+/// A larger share of samples at a limit of the amplifier is refused, a smaller one reported.
 const SATURATED_SHARE: f64 = 0.01;
 /// An error names so many channels.
 const LISTED: usize = 80;
@@ -46,7 +46,7 @@ pub(super) struct Signals {
     pub(super) volts: Vec<f64>,
     /// Where a channel has no numbers; there it holds the last one.
     pub(super) missing: Vec<HeldPart>,
-    pub(super) doubts: Vec<Doubt>,
+    pub(super) warnings: Vec<Warning>,
 }
 
 impl Signals {
@@ -126,13 +126,13 @@ impl Signals {
         let mut found = Self::joined(segments, names, electrodes)?.checked()?;
         if !bad.is_empty() {
             let names = bad.join(", ");
-            found.doubts.push(EegDoubt::BadLeftOut { names }.into());
+            found.warnings.push(EegWarning::BadLeftOut { names }.into());
         }
         let used = found.electrodes.iter().filter(|name| first.is_bad(name));
         let used: Vec<&str> = used.map(String::as_str).collect();
         if !used.is_empty() {
             let names = used.join(", ");
-            found.doubts.push(EegDoubt::BadUsed { names }.into());
+            found.warnings.push(EegWarning::BadUsed { names }.into());
         }
         Ok(found)
     }
@@ -180,7 +180,7 @@ impl Signals {
             starts,
             volts,
             missing: Vec::new(),
-            doubts: Vec::new(),
+            warnings: Vec::new(),
         }
         .with_numbers())
     }
@@ -227,7 +227,7 @@ impl Signals {
                 channels: flat.join(", "),
             });
         }
-        let mut doubts = Vec::new();
+        let mut warnings = Vec::new();
         for (name, signal) in signals() {
             let share = flat_top_fraction(signal);
             if share > SATURATED_SHARE {
@@ -237,8 +237,8 @@ impl Signals {
                 });
             }
             if share > 0.0 {
-                doubts.push(
-                    EegDoubt::SomeSaturated {
+                warnings.push(
+                    EegWarning::SomeSaturated {
                         channel: name.clone(),
                         share,
                     }
@@ -246,16 +246,16 @@ impl Signals {
                 );
             }
         }
-        self.doubts = doubts;
+        self.warnings = warnings;
         Ok(self)
     }
 
-    /// The doubts about electrodes that stand apart from the others.
-    pub(super) fn apart(&self) -> Vec<Doubt> {
+    /// The warnings about electrodes that stand apart from the others.
+    pub(super) fn apart(&self) -> Vec<Warning> {
         let count = self.electrodes.len();
         let signals = self.volts.chunks_exact(self.length).take(count);
         let signals: Vec<&[f64]> = signals.collect();
-        quality::doubts(&self.electrodes, &signals, self.rate)
+        quality::warnings(&self.electrodes, &signals, self.rate)
     }
 
     /// The samples of each part.

@@ -348,9 +348,9 @@ fn what_the_table_beside_the_file_states_is_used() {
     let found = prepare(&[segment], &asked).unwrap();
     assert_eq!(found.epochs.channels(), ["C3", "VEOG"]);
     let codes: Vec<&str> = found
-        .doubts
+        .warnings
         .iter()
-        .map(|doubt| doubt.code.as_ref())
+        .map(|warning| warning.code.as_ref())
         .collect();
     assert_eq!(codes, ["eeg_markers_twice", "eeg_bad_channels_left_out"]);
     assert_eq!(found.epochs.count(), 4);
@@ -358,12 +358,12 @@ fn what_the_table_beside_the_file_states_is_used() {
         channels: ChannelChoice::Named(["C3", "C4"].map(String::from).to_vec()),
         ..asked.clone()
     };
-    let doubts = prepare(&[segment], &named).unwrap().doubts;
+    let warnings = prepare(&[segment], &named).unwrap().warnings;
     assert!(
-        doubts
+        warnings
             .iter()
-            .any(|doubt| doubt.code == "eeg_bad_channels_used"),
-        "{doubts:?}"
+            .any(|warning| warning.code == "eeg_bad_channels_used"),
+        "{warnings:?}"
     );
     // Without the table VEOG is no electrode, and no part of the mean of all.
     let plain = Segment {
@@ -524,9 +524,9 @@ fn a_density_is_of_the_positions_that_are_given() {
     let found = of(Some(&fewer));
     assert_eq!(found.epochs.channels(), &names[1..]);
     let codes: Vec<&str> = found
-        .doubts
+        .warnings
         .iter()
-        .map(|doubt| doubt.code.as_ref())
+        .map(|warning| warning.code.as_ref())
         .collect();
     assert_eq!(
         codes,

@@ -3,18 +3,18 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use piezotact::quantity::SampleRate;
 
 use super::signals::Signals;
 use super::{Marked, NotWhole, PrepareError};
-use crate::eeg::EegDoubt;
+use crate::eeg::EegWarning;
 use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
 use crate::eeg::reference::{Montage, ReferenceError};
 use crate::eeg::source::{Segment, is_bad_part, marker_name};
 
 /// The markers without those that stand a second time at one sample under one condition.
-pub(super) fn once(marked: Vec<Marked>, doubts: &mut Vec<Doubt>) -> Vec<Marked> {
+pub(super) fn once(marked: Vec<Marked>, warnings: &mut Vec<Warning>) -> Vec<Marked> {
     let all = marked.len();
     let mut seen = BTreeSet::new();
     let kept: Vec<Marked> = marked
@@ -23,7 +23,7 @@ pub(super) fn once(marked: Vec<Marked>, doubts: &mut Vec<Doubt>) -> Vec<Marked> 
         .collect();
     let count = all - kept.len();
     if count > 0 {
-        doubts.push(EegDoubt::MarkersTwice { count }.into());
+        warnings.push(EegWarning::MarkersTwice { count }.into());
     }
     kept
 }
@@ -87,7 +87,7 @@ pub(super) fn beside_unusable(
 pub(super) fn with_position(
     epochs: &Epochs,
     measured: Option<&Montage>,
-    doubts: &mut Vec<Doubt>,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(Epochs, Montage), PrepareError> {
     let known = match measured {
         None => Montage::known(epochs.channels()),
@@ -109,22 +109,22 @@ pub(super) fn with_position(
     }
     if !missing.is_empty() {
         let names = missing.join(", ");
-        doubts.push(EegDoubt::WithoutPosition { names }.into());
+        warnings.push(EegWarning::WithoutPosition { names }.into());
     }
     let picked: Vec<&str> = names.iter().map(String::as_str).collect();
     let epochs = epochs.picked(&picked)?;
     Ok((epochs, Montage::new(names, positions)?))
 }
 
-/// A doubt about channels in the mean of all electrodes that have no position, where most have one: they may be none.
-pub(super) fn unknown_in_average(epochs: &Epochs) -> Option<Doubt> {
+/// A warning about channels in the mean of all electrodes that have no position, where most have one: they may be none.
+pub(super) fn unknown_in_average(epochs: &Epochs) -> Option<Warning> {
     let known = Montage::known(epochs.channels());
     let all = epochs.channels().iter().zip(known);
     let unknown = all.filter(|(_, position)| position.is_none());
     let names: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
     let few = !names.is_empty() && 2 * names.len() < epochs.channels().len();
-    let doubt = EegDoubt::UnknownInReference {
+    let warning = EegWarning::UnknownInReference {
         names: names.join(", "),
     };
-    few.then(|| doubt.into())
+    few.then(|| warning.into())
 }

@@ -3,9 +3,9 @@
 mod positions;
 mod spline;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 
-use super::EegDoubt;
+use super::EegWarning;
 use super::epochs::{Epochs, EpochsError};
 use super::source::is_lettered;
 use positions::POSITIONS;
@@ -281,8 +281,8 @@ pub fn map_positions(side: usize) -> Vec<(usize, [f64; 3])> {
     positions
 }
 
-/// A doubt where positions of a map lie far from every electrode.
-fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Doubt> {
+/// A warning where positions of a map lie far from every electrode.
+fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Warning> {
     let nearest = |position: &[f64; 3]| {
         let closest = montage.positions.iter().map(|own| dot(own, position));
         closest.fold(-1.0, f64::max).acos().to_degrees()
@@ -293,12 +293,12 @@ fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Doubt> {
         .filter(|a| *a > FAR_DEG)
         .collect();
     let angle_deg = angles.iter().copied().fold(0.0, f64::max);
-    let doubt = EegDoubt::FarFromElectrodes {
+    let warning = EegWarning::FarFromElectrodes {
         positions: angles.len(),
         angle_deg,
     };
     (!angles.is_empty())
-        .then(|| doubt.into())
+        .then(|| warning.into())
         .into_iter()
         .collect()
 }

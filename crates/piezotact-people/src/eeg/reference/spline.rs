@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use piezotact::Doubt;
+use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::{Montage, ReferenceError, dot, far};
@@ -129,7 +129,7 @@ pub struct Interpolation {
     channels: usize,
     weights: Vec<f64>,
     /// What to know before relying on the values.
-    pub doubts: Vec<Doubt>,
+    pub warnings: Vec<Warning>,
 }
 
 impl Interpolation {
@@ -169,7 +169,7 @@ impl Interpolation {
         Ok(Self {
             channels: n,
             weights,
-            doubts: far(montage, &positions),
+            warnings: far(montage, &positions),
         })
     }
 
@@ -247,11 +247,11 @@ mod tests {
         let found = plan.apply(&values).unwrap();
         // Smoothed by the regularisation: by less than a tenth of their range of 5.
         assert!(found.iter().zip(values).all(|(a, b)| (a - b).abs() < 0.5));
-        assert!(plan.doubts.is_empty());
+        assert!(plan.warnings.is_empty());
         // A constant stays one everywhere, and below the head nothing was measured.
         let below = Interpolation::plan(&montage, &[[0.0, 0.0, -1.0]]).unwrap();
         assert!((below.apply(&[7.0; 9]).unwrap()[0] - 7.0).abs() < 1e-9);
-        assert_eq!(below.doubts.len(), 1);
+        assert_eq!(below.warnings.len(), 1);
         assert!(plan.apply(&values[1..]).is_err());
     }
 

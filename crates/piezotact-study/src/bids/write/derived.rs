@@ -30,7 +30,7 @@ pub struct Derived<'a> {
     pub columns: BTreeMap<String, ColumnMeaning>,
     /// What it is, in a sentence.
     pub description: &'a str,
-    /// How it was made: settings, doubts and verdicts, as its document has them.
+    /// How it was made: settings, warnings and verdicts, as its document has them.
     pub provenance: serde_json::Value,
     /// What it was made from.
     pub sources: Sources<'a>,

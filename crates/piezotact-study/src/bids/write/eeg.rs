@@ -89,7 +89,7 @@ impl BidsWriter<'_> {
         let events = &mut recording.annotations.events;
         let lasts_s = brain.recording.duration().0;
         events.retain(|event| {
-            // One outside the samples, of which a doubt of the reader tells, is none of this recording.
+            // One outside the samples, of which a warning of the reader tells, is none of this recording.
             let is_within = (0.0..=lasts_s).contains(&event.onset_s.0);
             is_within && event.kind != "New Segment"
         });

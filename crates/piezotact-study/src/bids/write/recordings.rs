@@ -208,7 +208,7 @@ impl BidsWriter<'_> {
             channels: numbers.to_vec(),
             condition: about.condition.clone(),
             provenance,
-            doubts: about.doubts.clone(),
+            warnings: about.warnings.clone(),
             labels,
             source_file: source.as_ref().map(|name| format!("bids::{name}")),
             others,

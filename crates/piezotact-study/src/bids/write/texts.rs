@@ -147,7 +147,7 @@ pub(super) fn with_recording_events(columns: &mut Columns, kinds: &BTreeSet<Stri
 /// The read-me of what is derived.
 pub(super) const DERIVED: &str = "# What was computed of the study
 
-Tables with a JSON file each: its description, the recordings that it was made from (`Sources`), and how (`Provenance`: settings, doubts, verdicts).
+Tables with a JSON file each: its description, the recordings that it was made from (`Sources`), and how (`Provenance`: settings, warnings, verdicts).
 
 - `*_psd`: power spectral density of the friction-induced vibration over strokes. `*_features`: features of each stroke.
 - `*_verification`: how close a drive came to the recorded stroke when it was prepared.
@@ -197,7 +197,7 @@ pub(super) fn with_tags(columns: &mut Columns) {
 pub(super) fn readme(
     about: &DatasetAbout<'_>,
     protocol: &Protocol,
-    (exported, doubts): (&Exported, &[String]),
+    (exported, warnings): (&Exported, &[String]),
 ) -> String {
     let mut text = format!("# {}\n\n", about.name);
     if let Some(simulated) = about.simulated {
@@ -217,10 +217,10 @@ pub(super) fn readme(
         protocol.name,
         protocol.source
     );
-    if !(about.doubts.is_empty() && doubts.is_empty()) {
+    if !(about.warnings.is_empty() && warnings.is_empty()) {
         text.push_str("## What to know before relying on it\n\n");
-        for doubt in about.doubts.iter().chain(doubts) {
-            let _never_fails = writeln!(text, "- {doubt}");
+        for warning in about.warnings.iter().chain(warnings) {
+            let _never_fails = writeln!(text, "- {warning}");
         }
         text.push('\n');
     }

@@ -1,7 +1,7 @@
 //! Periods that are known, and lines that are none.
 
 use super::*;
-use crate::compare::CompareDoubt;
+use crate::compare::CompareWarning;
 
 /// Numbers that look normal: sums of twelve uniform ones.
 struct Noise(u64);
@@ -185,7 +185,7 @@ fn ridges_are_found_at_all_speeds() {
     assert!((found.period_m / 0.002 - 1.0).abs() < 0.005, "{found:?}");
     let [low, high] = found.interval_m.unwrap();
     assert!(
-        low < 0.002 && 0.002 < high && found.doubts.is_empty(),
+        low < 0.002 && 0.002 < high && found.warnings.is_empty(),
         "{found:?}"
     );
     assert_eq!(spatial_period(&[], Hertz(0.0)), None);
@@ -205,7 +205,7 @@ fn ridges_are_found_at_all_speeds() {
         .collect();
     if let Some(none) = spatial_period(&slidings, Hertz(5.0)) {
         assert!(
-            matches!(&none.doubts[..], [doubt] if matches!(doubt.kind(), Some(CompareDoubt::NoCommonPeriod { .. }))),
+            matches!(&none.warnings[..], [warning] if matches!(warning.kind(), Some(CompareWarning::NoCommonPeriod { .. }))),
             "{none:?}"
         );
         assert!(none.peaks.len() <= 3);
@@ -251,7 +251,7 @@ fn ridges(period_m: f64, levels: &[f64], speeds_m_s: &[f64]) -> SpatialPeriod {
 }
 
 /// At the slowest speed the period itself lies below the filter, and only its harmonics are in reach at all speeds: a half or a third of the
-/// period was said, with a narrow interval and no doubt.
+/// period was said, with a narrow interval and no warning.
 #[test]
 fn a_period_below_the_filter_at_slow_speeds_is_no_shorter() {
     let comb = [1.0, 0.3, 0.1];
@@ -290,11 +290,11 @@ fn a_multiple_that_no_two_speeds_hold_leaves_the_period_open() {
         let holds = |m: &f64| (m / period_m - 1.0).abs() < 0.02;
         assert!(found.open_multiples_m.iter().any(holds), "{found:?}");
         assert_eq!(found.open_multiples_m.len(), open, "{found:?}");
-        let kinds: Vec<_> = found.doubts.iter().filter_map(Doubt::kind).collect();
+        let kinds: Vec<_> = found.warnings.iter().filter_map(Warning::kind).collect();
         assert!(
             kinds
                 .iter()
-                .any(|kind| matches!(kind, CompareDoubt::OpenMultiple { .. })),
+                .any(|kind| matches!(kind, CompareWarning::OpenMultiple { .. })),
             "{kinds:?}"
         );
         let said = found.conclusion();

@@ -1,10 +1,10 @@
 //! Why an impact test cannot be evaluated.
 
 use super::fault::HitFault;
-use crate::doubt::Advice;
 use crate::number::digits;
 use crate::number::rounded;
 use crate::transfer::TransferError;
+use crate::warning::Advice;
 
 /// Why an impact test cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

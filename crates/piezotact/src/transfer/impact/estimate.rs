@@ -8,17 +8,17 @@ use super::decay::Left;
 use super::pulses::{Force, without_baseline};
 use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
-use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactDoubt, ImpactError};
-use crate::doubt::Doubt;
+use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactError, ImpactWarning};
 use crate::fourier::RealTransform;
-use crate::integrity::{Pair, SignalDoubt, transfer_doubts};
+use crate::integrity::{Pair, SignalWarning, transfer_warnings};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::series::Series;
 use crate::spectrum::EstimateError;
 use crate::statistics::{mean, median};
 use crate::transfer::{
-    CrossSpectra, Estimator, TransferDoubt, TransferError, TransferFunction, judge,
+    CrossSpectra, Estimator, TransferError, TransferFunction, TransferWarning, judge,
 };
+use crate::warning::Warning;
 
 /// So many hits are recommended.
 const RECOMMENDED_HITS: usize = 3;
@@ -158,33 +158,36 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         hits,
     };
     function.about.provenance.steps.push(step(&test, estimator));
-    function.about.doubts.extend(doubts(&test, left, &found));
+    function
+        .about
+        .warnings
+        .extend(warnings(&test, left, &found));
     let largest = signals
         .response
         .iter()
         .fold(0.0_f64, |most, v| v.abs().max(most));
     if drift > LEAST_DRIFT * largest {
         let share = drift / largest;
-        (function.about.doubts).push(ImpactDoubt::ResponseDrifts { share }.into());
+        (function.about.warnings).push(ImpactWarning::ResponseDrifts { share }.into());
     }
     let remains = used.iter().map(|i| segments.hits[*i].remains);
     let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
     if !remains.is_empty() {
-        let doubt = ImpactDoubt::EarlierResponse {
+        let warning = ImpactWarning::EarlierResponse {
             hits: remains.len(),
             share: remains.iter().copied().fold(0.0, f64::max),
         };
-        function.about.doubts.push(doubt.into());
+        function.about.warnings.push(warning.into());
     }
-    function.about.doubts.extend(undriven(&function));
+    function.about.warnings.extend(undriven(&function));
     let times: Vec<f64> = used.iter().map(|i| test.hits[*i].at_s).collect();
     let band = function.driven;
-    (function.about.doubts).extend(band.and_then(|band| cut.others(band, rate, &times)));
+    (function.about.warnings).extend(band.and_then(|band| cut.others(band, rate, &times)));
     if test.used() > 1 {
-        function.about.doubts.extend(judge::weak(&function));
+        function.about.warnings.extend(judge::weak(&function));
         let related = spectra.relation().filter(|relation| !relation.is_shown());
-        function.about.doubts.extend(related.map(|relation| {
-            TransferDoubt::Unrelated {
+        function.about.warnings.extend(related.map(|relation| {
+            TransferWarning::Unrelated {
                 coherence: relation.coherence,
                 limit: relation.limit,
                 averages: relation.averages,
@@ -192,7 +195,7 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
             .into()
         }));
     }
-    function.about.doubts.extend(copied(force, response));
+    function.about.warnings.extend(copied(force, response));
     function.impact = Some(test);
     let traces = cut.traces(&windows, (&segments, rate), (&spectra, highest.0));
     Ok(ImpactEstimate { function, traces })
@@ -368,10 +371,10 @@ impl Cut {
         Ok(spectra)
     }
 
-    /// The doubt about hits, whose `times` in s are those of the segments, with another response than the others have.
+    /// The warning about hits, whose `times` in s are those of the segments, with another response than the others have.
     ///
     /// Of each hit the part of the energy of the response in the driven band that H1 of the other hits does not predict.
-    fn others(&self, band: Band, rate: SampleRate, times: &[f64]) -> Option<Doubt> {
+    fn others(&self, band: Band, rate: SampleRate, times: &[f64]) -> Option<Warning> {
         if self.x.len() < LEAST_TO_COMPARE {
             return None;
         }
@@ -404,7 +407,7 @@ impl Cut {
             .unzip();
         (!at_s.is_empty()).then(|| {
             let share = found.iter().copied().fold(0.0, f64::max);
-            ImpactDoubt::OtherResponse { at_s, share, usual }.into()
+            ImpactWarning::OtherResponse { at_s, share, usual }.into()
         })
     }
 
@@ -489,8 +492,9 @@ fn function_of<I: Quantity, O: Quantity>(
     )?;
     function.effective_averages = spectra.effective_averages;
     // Hits are counted by other standards than segments of noise.
-    let few = |doubt: &Doubt| matches!(doubt.kind(), Some(TransferDoubt::FewAverages { .. }));
-    function.about.doubts.retain(|doubt| !few(doubt));
+    let few =
+        |warning: &Warning| matches!(warning.kind(), Some(TransferWarning::FewAverages { .. }));
+    function.about.warnings.retain(|warning| !few(warning));
     Ok(function)
 }
 
@@ -525,26 +529,26 @@ fn driven<I: Quantity, O: Quantity>(
     Band::new(hz(at - below), hz(at + above.max(1) - 1)).ok()
 }
 
-/// The doubt about the lines above those that are driven.
-fn undriven<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Doubt> {
+/// The warning about the lines above those that are driven.
+fn undriven<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
     judge::outside(function.driven?, whole, function.resolution_hz())
 }
 
 /// What limits the test.
-fn doubts(test: &ImpactTest, left: Left, found: &Force) -> Vec<Doubt> {
+fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
     let hits = test.hits.iter();
-    let mut doubts: Vec<Doubt> = hits
+    let mut warnings: Vec<Warning> = hits
         .flat_map(|hit| {
             hit.faults
                 .iter()
-                .map(|fault| ImpactDoubt::of_hit(hit.at_s, *fault))
+                .map(|fault| ImpactWarning::of_hit(hit.at_s, *fault))
         })
         .collect();
     match test.used() {
-        1 => doubts.push(ImpactDoubt::OneHit.into()),
-        hits if hits < RECOMMENDED_HITS => doubts.push(
-            ImpactDoubt::FewHits {
+        1 => warnings.push(ImpactWarning::OneHit.into()),
+        hits if hits < RECOMMENDED_HITS => warnings.push(
+            ImpactWarning::FewHits {
                 hits,
                 recommended: RECOMMENDED_HITS,
             }
@@ -553,16 +557,16 @@ fn doubts(test: &ImpactTest, left: Left, found: &Force) -> Vec<Doubt> {
         _ => {}
     }
     if test.added_damping_per_s > 0.0 {
-        doubts.push(
-            ImpactDoubt::AddedDamping {
+        warnings.push(
+            ImpactWarning::AddedDamping {
                 damping_per_s: test.added_damping_per_s,
                 left: left.share,
             }
             .into(),
         );
     } else if left.share > AT_REST {
-        doubts.push(
-            ImpactDoubt::NotDecayed {
+        warnings.push(
+            ImpactWarning::NotDecayed {
                 left: left.share,
                 octave_hz: left.octave_hz,
                 segment_s: test.segment_s,
@@ -571,8 +575,8 @@ fn doubts(test: &ImpactTest, left: Left, found: &Force) -> Vec<Doubt> {
         );
     }
     if found.drift > LEAST_DRIFT * found.largest {
-        doubts.push(
-            ImpactDoubt::ForceDrifts {
+        warnings.push(
+            ImpactWarning::ForceDrifts {
                 share: found.drift / found.largest,
             }
             .into(),
@@ -581,14 +585,14 @@ fn doubts(test: &ImpactTest, left: Left, found: &Force) -> Vec<Doubt> {
     if polarity(found) < 0.0 {
         let used = test.hits.iter().filter(|hit| hit.is_used());
         let peak = used.map(|hit| hit.peak).fold(0.0, f64::min);
-        doubts.push(ImpactDoubt::NegativeForce { peak }.into());
+        warnings.push(ImpactWarning::NegativeForce { peak }.into());
     }
-    doubts
+    warnings
 }
 
-/// The doubt that both are one signal. What else is said of a pair holds for drives that last.
-fn copied<I: Quantity, O: Quantity>(force: &Series<I>, response: &Series<O>) -> Vec<Doubt> {
-    let found = transfer_doubts(&Pair {
+/// The warning that both are one signal. What else is said of a pair holds for drives that last.
+fn copied<I: Quantity, O: Quantity>(force: &Series<I>, response: &Series<O>) -> Vec<Warning> {
+    let found = transfer_warnings(&Pair {
         drive: force.samples(),
         response: response.samples(),
         rate: force.rate(),
@@ -596,7 +600,7 @@ fn copied<I: Quantity, O: Quantity>(force: &Series<I>, response: &Series<O>) -> 
         response_name: O::NAME,
         drive_limit: (I::UNIT == Unit::FullScale).then_some(1.0),
     });
-    let copy = |doubt: &Doubt| matches!(doubt.kind(), Some(SignalDoubt::Copied { .. }));
+    let copy = |warning: &Warning| matches!(warning.kind(), Some(SignalWarning::Copied { .. }));
     found.into_iter().filter(copy).collect()
 }
 

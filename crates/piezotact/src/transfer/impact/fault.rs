@@ -4,8 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::doubt::words::percent;
-use crate::doubt::{Advice, Subject};
+use crate::warning::words::percent;
+use crate::warning::{Advice, Subject};
 
 /// Why a hit is not used.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -8,7 +8,6 @@
 
 #[cfg(feature = "modal")]
 mod decay;
-mod doubt;
 mod error;
 #[cfg(feature = "modal")]
 mod estimate;
@@ -19,8 +18,8 @@ mod pulses;
 mod record;
 #[cfg(feature = "modal")]
 mod segments;
+mod warning;
 
-pub use doubt::ImpactDoubt;
 pub use error::ImpactError;
 #[cfg(feature = "modal")]
 pub use estimate::{ImpactEstimate, estimate_impacts};
@@ -28,6 +27,7 @@ pub use fault::HitFault;
 pub(crate) use pulses::short_pulses;
 pub use pulses::{Transient, transient};
 pub use record::{Hit, ImpactTest, ImpactTraces};
+pub use warning::ImpactWarning;
 
 /// What the drive is taken for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -28,7 +28,7 @@ const USUAL_PART: f64 = 0.5;
 pub(super) const AT_REST: f64 = 0.01;
 /// A larger share that is left at the end of a segment is that of a hit without an end: −14 dB.
 pub(super) const MOST_LEFT: f64 = 0.2;
-/// A larger share of the largest level before the hit is not rest: −26 dB. Up to `MOST_LEFT` it is a doubt.
+/// A larger share of the largest level before the hit is not rest: −26 dB. Up to `MOST_LEFT` it is a warning.
 pub(super) const MOST_BEFORE: f64 = 0.05;
 /// Below this ratio to its noise a level is noise.
 const OVER_NOISE: f64 = 1.5;

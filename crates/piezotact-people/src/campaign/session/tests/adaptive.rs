@@ -154,7 +154,7 @@ fn an_adaptive_session_is_the_same_from_its_journal_at_every_step() {
     }
     let (confirmed, planned) = run.state.progress()["staircase"];
     assert_eq!(confirmed, planned);
-    assert!(run.state.doubts().iter().all(is_under_way));
+    assert!(run.state.warnings().iter().all(is_under_way));
     for (_, event) in &run.events {
         let json = serde_json::to_string(event).unwrap();
         assert_eq!(serde_json::from_str::<Event>(&json).unwrap(), *event);
@@ -201,7 +201,7 @@ fn thresholds_of_simulated_observers_are_recovered() {
 fn an_observer_who_answers_at_random_is_not_decided() {
     let (protocol, plan) = jnd();
     let mut decided: BTreeMap<&str, u32> = BTreeMap::new();
-    let mut doubts = 0;
+    let mut warnings = 0;
     for index in 0..200 {
         let mut observer = Observer::new(index + 1000);
         let state = fast(&protocol, &plan, |_, _| match observer.uniform() < 0.5 {
@@ -212,11 +212,11 @@ fn an_observer_who_answers_at_random_is_not_decided() {
             let found = threshold(&state, task).decided();
             *decided.entry(task).or_default() += u32::from(found == Outcome::Met);
         }
-        doubts += u32::from(!state.doubts().is_empty());
+        warnings += u32::from(!state.warnings().is_empty());
     }
     assert!(decided.values().all(|count| *count <= 4), "{decided:?}");
     // Five trials with one wrong answer allowed are passed by 6/32 of those who guess, two tasks by 3.5 %.
-    assert!(doubts >= 180, "{doubts}");
+    assert!(warnings >= 180, "{warnings}");
 }
 
 #[test]
@@ -390,7 +390,7 @@ fn other_stimuli_than_chosen_count_as_what_they_were() {
 }
 
 #[test]
-fn feedback_follows_training_alone_and_catch_failures_raise_a_doubt() {
+fn feedback_follows_training_alone_and_catch_failures_raise_a_warning() {
     let (protocol, plan) = jnd();
     let mut run = Run::begun(&protocol, &plan);
     let trial = &plan.trials[0];
@@ -439,14 +439,14 @@ fn feedback_follows_training_alone_and_catch_failures_raise_a_doubt() {
             panic!("catch trials are missing");
         };
         assert_eq!((of_quest.failed, of_quest.allowed), (wrong, 1));
-        let mut doubts = run.state.doubts();
-        doubts.retain(|doubt| !is_under_way(doubt));
-        assert_eq!(doubts.len(), usize::from(wrong > 1));
-        if let Some(doubt) = doubts.first() {
-            let kind: CampaignDoubt = doubt.kind().unwrap();
+        let mut warnings = run.state.warnings();
+        warnings.retain(|warning| !is_under_way(warning));
+        assert_eq!(warnings.len(), usize::from(wrong > 1));
+        if let Some(warning) = warnings.first() {
+            let kind: CampaignWarning = warning.kind().unwrap();
             assert_eq!(
                 kind,
-                CampaignDoubt::CatchTrialsFailed {
+                CampaignWarning::CatchTrialsFailed {
                     task: "quest".to_owned(),
                     failed: 2,
                     answered: 5,
@@ -578,6 +578,6 @@ fn an_interrupted_run_goes_on_from_its_answers() {
     }
 }
 
-fn is_under_way(doubt: &Doubt) -> bool {
-    matches!(doubt.kind(), Some(CampaignDoubt::UnderWay { .. }))
+fn is_under_way(warning: &Warning) -> bool {
+    matches!(warning.kind(), Some(CampaignWarning::UnderWay { .. }))
 }

@@ -1,0 +1,257 @@
+//! Faults of a force cell detected in its normal force: a wrong unit or scale, and a zero with a large offset, drift or
+//! scatter.
+
+use std::fmt;
+
+use super::contact::Force;
+use super::frames::quantile;
+use crate::clipping::flat_top_fraction;
+use crate::number::rounded;
+use crate::statistics::mean;
+use crate::warning::{Advice, Subject, Warning, WarningKind, warnings};
+
+/// The largest plausible force of a sliding fingertip, N: surfaces are explored with 0.1 to 5 N; the maximal force of most
+/// people at rest is 30 to 60 N.
+const LARGEST_N: f64 = 20.0;
+/// A change of the zero is reported from this share of the contact threshold on.
+const SIZEABLE: f64 = 0.1;
+/// The fewest lifts from which a trend of the zero is tested.
+const LIFTS_OF_A_COURSE: usize = 4;
+/// One-sided 5 % of the standard normal distribution.
+const NORMAL: f64 = 1.645;
+
+warnings! {
+    /// What a person should know of a force before relying on it.
+    pub enum ForceWarning {
+        /// A normal force that no fingertip presses with.
+        ForceImplausible("force_implausible") {
+            /// The largest force above its zero, N.
+            level_n: f64,
+            /// What fingertips reach, N.
+            largest_n: f64,
+            /// The share of samples at the cell's limit, 0–1.
+            at_limit_share: f64,
+        },
+        /// The zero of a force cell lies farther from 0 than any fingertip presses.
+        ForceZeroFar("force_zero_far") {
+            /// The zero, N.
+            zero_n: f64,
+            /// What fingertips reach, N.
+            largest_n: f64,
+        },
+        /// The zero of a force cell differs from lift to lift without a trend.
+        ForceZeroScatters("force_zero_scatters") {
+            /// The lowest zero, N.
+            from_n: f64,
+            /// The highest zero, N.
+            to_n: f64,
+            /// In how many lifts.
+            lifts: usize,
+            /// What a contact needs, N.
+            threshold_n: f64,
+        },
+        /// The forces never leave one level: their zeros are not known.
+        ZeroUnknown("zero_unknown"),
+        /// The zero of a force cell drifts.
+        ForceDrift("force_drift") {
+            /// The lowest baseline, N.
+            from_n: f64,
+            /// The highest baseline, N.
+            to_n: f64,
+            /// What a contact needs, N.
+            threshold_n: f64,
+        },
+    }
+}
+
+impl WarningKind for ForceWarning {
+    fn of(warning: &Warning) -> Option<Self> {
+        Self::of_warning(warning)
+    }
+
+    fn advice(&self) -> Vec<Advice> {
+        match self {
+            Self::ForceImplausible { .. } => vec![Advice::Check(Subject::UnitAndScale)],
+            Self::ForceZeroFar { .. } | Self::ForceZeroScatters { .. } => {
+                vec![Advice::Check(Subject::ForceCell)]
+            }
+            Self::ZeroUnknown => vec![Advice::RecordLift],
+            Self::ForceDrift { .. } => vec![Advice::ZeroForceCell],
+        }
+    }
+}
+
+impl fmt::Display for ForceWarning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::ForceImplausible {
+                level_n,
+                largest_n,
+                at_limit_share,
+            } if *at_limit_share > 0.0 => write!(
+                f,
+                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip \
+                    presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong, so forces \
+                    and friction are wrong",
+                100.0 * at_limit_share
+            ),
+            Self::ForceImplausible {
+                level_n, largest_n, ..
+            } => write!(
+                f,
+                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or \
+                    scale is wrong (mN, g or counts instead of N), so forces and friction are wrong"
+            ),
+            Self::ForceZeroFar { zero_n, largest_n } => write!(
+                f,
+                "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was not zeroed, carries a weight, or its unit is wrong"
+            ),
+            Self::ZeroUnknown => f.write_str(
+                "the finger never leaves the surface, or never touches it: the zeros of the forces are assumed to be 0, and \
+                    force and friction are only as accurate as this assumption",
+            ),
+            Self::ForceDrift { from_n, to_n, threshold_n } => write!(
+                f,
+                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero", threshold_n = rounded(*threshold_n)),
+            Self::ForceZeroScatters {
+                from_n,
+                to_n,
+                lifts,
+                threshold_n,
+            } => write!(
+                f,
+                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift \
+                    (a contact needs {threshold_n} N): forces have this uncertainty", threshold_n = rounded(*threshold_n)),
+        }
+    }
+}
+
+/// The warnings about `force`, computed from the samples `normal_n` with the contact threshold `on_n`.
+///
+/// Formula: a drift is shown where the zeros bᵢ of n lifts follow each other more closely than at random, by J. von
+/// Neumann's ratio: Σ(bᵢ₊₁ − bᵢ)²/Σ(bᵢ − b̄)² < 2 − 1.645·2·√((n − 2)/(n² − 1)).
+///
+/// Source: J. von Neumann (1941), Ann. Math. Stat. 12(4).
+pub(super) fn warnings_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> Vec<Warning> {
+    let level_n = quantile(&force.level_n, 0.99);
+    if level_n > LARGEST_N {
+        return vec![Warning::from(ForceWarning::ForceImplausible {
+            level_n,
+            largest_n: LARGEST_N,
+            at_limit_share: flat_top_fraction(normal_n),
+        })];
+    }
+    let zeros_n: Vec<f64> = force.baseline.0.iter().map(|(_, zero_n)| *zero_n).collect();
+    let zero_n = quantile(&zeros_n, 0.5);
+    let mut warnings = Vec::new();
+    if zero_n.abs() > LARGEST_N {
+        warnings.push(Warning::from(ForceWarning::ForceZeroFar {
+            zero_n,
+            largest_n: LARGEST_N,
+        }));
+    }
+    let (from_n, to_n) = force.baseline.range();
+    let threshold_n = on_n;
+    if to_n - from_n <= SIZEABLE * on_n {
+        return warnings;
+    }
+    warnings.push(if force.lifts.is_empty() {
+        // The lower envelope of one contact is no zero.
+        Warning::from(ForceWarning::ZeroUnknown)
+    } else if has_a_course(&zeros_n) {
+        Warning::from(ForceWarning::ForceDrift {
+            from_n,
+            to_n,
+            threshold_n,
+        })
+    } else {
+        Warning::from(ForceWarning::ForceZeroScatters {
+            from_n,
+            to_n,
+            lifts: zeros_n.len(),
+            threshold_n,
+        })
+    });
+    warnings
+}
+
+/// Whether values follow each other more closely than at random.
+fn has_a_course(values: &[f64]) -> bool {
+    if values.len() < LIFTS_OF_A_COURSE {
+        return false;
+    }
+    let middle = mean(values);
+    let spread: f64 = values.iter().map(|v| (v - middle).powi(2)).sum();
+    let steps: f64 = values.windows(2).map(|v| (v[1] - v[0]).powi(2)).sum();
+    let n = values.len() as f64;
+    steps / spread < 2.0 - NORMAL * 2.0 * ((n - 2.0) / (n * n - 1.0)).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::stroke::contact::above_drifting_zero;
+    use crate::stroke::frames::Frames;
+
+    const FRAMES: Frames = Frames {
+        size: 10,
+        rate_hz: 500.0,
+    };
+
+    /// Twelve touches of `press_n` on a zero of `zero` in newtons by the second, found with contacts from half of 0.2 N.
+    fn said(press_n: f64, zero: impl Fn(f64) -> f64) -> Vec<String> {
+        let force: Vec<f64> = (0..12_000)
+            .map(|i| {
+                let t = f64::from(i) / 500.0;
+                let touches = t % 2.0 > 0.5 && t % 2.0 < 1.6;
+                zero(t) + if touches { press_n } else { 0.0 }
+            })
+            .collect();
+        let found = above_drifting_zero(FRAMES, force.clone(), 0.1);
+        let warnings = warnings_of_force(&force, &found, 0.1);
+        warnings.iter().map(ToString::to_string).collect()
+    }
+
+    /// 200 N is not a drift of the zero: a unit or a scale is wrong, or the cell is saturated.
+    #[test]
+    fn two_hundred_newtons_are_named_as_what_they_are() {
+        assert_eq!(said(0.2, |_| 0.003), [""; 0]);
+        let text = said(200.0, |t| 15.0 * (0.3 * t).sin());
+        assert_eq!(text.len(), 1, "{text:?}");
+        assert!(
+            text[0].contains("reaches 2") && text[0].contains("unit or scale is wrong"),
+            "{text:?}"
+        );
+        let far = said(0.2, |_| -200.0);
+        assert!(
+            far.len() == 1 && far[0].contains("lies at -200 N"),
+            "{far:?}"
+        );
+    }
+
+    #[test]
+    fn a_drift_is_said_where_one_is_shown() {
+        let drifts = said(0.2, |t| 0.004 * t);
+        assert!(drifts[0].contains("drifts between"), "{drifts:?}");
+        // A zero that jumps to and fro between two lifts.
+        let scatters = said(0.2, |t| if t % 4.0 < 2.0 { 0.0 } else { 0.03 });
+        assert!(
+            scatters[0].contains("without a clear drift"),
+            "{scatters:?}"
+        );
+    }
+
+    #[test]
+    fn it_reads_back_as_it_was_written() {
+        let warning = Warning::from(ForceWarning::ForceZeroFar {
+            zero_n: 30.0,
+            largest_n: LARGEST_N,
+        });
+        let text = serde_json::to_string(&warning).unwrap();
+        assert_eq!(
+            text,
+            r#"{"code":"force_zero_far","values":{"largest_n":20,"zero_n":30},"advice":[{"check":"force_cell"}]}"#
+        );
+        assert_eq!(serde_json::from_str::<Warning>(&text).unwrap(), warning);
+    }
+}

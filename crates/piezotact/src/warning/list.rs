@@ -1,0 +1,102 @@
+//! A list of warnings without duplicates.
+
+use std::ops::Deref;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Merged, Warning, merged};
+
+/// A list of warnings without duplicates: a warning with the code, subject and values of one already in the list is not added.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(transparent)]
+pub struct Warnings(Vec<Warning>);
+
+impl Warnings {
+    /// No warnings.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Whether the list contains a warning with the code, subject and values of `warning`.
+    #[must_use]
+    pub fn say(&self, warning: &Warning) -> bool {
+        self.0.iter().any(|known| known.is_equivalent_to(warning))
+    }
+
+    /// Adds a warning that is not yet in the list.
+    pub fn push(&mut self, warning: impl Into<Warning>) {
+        let warning = warning.into();
+        if !self.say(&warning) {
+            self.0.push(warning);
+        }
+    }
+
+    /// Inserts `first` before the others, without duplicates.
+    pub fn put_first(&mut self, first: impl IntoIterator<Item = Warning>) {
+        let later = std::mem::replace(self, first.into_iter().collect());
+        self.extend(later);
+    }
+
+    /// Keeps those for which `keep` holds.
+    pub fn retain(&mut self, keep: impl FnMut(&Warning) -> bool) {
+        self.0.retain(keep);
+    }
+
+    /// Merges warnings of one kind into one.
+    ///
+    /// Source: decision 0030 of this project.
+    #[must_use]
+    pub fn merged(&self) -> Vec<Merged> {
+        merged(&self.0)
+    }
+}
+
+impl From<Warnings> for Vec<Warning> {
+    fn from(warnings: Warnings) -> Self {
+        warnings.0
+    }
+}
+
+impl Deref for Warnings {
+    type Target = [Warning];
+
+    fn deref(&self) -> &[Warning] {
+        &self.0
+    }
+}
+
+impl<D: Into<Warning>> Extend<D> for Warnings {
+    fn extend<I: IntoIterator<Item = D>>(&mut self, warnings: I) {
+        for warning in warnings {
+            self.push(warning);
+        }
+    }
+}
+
+impl<D: Into<Warning>> FromIterator<D> for Warnings {
+    fn from_iter<I: IntoIterator<Item = D>>(warnings: I) -> Self {
+        let mut all = Self::new();
+        all.extend(warnings);
+        all
+    }
+}
+
+impl IntoIterator for Warnings {
+    type Item = Warning;
+    type IntoIter = std::vec::IntoIter<Warning>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.into_iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a Warnings {
+    type Item = &'a Warning;
+    type IntoIter = std::slice::Iter<'a, Warning>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.0.iter()
+    }
+}
