@@ -2,7 +2,7 @@
 // Measured is from the moment at which the request is sent to the time of the event that stores the end, which comes after the last sound:
 // an upper limit of the time to the first silent sample. The bench is the twin in real time, with the journal on the disk.
 import { execFileSync, spawn } from "node:child_process";
-import { copyFileSync, existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { request } from "node:http";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
@@ -64,23 +64,22 @@ async function enter(origin, code) {
   return page;
 }
 
-// One stroke of S8 stands for all levels: what is tried is the stop.
 run("campaign new study --protocol roughness_jnd --seed 3");
 run("twin record --bench acttouch --sample S8 --participant 1 --seed 7 --strokes 3 --stroke-time 1s --out S8.parquet");
 run("characterise --bench twin:participant=1,seed=7 --out tf.json");
-run("prepare S8.parquet --transfer tf.json --bench twin:participant=1,seed=7 --mode texture --out drives");
-for (const level of Array.from({ length: 14 }, (_, i) => 2 * i - 26)) {
-  for (const [part, ending] of [["targets", "wav"], ["drives", "wav"], ["measured", "parquet"]]) {
-    for (const side of ["", ".json"]) {
-      const from = join(folder, `drives/${part}/S8.${ending}${side}`);
-      if (existsSync(from)) copyFileSync(from, join(folder, `drives/${part}/S8_increment_${level}.${ending}${side}`));
-    }
-  }
-}
+const PREPARED = "--transfer tf.json --bench twin:participant=1,seed=7 --mode texture";
+run(`prepare S8.parquet ${PREPARED} --out first`);
+// The levels of the protocol: S8 with an increment of so many dB re its own amplitude.
+const levels = Array.from({ length: 14 }, (_, i) => 2 * i - 26);
+for (const level of levels) run(`manipulate first/targets/S8.wav --gain ${(20 * Math.log10(1 + 10 ** (level / 20))).toFixed(3)}dB --out S8_increment_${level}.wav`);
+run(`prepare S8.parquet ${levels.map((level) => `S8_increment_${level}.wav`).join(" ")} ${PREPARED} --out drives`);
 const child = spawn(program, "serve study P01 discrimination --rehearsal --real-time --drives drives --bench twin:participant=1,seed=7 --port 0".split(" "), { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
 process.on("exit", () => child.kill("SIGKILL"));
 let out = "";
-await new Promise((found) => child.stdout.on("data", (text) => { out += text; if (out.includes("Ctrl-C ends")) found(); }));
+await new Promise((found, failed) => {
+  child.stdout.on("data", (text) => { out += text; if (out.includes("Ctrl-C ends")) found(); });
+  child.on("exit", (code) => failed(new Error(`the session did not begin: exit code ${code}`)));
+});
 const { origin, searchParams } = new URL(out.match(/http\S+/)[0]);
 const page = await enter(origin, searchParams.get("code"));
 const second = await enter(origin, searchParams.get("code"));

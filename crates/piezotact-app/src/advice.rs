@@ -1,93 +1,73 @@
-//! Advice of the science as options of the command line.
+//! The options of the command line with which the advice of a warning or an error is followed.
 
 use std::error::Error;
 
 use piezotact::Warning;
 use piezotact::document::Words;
-use piezotact::warning::{Advice, ChannelRole, Merged};
-use piezotact::wording;
+use piezotact::feature::FeatureError;
+use piezotact::recording::RecordingError;
+use piezotact::score::ScoreError;
+use piezotact::stroke::SegmentError;
+use piezotact::transfer::{ImpactError, TransferError};
+use piezotact::warning::Merged;
 #[cfg(feature = "haptic")]
 use piezotact_haptic::envelope::EnvelopeError;
-#[cfg(feature = "study")]
-use piezotact_people::association::{AssociationWarning, FeltWarning};
-#[cfg(feature = "study")]
-use piezotact_people::campaign::session::CampaignWarning;
-#[cfg(feature = "study")]
-use piezotact_people::eeg::EegWarning;
-#[cfg(feature = "surface")]
-use piezotact_surface::SurfaceWarning;
 
-/// The option with which advice is followed on the command line; `None` where there is none.
-fn option(advice: &Advice) -> Option<String> {
-    let option = match advice {
-        Advice::NameChannel { role } => match role {
-            ChannelRole::NormalForce => "--normal-force",
-            ChannelRole::Motion => "--motion",
-            ChannelRole::Vibration => "--vibration",
-            ChannelRole::Signal => "--channel",
-        },
-        Advice::StateScale => "--scale",
-        Advice::OmitRate => "without --rate",
-        Advice::LowerRate => "--rate",
-        Advice::StateLoad => "--load",
-        Advice::CutByHand => "--cuts",
-        Advice::TakeStroke => "--stroke N",
-        Advice::StateHighPass { at_hz } => return Some(format!("--high-pass {at_hz}")),
-        Advice::StateCutoff => "--cutoff",
-        Advice::LeaveUnfiltered => "--filter none",
-        Advice::StateStep => "--step",
-        Advice::ShorterSegments { .. } | Advice::LongerSegments => "--segment",
-        Advice::ExchangeDriveAndResponse => "--drive and --response",
-        Advice::NarrowBand | Advice::WidenBand => "--band",
-        Advice::GiveContactMap => "--contact-map",
-        Advice::DescribeDevice => "--gain and --volts-per-full-scale",
-        Advice::JoinWithItself => "manipulate --loop",
-        Advice::EvaluateAsImpacts => "--excitation impact",
-        Advice::StateExcitation => "--excitation",
-        Advice::ExponentialWindow => "--exponential",
-        Advice::ShowWarnings => "piezotact info",
-        Advice::PlayThroughOtherPlacement => {
-            "panel=FOLDER after the file name of the measured bench"
-        }
-        _ => return None,
-    };
-    Some(option.to_owned())
-}
-
-/// Advice in words, with its option.
-pub(crate) fn words(advice: &Advice) -> String {
-    match option(advice) {
-        Some(option) => format!("{advice} ({option})"),
-        None => advice.to_string(),
-    }
-}
+/// The options that a warning's advice needs, by code.
+const OPTIONS: [(&str, &str); 42] = [
+    ("contact_map_ends", "--contact-map"),
+    ("counts", "--scale"),
+    ("cutoff_unsettled", "--cutoff"),
+    ("device_not_described", "--gain and --volts-per-full-scale"),
+    ("few_averages", "--segment"),
+    ("filtered_twice", "--filter none"),
+    ("gesture_kept", "--high-pass"),
+    ("instrument_differs", "--cutoff"),
+    ("late_response", "--segment"),
+    ("length_unconfirmed", "--step"),
+    ("long_stroke", "--cuts"),
+    ("looks_filtered", "--filter none"),
+    ("low_coherence", "--band"),
+    ("no_contact", "--load"),
+    ("no_normal_force", "--normal-force"),
+    ("no_target_power", "--band"),
+    ("not_driven", "--band"),
+    ("nothing_cut", "--cuts"),
+    ("open_multiple", "--high-pass"),
+    (
+        "played_through_its_own",
+        "panel=FOLDER after the file name of the measured bench",
+    ),
+    ("power_outside_band", "--band"),
+    ("pulses_in_drive", "--excitation impact"),
+    ("pulses_in_response", "--drive and --response"),
+    ("rate_not_used", "without --rate"),
+    ("rehearsed", "piezotact info"),
+    ("rejected", "--cuts"),
+    ("response_not_decayed", "--exponential"),
+    ("several_accelerations", "--vibration"),
+    ("several_forces", "--normal-force"),
+    ("several_motions", "--motion"),
+    ("short_evaluation", "--cutoff"),
+    ("short_strokes", "--segment"),
+    ("slew_limited", "--band"),
+    ("strokes_differ", "--cuts"),
+    ("swapped_units", "--drive and --response"),
+    ("taken_as_impact", "--excitation"),
+    ("taken_whole", "--stroke N"),
+    ("thresholds_of_skin", "--contact-map"),
+    ("uncalibrated", "--scale"),
+    ("uneven_profile", "--cutoff"),
+    ("unresolved_resonance", "--segment"),
+    ("vibration_assumed", "--vibration"),
+];
 
 /// A warning in words: what was found, and what to do on the command line.
 pub(crate) fn text(warning: &Warning) -> String {
-    #[cfg(feature = "study")]
-    if let Some(text) = of_people(warning) {
-        return text;
+    match OPTIONS.iter().find(|(code, _)| *code == warning.code) {
+        Some((_, option)) => format!("{warning} ({option})"),
+        None => warning.to_string(),
     }
-    #[cfg(feature = "surface")]
-    if let Some(text) = wording::text_of::<SurfaceWarning>(warning, &words) {
-        return text;
-    }
-    wording::text_with(warning, &words)
-}
-
-/// A warning of the science of people in words.
-#[cfg(feature = "study")]
-fn of_people(warning: &Warning) -> Option<String> {
-    (warning
-        .kind::<AssociationWarning>()
-        .map(|said| said.to_string()))
-    .or_else(|| warning.kind::<FeltWarning>().map(|said| said.to_string()))
-    .or_else(|| {
-        warning
-            .kind::<CampaignWarning>()
-            .map(|said| said.to_string())
-    })
-    .or_else(|| warning.kind::<EegWarning>().map(|said| said.to_string()))
 }
 
 /// Warnings of one kind in words.
@@ -102,20 +82,35 @@ impl Words for OptionWords {
     fn warning(&self, warning: &Warning) -> String {
         text(warning)
     }
-
-    fn advice(&self, advice: &Advice) -> String {
-        words(advice)
-    }
 }
 
 /// The options that help with an error of the science.
-pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<String> {
-    let advice = wording::advice_of_error(error);
+pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str> {
+    if let Some(RecordingError::Ambiguous { .. }) = error.downcast_ref() {
+        return Some("--channel");
+    }
+    if let Some(RecordingError::Unit { .. }) = error.downcast_ref() {
+        return Some("--scale");
+    }
+    match error.downcast_ref() {
+        Some(TransferError::Transient { .. }) => return Some("--excitation impact"),
+        Some(TransferError::Impact(ImpactError::NoHit { .. } | ImpactError::NoPulses)) => {
+            return Some("--excitation");
+        }
+        _ => {}
+    }
+    if let Some(SegmentError::NothingToCutBy) = error.downcast_ref() {
+        return Some("--normal-force, --motion, --vibration");
+    }
+    if let Some(FeatureError::NoVibration | FeatureError::Units { .. }) = error.downcast_ref() {
+        return Some("--vibration");
+    }
+    if let Some(ScoreError::TooShort { .. }) = error.downcast_ref() {
+        return Some("manipulate --loop");
+    }
     #[cfg(feature = "haptic")]
-    let advice = match error.downcast_ref() {
-        Some(EnvelopeError::TooMany { .. }) => vec![Advice::LowerRate],
-        _ => advice,
-    };
-    let options: Vec<String> = advice.iter().filter_map(option).collect();
-    (!options.is_empty()).then(|| options.join(", "))
+    if let Some(EnvelopeError::TooMany { .. }) = error.downcast_ref() {
+        return Some("--rate");
+    }
+    None
 }

@@ -5,12 +5,12 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::document::{Content, Document, complete_warnings};
+use piezotact::document::{Content, Document};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::warning::{Merged, merged};
 use piezotact_dataset::{WriteError, write_atomically};
 
-use crate::advice::{OptionWords, merged_text};
+use crate::advice::merged_text;
 use crate::failure::{Failure, Outcome};
 use crate::invocation;
 use crate::progress::aside;
@@ -40,23 +40,16 @@ pub(crate) fn print(text: &str) -> Outcome {
     }
 }
 
-/// Prints the document of `content` as readable JSON, with every warning in it whole.
+/// Prints the document of `content` as readable JSON.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
     print(&document_text(content, None)?)
 }
 
 /// The document of `content`, which is written to `path` or printed, as readable JSON with how it was made.
 pub(crate) fn document_text(content: &impl Content, path: Option<&Path>) -> Outcome<String> {
-    let mut value = document_value(content)?;
+    let mut value = serde_json::to_value(Document::of(content))?;
     invocation::add_to(&mut value, path)?;
     Ok(serde_json::to_string_pretty(&value)?)
-}
-
-/// The document of `content`, with every warning in it whole: all its keys and a sentence.
-fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
-    let mut value = serde_json::to_value(Document::of(content))?;
-    complete_warnings(&mut value, &OptionWords);
-    Ok(value)
 }
 
 /// Prints `text`, or writes it to `path` whole or not at all.

@@ -518,10 +518,10 @@ fn a_transfer_function_leaves_out_what_was_lost() {
         warnings.iter().find(|d| d["code"] == code).cloned()
     };
     let lost = find(&said, "samples_lost").unwrap();
-    let places = lost["values"]["places_s"].as_array().unwrap().clone();
+    let places = lost["places_s"].as_array().unwrap().clone();
     assert_eq!(places.len(), 2, "{lost}");
     let left_out = find(&said, "segments_left_out").unwrap();
-    let count = |what: &str| left_out["values"][what].as_u64().unwrap();
+    let count = |what: &str| left_out[what].as_u64().unwrap();
     assert!((3..=6).contains(&count("left_out")), "{left_out}");
     assert_eq!(count("of"), plain["averages"].as_u64().unwrap());
     assert_eq!(
@@ -595,7 +595,7 @@ fn realisations_and_sweeps_that_lost_samples_are_left_out() {
         let said = run("hole.toml").json();
         let warnings = said["warnings"].as_array().unwrap();
         let left_out = warnings.iter().find(|d| d["code"] == "segments_left_out");
-        assert_eq!(left_out.unwrap()["values"]["left_out"], 1, "{kind}: {said}");
+        assert_eq!(left_out.unwrap()["left_out"], 1, "{kind}: {said}");
         run("holes.toml").expect_failure(1, &["sweeps or realisations", "lost samples"]);
     }
 }

@@ -250,7 +250,7 @@ fn clipping_is_said_once_whatever_the_format() {
         let warnings = said["warnings"].as_array().unwrap();
         let fraction = warnings
             .iter()
-            .find_map(|warning| warning["values"]["fraction"].as_f64())
+            .find_map(|warning| warning["fraction"].as_f64())
             .unwrap();
         assert!((fraction - 0.4).abs() < 0.01, "{call}: {fraction}");
     }

@@ -225,7 +225,7 @@ fn strokes_and_tables_are_textures_as_well() {
     assert!(said["duration_s"].as_f64().unwrap() < 2.0);
     let said = manipulate(&folder, "S8.parquet --gain 1dB --out x.wav --json").json();
     assert!(
-        said["warnings"].to_string().contains("--stroke N"),
+        said["warnings"].to_string().contains("use a single stroke"),
         "{said}"
     );
     manipulate(&folder, "S8.parquet --stroke 9 --gain 1dB --out x.wav").expect_failure(

@@ -41,7 +41,7 @@ fn criteria_are_numbers() {
         .unwrap()
         .iter()
         .find(|d| d["code"] == "rejected");
-    let reasons = &reasons.unwrap()["values"]["reasons"];
+    let reasons = &reasons.unwrap()["reasons"];
     assert_eq!(
         *reasons,
         serde_json::json!({ "stick_slip": 1, "no_sliding": 1 })

@@ -50,7 +50,7 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
             .about
             .warnings
             .push(Warning::from(RecordingWarning::InterruptedLater {
-                journal: journal_path(path).display().to_string(),
+                file: journal_path(path).display().to_string(),
             }));
     }
     Ok(stored)

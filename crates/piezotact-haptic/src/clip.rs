@@ -397,7 +397,7 @@ pub fn clip_of<Q: Quantity>(
     let full = points.iter().filter(|point| point.amplitude >= 1.0).count();
     if full > 0 {
         losses.push(Warning::from(ClippingWarning::Clipped {
-            what: "the amplitude envelope".into(),
+            signal: "the amplitude envelope".into(),
             fraction: full as f64 / points.len() as f64,
         }));
     }

@@ -156,7 +156,7 @@ fn what_is_not_felt_separates_nothing() {
     let not_felt = found.warnings.iter().filter_map(Warning::kind);
     let names: Vec<String> = not_felt
         .filter_map(|warning| match warning {
-            ScoreWarning::NotFelt { what, .. } => Some(what),
+            ScoreWarning::NotFelt { signal, .. } => Some(signal),
             _ => None,
         })
         .collect();

@@ -221,17 +221,12 @@ mod tests {
     use piezotact::figure::{Axis, Chart, Line, Tone};
     use piezotact::page::Column;
     use piezotact::stroke::StrokeWarning;
-    use piezotact::warning::Advice;
 
     struct Plain;
 
     impl Words for Plain {
         fn warning(&self, warning: &Warning) -> String {
             warning.code.to_string()
-        }
-
-        fn advice(&self, advice: &Advice) -> String {
-            advice.to_string()
         }
     }
 

@@ -12,40 +12,6 @@
 //! - touch: surfaces, strokes, what they say, what is distinguishable by touch, whole studies;
 //! - device: transfer functions, panels, rendering, verification, closed loops, manipulations, scores.
 
-/// `$of` of every kind of warnings: a module that raises warnings of its own has a line here.
-macro_rules! kinds_of_warnings {
-    ($of:ident) => {
-        [
-            $of::<crate::recording::RecordingWarning>,
-            $of::<crate::recording::RehearsalWarning>,
-            $of::<crate::spectrum::SpectrumWarning>,
-            $of::<crate::resample::ResampleWarning>,
-            $of::<crate::align::AlignWarning>,
-            $of::<crate::sound::SoundWarning>,
-            $of::<crate::clipping::ClippingWarning>,
-            $of::<crate::integrity::SignalWarning>,
-            $of::<crate::noise::NoiseWarning>,
-            $of::<crate::stroke::StrokeWarning>,
-            $of::<crate::stroke::ForceWarning>,
-            $of::<crate::feature::FeatureWarning>,
-            $of::<crate::discrimination::DiscriminationWarning>,
-            $of::<crate::compare::CompareWarning>,
-            $of::<crate::transfer::TransferWarning>,
-            $of::<crate::transfer::ImpactWarning>,
-            $of::<crate::run::RunWarning>,
-            $of::<crate::run::ForceSourceWarning>,
-            $of::<crate::panel::PanelWarning>,
-            $of::<crate::render::RenderWarning>,
-            $of::<crate::verify::VerifyWarning>,
-            $of::<crate::correct::LoopWarning>,
-            $of::<crate::correct::MeasurementFaultWarning>,
-            $of::<crate::manipulate::ManipulateWarning>,
-            $of::<crate::score::ScoreWarning>,
-            $of::<crate::prepare::PrepareWarning>,
-        ]
-    };
-}
-
 // Ground.
 pub mod checksum;
 pub mod criterion;
@@ -95,7 +61,6 @@ pub mod run;
 pub mod score;
 pub mod transfer;
 pub mod verify;
-pub mod wording;
 
 pub use series::Series;
 pub use warning::Warning;

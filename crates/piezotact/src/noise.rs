@@ -99,6 +99,7 @@ pub struct Noise {
     /// parts at both ends that the high-pass disturbs.
     pub levels: Vec<f64>,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 

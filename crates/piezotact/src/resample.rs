@@ -275,7 +275,7 @@ pub fn converted<Q: Quantity>(
         });
     }
     let warning = Warning::from(ResampleWarning::RateConverted {
-        what: what.into(),
+        signal: what.into(),
         from_hz: from.hz(),
         to_hz: to.hz(),
     });

@@ -123,7 +123,7 @@ impl Roles {
             let chosen = all.iter().find(known).or(all.first())?;
             if all.len() > 1 {
                 warnings.push(Warning::from(RecordingWarning::SeveralMotions {
-                    taken: chosen.name.clone(),
+                    channel: chosen.name.clone(),
                     unit: unit.to_string(),
                     count: all.len(),
                 }));
@@ -175,7 +175,7 @@ impl Roles {
                     .find(|c| named(c, &["nail", "fiv"], &[]))
                     .unwrap_or(&several[0]);
                 warnings.push(Warning::from(RecordingWarning::SeveralAccelerations {
-                    taken: chosen.name.clone(),
+                    channel: chosen.name.clone(),
                     count: several.len(),
                 }));
                 vec![chosen.name.clone()]

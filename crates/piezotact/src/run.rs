@@ -204,6 +204,7 @@ pub struct RunEnd {
     /// The provenance of the start, completed with what became known during the run, such as the sensors' noise at rest.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

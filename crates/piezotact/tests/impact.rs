@@ -261,11 +261,13 @@ fn a_hit_at_the_very_end_is_named() {
         matches!(faults[3][0], HitFault::AtTheEnd { left_s, needed_s } if (left_s - 0.03).abs() < 0.001 && needed_s > 0.3),
         "{faults:?}"
     );
-    assert!(
-        warnings
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::HitAtTheEnd { .. }))
-    );
+    assert!(warnings.iter().any(|d| matches!(
+        d,
+        ImpactWarning::HitNotUsed {
+            fault: HitFault::AtTheEnd { .. },
+            ..
+        }
+    )));
     let (fault, said) = refused(&spoiled(&[(0.98, 0.0006, 100.0)], 1.0, |_| {}));
     assert!(matches!(fault, HitFault::AtTheEnd { .. }), "{fault:?}");
     assert!(
@@ -284,11 +286,27 @@ fn two_hits_closer_than_the_decay_are_named() {
             matches!(faults[0][0], HitFault::NextTooClose { after_s, .. } if (after_s - at + 0.3).abs() < 0.001)
         );
         assert!(faults[2].is_empty() && faults[3].is_empty(), "{faults:?}");
-        let close = |d: &&ImpactWarning| matches!(d, ImpactWarning::NextHitTooClose { .. });
+        let close = |d: &&ImpactWarning| {
+            matches!(
+                d,
+                ImpactWarning::HitNotUsed {
+                    fault: HitFault::NextTooClose { .. },
+                    ..
+                }
+            )
+        };
         assert!(warnings.iter().any(|d| close(&d)));
         if fault {
             assert!(matches!(faults[1][..], [HitFault::StillMoving { share }] if share > 0.2));
-            let moving = |d: &&ImpactWarning| matches!(d, ImpactWarning::StillMoving { .. });
+            let moving = |d: &&ImpactWarning| {
+                matches!(
+                    d,
+                    ImpactWarning::HitNotUsed {
+                        fault: HitFault::StillMoving { .. },
+                        ..
+                    }
+                )
+            };
             assert!(warnings.iter().any(|d| moving(&d)));
         } else {
             assert!(faults[1].is_empty(), "{faults:?}");
@@ -332,11 +350,13 @@ fn overloads_are_named_in_force_and_response() {
             "{faults_of:?}"
         );
     }
-    assert!(
-        warnings
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::ForceOverload { .. }))
-    );
+    assert!(warnings.iter().any(|d| matches!(
+        d,
+        ImpactWarning::HitNotUsed {
+            fault: HitFault::ForceOverload { .. },
+            ..
+        }
+    )));
     let mut noise = Noise(9);
     let mut soft = spoiled(&USUAL, 3.3, |r| {
         r.force.iter_mut().for_each(|f| *f = f.min(80.0))

@@ -14,7 +14,6 @@ use piezotact::study::{
     Recorded, Stated, StudyAnalysis, StudyError, StudySettings, Take, Trend, analyse,
     analyse_watched, cut, cuts_table, strokes_table,
 };
-use piezotact::warning::WarningKind;
 
 /// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
 fn at_rate(name: &str, strokes: usize, own: Condition, rate_hz: f64) -> Recorded {
@@ -104,7 +103,7 @@ fn names(study: &StudyAnalysis) -> Vec<&str> {
         .collect()
 }
 
-fn raised<K: WarningKind>(take: &Take) -> Vec<K> {
+fn raised<K: std::error::Error + serde::de::DeserializeOwned>(take: &Take) -> Vec<K> {
     take.warnings()
         .iter()
         .filter_map(|warning| warning.kind())

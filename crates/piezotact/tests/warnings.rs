@@ -8,13 +8,11 @@ use piezotact::Warning;
 use piezotact::integrity::SignalWarning;
 use piezotact::panel::PanelWarning;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::recording::RecordingWarning;
 use piezotact::render::RenderWarning;
 use piezotact::run::{Ended, RunWarning};
 use piezotact::transfer::TransferWarning;
 use piezotact::verify::VerifyWarning;
-use piezotact::warning::{About, Advice, Example, Subject, Value, Warnings};
-use piezotact::wording;
+use piezotact::warning::{Example, Warnings};
 use serde_json::json;
 
 fn band(low: f64, high: f64) -> Band {
@@ -31,44 +29,24 @@ fn again(warning: &Warning) -> Warning {
 }
 
 #[test]
-fn a_warning_is_a_code_with_values_and_advice() {
+fn warning_is_written_as_code_fields_and_sentence() {
     let warning = Warning::from(RunWarning::ForceNotMeasured { load_n: 0.3 });
     assert_eq!(
         serde_json::to_value(&warning).unwrap(),
         json!({
             "code": "force_not_measured",
-            "values": { "load_n": 0.3 },
-            "advice": ["measure_force"]
+            "load_n": 0.3,
+            "text": "no force was measured: it is not known whether 0.3 N was held; measure the force together with the acceleration",
+            "seen": 1
         })
     );
-    let warning = Warning::from(RenderWarning::TurnedDown {
-        bands: vec![band(20.0, 97.5)],
+    let warning = Warning::from(RenderWarning::PowerOutsideBand {
         share: 0.1,
-        fits_at_db: -3.5,
+        band: band(20.0, 97.5),
     });
-    assert_eq!(
-        serde_json::to_value(&warning).unwrap(),
-        json!({
-            "code": "turned_down",
-            "values": {
-                "bands": [{ "low_hz": 20, "high_hz": 97.5 }],
-                "share": 0.1,
-                "fits_at_db": -3.5
-            },
-            "advice": [{ "lower_level": { "to_db": -3.5 } }]
-        })
-    );
-    let warning = Warning::from(RecordingWarning::Uncalibrated {
-        channel: "nail".into(),
-    });
-    assert_eq!(
-        serde_json::to_value(&warning).unwrap(),
-        json!({
-            "code": "uncalibrated",
-            "about": { "channel": "nail" },
-            "advice": ["state_scale"]
-        })
-    );
+    let written = serde_json::to_value(&warning).unwrap();
+    assert_eq!(written["band"], json!([20.0, 97.5]));
+    assert_eq!(warning.to_string(), written["text"].as_str().unwrap());
 }
 
 /// All field types, written and read again, are the warning that they were, and have the same text.
@@ -85,7 +63,7 @@ fn what_is_written_is_read_again() {
         PanelWarning::OfMembers {
             count: 3,
             of: 9,
-            measurement: Example("b, 0.2 N".into()),
+            measurement: Example::from("b, 0.2 N".to_owned()),
             example: member.into(),
         }
         .into(),
@@ -146,53 +124,36 @@ fn what_is_written_is_read_again() {
     assert!(often.is_equivalent_to(&warnings[0]));
 }
 
-/// A tag and its fields, as warnings were once written, are refused, and not half read.
+/// Both earlier forms are refused, and not half read.
 #[test]
-fn an_earlier_form_is_refused() {
-    let text = r#"{"warning": "force_not_measured", "load_n": 0.3}"#;
-    let said = serde_json::from_str::<Warning>(text)
-        .unwrap_err()
-        .to_string();
-    assert!(said.contains("make the file again"), "{said}");
-    assert!(serde_json::from_str::<Warning>(r#"{"share": 0.1}"#).is_err());
+fn earlier_forms_are_refused() {
+    for text in [
+        r#"{"warning": "force_not_measured", "load_n": 0.3}"#,
+        r#"{"code": "force_not_measured", "values": {"load_n": 0.3}, "advice": ["measure_force"]}"#,
+        r#"{"share": 0.1}"#,
+    ] {
+        let said = serde_json::from_str::<Warning>(text).unwrap_err();
+        assert!(said.to_string().contains("make the file again"), "{said}");
+    }
 }
 
-/// What a newer version writes is kept and written again as it was, and is readable.
+/// What a newer version writes is kept and written again as it was, with its sentence.
 #[test]
-fn a_warning_of_a_newer_version_is_kept() {
+fn warning_of_a_newer_version_is_kept() {
     let written = json!({
         "code": "finger_too_cold",
-        "about": { "phalanx": 3 },
-        "values": {
-            "skin_c": 17.5,
-            "limit_c": 25,
-            "at": { "example": "index" },
-            "band": { "low_hz": 20, "high_hz": 90.5 },
-            "site": { "side": "left", "dry": true },
-            "flags": [true, null, "x"]
-        },
-        "seen": 4,
-        "advice": ["warm_up", { "wait": { "for_s": 60 } }, "measure_again"]
+        "skin_c": 17.5,
+        "at": { "example": "index" },
+        "flags": [true, null, "x"],
+        "text": "the finger is too cold: warm it up",
+        "seen": 4
     });
     let warning: Warning = serde_json::from_value(written.clone()).unwrap();
     assert_eq!(serde_json::to_value(&warning).unwrap(), written);
-    assert_eq!(warning.advice[2], Advice::MeasureAgain);
-    assert!(matches!(warning.about, Some(About::Other(_))));
-    assert_eq!(warning.values["skin_c"], Value::Number(17.5));
-    let text = warning.to_string();
-    for part in [
-        "another version",
-        "finger_too_cold",
-        "skin_c = 17.5",
-        "measure again",
-        "warm_up",
-    ] {
-        assert!(text.contains(part), "{text}");
-    }
-    // A known code whose fields are not those of today is no kind of today.
-    let changed = read(r#"{"code": "force_not_measured", "values": {"load_mn": 300}}"#);
+    assert_eq!(warning.to_string(), "the finger is too cold: warm it up");
+    // A known code whose fields are not those of today is no variant of today.
+    let changed = read(r#"{"code": "force_not_measured", "load_mn": 300, "text": "no force"}"#);
     assert_eq!(changed.kind::<RunWarning>(), None);
-    assert!(changed.to_string().contains("load_mn = 300"), "{changed}");
     assert_eq!(again(&changed), changed);
 }
 
@@ -223,29 +184,17 @@ fn warnings_are_held_once() {
     );
 }
 
+/// A cause is a warning within the warning, and is written with its own code and sentence.
 #[test]
-fn a_front_end_words_advice_its_own_way() {
-    let warning = Warning::from(TransferWarning::Acausal {
-        lead_s: 0.01,
-        reach_s: 0.001,
-    });
-    assert_eq!(warning.advice, [Advice::Check(Subject::Channels)]);
-    let button = |_: &Advice| "[check]".to_owned();
-    let text = wording::text_with(&warning, &button);
-    assert!(text.ends_with("out of step; [check]"), "{text}");
-}
-
-/// A cause is a value within the warning, or a sentence, which is read, said and written unchanged.
-#[test]
-fn causes_are_values_or_sentences() {
+fn cause_is_written_within_the_warning() {
     use piezotact::correct::{LoopStop, LoopWarning, MeasurementFaultWarning};
-    let stopped = |why| Warning::from(LoopWarning::LoopStopped { best: 2, why });
     let cause = MeasurementFaultWarning::SensorClips { fraction: 0.02 }.into();
-    let warning = stopped(LoopStop::NotBelieved { cause });
+    let why = LoopStop::NotBelieved { cause };
+    let warning = Warning::from(LoopWarning::LoopStopped { best: 2, why });
     let json = serde_json::to_value(&warning).unwrap();
-    let why = &json["values"]["why"];
+    let why = &json["why"];
     assert_eq!(why["code"], "not_believed", "{json}");
-    assert_eq!(why["values"]["cause"]["code"], "sensor_clips", "{json}");
+    assert_eq!(why["cause"]["code"], "sensor_clips", "{json}");
     let read: Warning = serde_json::from_value(json).unwrap();
     assert_eq!(read.kind::<LoopWarning>(), warning.kind());
     let said = read.to_string();
@@ -255,17 +204,4 @@ fn causes_are_values_or_sentences() {
         ),
         "{said}"
     );
-    let sentence = serde_json::json!({
-        "code": "loop_stopped", "values": { "best": 2, "why": "it was dark" },
-    });
-    let read: Warning = serde_json::from_value(sentence.clone()).unwrap();
-    assert!(
-        read.to_string().contains("ended early (it was dark)"),
-        "{read}"
-    );
-    let again = serde_json::to_value(&read).unwrap();
-    assert_eq!(again["values"], sentence["values"]);
-    // Two causes are two things to know.
-    let both = [read, stopped(LoopStop::GotWorse)];
-    assert_eq!(piezotact::warning::merged(&both).len(), 2);
 }

@@ -190,7 +190,7 @@ mod tests {
         for field in ["schema", "version", "duration_s", "warnings"] {
             assert!(required.contains(&json!(field)), "{field}");
         }
-        let warning = &schema["$defs"]["WarningEntry"]["required"];
+        let warning = &schema["$defs"]["Merged"]["required"];
         assert!(
             warning.as_array().unwrap().contains(&json!("text")),
             "{warning}"

@@ -102,7 +102,7 @@ impl Progress {
         let many = self.unreadable as f64 > MOST_UNREADABLE * self.lines as f64;
         let warning = many.then(|| {
             Warning::from(ForceSourceWarning::LinesUnreadable {
-                source: self.name.clone(),
+                signal: self.name.clone(),
                 unreadable: self.unreadable,
                 lines: self.lines,
                 example: self.example.clone(),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use piezotact::Warning;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::document::Content;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Seconds, Unit};
@@ -13,7 +14,7 @@ use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{
     CoherenceSummary, Distortion, Estimator, ImpactTest, Limits, StoredIdentities,
 };
-use piezotact::warning::{Merged, WarningKind as _, merged};
+use piezotact::warning::{Merged, merged};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
@@ -378,11 +379,8 @@ impl RunInfo {
             }
         };
         let about = &contents.recording.about;
-        let is_cut = |warning| {
-            matches!(
-                RecordingWarning::of(warning),
-                Some(RecordingWarning::Interrupted { .. })
-            )
+        let is_cut = |warning: &Warning| {
+            matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. }))
         };
         Self::Read {
             file,

@@ -116,6 +116,7 @@ pub struct EndDocument {
     pub start_fingerprint: Option<u64>,
     /// What came up while recording.
     #[serde(default)]
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
     /// What happened while it ran.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

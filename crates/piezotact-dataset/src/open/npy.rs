@@ -9,7 +9,6 @@ use std::path::Path;
 use piezotact::Warning;
 use piezotact::number::digits;
 use piezotact::quantity::SampleRate;
-use piezotact::warning::WarningKind as _;
 use zip::ZipArchive;
 
 use super::beside::Beside;
@@ -93,7 +92,7 @@ impl Parts {
         let unnamed = WithoutUnit::OnlyScale;
         let mut recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
         for warning in &mut recording.about.warnings {
-            if let Some(RecordingWarning::Uncalibrated { channel }) = RecordingWarning::of(warning)
+            if let Some(RecordingWarning::Uncalibrated { channel }) = warning.kind()
                 && counts.contains(&channel)
             {
                 *warning = RecordingWarning::Counts { channel }.into();

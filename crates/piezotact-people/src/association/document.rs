@@ -159,6 +159,7 @@ pub struct Association {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Compared>,
     /// What it leaves open.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

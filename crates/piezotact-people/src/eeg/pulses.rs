@@ -67,6 +67,7 @@ pub struct SharedClock {
     /// The first and the last shared pulse on the first clock, s.
     pub extent_s: [f64; 2],
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -108,7 +108,7 @@ fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, DrawError> {
     let odd = |who: &str| {
         page.said.warnings.iter().any(|warning| {
-            matches!(warning.kind(), Some(PanelWarning::OddOneOut { participant, at, .. }) if participant == who && at.0 == spread.cell.to_string())
+            matches!(warning.kind(), Some(PanelWarning::OddOneOut { participant, at, .. }) if participant == who && at.example == spread.cell.to_string())
         })
     };
     let mut lines = Vec::new();

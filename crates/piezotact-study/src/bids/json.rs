@@ -118,6 +118,7 @@ pub(super) struct SignalSidecar {
     #[serde(default)]
     pub(super) provenance: Provenance,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(alias = "doubts")]
     pub(super) warnings: Vec<Warning>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) labels: BTreeMap<String, String>,

@@ -4,7 +4,6 @@ use std::process::ExitCode;
 
 use piezotact_dataset::WriteError;
 
-use super::advice::options_for;
 use super::output::say;
 
 /// The name of the program, before what it says of its end.
@@ -58,16 +57,12 @@ pub(super) fn exit_code(outcome: Outcome) -> ExitCode {
 /// An error and what caused it, each said once.
 fn sentence(error: &anyhow::Error) -> String {
     error.chain().fold(String::new(), |mut sentence, cause| {
-        let options = options_for(cause);
         let cause = cause.to_string();
         if !sentence.contains(&cause) {
             if !sentence.is_empty() {
                 sentence.push_str(": ");
             }
             sentence.push_str(&cause);
-        }
-        if let Some(options) = options {
-            sentence.push_str(&format!(" ({options})"));
         }
         sentence
     })

@@ -3,10 +3,9 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use piezotact::document::{Content, Document, complete_warnings};
+use piezotact::document::{Content, Document};
 use piezotact_dataset::{WriteError, write_atomically};
 
-use super::advice::OptionWords;
 use super::failure::{Failure, Outcome};
 
 /// `text` without control characters, except line ends and tabs, nor signs that turn the direction of writing: what a file holds acts on
@@ -43,11 +42,9 @@ pub(super) fn say(text: &str) {
     let _nobody_hears = writeln!(std::io::stderr().lock(), "{}", harmless(text));
 }
 
-/// The document of `content`, with every warning in it whole: all its keys and a sentence.
+/// The document of `content`.
 pub(super) fn document_value(content: &impl Content) -> Outcome<serde_json::Value> {
-    let mut value = serde_json::to_value(Document::of(content))?;
-    complete_warnings(&mut value, &OptionWords);
-    Ok(value)
+    Ok(serde_json::to_value(Document::of(content))?)
 }
 
 /// The document of `content` as readable JSON without how it was made: the state of a command that continues.

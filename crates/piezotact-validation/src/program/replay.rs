@@ -13,7 +13,7 @@ use piezotact_validation::document::ReplayDocument;
 use piezotact_validation::{CHAPTERS, CLAIMS, Chapter, Claim, Finding, Verdict, chapter};
 use piezotact_volunteers::Laboratory;
 
-use super::advice::OptionWords;
+use super::advice::PlainWords;
 use super::failure::{Failure, Outcome};
 use super::made::{Called, Written};
 use super::output::{name, print, say, write_text};
@@ -81,7 +81,7 @@ pub(super) fn run(args: &Arguments, called: &Called, existing: Existing) -> Outc
         file,
         read: args.twin.as_deref(),
     };
-    let html = html(&page, &OptionWords)?;
+    let html = html(&page, &PlainWords)?;
     called.write_report(&html, &written(&report))?;
     write_parts(args, &html, existing)?;
     let names = (name(&report), args.twin.as_deref().map(name));
@@ -90,7 +90,7 @@ pub(super) fn run(args: &Arguments, called: &Called, existing: Existing) -> Outc
         &chapters,
         count.as_ref(),
         (&names.0, names.1),
-        &OptionWords,
+        &PlainWords,
     );
     let text = called.document(&document, &written(&findings))?;
     write_text(&findings, &text)?;
@@ -351,7 +351,6 @@ mod tests {
         let does_not = Verdict::DoesNot {
             reason: "too loud".into(),
         };
-        // Advice names the command line's option, as everywhere.
         let uncalibrated = Warning::from(RecordingWarning::Uncalibrated {
             channel: "a".into(),
         });
@@ -372,7 +371,7 @@ mod tests {
         };
         let chapters = [chapter];
         let page = page(&laboratory, None, &chapters);
-        let html = html(&page, &OptionWords).unwrap();
+        let html = html(&page, &PlainWords).unwrap();
         for claim in CLAIMS {
             let (row, link) = (
                 format!("id=\"claim-{}\"", claim.number),
@@ -386,7 +385,7 @@ mod tests {
             "too loud",
             "needs people",
             "<li>S8: ",
-            "(--scale)",
+            "state the scale",
             "<li>figure 51</li>",
             "Counterpart of figure 47b",
             "Seed 7, built-in parameters.",

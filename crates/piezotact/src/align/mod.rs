@@ -150,6 +150,7 @@ pub struct Alignment {
     /// The bursts in the order of time.
     pub bursts: Vec<BurstPlace>,
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -45,7 +45,7 @@ pub fn clipping<Q: Quantity>(
     let device = rendered_fraction.unwrap_or(0.0).max(played);
     let sensor = flat_top_fraction(response.samples());
     let of_sensor = ClippingWarning::Clipped {
-        what: format!("the measured {}", Q::NAME),
+        signal: format!("the measured {}", Q::NAME),
         fraction: sensor,
     };
     let of_drive = ClippingWarning::PlayedDriveClipped { fraction: device };

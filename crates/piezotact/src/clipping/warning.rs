@@ -1,72 +1,19 @@
 //! Warnings about clipping.
 
-use std::fmt;
-
 use crate::warning::words::percent;
-use crate::warning::{Advice, WarningKind, warnings};
+use serde::{Deserialize, Serialize};
 
-warnings! {
-    /// Samples at or beyond a limit.
-    pub enum ClippingWarning {
-        /// Samples of a signal at its limit.
-        Clipped("clipped") of Signal(what) {
-            /// The signal: a channel, or what it stands for.
-            what: String,
-            /// The share of samples at the limit, 0–1.
-            fraction: f64,
-        },
-        /// Samples of the played drive at or beyond the limit of the device.
-        PlayedDriveClipped("played_drive_clipped") {
-            /// The share of samples at the limit, 0–1.
-            fraction: f64,
-        },
-        /// Samples of a rendered drive that were cut at a limit of the device.
-        DriveClipped("drive_clipped") {
-            /// The limit.
-            limited_by: String,
-            /// The share of samples that were cut, 0–1.
-            fraction: f64,
-        },
-    }
-}
-
-impl WarningKind for ClippingWarning {
-    fn of(warning: &crate::Warning) -> Option<Self> {
-        Self::of_warning(warning)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        vec![Advice::LowerLevel { to_db: None }]
-    }
-}
-
-impl fmt::Display for ClippingWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Clipped { what, fraction } => {
-                let share = percent(*fraction);
-                write!(
-                    f,
-                    "{share} of the samples of {what} are at or beyond the limit"
-                )
-            }
-            Self::PlayedDriveClipped { fraction } => {
-                let share = percent(*fraction);
-                write!(
-                    f,
-                    "{share} of the samples of the played drive are at or beyond the limit"
-                )
-            }
-            Self::DriveClipped {
-                limited_by,
-                fraction,
-            } => {
-                let share = percent(*fraction);
-                write!(
-                    f,
-                    "{share} of the samples of the drive were clipped at the limit of {limited_by}"
-                )
-            }
-        }
-    }
+/// Samples at or beyond a limit.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum ClippingWarning {
+    /// Samples of a signal at its limit.
+    #[error("{} of the samples of {signal} are at or beyond the limit: lower the level", percent(*fraction))]
+    Clipped { signal: String, fraction: f64 },
+    /// Samples of the played drive at or beyond the limit of the device.
+    #[error("{} of the samples of the played drive are at or beyond the limit: lower the level", percent(*fraction))]
+    PlayedDriveClipped { fraction: f64 },
+    /// Samples of a rendered drive that were cut at a limit of the device.
+    #[error("{} of the samples of the drive were clipped at the limit of {limited_by}: lower the level", percent(*fraction))]
+    DriveClipped { limited_by: String, fraction: f64 },
 }

@@ -90,6 +90,7 @@ pub struct AcrossSamples {
     /// How it was done.
     pub config: DiscriminationConfig,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -114,6 +114,7 @@ pub struct SpatialPeriod {
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 
@@ -385,7 +386,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         found
             .warnings
             .push(Warning::from(CompareWarning::NoInterval {
-                what: "the spatial period".into(),
+                result: "the spatial period".into(),
                 groups: units.len(),
             }));
     }

@@ -199,7 +199,7 @@ pub fn summarise(
     let mut warnings = Vec::new();
     if strokes.len() < RECOMMENDED_STROKES {
         warnings.push(Warning::from(CompareWarning::FewStrokes {
-            what: name.into(),
+            group: name.into(),
             kept: strokes.len(),
             recommended: RECOMMENDED_STROKES,
         }));

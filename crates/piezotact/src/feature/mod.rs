@@ -368,7 +368,7 @@ pub fn analyse(
             .any(|warning| matches!(warning.kind(), Some(ClippingWarning::Clipped { .. })));
         if fraction > 0.0 && !known {
             warnings.push(Warning::from(ClippingWarning::Clipped {
-                what: format!("`{name}` in a stroke"),
+                signal: format!("`{name}` in a stroke"),
                 fraction,
             }));
         }

@@ -112,7 +112,7 @@ impl Defects {
         }
         if self.clipped_fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
-                what: channel(),
+                signal: channel(),
                 fraction: self.clipped_fraction,
             }));
         }

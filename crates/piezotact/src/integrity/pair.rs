@@ -187,7 +187,7 @@ pub fn said_of_a_pair(warning: &Warning, broken: &[Warning]) -> bool {
         ClippedTransfer, Copied, DriveBeyondLimit, DropOuts, Frozen, MainsHum, ResponseDead,
     };
     let clipped = match warning.kind() {
-        Some(ClippingWarning::Clipped { what, .. }) => Some(what),
+        Some(ClippingWarning::Clipped { signal, .. }) => Some(signal),
         _ => None,
     };
     let one: Option<SignalWarning> = warning.kind();

@@ -1,127 +1,116 @@
 //! Warnings about signal defects: fields and sentences.
 
-use std::fmt;
-
 use crate::number::digits_that_count;
 use crate::warning::words::percent;
-use crate::warning::{Advice, Subject, WarningKind, warnings};
+use serde::{Deserialize, Serialize};
 
-warnings! {
-    /// A defect of a signal on its way from the sensor to the file.
-    pub enum SignalWarning {
-        /// A channel that never changes.
-        DeadChannel("dead_channel") of Channel(channel) {
-            /// The channel.
-            channel: String,
-        },
-        /// A channel holds one value while it should not.
-        Frozen("frozen") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// How often.
-            count: usize,
-            /// Where the longest begins, s.
-            at_s: f64,
-            /// How long the longest lasts, s.
-            longest_s: f64,
-            /// The share of the recording, 0–1.
-            share: f64,
-        },
-        /// A channel falls to its floor at once and comes back at once.
-        DropOuts("drop_outs") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// How often.
-            count: usize,
-            /// Where the longest begins, s.
-            at_s: f64,
-            /// How long the longest lasts, s.
-            longest_s: f64,
-            /// The share of the recording, 0–1.
-            share: f64,
-        },
-        /// Lines of the mains and their harmonics.
-        MainsHum("mains_hum") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// The frequency of the mains as found, Hz.
-            mains_hz: f64,
-            /// The lines found, as multiples of it.
-            harmonics: Vec<usize>,
-            /// Their share of the power, 0–1.
-            share: f64,
-            /// How far the strongest stands above the lines around it, dB.
-            above_db: f64,
-        },
-        /// Two channels are one signal.
-        Copied("copied") of Channel(channel) {
-            /// The channel that is a copy.
-            channel: String,
-            /// Of which.
-            of: String,
-            /// The copy over the original.
-            factor: f64,
-            /// How much later it is, s.
-            delay_s: f64,
-        },
-        /// A drive beyond what can be played.
-        DriveBeyondLimit("drive_beyond_limit") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// Its largest magnitude, of full scale.
-            peak: f64,
-            /// The limit, of full scale.
-            limit: f64,
-            /// The share of samples beyond it, 0–1.
-            share: f64,
-            /// By how much the level of the played drive is below this drive, dB.
-            lost_db: f64,
-        },
-        /// A response that is dead while the drive goes on.
-        ResponseDead("response_dead") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// How often.
-            count: usize,
-            /// How long the longest lasts, s.
-            longest_s: f64,
-            /// The share of the drive's power that was played meanwhile, 0–1.
-            share: f64,
-            /// How far the transfer function is too low, dB.
-            low_db: f64,
-        },
-        /// Clipping of a drive or a response behind a transfer function.
-        ClippedTransfer("clipped_transfer") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// The share of samples at the limit, 0–1.
-            fraction: f64,
-            /// How far the transfer function is off at most, dB; below zero where it is too low. Absent where it cannot be said.
-            off_db: Option<f64>,
-        },
-    }
-}
-
-impl WarningKind for SignalWarning {
-    fn of(warning: &crate::Warning) -> Option<Self> {
-        Self::of_warning(warning)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        use Advice::{Check, LeaveOut, LowerLevel, RecordAgain};
-        match self {
-            Self::DeadChannel { .. } => vec![Check(Subject::CableAndRange)],
-            Self::Frozen { .. } => vec![RecordAgain, LeaveOut],
-            Self::DropOuts { .. } => vec![Check(Subject::CableAndRange), RecordAgain],
-            Self::MainsHum { .. } => vec![Check(Subject::ShieldAndEarth), RecordAgain],
-            Self::Copied { .. } => vec![Check(Subject::Wiring)],
-            Self::DriveBeyondLimit { .. } => {
-                vec![Check(Subject::UnitAndScale), LowerLevel { to_db: None }]
-            }
-            Self::ResponseDead { .. } => vec![RecordAgain],
-            Self::ClippedTransfer { .. } => vec![LowerLevel { to_db: None }, RecordAgain],
-        }
-    }
+/// A defect of a signal on its way from the sensor to the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum SignalWarning {
+    /// A channel that never changes.
+    #[error("`{channel}` is constant and contains no signal: check its cable and its range")]
+    DeadChannel { channel: String },
+    /// A channel holds one value while it should not.
+    #[error(
+        "`{channel}` stays at one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection was frozen; record \
+            again; leave these parts out",
+        times(*count),
+        time(*longest_s),
+        percent(*share)
+    )]
+    Frozen {
+        channel: String,
+        count: usize,
+        at_s: f64,
+        longest_s: f64,
+        share: f64,
+    },
+    /// A channel falls to its floor at once and comes back at once.
+    #[error(
+        "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls abruptly to its floor and returns abruptly; check \
+            its cable and its range; record again",
+        times(*count),
+        time(*longest_s),
+        percent(*share)
+    )]
+    DropOuts {
+        channel: String,
+        count: usize,
+        at_s: f64,
+        longest_s: f64,
+        share: f64,
+    },
+    /// Lines of the mains and their harmonics.
+    #[error(
+        "`{channel}` contains spectral lines of constant phase at {} Hz, {} of its power and up to {above_db:.0} dB above the neighbouring lines: \
+            this is typical of mains hum; check shield and earth; record again",
+        lines_of(*mains_hz, harmonics),
+        percent(*share)
+    )]
+    MainsHum {
+        channel: String,
+        mains_hz: f64,
+        harmonics: Vec<usize>,
+        share: f64,
+        above_db: f64,
+    },
+    /// Two channels are one signal.
+    #[error(
+        "`{channel}` is `{of}` times {}{}: the same signal was recorded twice, so a transfer function between the two has no meaning; check the \
+            wiring and the names of the channels",
+        digits_that_count(*factor, 4),
+        delayed(*delay_s)
+    )]
+    Copied {
+        channel: String,
+        of: String,
+        factor: f64,
+        delay_s: f64,
+    },
+    /// A drive beyond what can be played.
+    #[error(
+        "`{channel}` reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are beyond this limit{}; check its unit \
+            and scale; lower the level",
+        percent(*share),
+        if *lost_db >= 0.05 { format!(", and the level that can be played is {lost_db:.1} dB lower") } else { String::new() }
+    )]
+    DriveBeyondLimit {
+        channel: String,
+        peak: f64,
+        limit: f64,
+        share: f64,
+        lost_db: f64,
+    },
+    /// A response that is dead while the drive goes on.
+    #[error(
+        "`{channel}` has no signal {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low; \
+            record again",
+        times(*count),
+        time(*longest_s),
+        percent(*share)
+    )]
+    ResponseDead {
+        channel: String,
+        count: usize,
+        longest_s: f64,
+        share: f64,
+        low_db: f64,
+    },
+    /// Clipping of a drive or a response behind a transfer function.
+    #[error(
+        "{} of the samples of `{channel}` are at a limit{}; lower the level; record again",
+        percent(*fraction),
+        off_db.map_or_else(String::new, |off_db| {
+        let side = if off_db < 0.0 { "low" } else { "high" };
+        format!(": the transfer function is up to {:.1} dB too {side}", off_db.abs())
+        })
+    )]
+    ClippedTransfer {
+        channel: String,
+        fraction: f64,
+        off_db: Option<f64>,
+    },
 }
 
 /// A time as text.
@@ -141,138 +130,21 @@ fn times(count: usize) -> String {
     }
 }
 
-impl fmt::Display for SignalWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::DeadChannel { channel } => {
-                write!(f, "`{channel}` is constant and contains no signal")
-            }
-            Self::Frozen {
-                channel,
-                count,
-                at_s,
-                longest_s,
-                share,
-            } => write!(
-                f,
-                "`{channel}` stays at one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its \
-                    connection was frozen",
-                times(*count),
-                time(*longest_s),
-                percent(*share)
-            ),
-            Self::DropOuts {
-                channel,
-                count,
-                at_s,
-                longest_s,
-                share,
-            } => write!(
-                f,
-                "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls abruptly to its floor \
-                    and returns abruptly",
-                times(*count),
-                time(*longest_s),
-                percent(*share)
-            ),
-            Self::MainsHum {
-                channel,
-                mains_hz,
-                harmonics,
-                share,
-                above_db,
-            } => {
-                let lines: Vec<String> = harmonics
-                    .iter()
-                    .take(4)
-                    .map(|n| format!("{:.0}", mains_hz * *n as f64))
-                    .collect();
-                let more = if harmonics.len() > 4 { ", …" } else { "" };
-                write!(
-                    f,
-                    "`{channel}` contains spectral lines of constant phase at {}{more} Hz, {} of its power and up \
-                        to {above_db:.0} dB above the neighbouring lines: this is typical of mains hum",
-                    lines.join(", "),
-                    percent(*share)
-                )
-            }
-            Self::Copied {
-                channel,
-                of,
-                factor,
-                delay_s,
-            } => {
-                write!(
-                    f,
-                    "`{channel}` is `{of}` times {}",
-                    digits_that_count(*factor, 4)
-                )?;
-                if *delay_s != 0.0 {
-                    let side = if *delay_s > 0.0 { "later" } else { "earlier" };
-                    write!(f, ", {:.2} ms {side}", delay_s.abs() * 1e3)?;
-                }
-                f.write_str(
-                    ": the same signal was recorded twice, so a transfer function between the two has no meaning",
-                )
-            }
-            Self::DriveBeyondLimit {
-                channel,
-                peak,
-                limit,
-                share,
-                lost_db,
-            } => {
-                write!(
-                    f,
-                    "`{channel}` reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are \
-                        beyond this limit",
-                    percent(*share)
-                )?;
-                if *lost_db >= 0.05 {
-                    write!(
-                        f,
-                        ", and the level that can be played is {lost_db:.1} dB lower"
-                    )?;
-                }
-                Ok(())
-            }
-            Self::ResponseDead {
-                channel,
-                count,
-                longest_s,
-                share,
-                low_db,
-            } => write!(
-                f,
-                "`{channel}` has no signal {}, longest for {}, while {} of the drive is played: the transfer function is \
-                    about {low_db:.1} dB too low",
-                times(*count),
-                time(*longest_s),
-                percent(*share)
-            ),
-            Self::ClippedTransfer {
-                channel,
-                fraction,
-                off_db,
-            } => {
-                write!(
-                    f,
-                    "{} of the samples of `{channel}` are at a limit",
-                    percent(*fraction)
-                )?;
-                match off_db {
-                    Some(off_db) if *off_db < 0.0 => write!(
-                        f,
-                        ": the transfer function is up to {:.1} dB too low",
-                        -off_db
-                    ),
-                    Some(off_db) => write!(
-                        f,
-                        ": the transfer function is up to {off_db:.1} dB too high"
-                    ),
-                    None => Ok(()),
-                }
-            }
-        }
+/// The first four harmonics of a frequency, in Hz.
+fn lines_of(mains_hz: f64, harmonics: &[usize]) -> String {
+    let first = harmonics.iter().take(4);
+    let lines: Vec<String> = first
+        .map(|n| format!("{:.0}", mains_hz * *n as f64))
+        .collect();
+    let more = if harmonics.len() > 4 { ", …" } else { "" };
+    lines.join(", ") + more
+}
+
+/// A delay, where there is one.
+fn delayed(delay_s: f64) -> String {
+    match delay_s {
+        0.0 => String::new(),
+        later if later > 0.0 => format!(", {:.2} ms later", later * 1e3),
+        earlier => format!(", {:.2} ms earlier", -earlier * 1e3),
     }
 }

@@ -103,6 +103,7 @@ pub struct PanelAnalysis {
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
     #[serde(serialize_with = "crate::warning::serialize_merged")]
+    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 

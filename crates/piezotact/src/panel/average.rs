@@ -541,7 +541,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             .about
             .warnings
             .push(Warning::from(CompareWarning::NoInterval {
-                what: "the average over participants".into(),
+                result: "the average over participants".into(),
                 groups: 1,
             }));
     }
@@ -561,7 +561,7 @@ pub(super) fn of_members<'a>(
         }
     }
     let (measurement, example) = example?;
-    let measurement = Example(measurement);
+    let measurement = Example::from(measurement);
     Some(Warning::from(PanelWarning::OfMembers {
         count,
         of,

@@ -275,7 +275,7 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warnin
         let warning = |group: &Group| {
             Warning::from(PanelWarning::MixedRepeats {
                 what: what.into(),
-                of: group.name.clone(),
+                participant: group.name.clone(),
                 db_rms: group.largest(),
                 usual_db_rms: most_apart_db.unwrap_or_default(),
             })
@@ -295,7 +295,7 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warnin
         .map(|(group, db)| {
             Warning::from(PanelWarning::MixedRepeats {
                 what: what.into(),
-                of: group.name.clone(),
+                participant: group.name.clone(),
                 db_rms: *db,
                 usual_db_rms,
             })

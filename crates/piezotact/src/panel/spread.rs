@@ -261,7 +261,7 @@ fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Warning> {
         .map(|p| {
             Warning::from(PanelWarning::OddOneOut {
                 participant: p.participant.clone(),
-                at: Example(cell.to_string()),
+                at: Example::from(cell.to_string()),
                 db_rms: p.db_rms,
                 usual_db_rms,
             })

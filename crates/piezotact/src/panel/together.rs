@@ -230,7 +230,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             warnings.extend(named.find(other).map(|found| {
                 Warning::from(PanelWarning::OtherParticipant {
                     measurement: entry.filing.to_string(),
-                    found: Example(found.to_owned()),
+                    found: Example::from(found.to_owned()),
                 })
             }));
         }
@@ -248,7 +248,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                     measurement: sign.of.to_string(),
                     count: sign.against.len(),
                     of: sign.others,
-                    such_as: Example(first.to_string()),
+                    such_as: Example::from(first.to_string()),
                 }))
             })
             .collect()

@@ -15,6 +15,7 @@ pub struct About {
     /// Where it comes from.
     pub provenance: Provenance,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -1,43 +1,21 @@
 //! Detects a drive that was played through the same transfer function with which it was made (an inverse crime).
 
-use std::fmt;
-
 use super::Provenance;
 use crate::checksum::Checksum;
-use crate::warning::{Advice, Warning, WarningKind, warnings};
+use crate::warning::Warning;
+use serde::{Deserialize, Serialize};
 
-warnings! {
-    /// Warnings about rehearsals: drives played through a measured transfer function.
-    pub enum RehearsalWarning {
-        /// A drive was played through the same transfer function with which it was rendered or corrected.
-        PlayedThroughItsOwn("played_through_its_own") {
-            /// Its checksum.
-            transfer: Checksum,
-        },
-    }
-}
-
-impl WarningKind for RehearsalWarning {
-    fn of(warning: &Warning) -> Option<Self> {
-        Self::of_warning(warning)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        vec![Advice::PlayThroughOtherPlacement]
-    }
-}
-
-impl fmt::Display for RehearsalWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::PlayedThroughItsOwn { transfer } => write!(
-                f,
-                "the drive was played through the same transfer function that it was rendered with or corrected on \
-                    (checksum {transfer}): the target is reproduced whatever the device and the finger do, so a small error is \
-                    no evidence"
-            ),
-        }
-    }
+/// Warnings about rehearsals: drives played through a measured transfer function.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum RehearsalWarning {
+    /// A drive was played through the same transfer function with which it was rendered or corrected.
+    #[error(
+        "the drive was played through the same transfer function that it was rendered with or corrected on (checksum {transfer}): the target is \
+            reproduced whatever the device and the finger do, so a small error is no evidence; play it through another placement (drawn from the \
+            repeats of a panel), through the transfer function of another participant, or on the device"
+    )]
+    PlayedThroughItsOwn { transfer: Checksum },
 }
 
 /// The warning about a recording from a bench made of the same transfer function with which its drive was

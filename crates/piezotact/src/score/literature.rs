@@ -106,6 +106,7 @@ pub struct Literature {
     /// How they were computed.
     pub config: LiteratureConfig,
     /// What a person should know before relying on them.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

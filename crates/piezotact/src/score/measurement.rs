@@ -101,8 +101,8 @@ pub fn judged_measurement(
     // What clipped is said by the verification, with what was measured of it.
     warnings.retain(|warning| match warning.kind() {
         Some(ClippingWarning::Clipped { .. }) => {
-            let same =
-                |other: &Warning| (&other.code, &other.about) == (&warning.code, &warning.about);
+            let of = |one: &Warning| (one.code.clone(), one.fields.get("signal").cloned());
+            let same = |other: &Warning| of(other) == of(warning);
             !verification.warnings.iter().any(same)
         }
         of_the_drive => of_the_drive.is_none(),

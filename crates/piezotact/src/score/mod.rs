@@ -208,6 +208,7 @@ pub struct Score {
     pub config: ScoreConfig,
     /// What a person should know before relying on it.
     #[serde(serialize_with = "crate::warning::serialize_merged")]
+    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 
@@ -548,13 +549,13 @@ fn warnings_about(
         let fraction = flat_top_fraction(x.samples());
         if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
-                what: what.into(),
+                signal: what.into(),
                 fraction,
             }));
         }
         if excitation.total() <= 1.0 {
             warnings.push(Warning::from(ScoreWarning::NotFelt {
-                what: what.into(),
+                signal: what.into(),
                 level_db: level_db(excitation.total()),
             }));
         }

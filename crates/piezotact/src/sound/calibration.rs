@@ -289,6 +289,7 @@ pub struct SoundCalibration {
     pub wires: Vec<Wire>,
     /// What to know of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

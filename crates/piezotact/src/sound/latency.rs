@@ -56,6 +56,7 @@ pub struct LatencySummary {
     pub runs: Vec<LatencyRun>,
     /// What to know of it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -1,56 +1,21 @@
 //! Warnings about a spectrum.
 
-use std::fmt;
+use serde::{Deserialize, Serialize};
 
-use crate::warning::{Advice, WarningKind, warnings};
-
-warnings! {
-    /// Warnings about a spectrum.
-    pub enum SpectrumWarning {
-        /// A signal with few segments: too short for a stable spectrum.
-        ShortSignal("short_signal") {
-            /// Segments in the average.
-            segments: usize,
-        },
-        /// The signal uses so few steps of the converter that quantisation shows.
-        CoarseQuantisation("coarse_quantisation") of Channel(channel) {
-            /// The channel.
-            channel: String,
-            /// The rms level in quantisation steps.
-            rms_in_steps: f64,
-        },
-    }
-}
-
-impl WarningKind for SpectrumWarning {
-    fn of(warning: &crate::Warning) -> Option<Self> {
-        Self::of_warning(warning)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        match self {
-            Self::ShortSignal { .. } => vec![Advice::RecordLonger],
-            Self::CoarseQuantisation { .. } => vec![Advice::RaiseGain],
-        }
-    }
-}
-
-impl fmt::Display for SpectrumWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::ShortSignal { segments } => write!(
-                f,
-                "the spectrum is the mean of {segments} segment(s): its standard deviation is about {:.1} dB",
-                4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
-            ),
-            Self::CoarseQuantisation {
-                channel,
-                rms_in_steps,
-            } => write!(
-                f,
-                "{channel} is only {rms_in_steps:.1} converter steps rms; quantisation noise is only {:.0} dB below it",
-                20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
-            ),
-        }
-    }
+/// Warnings about a spectrum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum SpectrumWarning {
+    /// A signal with few segments: too short for a stable spectrum.
+    #[error(
+        "the spectrum is the mean of {segments} segment(s): its standard deviation is about {:.1} dB; record longer",
+        4.34 * (1.0 / (*segments).max(1) as f64).sqrt()
+    )]
+    ShortSignal { segments: usize },
+    /// The signal uses so few steps of the converter that quantisation shows.
+    #[error(
+        "{channel} is only {rms_in_steps:.1} converter steps rms; quantisation noise is only {:.0} dB below it: record with more gain",
+        20.0 * (rms_in_steps * 12f64.sqrt()).max(1.0).log10()
+    )]
+    CoarseQuantisation { channel: String, rms_in_steps: f64 },
 }

@@ -1,14 +1,13 @@
 //! Faults of a force cell detected in its normal force: a wrong unit or scale, and a zero with a large offset, drift or
 //! scatter.
 
-use std::fmt;
-
 use super::contact::Force;
 use super::frames::quantile;
 use crate::clipping::flat_top_fraction;
 use crate::number::rounded;
 use crate::statistics::mean;
-use crate::warning::{Advice, Subject, Warning, WarningKind, warnings};
+use crate::warning::Warning;
+use serde::{Deserialize, Serialize};
 
 /// The largest plausible force of a sliding fingertip, N: surfaces are explored with 0.1 to 5 N; the maximal force of most
 /// people at rest is 30 to 60 N.
@@ -20,110 +19,60 @@ const LIFTS_OF_A_COURSE: usize = 4;
 /// One-sided 5 % of the standard normal distribution.
 const NORMAL: f64 = 1.645;
 
-warnings! {
-    /// What a person should know of a force before relying on it.
-    pub enum ForceWarning {
-        /// A normal force that no fingertip presses with.
-        ForceImplausible("force_implausible") {
-            /// The largest force above its zero, N.
-            level_n: f64,
-            /// What fingertips reach, N.
-            largest_n: f64,
-            /// The share of samples at the cell's limit, 0–1.
-            at_limit_share: f64,
+/// What a person should know of a force before relying on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "code", rename_all = "snake_case")]
+pub enum ForceWarning {
+    /// A normal force that no fingertip presses with.
+    #[error(
+        "the normal force reaches {level_n:.0} N{}, and no fingertip presses with more than {largest_n:.0} N: {}, so forces and friction are wrong; \
+            check its unit and scale",
+        match at_limit_share {
+        0.0 => String::new(),
+        share => format!(" and stays at its limit in {:.1} % of the samples", 100.0 * share),
         },
-        /// The zero of a force cell lies farther from 0 than any fingertip presses.
-        ForceZeroFar("force_zero_far") {
-            /// The zero, N.
-            zero_n: f64,
-            /// What fingertips reach, N.
-            largest_n: f64,
-        },
-        /// The zero of a force cell differs from lift to lift without a trend.
-        ForceZeroScatters("force_zero_scatters") {
-            /// The lowest zero, N.
-            from_n: f64,
-            /// The highest zero, N.
-            to_n: f64,
-            /// In how many lifts.
-            lifts: usize,
-            /// What a contact needs, N.
-            threshold_n: f64,
-        },
-        /// The forces never leave one level: their zeros are not known.
-        ZeroUnknown("zero_unknown"),
-        /// The zero of a force cell drifts.
-        ForceDrift("force_drift") {
-            /// The lowest baseline, N.
-            from_n: f64,
-            /// The highest baseline, N.
-            to_n: f64,
-            /// What a contact needs, N.
-            threshold_n: f64,
-        },
-    }
-}
-
-impl WarningKind for ForceWarning {
-    fn of(warning: &Warning) -> Option<Self> {
-        Self::of_warning(warning)
-    }
-
-    fn advice(&self) -> Vec<Advice> {
-        match self {
-            Self::ForceImplausible { .. } => vec![Advice::Check(Subject::UnitAndScale)],
-            Self::ForceZeroFar { .. } | Self::ForceZeroScatters { .. } => {
-                vec![Advice::Check(Subject::ForceCell)]
-            }
-            Self::ZeroUnknown => vec![Advice::RecordLift],
-            Self::ForceDrift { .. } => vec![Advice::ZeroForceCell],
-        }
-    }
-}
-
-impl fmt::Display for ForceWarning {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::ForceImplausible {
-                level_n,
-                largest_n,
-                at_limit_share,
-            } if *at_limit_share > 0.0 => write!(
-                f,
-                "the normal force reaches {level_n:.0} N and stays at its limit in {:.1} % of the samples, and no fingertip \
-                    presses with more than {largest_n:.0} N: the cell is saturated, or its unit or scale is wrong, so forces \
-                    and friction are wrong",
-                100.0 * at_limit_share
-            ),
-            Self::ForceImplausible {
-                level_n, largest_n, ..
-            } => write!(
-                f,
-                "the normal force reaches {level_n:.0} N, and no fingertip presses with more than {largest_n:.0} N: its unit or \
-                    scale is wrong (mN, g or counts instead of N), so forces and friction are wrong"
-            ),
-            Self::ForceZeroFar { zero_n, largest_n } => write!(
-                f,
-                "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was not zeroed, carries a weight, or its unit is wrong"
-            ),
-            Self::ZeroUnknown => f.write_str(
-                "the finger never leaves the surface, or never touches it: the zeros of the forces are assumed to be 0, and \
-                    force and friction are only as accurate as this assumption",
-            ),
-            Self::ForceDrift { from_n, to_n, threshold_n } => write!(
-                f,
-                "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the drifting zero", threshold_n = rounded(*threshold_n)),
-            Self::ForceZeroScatters {
-                from_n,
-                to_n,
-                lifts,
-                threshold_n,
-            } => write!(
-                f,
-                "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift \
-                    (a contact needs {threshold_n} N): forces have this uncertainty", threshold_n = rounded(*threshold_n)),
-        }
-    }
+        if *at_limit_share > 0.0 { "the cell is saturated, or its unit or scale is wrong" } else { "its unit or scale is wrong (mN, g or counts instead of N)" }
+    )]
+    ForceImplausible {
+        level_n: f64,
+        largest_n: f64,
+        at_limit_share: f64,
+    },
+    /// The zero of a force cell lies farther from 0 than any fingertip presses.
+    #[error(
+        "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was \
+            not zeroed, carries a weight, or its unit is wrong; check the zero of the force cell, and any weight on it"
+    )]
+    ForceZeroFar { zero_n: f64, largest_n: f64 },
+    /// The zero of a force cell differs from lift to lift without a trend.
+    #[error(
+        "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift (a contact needs \
+            {threshold_n} N): forces have this uncertainty; check the zero of the force cell, and any weight on it",
+        threshold_n = rounded(*threshold_n)
+    )]
+    ForceZeroScatters {
+        from_n: f64,
+        to_n: f64,
+        lifts: usize,
+        threshold_n: f64,
+    },
+    /// The forces never leave one level: their zeros are not known.
+    #[error(
+        "the finger never leaves the surface, or never touches it: the zeros of the forces are assumed to be 0, and force and friction are only as \
+            accurate as this assumption; record a part with the finger lifted"
+    )]
+    ZeroUnknown,
+    /// The zero of a force cell drifts.
+    #[error(
+        "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the \
+            drifting zero; let the cell warm up, or zero it between trials",
+        threshold_n = rounded(*threshold_n)
+    )]
+    ForceDrift {
+        from_n: f64,
+        to_n: f64,
+        threshold_n: f64,
+    },
 }
 
 /// The warnings about `force`, computed from the samples `normal_n` with the contact threshold `on_n`.
@@ -239,19 +188,5 @@ mod tests {
             scatters[0].contains("without a clear drift"),
             "{scatters:?}"
         );
-    }
-
-    #[test]
-    fn it_reads_back_as_it_was_written() {
-        let warning = Warning::from(ForceWarning::ForceZeroFar {
-            zero_n: 30.0,
-            largest_n: LARGEST_N,
-        });
-        let text = serde_json::to_string(&warning).unwrap();
-        assert_eq!(
-            text,
-            r#"{"code":"force_zero_far","values":{"largest_n":20,"zero_n":30},"advice":[{"check":"force_cell"}]}"#
-        );
-        assert_eq!(serde_json::from_str::<Warning>(&text).unwrap(), warning);
     }
 }

@@ -365,6 +365,7 @@ pub struct Segmentation {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<String>,
     /// What a person should know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

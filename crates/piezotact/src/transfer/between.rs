@@ -304,8 +304,8 @@ fn describe(
     // What the transfer function says of its two channels is not said again of each. Hits at a limit are found hit by hit, and
     // a force at rest is not one.
     let by_hit = |warning: &Warning| match warning.kind() {
-        Some(ClippingWarning::Clipped { what, .. }) => {
-            function.impact.is_some() && (what == config.drive || what == config.response)
+        Some(ClippingWarning::Clipped { signal, .. }) => {
+            function.impact.is_some() && (signal == config.drive || signal == config.response)
         }
         _ => false,
     };

@@ -131,6 +131,7 @@ pub struct Verification {
     pub limits: Limits,
     /// What a person should know before relying on it.
     #[serde(serialize_with = "crate::warning::serialize_merged")]
+    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 

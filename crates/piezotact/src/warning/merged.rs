@@ -4,26 +4,45 @@
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
-use super::{About, Value, Warning};
+use super::Warning;
 
 /// The number of names that are written out.
 const NAMED: usize = 3;
 
-/// Warnings of one kind. Its written form is that of the first warning, with `of`, `subjects` and `ranges` where there are any.
+/// The fields that name what a warning is about: warnings that differ in one of them are merged, and their names listed.
+const SUBJECTS: [&str; 9] = [
+    "channel",
+    "file",
+    "group",
+    "measurement",
+    "participant",
+    "result",
+    "sample",
+    "signal",
+    "texture",
+];
+
+/// Warnings of one kind. Its written form is that of the first warning, with `about`, `subjects` and `ranges` where there are any.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Merged {
     /// The first of them, with their number in `seen`.
     #[serde(flatten)]
     pub warning: Warning,
     /// The names of the recordings, files or groups that they are about, each once; empty where none was given.
-    #[serde(rename = "of", default, skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<String>,
     /// Their own subjects (groups, channels, measurements), each once; empty for one or none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub subjects: Vec<String>,
     /// The numbers in which they differ.
     #[serde(default, with = "ranges", skip_serializing_if = "Vec::is_empty")]
+    #[cfg_attr(
+        feature = "schemas",
+        schemars(with = "std::collections::BTreeMap<String, [f64; 2]>")
+    )]
     pub ranges: Vec<Range>,
 }
 
@@ -86,7 +105,7 @@ pub fn merged_of<'a>(
 ) -> Vec<Merged> {
     let mut kinds: Vec<(Kind<'a>, Merged)> = Vec::new();
     for (name, warning) in warnings {
-        let kind = Kind::of(warning);
+        let kind = kind_of(warning);
         let place = kinds.iter().position(|(other, _)| *other == kind);
         let place = place.unwrap_or_else(|| {
             let first = Merged {
@@ -103,23 +122,25 @@ pub fn merged_of<'a>(
         });
         let one = &mut kinds[place].1;
         one.warning.seen += warning.seen;
-        let subject = warning.about.as_ref().and_then(About::name);
+        let subject = SUBJECTS
+            .iter()
+            .find_map(|name| warning.fields.get(*name)?.as_str());
         for (new, known) in [(name, &mut one.about), (subject, &mut one.subjects)] {
             let new = new.map(str::to_owned);
             known.extend(new.filter(|new| !known.contains(new)));
         }
-        for (field, value) in &warning.values {
-            let Value::Number(value) = value else {
+        for (field, value) in &warning.fields {
+            let Some(value) = value.as_f64() else {
                 continue;
             };
             match one.ranges.iter_mut().find(|range| range.field == *field) {
                 Some(range) => {
-                    (range.low, range.high) = (range.low.min(*value), range.high.max(*value));
+                    (range.low, range.high) = (range.low.min(value), range.high.max(value));
                 }
                 None => one.ranges.push(Range {
                     field: field.clone(),
-                    low: *value,
-                    high: *value,
+                    low: value,
+                    high: value,
                 }),
             }
         }
@@ -134,38 +155,29 @@ pub fn merged_of<'a>(
     merged
 }
 
-/// The properties that must be equal for two warnings to be merged, and those that may differ.
-#[derive(PartialEq)]
-struct Kind<'a> {
-    code: &'a str,
-    /// What kind of thing it is about.
-    about: Option<About>,
-    /// Its values, `None` for one that may differ.
-    values: Vec<(&'a str, Option<&'a Value>)>,
-}
+/// The properties that must be equal for two warnings to be merged: the code, and the fields, `None` for one that may differ.
+type Kind<'a> = (&'a str, Vec<(&'a str, Option<&'a Value>)>);
 
-impl<'a> Kind<'a> {
-    fn of(warning: &'a Warning) -> Self {
-        let about = warning.about.as_ref();
-        let values = warning.values.iter().map(|(name, value)| {
-            let differs = match value {
-                Value::Number(_) | Value::Example(_) | Value::Counts(_) => true,
-                // An example may differ; a cause may not.
-                Value::Warning(_) => name == "example",
-                // The parts of a band, or of a recording.
-                Value::List(parts) => parts
-                    .iter()
-                    .all(|part| matches!(part, Value::Band(_) | Value::List(_))),
-                Value::Text(_) | Value::Band(_) | Value::Other(_) => false,
-            };
-            (name.as_str(), (!differs).then_some(value))
-        });
-        Self {
-            code: &warning.code,
-            about: about.map(|about| about.nameless().unwrap_or_else(|| about.clone())),
-            values: values.collect(),
-        }
-    }
+fn kind_of(warning: &Warning) -> Kind<'_> {
+    let fields = warning.fields.iter().map(|(name, value)| {
+        let differs = match value {
+            Value::Number(_) => true,
+            Value::String(_) => SUBJECTS.contains(&name.as_str()),
+            // The parts of a band, or of a recording.
+            Value::Array(parts) => parts
+                .iter()
+                .all(|part| matches!(part, Value::Object(_) | Value::Array(_))),
+            // An example, or counts, may differ; a band or a cause may not.
+            Value::Object(fields) => {
+                let is_band = fields.contains_key("low_hz");
+                let counts = fields.values().all(Value::is_u64);
+                name == "example" || fields.contains_key("example") || (counts && !is_band)
+            }
+            Value::Null | Value::Bool(_) => false,
+        };
+        (name.as_str(), (!differs).then_some(value))
+    });
+    (&warning.code, fields.collect())
 }
 
 impl Merged {
@@ -371,7 +383,7 @@ mod tests {
     fn what_a_warning_names_is_listed() {
         let few = |what: &str, kept| {
             Warning::from(CompareWarning::FewStrokes {
-                what: what.into(),
+                group: what.into(),
                 kept,
                 recommended: 15,
             })

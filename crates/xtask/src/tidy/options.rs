@@ -1,4 +1,4 @@
-//! The science names no command-line option: what a person can do is an `Advice`, which each front end words its own way.
+//! The science names no command-line option: the app adds its options to the advice of warnings and errors.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
             let place = file.strip_prefix(root).map(PathBuf::from)?;
             for (line, option) in options(&text)? {
                 findings.add(format!(
-                    "{}:{line}: a string names the option {option}: give an `Advice`, and let the command line name its option",
+                    "{}:{line}: a string names the option {option}: say what to do in words, and name the option in the table of the app",
                     place.display()
                 ));
             }

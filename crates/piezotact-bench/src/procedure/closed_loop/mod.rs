@@ -525,7 +525,7 @@ impl Fit {
         ));
         let held = (self.held > WARNING_HELD_SHARE).then(|| {
             Warning::from(ClippingWarning::Clipped {
-                what: "the corrected drive".into(),
+                signal: "the corrected drive".into(),
                 fraction: self.held,
             })
         });
@@ -553,7 +553,7 @@ fn at_a_common_rate(
     }
     let lower = resampled_to(target, to, config)?;
     let warning = Warning::from(ResampleWarning::RateConverted {
-        what: "the target".into(),
+        signal: "the target".into(),
         from_hz: from.hz(),
         to_hz: to.hz(),
     });

@@ -353,14 +353,14 @@ pub(super) fn compared(
 
 /// A warning about a score as one about the samples `names`; `None` for one that no verdict here depends on.
 fn warning_about(warning: &Warning, names: [&String; 2]) -> Option<Warning> {
-    if let Some(ScoreWarning::NotFelt { what, level_db }) = warning.kind() {
+    if let Some(ScoreWarning::NotFelt { signal, level_db }) = warning.kind() {
         let [first, second] = names.map(Clone::clone);
-        let what = if what == "the reference" {
+        let signal = if signal == "the reference" {
             first
         } else {
             second
         };
-        return Some(ScoreWarning::NotFelt { what, level_db }.into());
+        return Some(ScoreWarning::NotFelt { signal, level_db }.into());
     }
     let of_feeling = warning.kind::<DiscriminationWarning>().is_some();
     let of_spectrum = warning.kind::<SpectrumWarning>().is_some();

@@ -55,6 +55,7 @@ pub struct EegEpochs {
     /// The average of each condition.
     pub evoked: Vec<Evoked>,
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

@@ -248,6 +248,7 @@ pub struct EegStats {
     /// The means over people on the scalp.
     pub scalps: Vec<Scalp>,
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

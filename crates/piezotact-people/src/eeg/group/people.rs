@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
 use piezotact::statistics::{correlation, mean, mean_interval};
-use piezotact::warning::WarningKind as _;
 
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
 use crate::eeg::EegWarning;
@@ -260,7 +259,7 @@ impl<'a> People<'a> {
         for document in &self.documents {
             let who = document.subject.to_string();
             for warning in &document.warnings {
-                if let Some(EegWarning::RatioBias { bias_points, .. }) = EegWarning::of(warning) {
+                if let Some(EegWarning::RatioBias { bias_points, .. }) = warning.kind() {
                     if worst.as_ref().is_none_or(|(most, ..)| bias_points > *most) {
                         worst = Some((bias_points, warning, who.clone()));
                     }

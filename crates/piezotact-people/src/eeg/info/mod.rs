@@ -100,6 +100,7 @@ pub struct EegInfo {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub clock: Option<SharedClock>,
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 

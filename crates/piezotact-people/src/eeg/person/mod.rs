@@ -8,7 +8,6 @@ mod page;
 use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
-use piezotact::warning::WarningKind as _;
 use serde::{Deserialize, Serialize};
 
 use super::EegWarning;
@@ -241,6 +240,7 @@ pub struct EegErd {
     /// logarithm.
     pub maps: Vec<ChangeMap>,
     /// What to know before relying on it.
+    #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
 
@@ -369,7 +369,7 @@ pub fn person(
 
 /// A warning about a channel with the surface and band in which it is.
 fn located(warning: &Warning, place: &str) -> Warning {
-    match EegWarning::of(warning) {
+    match warning.kind() {
         Some(EegWarning::RatioBias {
             channel,
             bias_points,
@@ -386,7 +386,7 @@ fn located(warning: &Warning, place: &str) -> Warning {
 
 /// The same of every surface and band once; of biased baselines the worst.
 fn once(warnings: &[Warning]) -> Vec<Warning> {
-    let bias = |warning: &Warning| match EegWarning::of(warning) {
+    let bias = |warning: &Warning| match warning.kind() {
         Some(EegWarning::RatioBias { bias_points, .. }) => Some(bias_points),
         _ => None,
     };

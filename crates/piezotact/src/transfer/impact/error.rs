@@ -3,8 +3,6 @@
 use super::fault::HitFault;
 use crate::number::digits;
 use crate::number::rounded;
-use crate::transfer::TransferError;
-use crate::warning::Advice;
 
 /// Why an impact test cannot be evaluated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -80,33 +78,12 @@ fn listed(faults: &[(f64, HitFault)]) -> String {
     if faults.len() > said.len() {
         said.push(format!("and {} more", faults.len() - said.len()));
     }
-    let mut advice: Vec<String> = Vec::new();
-    for one in faults.iter().flat_map(|(_, fault)| fault.advice()) {
-        let one = one.to_string();
+    let mut advice: Vec<&str> = Vec::new();
+    for (_, fault) in faults {
+        let one = fault.advice();
         if !advice.contains(&one) {
             advice.push(one);
         }
     }
     format!("{}; {}", said.join("; "), advice.join("; "))
-}
-
-impl ImpactError {
-    /// What a person can do, beyond what the sentence says.
-    pub(crate) fn advice(&self) -> Vec<Advice> {
-        match self {
-            Self::NoHit { .. } | Self::NoPulses => vec![Advice::StateExcitation],
-            _ => Vec::new(),
-        }
-    }
-}
-
-impl TransferError {
-    /// What a person can do, beyond what the sentence says.
-    pub(crate) fn advice(&self) -> Vec<Advice> {
-        match self {
-            Self::Transient { .. } => vec![Advice::EvaluateAsImpacts],
-            Self::Impact(error) => error.advice(),
-            _ => Vec::new(),
-        }
-    }
 }

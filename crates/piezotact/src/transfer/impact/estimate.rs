@@ -540,9 +540,12 @@ fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
     let hits = test.hits.iter();
     let mut warnings: Vec<Warning> = hits
         .flat_map(|hit| {
-            hit.faults
-                .iter()
-                .map(|fault| ImpactWarning::of_hit(hit.at_s, *fault))
+            hit.faults.iter().map(|fault| {
+                Warning::from(ImpactWarning::HitNotUsed {
+                    at_s: hit.at_s,
+                    fault: *fault,
+                })
+            })
         })
         .collect();
     match test.used() {
