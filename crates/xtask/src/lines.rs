@@ -7,9 +7,11 @@ use std::process::Command;
 
 use anyhow::{Result, ensure};
 use proc_macro2::{Group, Span, TokenStream, TokenTree};
+use syn::spanned::Spanned as _;
 use syn::visit::Visit;
 
 use crate::source::{self, Source};
+use crate::warnings;
 
 /// The crate of the program.
 const APP: &str = "piezotact-app";
@@ -60,6 +62,15 @@ pub(crate) fn run(of: Option<&str>) -> Result<()> {
         "commands and subcommands: {}, options: {} (counted in the source: clap's `Subcommand` variants, rows of `commands!` and fields with \
          `#[arg(long)]`; an option that several commands share counts once)",
         program.commands, program.options,
+    );
+    let learned = Learned::of(&sources)?;
+    println!(
+        "codes of warnings: {}, error enums: {} with {} texts, documents: {}, functions over {LONG_FUNCTION} lines: {}",
+        warnings::declared(&sources)?.len(),
+        learned.error_enums,
+        learned.error_texts,
+        learned.documents,
+        learned.long_functions,
     );
     Ok(())
 }
@@ -296,6 +307,70 @@ impl<'ast> Visit<'ast> for Program {
     }
 }
 
+/// What a reader of the source has to learn, test code left out.
+#[derive(Default)]
+struct Learned {
+    error_enums: usize,
+    error_texts: usize,
+    documents: usize,
+    long_functions: usize,
+}
+
+/// From this number of lines on a function is long.
+const LONG_FUNCTION: usize = 100;
+
+impl Learned {
+    fn of(sources: &[Source]) -> Result<Self> {
+        let mut learned = Self::default();
+        for source in sources.iter().filter(|source| !source.is_all_test()) {
+            learned.visit_file(&syn::parse2(source.tokens.clone())?);
+        }
+        Ok(learned)
+    }
+
+    fn function(&mut self, signature: &syn::Signature, block: &syn::Block) {
+        let lines = block.span().end().line + 1 - signature.span().start().line;
+        self.long_functions += usize::from(lines > LONG_FUNCTION);
+    }
+}
+
+impl<'ast> Visit<'ast> for Learned {
+    fn visit_item_enum(&mut self, item: &'ast syn::ItemEnum) {
+        if item.ident.to_string().ends_with("Error") {
+            self.error_enums += 1;
+            let texts = item.variants.iter();
+            self.error_texts += texts
+                .filter(|variant| variant.attrs.iter().any(|one| one.path().is_ident("error")))
+                .count();
+        }
+    }
+
+    fn visit_item_impl(&mut self, item: &'ast syn::ItemImpl) {
+        let of = item
+            .trait_
+            .as_ref()
+            .and_then(|(_, path, _)| path.segments.last());
+        self.documents += usize::from(of.is_some_and(|of| of.ident == "Content"));
+        syn::visit::visit_item_impl(self, item);
+    }
+
+    fn visit_item_mod(&mut self, item: &'ast syn::ItemMod) {
+        if item.ident != "tests" {
+            syn::visit::visit_item_mod(self, item);
+        }
+    }
+
+    fn visit_item_fn(&mut self, item: &'ast syn::ItemFn) {
+        self.function(&item.sig, &item.block);
+        syn::visit::visit_item_fn(self, item);
+    }
+
+    fn visit_impl_item_fn(&mut self, item: &'ast syn::ImplItemFn) {
+        self.function(&item.sig, &item.block);
+        syn::visit::visit_impl_item_fn(self, item);
+    }
+}
+
 /// Whether an attribute is `#[outer(… word …)]`.
 fn names(attribute: &syn::Attribute, outer: &str, word: &str) -> bool {
     attribute.path().is_ident(outer)
@@ -350,5 +425,18 @@ mod tests {
         )]);
         let program = Program::of(&sources).unwrap();
         assert_eq!((program.commands, program.options), (4, 2));
+    }
+
+    #[test]
+    fn errors_documents_and_long_functions_are_counted() {
+        let long = format!("fn long() {{\n{}}}\n", "step();\n".repeat(LONG_FUNCTION));
+        let text = format!(
+            "enum AError {{ #[error(\"a\")] A, #[error(transparent)] B(B), C }}\nimpl a::Content for B {{ fn f() {{}} }}\n{long}\
+             mod tests {{ enum BError {{ X }}\n{long} }}\nstruct S;\nimpl S {{ {long} }}"
+        );
+        let sources = made_up(&[("crates/a/src/lib.rs", &text)]);
+        let learned = Learned::of(&sources).unwrap();
+        assert_eq!((learned.error_enums, learned.error_texts), (1, 2));
+        assert_eq!((learned.documents, learned.long_functions), (1, 2));
     }
 }

@@ -1,5 +1,5 @@
-//! Chores of the project: `tidy` checks its invariants, `lines` counts it, `unused` lists what nobody uses, `schemas` writes the JSON
-//! Schemas of documents (feature `schemas`).
+//! Chores of the project: `tidy` checks its invariants, `lines` counts it, `unused` lists what nobody uses, `warnings` writes
+//! the page of warnings, `schemas` the JSON Schemas of documents (feature `schemas`).
 
 mod lines;
 #[cfg(feature = "schemas")]
@@ -7,6 +7,7 @@ mod schemas;
 mod source;
 mod tidy;
 mod unused;
+mod warnings;
 
 use anyhow::{Result, bail};
 
@@ -18,12 +19,13 @@ fn main() -> Result<()> {
         ["lines"] => lines::run(None),
         ["lines", of] => lines::run(Some(of)),
         ["unused"] => unused::run(),
+        ["warnings"] => warnings::run(),
         #[cfg(feature = "schemas")]
         ["schemas"] => schemas::run(),
         #[cfg(not(feature = "schemas"))]
         ["schemas"] => bail!(
             "`schemas` needs the feature `schemas`: cargo run --package xtask --features schemas -- schemas"
         ),
-        _ => bail!("expected `tidy`, `lines [CRATE[::MODULE]]`, `unused` or `schemas`"),
+        _ => bail!("expected `tidy`, `lines [CRATE[::MODULE]]`, `unused`, `warnings` or `schemas`"),
     }
 }

@@ -16,6 +16,7 @@ use syn::spanned::Spanned;
 use syn::visit::Visit;
 
 use crate::source::{self, rust_files};
+use crate::warnings;
 
 /// The sources of the sciences: of signals and touch, of people, and of what is optional beside them.
 const SCIENCES: [&str; 4] = [
@@ -203,6 +204,7 @@ fn findings() -> Result<BTreeSet<String>> {
     files(&root, &mut findings)?;
     real_time(&root, &mut findings)?;
     reads::check(&root, &mut findings)?;
+    check_warnings(&root, &mut findings)?;
     programs::check(&root, &metadata, &mut findings)?;
     decisions(&root, &mut findings)?;
     Ok(findings.0)
@@ -601,6 +603,28 @@ fn shown(root: &Path, file: &Path) -> String {
         .unwrap_or(file)
         .display()
         .to_string()
+}
+
+/// Every code of a warning is declared once, and the page of the guide has them all.
+fn check_warnings(root: &Path, findings: &mut Findings) -> Result<()> {
+    let all = warnings::declared(&source::read(root)?)?;
+    let mut seen = BTreeMap::new();
+    for one in &all {
+        if let Some(first) = seen.insert(&one.code, &one.of) {
+            findings.add(format!(
+                "{} and {} have a warning with the code `{}`: rename one of them",
+                first, one.of, one.code
+            ));
+        }
+    }
+    let page = std::fs::read_to_string(root.join(warnings::PAGE)).unwrap_or_default();
+    if page != warnings::page(&all) {
+        findings.add(format!(
+            "{}: is not that of the sources: run `cargo run -p xtask -- warnings`",
+            warnings::PAGE
+        ));
+    }
+    Ok(())
 }
 
 #[cfg(test)]
