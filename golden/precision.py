@@ -1,7 +1,7 @@
 """How far SciPy's transfer functions in ../shared/reference/transfer.npz are from extended precision.
 
 The drive of that reference ends at 1 kHz. Above, its power falls to 1e-16 of its largest: the rounding of a
-double-precision FFT. This prints why tests/reference.rs asks for 2e-10 on the driven lines and 2e-6 on the
+double-precision FFT. This prints why tests/reference.rs asks for 2e-10 on the excited lines and 2e-6 on the
 others. Made with NumPy 2.4.6 and SciPy 1.17.1:
 
     python3 golden/precision.py ../shared/reference/transfer.npz
@@ -25,7 +25,7 @@ for n in (2048, 4096):
     drive, response = spectra(reference["x"]), spectra(reference["y"])
     sxx, syy = (abs(drive) ** 2).sum(0), (abs(response) ** 2).sum(0)
     sxy = (drive.conj() * response).sum(0)
-    driven = sxx >= 1e-10 * sxx.max()
+    excited = sxx >= 1e-10 * sxx.max()
     for key, truth in (("H1", sxy / sxx), ("H2", syy / sxy.conj()), ("coh", abs(sxy) ** 2 / (sxx * syy))):
         error = abs(reference[f"{key}_{n}"] / truth - 1)
-        print(f"{key}_{n}: driven lines {error[driven].max():.1e}, others {error[~driven].max():.1e}")
+        print(f"{key}_{n}: excited lines {error[excited].max():.1e}, others {error[~excited].max():.1e}")

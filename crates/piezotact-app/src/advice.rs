@@ -31,7 +31,7 @@ const OPTIONS: [(&str, &str); 42] = [
     ("no_contact", "--load"),
     ("no_normal_force", "--normal-force"),
     ("no_target_power", "--band"),
-    ("not_driven", "--band"),
+    ("not_excited", "--band"),
     ("nothing_cut", "--cuts"),
     ("open_multiple", "--high-pass"),
     (

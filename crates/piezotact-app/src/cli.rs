@@ -115,7 +115,7 @@ pub(crate) struct Segment {
 
 /// What recordings are grouped by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum By {
+pub(crate) enum Factor {
     /// The surface sample.
     Sample,
     /// The sliding speed.
@@ -182,7 +182,7 @@ pub(crate) struct Analyse {
     pub(crate) takes: Takes,
     /// The grouping for the averages; default: by sample if all recordings name one, otherwise by file.
     #[arg(long, value_enum)]
-    pub(crate) by: Option<By>,
+    pub(crate) by: Option<Factor>,
     #[command(flatten)]
     pub(crate) computing: Computing,
 }
@@ -193,7 +193,7 @@ pub(crate) struct Compare {
     pub(crate) takes: Takes,
     /// The factor that is compared.
     #[arg(long, value_enum)]
-    pub(crate) by: By,
+    pub(crate) by: Factor,
     #[command(flatten)]
     pub(crate) feeling: Feeling,
     #[command(flatten)]

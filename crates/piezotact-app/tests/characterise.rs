@@ -306,7 +306,7 @@ fn what_was_measured_badly_is_named() {
     );
 }
 
-/// What lies beyond the band that was asked for is not driven, whatever the ends of the drive do there; nothing renders there.
+/// What lies beyond the band that was asked for is not excited, whatever the ends of the drive do there; nothing renders there.
 #[test]
 fn what_is_not_driven_is_not_rendered() {
     let folder = support::prepared();
@@ -315,7 +315,7 @@ fn what_is_not_driven_is_not_rendered() {
         "--seconds 10 --band 20..300 --out narrow.json --json",
     )
     .json();
-    assert_eq!(said["driven_hz"], serde_json::json!([20.0, 300.0]));
+    assert_eq!(said["excited_hz"], serde_json::json!([20.0, 300.0]));
     folder.run(&["demo", "--out", "d"]).expect_success();
     let rendered = folder.run(&[
         "render",
@@ -338,7 +338,7 @@ fn what_is_not_driven_is_not_rendered() {
         .unwrap();
     assert!(highest < 305.0, "{said}");
     assert!(
-        said["warnings"].to_string().contains("is not driven"),
+        said["warnings"].to_string().contains("is not excited"),
         "{said}"
     );
     // A band below what the device answers to has nothing to be judged by, and is no error.

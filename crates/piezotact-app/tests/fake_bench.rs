@@ -529,7 +529,7 @@ fn a_transfer_function_leaves_out_what_was_lost() {
         count("of") - count("left_out")
     );
     // The straight lines drive nothing any more.
-    assert!(find(&said, "not_driven").is_none(), "{said}");
+    assert!(find(&said, "not_excited").is_none(), "{said}");
     let transfer = |segment: &str| {
         folder.run(&[
             "transfer",

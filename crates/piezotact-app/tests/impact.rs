@@ -137,7 +137,7 @@ fn hits_are_found_evaluated_and_reported() {
         "peak force, N",
         "σ = 0",
         "4 of 4 hits",
-        "was driven",
+        "was excited",
     ] {
         assert!(report.contains(part), "{part}");
     }

@@ -28,7 +28,7 @@ fn hand(stated: Value) -> String {
         "real": lines.iter().map(|l| l[0]).collect::<Vec<f64>>(),
         "imaginary": lines.iter().map(|l| l[1]).collect::<Vec<f64>>(),
         "coherence": vec![0.999; 501],
-        "driven_hz": [2.0, 1200.0],
+        "excited_hz": [2.0, 1200.0],
         "averages": 100,
     });
     for (key, value) in stated.as_object().unwrap() {

@@ -216,7 +216,7 @@ fn what_fits_is_no_steeper_than_the_amplifier_follows() {
     }
 }
 
-/// A recording that states its device is not described otherwise, and the band that it states is the one that was driven.
+/// A recording that states its device is not described otherwise, and the band that it states is the one that was excited.
 #[test]
 fn a_recording_keeps_the_device_and_the_band_that_it_states() {
     let folder = folder();
@@ -225,10 +225,10 @@ fn a_recording_keeps_the_device_and_the_band_that_it_states() {
     let transfer =
         "transfer raw.parquet --drive drive --response acceleration --out again.json --json";
     let again = run(&folder, transfer).json();
-    assert_eq!(again["driven_hz"], said["driven_hz"]);
-    assert_eq!(again["driven_hz"], serde_json::json!([2.0, 1200.0]));
+    assert_eq!(again["excited_hz"], said["excited_hz"]);
+    assert_eq!(again["excited_hz"], serde_json::json!([2.0, 1200.0]));
     assert!(
-        !again["warnings"].to_string().contains("not_driven"),
+        !again["warnings"].to_string().contains("not_excited"),
         "{again}"
     );
     let same = "--gain B3 --volts-per-full-scale 1.41421356";

@@ -139,7 +139,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         "Number of participants needed",
         "16 measurements in the averages, 16 of them with all criteria met.",
         "16 measurements were checked window by window",
-        "median coherence of the driven lines",
+        "median coherence of the excited lines",
         "no person took part",
         "twin:seed=7,gain=B3: random, 4 s",
     ] {

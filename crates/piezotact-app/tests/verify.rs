@@ -195,7 +195,8 @@ fn the_texture_sent_straight_has_the_error_that_it_must_have() {
     });
     folder.write("tf.json", function.to_string());
     let base = "--target texture.csv --measured felt.csv --transfer tf.json --band 30..500";
-    let found = verify(&folder, &format!("{base} --json")).json()["straight_predicted"].clone();
+    let found =
+        verify(&folder, &format!("{base} --json")).json()["uncompensated_predicted"].clone();
     let number = |key: &str| found[key].as_f64().unwrap();
     // |H|² = a² + b² + 2ab·cos φ at the lines of the comparison, from the definition of the error.
     let lines = (0..513).map(|k| f64::from(k) * RATE_HZ / 1024.0);
@@ -240,7 +241,7 @@ fn the_texture_sent_straight_has_the_error_that_it_must_have() {
     });
     folder.write("tf.json", short.to_string());
     let said = verify(&folder, &format!("{base} --json")).json();
-    let said = said["straight_predicted"]["not_computed"].to_string();
+    let said = said["uncompensated_predicted"]["not_computed"].to_string();
     assert!(said.contains("30–500 Hz"), "{said}");
     html(&folder, base);
 }

@@ -14,7 +14,9 @@ use piezotact::verify::Verification;
 use piezotact::warning::{Merged, merged};
 use serde::Serialize;
 
-use crate::procedure::{Gain, Kept, LoopEnd, Looped, Refused, RepeatedCharacterisation};
+use crate::procedure::{
+    ClosedLoopResult, Gain, LoopEnd, Refused, RepeatedCharacterisation, SelectedDrive,
+};
 
 /// A measurement that the gate refused.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,8 +58,8 @@ pub struct CharacteriseDocument<'a> {
     pub resolution_hz: f64,
     /// The band of the excitation.
     pub band_hz: Band,
-    /// From the lowest to the highest line that was driven; absent when not known.
-    pub driven_hz: Option<Band>,
+    /// From the lowest to the highest line that was excited; absent when not known.
+    pub excited_hz: Option<Band>,
     /// How often it was measured.
     pub repeats: usize,
     /// How far the two repeats that differ most lie apart, dB rms; absent for one.
@@ -94,12 +96,12 @@ impl<'a> CharacteriseDocument<'a> {
         Self {
             out,
             limits: function.limits(),
-            bias: function.bias(function.felt_band()),
+            bias: function.bias(function.tactile_band()),
             averages: function.averages,
             effective_averages: function.effective_averages,
             resolution_hz: function.resolution_hz(),
             band_hz,
-            driven_hz: function.driven,
+            excited_hz: function.excited,
             repeats: measured.each.len(),
             repeats_apart_db_rms: measured.apart_db,
             refused: measured.refused.iter().map(RefusedAttempt::from).collect(),
@@ -241,7 +243,7 @@ pub struct LoopDocument {
     /// The number of the drive that is kept.
     pub best: usize,
     /// Why that one.
-    pub kept: Kept,
+    pub kept: SelectedDrive,
     /// The best corrected drive against the open loop; absent where none was judged better.
     pub gain: Option<Gain>,
     /// Why it ended.
@@ -257,8 +259,8 @@ pub struct LoopDocument {
     pub failed: Option<String>,
 }
 
-impl From<&Looped> for LoopDocument {
-    fn from(looped: &Looped) -> Self {
+impl From<&ClosedLoopResult> for LoopDocument {
+    fn from(looped: &ClosedLoopResult) -> Self {
         let iterations = looped.iterations.iter().map(|i| LoopIteration {
             iteration: i.number,
             held_at_limit: i.held,
@@ -336,7 +338,7 @@ impl RenderDocument {
         names: RenderNames<'_>,
         drive: &RenderedDrive,
         (rate_hz, level_db): (u32, f64),
-        looped: Option<&Looped>,
+        looped: Option<&ClosedLoopResult>,
     ) -> Self {
         let setup = drive.setup.as_ref();
         Self {

@@ -57,7 +57,7 @@ impl FromStr for Excitation {
 pub struct ExcitationConfig {
     /// What kind of drive.
     pub kind: Excitation,
-    /// The band that is driven.
+    /// The band that is excited.
     pub band: Band,
     /// The largest duration: sweeps and multisines fill as much of it as whole blocks allow.
     pub duration: Seconds,
@@ -74,7 +74,7 @@ const TAIL_S: f64 = 0.5;
 const FADE_S: f64 = 0.02;
 /// The settling time from the end of the fade until the response is periodic, s.
 const SETTLE_S: f64 = 0.48;
-/// One period of a multisine, s: lines 0.5 Hz apart, driven ones 1 Hz.
+/// One period of a multisine, s: lines 0.5 Hz apart, excited ones 1 Hz.
 const PERIOD_S: f64 = 2.0;
 /// The largest delay of a detected onset of a drive, s.
 const ONSET_S: f64 = 0.01;

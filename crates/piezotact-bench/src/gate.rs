@@ -21,7 +21,7 @@ pub const LOWEST_JUDGED: Hertz = Hertz(20.0);
 pub struct GateConfig {
     /// The largest departure of the mean force of a window from its target, as a share of the target.
     pub force_share: f64,
-    /// The least median coherence of the driven lines of a window.
+    /// The least median coherence of the excited lines of a window.
     pub least_coherence: f64,
     /// The length of a window.
     pub window: Seconds,
@@ -211,7 +211,7 @@ impl Gate {
         // device responds.
         let median = spectra
             .ok()
-            .and_then(|spectra| spectra.driven_coherence(LOWEST_JUDGED));
+            .and_then(|spectra| spectra.excited_coherence(LOWEST_JUDGED));
         let limit = Limit::at_least(self.config.least_coherence);
         judged.criteria.push(match median {
             Some(median) => Criterion::new(RunCriterion::Coherence, "", median, None, limit),

@@ -17,7 +17,7 @@ use crate::traits::{
 };
 
 /// The simulated system between the two halves: drive in, acquired channels out.
-pub trait World: Send {
+pub trait SimulatedBench: Send {
     /// See [`Play::describe`].
     fn output(&self) -> PlayDescription;
     /// See [`Acquire::describe`].
@@ -57,7 +57,7 @@ const REST_AT_A_TIME_S: f64 = 5.0;
 
 /// The halves of a bench simulated by `world`. Time is counted in acquired samples: playback advances only as samples are
 /// acquired. A run of a stated duration, or until it is stopped, continues in silence after the drive.
-pub fn halves<W: World + 'static>(world: W) -> Bench {
+pub fn halves<W: SimulatedBench + 'static>(world: W) -> Bench {
     let shared = Arc::new(Mutex::new(Shared {
         world,
         loaded: None,
@@ -78,7 +78,7 @@ struct Shared<W> {
     under_way: Option<UnderWay>,
 }
 
-impl<W: World> Shared<W> {
+impl<W: SimulatedBench> Shared<W> {
     /// How far the player is when `acquired_s` of the run has passed.
     fn progress_after(&self, acquired_s: f64) -> Result<PlayProgress, DeviceError> {
         let run = self.under_way.as_ref().filter(|run| run.run.is_some());
@@ -110,7 +110,10 @@ struct UnderWay {
 
 impl UnderWay {
     /// The next chunk's channels; `None` when the run is over.
-    fn next_channels(&mut self, world: &dyn World) -> Result<Option<Vec<Vec<f64>>>, DeviceError> {
+    fn next_channels(
+        &mut self,
+        world: &dyn SimulatedBench,
+    ) -> Result<Option<Vec<Vec<f64>>>, DeviceError> {
         let wanted = match self.plan.until {
             Until::Duration(duration) => Some(world.input().rate.samples_in(duration) as u64),
             Until::PlaybackEnded | Until::Stopped => None,
@@ -147,7 +150,7 @@ impl UnderWay {
 
 /// The run of `drive`, in silence up to the duration of `plan`.
 fn begun(
-    world: &dyn World,
+    world: &dyn SimulatedBench,
     mut drive: Vec<f64>,
     plan: &RunPlan,
 ) -> Result<Box<dyn Run>, DeviceError> {
@@ -168,7 +171,7 @@ fn before(asked: &'static str, before: &'static str) -> DeviceError {
 
 struct Player<W>(Arc<Mutex<Shared<W>>>);
 
-impl<W: World> Play for Player<W> {
+impl<W: SimulatedBench> Play for Player<W> {
     fn describe(&self) -> PlayDescription {
         locked(&self.0).world.output()
     }
@@ -227,7 +230,7 @@ impl<W: World> Play for Player<W> {
 
 struct Acquirer<W>(Arc<Mutex<Shared<W>>>);
 
-impl<W: World> Acquire for Acquirer<W> {
+impl<W: SimulatedBench> Acquire for Acquirer<W> {
     fn describe(&self) -> AcquireDescription {
         locked(&self.0).world.input()
     }

@@ -339,7 +339,7 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
 fn it_says_what_it_is_and_what_it_cannot_tell() {
     let mut described = hand();
     described.about.provenance.bench = Some(BenchKind::Hardware);
-    described.driven = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
+    described.excited = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
     let setup = DriveSetup::new(set_to("B2"), Volts(1.4), 80e-9).unwrap();
     described.drive = Some(setup.clone());
     let mut measured = bench(described, noise(0.003, 7));
@@ -524,7 +524,7 @@ fn what_makes_no_bench_is_refused() {
     }
     let said = of(hand_to(2_500.000_123, 101), usual);
     assert!(said.contains("round frequency"), "{said}");
-    // It answers outside what was driven alone.
+    // It answers outside what was excited alone.
     let lines = vec![Complex::default(); 100]
         .into_iter()
         .chain([Complex::from(1.0); 100])
@@ -539,7 +539,7 @@ fn what_makes_no_bench_is_refused() {
         100,
     )
     .unwrap();
-    dead.driven = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
+    dead.excited = Band::new(Hertz(20.0), Hertz(1_000.0)).ok();
     assert!(of(dead, usual).contains("zeros"));
 }
 

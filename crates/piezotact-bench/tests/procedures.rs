@@ -23,8 +23,8 @@ use piezotact::verify::{Measured, VerifyConfig, verify};
 use piezotact::{Series, Warning};
 use piezotact_bench::fake::{Breach, FakeScript, Fault, fake};
 use piezotact_bench::procedure::{
-    CharacteriseConfig, GatePolicy, LoopConfig, LoopEnd, Looped, Mishap, RepeatConfig, RunKeeper,
-    acquire, characterise, closed_loop, play_and_record, repeated,
+    CharacteriseConfig, ClosedLoopResult, GatePolicy, LoopConfig, LoopEnd, LoopFailure,
+    RepeatConfig, RunKeeper, acquire, characterise, closed_loop, play_and_record, repeated,
 };
 use piezotact_bench::{
     Bench, DeviceError, Excitation, ExcitationConfig, GateConfig, Placement, ProcedureError,
@@ -541,7 +541,7 @@ fn repeats_with_a_gate_end_in_order() {
     assert_eq!(keeper.ended(), [Ended::Completed, Ended::Failed { said }]);
 }
 
-fn looped(mut bench: Bench) -> (Result<Looped, ProcedureError>, Keeper) {
+fn looped(mut bench: Bench) -> (Result<ClosedLoopResult, ProcedureError>, Keeper) {
     let done = characterise(&mut self::bench("seed = 1"), &config(8.0), &mut Discard).unwrap();
     let rate = SampleRate::new(5_000.0).unwrap();
     let count = 10_000;
@@ -610,7 +610,7 @@ fn a_closed_loop_ends_in_order() {
     );
     let (done, keeper) = looped(bench(&late));
     let done = done.unwrap();
-    let LoopEnd::Broken(Mishap::Bench { said }) = &done.end else {
+    let LoopEnd::Broken(LoopFailure::Bench { said }) = &done.end else {
         panic!("{:?}", done.end)
     };
     assert!(said.contains("output of the scripted fake"), "{said}");

@@ -37,7 +37,7 @@ impl TransferFormat {
         match self {
             Self::UffText | Self::UffBinary => Some(Warning::from(RecordingWarning::FormatLoses {
                 format: "a universal file".into(),
-                what: "the device, the provenance, the driven band, whether the drive was exact, the hits and the added damping of an impact test, and the warnings of a transfer function".into(),
+                what: "the device, the provenance, the excited band, whether the drive was exact, the hits and the added damping of an impact test, and the warnings of a transfer function".into(),
             })),
             Self::Json | Self::Matlab => None,
         }
@@ -343,10 +343,10 @@ pub(crate) fn from_lines(
         drive_unit: Unit::Other(String::new()),
         response_unit: Unit::Other(String::new()),
         estimator: Estimator::H1,
-        exact_drive: false,
+        known_input: false,
         averages: 0,
         effective_averages: None,
-        driven_hz: None,
+        excited_hz: None,
         rate_hz: None,
         about: About {
             provenance: Provenance {

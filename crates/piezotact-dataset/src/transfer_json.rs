@@ -31,16 +31,18 @@ pub struct TransferDocument {
     pub estimator: Estimator,
     /// Whether the drive is known without noise: it is the signal that was sent, not a measurement of it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub exact_drive: bool,
+    #[serde(alias = "exact_drive")]
+    pub known_input: bool,
     /// The number of segments averaged; 0 when not known.
     #[serde(default)]
     pub averages: usize,
     /// The number of independent averages that scatter as much; `averages` where it is absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effective_averages: Option<f64>,
-    /// From the lowest to the highest line that was driven.
+    /// From the lowest to the highest line that was excited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub driven_hz: Option<Band>,
+    #[serde(alias = "driven_hz")]
+    pub excited_hz: Option<Band>,
     /// The rate of the recording it was estimated from, Hz; twice the highest frequency when absent.
     #[serde(default)]
     pub rate_hz: Option<SampleRate>,
@@ -135,10 +137,10 @@ impl TransferDocument {
             drive_unit,
             response_unit,
             estimator: function.estimator,
-            exact_drive: function.exact_drive,
+            known_input: function.known_input,
             averages: function.averages,
             effective_averages: Some(function.effective_averages),
-            driven_hz: function.driven,
+            excited_hz: function.excited,
             rate_hz: Some(function.rate),
             about: function.about.clone(),
             drive: function.drive.clone(),
@@ -271,8 +273,8 @@ impl TransferDocument {
         {
             function.effective_averages = effective;
         }
-        function.driven = self.driven_hz;
-        function.exact_drive = self.exact_drive;
+        function.excited = self.excited_hz;
+        function.known_input = self.known_input;
         function.impact.clone_from(&self.impact);
         if function.impact.is_some() {
             // Hits are counted by other standards than segments of noise.

@@ -285,10 +285,10 @@ fn document() -> TransferDocument {
         drive_unit: Unit::FullScale,
         response_unit: Unit::MetrePerSecondSquared,
         estimator: Estimator::HvAt { noise_ratio: 0.25 },
-        exact_drive: true,
+        known_input: true,
         identities: None,
         effective_averages: Some(37.5),
-        driven_hz: None,
+        excited_hz: None,
         impact: None,
         confidence: None,
         attempts: Vec::new(),
@@ -362,6 +362,18 @@ fn what_is_written_is_read_whole() {
             .unwrap_err()
             .to_string()
             .contains("NaN")
+    );
+}
+
+/// A file of an earlier form, whose warnings were called otherwise: refused, not read without them.
+#[test]
+fn own_description_of_an_earlier_form_is_refused() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/earlier.mat");
+    let refused = read_transfer(&file).unwrap_err().to_string();
+    assert!(
+        refused.contains("earlier version")
+            && refused.contains("estimate the transfer function again"),
+        "{refused}"
     );
 }
 

@@ -4,10 +4,10 @@ use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, standard_deviation};
 use piezotact::transfer::{Distortion, DistortionLevels, Estimator, TransferFunction};
-use piezotact::verify::{Beside, Tones, UninvertedPrediction, Verification};
+use piezotact::verify::{Beside, Tones, UncompensatedPrediction, Verification};
 
 use crate::chart::{self, HEIGHT};
-use crate::verify::{Page, Straight};
+use crate::verify::{Page, Uncompensated};
 use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Tone, range};
 use piezotact::number::digits;
@@ -142,7 +142,7 @@ fn others(count: usize) -> Vec<Tone> {
 /// The target's PSD, and what the transfer function makes of it.
 pub(crate) fn predicted(
     verification: &Verification,
-    predicted: &UninvertedPrediction,
+    predicted: &UncompensatedPrediction,
 ) -> Result<String, DrawError> {
     let f = &predicted.frequency_hz;
     let lines = vec![
@@ -311,9 +311,11 @@ fn level_label(what: &str, rms: f64) -> String {
 
 /// The target's PSD, and the result of sending the texture directly to the device: as it stands, and turned
 /// down until nothing clips.
-pub(crate) fn straight(straight: &Straight<Verification>) -> Result<String, DrawError> {
-    let loud = &straight.as_it_stands;
-    let quiet = &straight.turned_down;
+pub(crate) fn uncompensated(
+    uncompensated: &Uncompensated<Verification>,
+) -> Result<String, DrawError> {
+    let loud = &uncompensated.as_it_stands;
+    let quiet = &uncompensated.turned_down;
     let lines = vec![
         Line::new(
             "target",
@@ -455,10 +457,10 @@ pub(crate) fn transfer<I: Quantity, O: Quantity>(
     let (from, to) = span(band);
     let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
     // What nothing drove is not drawn.
-    let driven = |hz: &f64| function.driven.is_none_or(|driven| driven.contains(*hz));
+    let excited = |hz: &f64| function.excited.is_none_or(|excited| excited.contains(*hz));
     let lines: Vec<(usize, f64)> = (1..)
         .zip(function.frequencies_hz().into_iter().skip(1))
-        .filter(|(_, hz)| driven(hz))
+        .filter(|(_, hz)| excited(hz))
         .collect();
     let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
         lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()

@@ -30,7 +30,7 @@ pub(crate) fn section<I: Quantity, O: Quantity>(
                 height of the largest pulse."))
             (figure(&response, "Response to the same hits over the segment, before any window; the exponential window, if there is \
                 one, is drawn at the height of the largest value."))
-            (figure(&spectrum, "Mean spectrum of the force re its highest level. Shaded: the band that was driven, in which \
+            (figure(&spectrum, "Mean spectrum of the force re its highest level. Shaded: the band that was excited, in which \
                 it lies above the line."))
             (table(test, &page.drive_unit))
         }
@@ -150,12 +150,12 @@ fn spectrum(
 ) -> Result<String, DrawError> {
     let ends = [traces.force_db.first(), traces.force_db.last()];
     let [low, high] = ends.map(|end| end.map_or(1.0, |(hz, _)| *hz));
-    let driven = page.function.driven;
+    let excited = page.function.excited;
     Chart {
-        shaded: (driven.iter())
+        shaded: (excited.iter())
             .map(|band| (band.low().0, band.high().0))
             .collect(),
-        levels: vec![-test.driven_within_db],
+        levels: vec![-test.excited_within_db],
         ..Chart::new(
             Axis::log("frequency, Hz", low, high.max(2.0 * low)),
             Axis::new("force level, dB", -60.0, 10.0),

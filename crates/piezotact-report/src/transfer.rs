@@ -96,7 +96,7 @@ pub fn html<I: Quantity, O: Quantity>(
     words: &dyn Words,
 ) -> Result<String, DrawError> {
     let function = page.function;
-    let (shown, judged) = (function.shown_band(), function.felt_band());
+    let (shown, judged) = (function.shown_band(), function.tactile_band());
     let figures = figures::transfer(function, shown, &page.unit)?;
     let distortion = page
         .distortion
@@ -117,7 +117,7 @@ pub fn html<I: Quantity, O: Quantity>(
         section {
             h2 { "Transfer function" }
             @for (svg, caption) in figures.iter().zip(captions(function)) { (figure(svg, caption)) }
-            p.soft { "Shaded: the band that was driven. Outside it, the values have no meaning." }
+            p.soft { "Shaded: the band that was excited. Outside it, the values have no meaning." }
         }
         (hits)
         @if let (Some(svg), Some(distortion)) = (&distortion, page.distortion) {
@@ -128,7 +128,7 @@ pub fn html<I: Quantity, O: Quantity>(
                     Distortion that is not above the noise is not drawn."))
                 p.soft { (format!("{} realisations of {} periods; lines {:.2} Hz apart. Noise: the part that differs between \
                     periods. Distortion: the part that repeats at lines that are not \
-                    driven.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
+                    excited.", distortion.realisations, distortion.periods, distortion.resolution_hz)) }
             }
         }
         (origin(function))

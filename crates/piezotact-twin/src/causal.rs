@@ -1,7 +1,7 @@
 //! The impulse response of a device with a finger on it, as a causal filter.
 //!
 //! The response of [`Finger`] is a product of two kinds of factors. Masses, springs, dampers and the low-pass answer after they are
-//! driven. Coupling, level and ripples have a magnitude and no phase, so that half of what they answer comes before the drive: a ripple
+//! excited. Coupling, level and ripples have a magnitude and no phase, so that half of what they answer comes before the drive: a ripple
 //! at 30 Hz that changes within half an octave begins 0.1 s early. A bench that computes whole signals can do that, a stream cannot.
 //!
 //! What is done: everything comes later by a stated delay, and only what would be earlier than this delay allows is turned in

@@ -207,7 +207,7 @@ impl Finger {
     }
 
     /// The factor of [`Self::response`] that has no phase, a ratio above 0: coupling, level and ripples. A factor that changes with
-    /// frequency and has no phase answers before it is driven.
+    /// frequency and has no phase answers before it is excited.
     pub(super) fn phaseless(&self, frequency_hz: f64, load_n: f64, placement: &Placement) -> f64 {
         let load_n = load_n.max(self.parameters.least_load_n);
         self.coupling(frequency_hz, load_n) * self.gain(frequency_hz, placement)

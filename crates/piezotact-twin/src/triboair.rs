@@ -21,7 +21,7 @@ use super::wander::Wander;
 use piezotact_bench::random::Random;
 use piezotact_bench::{Acquire, DeviceError, RunPlan};
 
-/// Slower than this the platform is not driven, m/s (*chosen*).
+/// Slower than this the platform is not excited, m/s (*chosen*).
 const SLOWEST_M_S: f64 = 0.001;
 /// How fast the controller's ripple of speed changes, s (*chosen*).
 const RIPPLE_MEMORY_S: f64 = 0.02;

@@ -18,7 +18,7 @@ use super::protocol::{ANGLES_DEG, load_possible, within};
 use super::sensors::{Accelerometer, ForceCell, SlowHand, at_rest};
 use super::session::{CALIBRATION, CHUNK, rate as acquisition_rate};
 use super::varying::{LoadDependent, VaryingResponse};
-use piezotact_bench::halves::{Run, World, halves};
+use piezotact_bench::halves::{Run, SimulatedBench, halves};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, FORCE_CHANNEL};
 use piezotact_bench::random::Random;
 use piezotact_bench::{
@@ -115,7 +115,7 @@ fn to_acquisition() -> Result<&'static Resampler, DeviceError> {
     })
 }
 
-impl World for TwinBench {
+impl SimulatedBench for TwinBench {
     fn output(&self) -> PlayDescription {
         PlayDescription {
             name: self.name(),

@@ -26,7 +26,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact_bench::procedure::{
-    CharacteriseConfig, LoopConfig, LoopEnd, Looped, characterise, closed_loop,
+    CharacteriseConfig, ClosedLoopResult, LoopConfig, LoopEnd, characterise, closed_loop,
 };
 use piezotact_bench::{
     Acquire, AcquireDescription, Bench, DeviceError, Excitation, ExcitationConfig, Placement,
@@ -96,11 +96,11 @@ fn config(mode: Mode) -> LoopConfig {
     }
 }
 
-fn error_of(looped: &Looped, iteration: usize) -> f64 {
+fn error_of(looped: &ClosedLoopResult, iteration: usize) -> f64 {
     looped.iterations[iteration].verification.judged_error_db()
 }
 
-fn told(looped: &Looped) -> String {
+fn told(looped: &ClosedLoopResult) -> String {
     let (open, best) = (&looped.iterations[0], looped.best_verification());
     format!(
         "{:.2} → {:.2} dB rms, {:.1} dB at most, NMSE {:.1} → {:.1} dB; {}",
@@ -413,7 +413,7 @@ impl Acquire for Disturbed {
     }
 }
 
-fn disturbed(mishap: Mishap, from: usize) -> Result<Looped, ProcedureError> {
+fn disturbed(mishap: Mishap, from: usize) -> Result<ClosedLoopResult, ProcedureError> {
     let Bench {
         player, acquirer, ..
     } = bench(1);

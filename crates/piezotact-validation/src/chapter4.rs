@@ -5,11 +5,11 @@ use piezotact::figure::Line;
 use piezotact::quantity::Decibels;
 use piezotact::spectrum::amplitude_spectrum;
 use piezotact::statistics::mean;
-use piezotact::verify::{UninvertedPrediction, Verification, predict_uninverted};
+use piezotact::verify::{UncompensatedPrediction, Verification, predict_uncompensated};
 
 use super::claims::{Finding, Holds, at_least, at_most, below, least as least_of, most};
 use super::figure::{Counterpart, decibels, density, frequency, line, linear};
-use super::rendering::{compared, judged_as, played, rendered, sent_straight, target};
+use super::rendering::{compared, judged_as, played, rendered, sent_uncompensated, target};
 use super::{Chapter, ReplayError, campaigns, exchange, said_once};
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 use piezotact_volunteers::{Laboratory, characterised, resting, run, take};
@@ -26,9 +26,9 @@ struct Felt {
     texture: &'static str,
     rendered: Verification,
     /// Sent as it stands, and turned down until nothing clips: against the target as it stands, and turned down as much.
-    straight: [Verification; 2],
+    uncompensated: [Verification; 2],
     /// Sent as it stands, by the transfer function.
-    predicted: UninvertedPrediction,
+    predicted: UncompensatedPrediction,
     /// Whether the device clips it as it stands.
     clips: bool,
     level: Decibels,
@@ -69,15 +69,15 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
             let label = |what: &str| resting(&format!("{what} {texture}"), 0.2, 20.0);
             let measured = played(&mut bench, &drive.drive, &label("play"))?;
             let verification = compared(&target, &measured, level)?;
-            let sent = sent_straight(&mut bench, &target)?;
+            let sent = sent_uncompensated(&mut bench, &target)?;
             let loud = played(&mut bench, &sent.drive, &label("straight"))?;
             let loud = compared(&target, &loud, Decibels(0.0))?;
             let soft = played(&mut bench, &sent.softer, &label("turned down"))?;
-            let straight = [loud, compared(&target, &soft, sent.level)?];
-            let predicted = predict_uninverted(&target, &function, &judged_as(&target)?)?;
+            let uncompensated = [loud, compared(&target, &soft, sent.level)?];
+            let predicted = predict_uncompensated(&target, &function, &judged_as(&target)?)?;
             let mut figures = Vec::new();
             if participant == 1 {
-                figures = figures_of(texture, &verification, &straight);
+                figures = figures_of(texture, &verification, &uncompensated);
                 if texture == "S8" {
                     figures.extend(processing(&target, &drive, &function));
                 }
@@ -94,7 +94,7 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
                 participant,
                 texture,
                 rendered: verification,
-                straight,
+                uncompensated,
                 predicted,
                 clips: sent.clips,
                 level,
@@ -146,11 +146,11 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
 fn wrong_strategy(felt: &[Felt]) -> Finding {
     // Turned down until nothing clips, and multiplied back: what the device would do were it linear.
     let measured = |f: &Felt| {
-        let error = &f.straight[1].error_db;
+        let error = &f.uncompensated[1].error_db;
         Sent {
             level_db: mean(error),
-            shape_db: f.straight[1].error_db_rms_level_matched,
-            correlation: f.straight[1].waveform_correlation,
+            shape_db: f.uncompensated[1].error_db_rms_level_matched,
+            correlation: f.uncompensated[1].waveform_correlation,
         }
     };
     let predicted = |f: &Felt| Sent {
@@ -256,7 +256,7 @@ fn psd(label: &str, verification: &Verification, values: &[f64]) -> Line {
 fn figures_of(
     texture: &str,
     rendered: &Verification,
-    straight: &[Verification; 2],
+    uncompensated: &[Verification; 2],
 ) -> Vec<Counterpart> {
     let number = if texture == "M8" { "47" } else { "48" };
     let mut figures = vec![Counterpart::chart(
@@ -271,7 +271,7 @@ fn figures_of(
         ],
     )];
     if texture == "S8" {
-        let [loud, soft] = straight;
+        let [loud, soft] = uncompensated;
         figures.insert(0, Counterpart::chart("42", "Negative control: the vibration of S8 sent directly to the device, unscaled and attenuated until nothing \
                 clips.", (frequency(), density()), vec![
                 psd("touched", loud, &loud.target_psd),

@@ -39,7 +39,7 @@ const SEGMENT: usize = 2_048;
 const WAVELENGTH_M: f64 = 0.716e-3;
 /// Speeds of passive touch, m/s.
 const SPEEDS_M_S: [f64; 3] = [0.01, 0.02, 0.03];
-/// How long everybody's device is driven at random for the transfer function, s.
+/// How long everybody's device is excited at random for the transfer function, s.
 const CHARACTERISE_S: f64 = 20.0;
 const TASKS: [&str; 2] = ["control", "imagery"];
 /// Where the thesis sees the first definite peak, Hz, and how far it must stand above its surroundings, dB.

@@ -110,7 +110,7 @@ pub enum ReplayError {
     Verify(#[from] piezotact::verify::VerifyError),
     /// Transfer functions make no bundle.
     #[error("{0}")]
-    Bundle(#[from] piezotact::transfer::BundleError),
+    Ensemble(#[from] piezotact::transfer::BundleError),
     /// Transfer functions make no panel.
     #[error("{0}")]
     Panel(#[from] piezotact::panel::PanelError),

@@ -5,7 +5,7 @@ use piezotact::filter::HighPass;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
 use piezotact::recording::Recording;
 use piezotact::render::{
-    RenderConfig, RenderError, RenderedDrive, at_fitting_level, render, straight,
+    RenderConfig, RenderError, RenderedDrive, at_fitting_level, render, uncompensated,
 };
 use piezotact::run::Discard;
 use piezotact::series::Series;
@@ -79,7 +79,7 @@ pub(super) struct SentStraight {
 }
 
 /// The samples of `target` as the drive.
-pub(super) fn sent_straight(
+pub(super) fn sent_uncompensated(
     bench: &mut Bench,
     target: &Series<Acceleration>,
 ) -> Result<SentStraight, ReplayError> {
@@ -92,8 +92,8 @@ pub(super) fn sent_straight(
     // Turned down before it is a drive: as it stands it is cut off at the full scale of a file.
     let level = Decibels((room.0 - 1.0).min(0.0));
     Ok(SentStraight {
-        drive: straight(target, rate)?,
-        softer: straight(&target.clone().amplified(level), rate)?,
+        drive: uncompensated(target, rate)?,
+        softer: uncompensated(&target.clone().amplified(level), rate)?,
         level,
         clips: room.0 < 0.0,
     })

@@ -31,7 +31,7 @@ pub enum MeasureError {
     Feature { what: String, error: FeatureError },
     /// Transfer functions make no bundle.
     #[error("{0}")]
-    Bundle(#[from] piezotact::transfer::BundleError),
+    Ensemble(#[from] piezotact::transfer::BundleError),
     /// Transfer functions make no panel.
     #[error("{0}")]
     Panel(#[from] piezotact::panel::PanelError),

@@ -90,7 +90,7 @@ pub struct Correction<O: Quantity> {
     inverse: Vec<Complex<f64>>,
     /// The weight of each line in the band, 0–1.
     weights: Vec<f64>,
-    /// Whether a line is corrected: within the band, driven, and coherent enough.
+    /// Whether a line is corrected: within the band, excited, and coherent enough.
     corrected: Vec<bool>,
     /// Whether the inverse reaches a line.
     inverse_reaches: Vec<bool>,
@@ -166,7 +166,7 @@ impl<O: Quantity> Correction<O> {
         let lines_hz: Vec<f64> = (0..=n / 2)
             .map(|k| k as f64 * rate.hz() / n as f64)
             .collect();
-        let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
+        let excited = |hz: f64| function.excited.is_none_or(|excited| excited.contains(hz));
         let lines = |of: &dyn Fn(f64) -> bool| lines_hz.iter().map(|hz| of(*hz)).collect();
         let drive = transform.forward(&drive);
         let welch = VerifyConfig::over(band, rate.hz()).welch;
@@ -177,7 +177,7 @@ impl<O: Quantity> Correction<O> {
                 .collect(),
             corrected: lines(&|hz| {
                 band.contains(hz)
-                    && driven(hz)
+                    && excited(hz)
                     && function.coherence_at(hz) >= config.least_coherence
             }),
             inverse_reaches: lines(&|hz| coverage.reaches(hz)),
@@ -341,8 +341,8 @@ impl<O: Quantity> Correction<O> {
         (SMOOTH_HZ / self.step_hz()) as usize
     }
 
-    fn room(&self) -> crest::Room {
-        crest::Room {
+    fn room(&self) -> crest::DriveLimits {
+        crest::DriveLimits {
             limit: self.limit * BETWEEN,
             slope: self
                 .slope

@@ -202,7 +202,8 @@ pub struct Provenance {
     pub seed: Option<u64>,
     /// The band that the drive excites; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub driven_hz: Option<Band>,
+    #[serde(alias = "driven_hz")]
+    pub excited_hz: Option<Band>,
     /// When the measurement behind a transfer function, and behind what is rendered with it, began; absent if unknown.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured_at: Option<StartTime>,

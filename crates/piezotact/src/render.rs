@@ -19,7 +19,7 @@ pub use error::RenderError;
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
-use limits::Room;
+use limits::DriveLimits;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 pub use rendering::{Rendering, warnings_of_played};
@@ -144,7 +144,7 @@ pub fn render<O: Quantity>(
     let mut samples = drive_of(None)?;
     let inverse = coverage::known(function, config)?;
     let mut turned_down = None;
-    let room = Room::of(function.drive.as_ref(), config.output_rate);
+    let room = DriveLimits::of(function.drive.as_ref(), config.output_rate);
     if config.inverse.inverse == Inverse::DriveLimited && !room.holds(&samples) {
         let mut costs = Limiting::of(target.samples(), rate, function, band)?;
         if room.is_steeper_than_loud(&samples) {
@@ -167,7 +167,7 @@ pub fn render<O: Quantity>(
         .low_coherence(band, config.lowest_coherence)
         .into_iter()
         .collect();
-    warnings.extend(function.not_driven(band));
+    warnings.extend(function.not_excited(band));
     // Warnings about the transfer function apply to everything derived from it.
     warnings.extend(
         function
@@ -177,7 +177,7 @@ pub fn render<O: Quantity>(
             .filter(|warning| {
                 !matches!(
                     warning.kind(),
-                    Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotDriven { .. })
+                    Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotExcited { .. })
                 )
             })
             .cloned(),
@@ -301,7 +301,7 @@ type DriveOf<'a> = &'a mut dyn FnMut(Option<&Limiting>) -> Result<Vec<f64>, Rend
 /// fits.
 fn fitted(
     costs: &Limiting,
-    room: &Room,
+    room: &DriveLimits,
     drive_of: DriveOf<'_>,
 ) -> Result<Option<(Vec<f64>, Limiting)>, RenderError> {
     let (mut weak, mut strong) = (-6.0f64, 6.0f64);
@@ -327,7 +327,7 @@ fn fitted(
 ///
 /// # Errors
 /// [`RenderError::Rate`] when the target cannot be brought to the output rate.
-pub fn straight<O: Quantity>(
+pub fn uncompensated<O: Quantity>(
     target: &Series<O>,
     output_rate: SampleRate,
 ) -> Result<Series<Drive>, RenderError> {

@@ -114,7 +114,7 @@ impl RunChunk {
 pub enum RunCriterion {
     /// How far the mean force departs from its target, as a share of the target.
     Force,
-    /// The median coherence of the driven lines.
+    /// The median coherence of the excited lines.
     Coherence,
     /// The correlation of a repeat with the first, −1 to 1: a negative value means the opposite sign.
     Polarity,
@@ -124,7 +124,7 @@ impl fmt::Display for RunCriterion {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Force => "relative deviation of the mean force from its target",
-            Self::Coherence => "median coherence of the driven lines",
+            Self::Coherence => "median coherence of the excited lines",
             Self::Polarity => "correlation with the first repeat",
         })
     }

@@ -28,7 +28,7 @@ pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels
 pub use bias::Bias;
 pub(crate) use bundle::level_db;
 pub use bundle::{
-    Bundle, BundleAverage, BundleError, LeaveOneOut, Penalty, average, bundle, leave_one_out,
+    BundleAverage, BundleError, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
 pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::{Confidence, Limits};
@@ -78,13 +78,13 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     pub estimator: Estimator,
     /// Whether the drive is known without noise, as the signal that was sent and not a measurement of it, and does not repeat
     /// itself but in realisations.
-    pub exact_drive: bool,
+    pub known_input: bool,
     /// The number of segments averaged.
     pub averages: usize,
     /// The equivalent number of independent segments, with the same scatter; 0 when not known.
     pub effective_averages: f64,
-    /// From the lowest to the highest line that was driven; absent when not known.
-    pub driven: Option<Band>,
+    /// From the lowest to the highest line that was excited; absent when not known.
+    pub excited: Option<Band>,
     /// Condition, provenance and warnings.
     pub about: About,
     /// Gain and level of the device it was measured with; absent for a system that is not a PIEZOTACT.
@@ -132,12 +132,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             spectra.averages,
         )?;
         function.effective_averages = spectra.effective_averages;
-        let driven = spectra.driven();
-        function.driven = judge::driven_band(&driven, &spectra.drive_power, spectra.resolution_hz);
+        let excited = spectra.excited();
+        function.excited =
+            judge::excited_band(&excited, &spectra.drive_power, spectra.resolution_hz);
         function
             .about
             .warnings
-            .extend(judge::gaps(&driven, &function));
+            .extend(judge::gaps(&excited, &function));
         function.about.warnings.extend(judge::tone(&function));
 
         if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
@@ -234,7 +235,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             resolution_hz,
             rate,
             estimator,
-            exact_drive: false,
+            known_input: false,
             averages,
             about: About {
                 warnings,
@@ -243,7 +244,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             drive: None,
             impact: None,
             effective_averages: averages as f64,
-            driven: None,
+            excited: None,
             quantities: PhantomData,
         })
     }
@@ -326,13 +327,13 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .filter(move |(_, frequency_hz)| band.contains(*frequency_hz))
     }
 
-    /// The warning about the part of the band `asked` that was not driven, if there is one.
+    /// The warning about the part of the band `asked` that was not excited, if there is one.
     #[must_use]
-    pub fn not_driven(&self, asked: Band) -> Option<Warning> {
-        judge::outside(self.driven?, asked, self.resolution_hz)
+    pub fn not_excited(&self, asked: Band) -> Option<Warning> {
+        judge::outside(self.excited?, asked, self.resolution_hz)
     }
 
-    /// Sets the driven band when it is known: lines outside it count as not driven, even if the ends of a drive have power
+    /// Sets the excited band when it is known: lines outside it count as not excited, even if the ends of a drive have power
     /// there, and gaps in the drive are only reported within it.
     pub fn set_driven_band(&mut self, band: Band) {
         // The lowest line of a band lies up to one line spacing above its lower end.
@@ -341,15 +342,15 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             false => found,
         };
         let inside = self
-            .driven
+            .excited
             .and_then(|found| low(found).common(band))
             .unwrap_or(band);
-        self.driven = Some(inside);
+        self.excited = Some(inside);
         let warnings = std::mem::take(&mut self.about.warnings);
         let trimmed = warnings
             .into_iter()
             .filter_map(|warning| match warning.kind() {
-                Some(TransferWarning::NotDriven { bands, .. }) => {
+                Some(TransferWarning::NotExcited { bands, .. }) => {
                     judge::not_driven_within(&bands, inside)
                 }
                 _ => Some(warning),
@@ -383,31 +384,37 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     }
 
     /// The impulse response at twice the highest line, as many samples as twice the lines less one, in units of `O` per
-    /// `I`; the second half stands for negative times. Lines known not to be driven are set to zero, and of the
+    /// `I`; the second half stands for negative times. Lines known not to be excited are set to zero, and of the
     /// lines at 0 Hz and at the upper end only the real parts are kept.
     #[must_use]
     pub fn impulse_response(&self) -> Vec<f64> {
-        let driven = |line: usize| {
+        let excited = |line: usize| {
             let frequency_hz = line as f64 * self.resolution_hz;
-            self.driven.is_none_or(|band| band.contains(frequency_hz))
+            self.excited.is_none_or(|band| band.contains(frequency_hz))
         };
         let lines = self.response.iter().enumerate();
         let bins = lines
-            .map(|(line, h)| if driven(line) { *h } else { Complex::default() })
+            .map(|(line, h)| {
+                if excited(line) {
+                    *h
+                } else {
+                    Complex::default()
+                }
+            })
             .collect();
         fourier::RealTransform::new(2 * (self.response.len() - 1)).inverse(bins)
     }
 
-    /// The band, Hz, that was driven, or all of it where that is not known.
+    /// The band, Hz, that was excited, or all of it where that is not known.
     #[must_use]
     pub fn shown_band(&self) -> Band {
         let whole = Band::up_to(Hertz(self.highest_hz()));
-        self.driven.unwrap_or(whole)
+        self.excited.unwrap_or(whole)
     }
 
     /// The part of [`Self::shown_band`] from 20 Hz on, Hz, in which textures are felt; all of it where it ends below.
     #[must_use]
-    pub fn felt_band(&self) -> Band {
+    pub fn tactile_band(&self) -> Band {
         let shown = self.shown_band();
         Band::new(Hertz(shown.low().0.max(20.0)), shown.high()).unwrap_or(shown)
     }

@@ -114,7 +114,7 @@ fn coverage(
         let spectra: CrossSpectra<Drive, Acceleration> = plan.estimate(&drive, &response).unwrap();
         for ((estimator, exact), found) in estimators.iter().zip(&mut found) {
             let mut function = TransferFunction::from_spectra(&spectra, *estimator, rate).unwrap();
-            function.exact_drive = *exact;
+            function.known_input = *exact;
             found.push(function);
         }
     }
@@ -312,19 +312,19 @@ fn h1_and_h2_bound_the_bias_of_a_linear_plant() {
 #[test]
 fn a_drive_that_repeats_itself_has_no_confidence_limits() {
     let rate = SampleRate::new(RATE_HZ).unwrap();
-    let config = |exact_drive| BetweenConfig {
+    let config = |known_input| BetweenConfig {
         drive: "drive",
         response: "response",
         welch: WelchConfig::hann(SEGMENT),
         excitation: Excitation::Lasting,
         impact: ImpactConfig::usual(),
         estimator: Estimator::H1,
-        exact_drive,
+        known_input,
         volts_per_full_scale: None,
         setup: None,
         lost_s: Vec::new(),
     };
-    let limits_of = |drive: Vec<f64>, exact_drive: bool| {
+    let limits_of = |drive: Vec<f64>, known_input: bool| {
         let response: Vec<f64> = (0..drive.len())
             .map(|i| {
                 (0..PLANT.len().min(i + 1))
@@ -340,7 +340,7 @@ fn a_drive_that_repeats_itself_has_no_confidence_limits() {
         let channels = vec![channel("drive", drive), channel("response", response)];
         let (condition, provenance) = (Condition::default(), Provenance::default());
         let recording = Recording::new(channels, rate, condition, provenance).unwrap();
-        between_channels(&recording, &config(exact_drive))
+        between_channels(&recording, &config(known_input))
             .unwrap()
             .function
             .limits()

@@ -140,7 +140,7 @@ fn the_exponential_window_adds_its_damping_and_nothing_else() {
     );
 }
 
-/// One hit in 1 s with noise: within 1.5 dB rms over the band that the force excites, the rest declared not driven, and no
+/// One hit in 1 s with noise: within 1.5 dB rms over the band that the force excites, the rest declared not excited, and no
 /// coherence.
 #[test]
 fn one_hit_with_noise_is_right_where_it_drives() {
@@ -160,9 +160,9 @@ fn one_hit_with_noise_is_right_where_it_drives() {
         let hit = [(at, duration, 100.0)];
         let recorded = Recorded::of(&golden, &hit, 1.0).noisy(levels, &mut noise);
         let found = recorded.evaluated(&ImpactConfig::usual()).unwrap().function;
-        let driven = found.driven.unwrap();
+        let excited = found.excited.unwrap();
         let errors: Vec<f64> = found
-            .lines_in(driven)
+            .lines_in(excited)
             .filter(|(_, hz)| *hz >= from_hz)
             .map(|(k, hz)| {
                 let truth = inertance(&golden, Complex::new(0.0, TAU * hz));
@@ -171,29 +171,32 @@ fn one_hit_with_noise_is_right_where_it_drives() {
             .collect();
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
         println!(
-            "{driven}, from {from_hz} Hz: {rms:.3} dB rms over {} lines, {:?}",
+            "{excited}, from {from_hz} Hz: {rms:.3} dB rms over {} lines, {:?}",
             errors.len(),
             found.impact
         );
         assert!(rms < 1.5, "{rms}");
         // A half-sine is 10 dB down at 1.04 over its duration.
-        assert!((driven.high().0 * duration - 1.04).abs() < 0.08, "{driven}");
-        assert!(!found.has_coherence() && found.coherence_in(driven).is_none());
+        assert!(
+            (excited.high().0 * duration - 1.04).abs() < 0.08,
+            "{excited}"
+        );
+        assert!(!found.has_coherence() && found.coherence_in(excited).is_none());
         assert!(found.confidence().is_none() && found.coherence().iter().all(|c| *c == 0.0));
         let said = warnings(&found);
         assert!(said.contains(&ImpactWarning::OneHit), "{said:?}");
-        let undriven = found
+        let unexcited = found
             .about
             .warnings
             .iter()
             .find_map(|warning| match warning.kind() {
-                Some(TransferWarning::NotDriven { bands, .. }) => Some(bands),
+                Some(TransferWarning::NotExcited { bands, .. }) => Some(bands),
                 _ => None,
             });
-        let undriven = undriven.unwrap();
-        assert_eq!(undriven.len(), 1);
-        assert!((undriven[0].low().0 - driven.high().0).abs() < 1e-9);
-        assert!((undriven[0].high().0 - 25_600.0).abs() < 1e-6);
+        let unexcited = unexcited.unwrap();
+        assert_eq!(unexcited.len(), 1);
+        assert!((unexcited[0].low().0 - excited.high().0).abs() < 1e-9);
+        assert!((unexcited[0].high().0 - 25_600.0).abs() < 1e-6);
     }
 }
 

@@ -164,7 +164,7 @@ fn a_force_that_drifts_holds_its_hits() {
     assert!(transient(&slow, steady.rate()).is_none());
 }
 
-/// A high-pass of the force at 6.5 Hz drains each pulse: no double hit, and the band that is driven ends where it did.
+/// A high-pass of the force at 6.5 Hz drains each pulse: no double hit, and the band that is excited ends where it did.
 #[test]
 fn a_force_that_drains_drives_the_same_band() {
     let whole = recorded(6);
@@ -178,7 +178,7 @@ fn a_force_that_drains_drives_the_same_band() {
     }
     let (a, b) = (evaluated(&whole), evaluated(&drained));
     assert!(faults(&b).iter().all(Vec::is_empty), "{:?}", faults(&b));
-    let (a, b) = (a.driven.unwrap(), b.driven.unwrap());
+    let (a, b) = (a.excited.unwrap(), b.excited.unwrap());
     println!("{a}, {b}");
     assert!((b.high().0 / a.high().0 - 1.0).abs() < 0.05 && b.low().0 < 15.0);
 }
@@ -462,7 +462,7 @@ fn exchanged_channels_are_named() {
             excitation: Excitation::Found,
             impact: ImpactConfig::usual(),
             estimator: Estimator::H1,
-            exact_drive: false,
+            known_input: false,
             volts_per_full_scale: None,
             setup: None,
             lost_s: Vec::new(),

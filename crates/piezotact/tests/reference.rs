@@ -24,7 +24,7 @@ use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;
 
-/// H1, H2 and coherence on driven lines: at the weakest of them SciPy is 1e-10 away from extended precision
+/// H1, H2 and coherence on excited lines: at the weakest of them SciPy is 1e-10 away from extended precision
 /// and this program 4e-11 (`golden/precision.py`), not always to the same side.
 const TRANSFER_RTOL: f64 = 2e-10;
 
@@ -265,7 +265,7 @@ type Lines = Vec<Complex<f64>>;
 
 /// Within the drive's own band, 20–1000 Hz, rounding has nothing to feed on: 1e-12 for SciPy and for pyFRF.
 #[test]
-fn transfer_functions_equal_scipy_and_pyfrf_closely_where_they_are_driven() {
+fn transfer_functions_equal_scipy_and_pyfrf_closely_where_they_are_excited() {
     let Some(mut npz) = Npz::open("reference/transfer.npz") else {
         return;
     };

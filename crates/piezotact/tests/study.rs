@@ -10,9 +10,9 @@ use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingWarning, Touch};
 use piezotact::stroke::{Cut, Cuts, Judging, StrokeWarning};
 use piezotact::study::{
-    AnalysisDocument, Breadth, By, ComparisonDocument, CutsDocument, Gesture, Naming, Question,
-    Recorded, Stated, StudyAnalysis, StudyError, StudySettings, Take, Trend, analyse,
-    analyse_watched, cut, cuts_table, strokes_table,
+    AnalysedRecording, AnalysisDocument, Breadth, ComparisonDocument, CutsDocument, Factor,
+    Gesture, Naming, Question, Recorded, Stated, StudyAnalysis, StudyError, StudySettings, Trend,
+    analyse, analyse_watched, cut, cuts_table, strokes_table,
 };
 
 /// A finger that makes `strokes` strokes, as a recording at `rate_hz`: the same samples, stamped with another rate.
@@ -64,11 +64,11 @@ fn by(condition: Condition, participant: &str) -> Condition {
     }
 }
 
-fn taken(recorded: Recorded) -> Take {
+fn taken(recorded: Recorded) -> AnalysedRecording {
     cut(recorded, &Stated::nothing()).unwrap()
 }
 
-fn all(recorded: impl IntoIterator<Item = Recorded>) -> Vec<Take> {
+fn all(recorded: impl IntoIterator<Item = Recorded>) -> Vec<AnalysedRecording> {
     recorded.into_iter().map(taken).collect()
 }
 
@@ -83,7 +83,7 @@ fn settings(question: Question) -> StudySettings {
     }
 }
 
-fn changes(by: By) -> StudySettings {
+fn changes(by: Factor) -> StudySettings {
     let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
     settings(Question::Changes {
         by,
@@ -91,7 +91,7 @@ fn changes(by: By) -> StudySettings {
     })
 }
 
-fn grouped(takes: Vec<Take>, by: Option<By>) -> StudyAnalysis {
+fn grouped(takes: Vec<AnalysedRecording>, by: Option<Factor>) -> StudyAnalysis {
     analyse(takes, &settings(Question::Groups(by))).unwrap()
 }
 
@@ -103,7 +103,7 @@ fn names(study: &StudyAnalysis) -> Vec<&str> {
         .collect()
 }
 
-fn raised<K: std::error::Error + serde::de::DeserializeOwned>(take: &Take) -> Vec<K> {
+fn raised<K: std::error::Error + serde::de::DeserializeOwned>(take: &AnalysedRecording) -> Vec<K> {
     take.warnings()
         .iter()
         .filter_map(|warning| warning.kind())
@@ -269,7 +269,10 @@ fn recordings_are_grouped_by_what_they_say() {
         ])
     };
     let study = grouped(three(), None);
-    assert_eq!((study.by, names(&study)), (By::Sample, vec!["S2", "S10"]));
+    assert_eq!(
+        (study.by, names(&study)),
+        (Factor::Sample, vec!["S2", "S10"])
+    );
     assert_eq!(study.groups[1].takes, [0, 2]);
     assert_eq!(study.groups[1].summary.strokes, 5);
     assert_eq!(study.strokes(), 7);
@@ -280,18 +283,18 @@ fn recordings_are_grouped_by_what_they_say() {
             .any(|warning| matches!(warning.kind(), Some(CompareWarning::Pooled { .. }))),
         "{pooled:?}"
     );
-    let speeds = grouped(three(), Some(By::Speed));
+    let speeds = grouped(three(), Some(Factor::Speed));
     assert_eq!(names(&speeds), ["5 mm/s", "30 mm/s"]);
     let mut nameless = three();
     nameless.push(taken(of("n", 2, Condition::default())));
     let study = grouped(nameless.clone(), None);
-    assert_eq!((study.by, study.groups.len()), (By::File, 4));
+    assert_eq!((study.by, study.groups.len()), (Factor::File, 4));
     assert!(study.asked.is_none() && study.comparisons().is_empty());
-    let unknown = analyse(nameless, &settings(Question::Groups(Some(By::Sample))));
+    let unknown = analyse(nameless, &settings(Question::Groups(Some(Factor::Sample))));
     assert_eq!(
         unknown.err(),
         Some(StudyError::Unknown {
-            by: By::Sample,
+            by: Factor::Sample,
             recording: "n.csv".into()
         })
     );
@@ -305,7 +308,7 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
         of("b", 3, by(touched("S2", 30.0), "P1")),
         of("c", 3, by(touched("S3", 10.0), "P2")),
     ]);
-    let study = analyse(takes, &changes(By::Sample)).unwrap();
+    let study = analyse(takes, &changes(Factor::Sample)).unwrap();
     let [comparison] = study.comparisons() else {
         panic!("{:?}", study.comparisons().len());
     };
@@ -343,12 +346,12 @@ fn nothing_to_compare_names_what_recordings_differ_in() {
         of("a", 2, by(touched("S1", 30.0), "P1")),
         of("b", 2, by(touched("S2", 10.0), "P1")),
     ]);
-    let refused = analyse(takes, &changes(By::Sample)).err().unwrap();
+    let refused = analyse(takes, &changes(Factor::Sample)).err().unwrap();
     assert_eq!(
         refused,
         StudyError::NothingToCompare {
-            by: By::Sample,
-            differ_in: vec![By::Speed],
+            by: Factor::Sample,
+            differ_in: vec![Factor::Speed],
             rejected: Vec::new(),
         }
     );
@@ -394,18 +397,18 @@ fn a_report_has_what_is_not_asked_as_well() {
             of("d", 2, touch(touched("S1", 30.0), Touch::Passive)),
         ])
     };
-    let asked = changes(By::Sample);
+    let asked = changes(Factor::Sample);
     let study = analyse(takes(), &asked).unwrap();
-    assert!(study.across(By::Speed).is_empty() && study.example.is_none());
+    assert!(study.across(Factor::Speed).is_empty() && study.example.is_none());
     assert!(study.both_ways.is_none());
     let whole = StudySettings {
         breadth: Breadth::Report,
         ..asked
     };
     let study = analyse(takes(), &whole).unwrap();
-    assert_eq!(study.across(By::Sample).len(), 1);
-    let [speeds] = study.across(By::Speed) else {
-        panic!("{}", study.across(By::Speed).len());
+    assert_eq!(study.across(Factor::Sample).len(), 1);
+    let [speeds] = study.across(Factor::Speed) else {
+        panic!("{}", study.across(Factor::Speed).len());
     };
     assert_eq!(speeds.groups.len(), 2);
     assert!(matches!(&speeds.trend, Trend::Speeds(trend) if trend.rms_on_speed.is_some()));
@@ -418,7 +421,7 @@ fn a_report_has_what_is_not_asked_as_well() {
     let stroke = &study.takes[example.take].segmentation.strokes[0];
     assert_eq!(example.samples.as_ref().unwrap().len(), stroke.steady.len());
     // Active and passive touch are what is asked: pairs and conclusions are said.
-    let study = analyse(takes(), &changes(By::Touch)).unwrap();
+    let study = analyse(takes(), &changes(Factor::Touch)).unwrap();
     assert!(
         study
             .lines()
@@ -430,7 +433,7 @@ fn a_report_has_what_is_not_asked_as_well() {
 /// The document of a comparison names its form, has one comparison at the top and several in a list, and warnings once.
 #[test]
 fn a_study_is_handed_out_as_a_document() {
-    let people = |names: &[&str]| -> Vec<Take> {
+    let people = |names: &[&str]| -> Vec<AnalysedRecording> {
         let recorded = names.iter().flat_map(|person| {
             ["S1", "S2"].map(|sample| {
                 let name = format!("{person}{sample}");
@@ -439,8 +442,8 @@ fn a_study_is_handed_out_as_a_document() {
         });
         all(recorded)
     };
-    let document = |takes: Vec<Take>| {
-        let study = analyse(takes, &changes(By::Sample)).unwrap();
+    let document = |takes: Vec<AnalysedRecording>| {
+        let study = analyse(takes, &changes(Factor::Sample)).unwrap();
         serde_json::to_value(Document::of(&ComparisonDocument::of(&study))).unwrap()
     };
     let one = document(people(&["P1"]));

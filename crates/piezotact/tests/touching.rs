@@ -8,8 +8,8 @@ use piezotact::document::Document;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording, SlidingDirection, Touch};
 use piezotact::study::{
-    Breadth, By, ComparisonDocument, Gesture, Naming, Question, Recorded, Stated, StudyAnalysis,
-    StudyError, StudySettings, Take, Trend, analyse, cut,
+    AnalysedRecording, Breadth, ComparisonDocument, Factor, Gesture, Naming, Question, Recorded,
+    Stated, StudyAnalysis, StudyError, StudySettings, Trend, analyse, cut,
 };
 
 /// A recording to be made: how loud it is re the others, and by what factor it presses harder.
@@ -41,7 +41,7 @@ fn condition(sample: &str, load_n: f64, direction: Option<SlidingDirection>) -> 
     }
 }
 
-fn taken(made: &Made) -> Take {
+fn taken(made: &Made) -> AnalysedRecording {
     // One surface for each sample; its level differs by up to 2 % from recording to recording.
     let sum = |text: &str| text.bytes().map(u64::from).sum::<u64>();
     let plain = made.kinds.iter().all(|kind| matches!(kind, Kind::Plain));
@@ -73,7 +73,7 @@ fn taken(made: &Made) -> Take {
     cut(recorded, &Stated::nothing()).unwrap()
 }
 
-fn compared(made: &[Made], by: By) -> Result<StudyAnalysis, StudyError> {
+fn compared(made: &[Made], by: Factor) -> Result<StudyAnalysis, StudyError> {
     let band = Band::new(Hertz(20.0), Hertz(1000.0)).unwrap();
     let settings = StudySettings {
         gesture: Gesture::Usual,
@@ -112,8 +112,8 @@ fn directions(samples: &[&str], gain: f64) -> Vec<Made> {
 }
 
 fn contrast(study: &StudyAnalysis) -> &DirectionContrast {
-    let [contrast] = study.contrasts(By::Direction) else {
-        panic!("{:?}", study.contrasts(By::Direction));
+    let [contrast] = study.contrasts(Factor::Direction) else {
+        panic!("{:?}", study.contrasts(Factor::Direction));
     };
     contrast
 }
@@ -122,7 +122,7 @@ fn contrast(study: &StudyAnalysis) -> &DirectionContrast {
 #[test]
 fn directions_differ_where_several_settings_show_it() {
     let samples = ["S1", "S2", "S3", "S4"];
-    let study = compared(&directions(&samples, 0.5), By::Direction).unwrap();
+    let study = compared(&directions(&samples, 0.5), Factor::Direction).unwrap();
     assert_eq!(study.comparisons().len(), 4);
     let found = contrast(&study);
     assert_eq!(
@@ -139,11 +139,11 @@ fn directions_differ_where_several_settings_show_it() {
     );
     assert!(study.lines().contains(&said));
 
-    let same = compared(&directions(&samples, 1.0), By::Direction).unwrap();
+    let same = compared(&directions(&samples, 1.0), Factor::Direction).unwrap();
     let said = contrast(&same).conclusion();
     assert!(said.contains("no difference in level shown"), "{said}");
 
-    let alone = compared(&directions(&samples[..1], 0.5), By::Direction).unwrap();
+    let alone = compared(&directions(&samples[..1], 0.5), Factor::Direction).unwrap();
     assert_eq!(
         contrast(&alone).conclusion(),
         "transversal and proximal: not decided from 1 setting"
@@ -160,7 +160,7 @@ fn directions_differ_where_several_settings_show_it() {
 fn stick_slip_is_counted() {
     let mut all = directions(&["S1"], 1.0);
     all[0].kinds = [[Kind::StickSlip; 3], [Kind::Plain; 3]].concat();
-    let study = compared(&all, By::Direction).unwrap();
+    let study = compared(&all, Factor::Direction).unwrap();
     let Trend::Directions(trend) = &study.comparisons()[0].trend else {
         panic!("directions are compared");
     };
@@ -193,7 +193,7 @@ fn stick_slip_is_counted() {
     );
     other.kinds = vec![Kind::StickSlip; 4];
     all.extend([circular, other]);
-    let study = compared(&all, By::Direction).unwrap();
+    let study = compared(&all, Factor::Direction).unwrap();
     let Trend::Directions(trend) = &study.comparisons()[0].trend else {
         panic!("directions are compared");
     };
@@ -205,13 +205,13 @@ fn stick_slip_is_counted() {
         (circular.contacts.stick_slip, circular.contacts.all),
         (4, 4)
     );
-    assert_eq!(study.contrasts(By::Direction).len(), 1);
+    assert_eq!(study.contrasts(Factor::Direction).len(), 1);
 }
 
 /// Directions that were pressed differently, or moved at a speed that nobody knows, leave open what made the difference.
 #[test]
 fn what_differs_beside_the_direction_is_a_warning() {
-    let clean = compared(&directions(&["S1"], 0.5), By::Direction).unwrap();
+    let clean = compared(&directions(&["S1"], 0.5), Factor::Direction).unwrap();
     let confounds = |warning: &CompareWarning| {
         matches!(
             warning,
@@ -226,7 +226,7 @@ fn what_differs_beside_the_direction_is_a_warning() {
 
     let mut pressed = directions(&["S1"], 0.5);
     pressed[0].force = 1.5;
-    let study = compared(&pressed, By::Direction).unwrap();
+    let study = compared(&pressed, Factor::Direction).unwrap();
     let found = warnings(&study);
     let load = found.iter().find(|warning| confounds(warning)).unwrap();
     assert!(
@@ -239,7 +239,7 @@ fn what_differs_beside_the_direction_is_a_warning() {
     for one in &mut free {
         one.condition.speed_m_s = None;
     }
-    let study = compared(&free, By::Direction).unwrap();
+    let study = compared(&free, Factor::Direction).unwrap();
     let unknown = |warning: &CompareWarning| matches!(warning, CompareWarning::MayDiffer { what, .. } if what == "speed");
     assert!(
         warnings(&study).iter().any(unknown),
@@ -253,20 +253,20 @@ fn what_differs_beside_the_direction_is_a_warning() {
 fn directions_are_compared_at_one_load() {
     let mut all = directions(&["S1"], 0.5);
     all[0].condition.load_n = Some(Newtons(0.4));
-    let refused = compared(&all, By::Direction).err().unwrap();
+    let refused = compared(&all, Factor::Direction).err().unwrap();
     assert_eq!(
         refused,
         StudyError::NothingToCompare {
-            by: By::Direction,
-            differ_in: vec![By::Load],
+            by: Factor::Direction,
+            differ_in: vec![Factor::Load],
             rejected: Vec::new(),
         }
     );
     all[0].condition.direction = None;
     assert!(matches!(
-        compared(&all, By::Direction).err().unwrap(),
+        compared(&all, Factor::Direction).err().unwrap(),
         StudyError::Unknown {
-            by: By::Direction,
+            by: Factor::Direction,
             ..
         }
     ));
@@ -291,7 +291,7 @@ fn loads(all_n: &[f64], exponent: f64) -> Vec<Made> {
 #[test]
 fn the_level_follows_the_load_where_several_loads_show_it() {
     let of = |made: &[Made]| {
-        let study = compared(made, By::Load).unwrap();
+        let study = compared(made, Factor::Load).unwrap();
         let Trend::Loads(trend) = study.comparisons()[0].trend.clone() else {
             panic!("loads are compared");
         };
@@ -323,26 +323,29 @@ fn loads_are_compared_in_one_direction() {
     all[0].condition.direction = Some(SlidingDirection::Proximal);
     all[1].condition.direction = Some(SlidingDirection::Distal);
     assert_eq!(
-        compared(&all, By::Load).err().unwrap(),
+        compared(&all, Factor::Load).err().unwrap(),
         StudyError::NothingToCompare {
-            by: By::Load,
-            differ_in: vec![By::Direction],
+            by: Factor::Load,
+            differ_in: vec![Factor::Direction],
             rejected: Vec::new(),
         }
     );
     all[1].condition.direction = Some(SlidingDirection::Proximal);
-    assert!(compared(&all, By::Load).is_ok());
+    assert!(compared(&all, Factor::Load).is_ok());
     all[1].condition.load_n = None;
     assert!(matches!(
-        compared(&all, By::Load).err().unwrap(),
-        StudyError::Unknown { by: By::Load, .. }
+        compared(&all, Factor::Load).err().unwrap(),
+        StudyError::Unknown {
+            by: Factor::Load,
+            ..
+        }
     ));
 }
 
 /// What is stated for every stroke has no spread, and a band beyond the Nyquist frequency has no power.
 #[test]
 fn what_was_not_measured_is_not_shown_as_if_it_were() {
-    let study = compared(&loads(&[0.2, 0.4], 0.5), By::Load).unwrap();
+    let study = compared(&loads(&[0.2, 0.4], 0.5), Factor::Load).unwrap();
     let line = study.comparisons()[0].groups[0].summary.line();
     assert!(
         line.contains("speed 30.0 mm/s") && !line.contains("30.0 ±"),
@@ -350,13 +353,13 @@ fn what_was_not_measured_is_not_shown_as_if_it_were() {
     );
     let mut slow = loads(&[0.2, 0.4], 0.5);
     let of = |all: &[Made]| {
-        compared(all, By::Load).unwrap().groups[0]
+        compared(all, Factor::Load).unwrap().groups[0]
             .summary
             .receptor_power
     };
     assert!(of(&slow).iter().all(Option::is_some));
     slow.truncate(2);
-    let thinned: Vec<Take> = slow
+    let thinned: Vec<AnalysedRecording> = slow
         .iter()
         .map(|made| {
             let take = taken(made);
@@ -422,7 +425,7 @@ fn people(people: &[(&str, f64)]) -> Vec<Made> {
 /// Two people in four settings each were eight independent settings, and "p < 0.001".
 #[test]
 fn settings_of_one_participant_are_not_independent() {
-    let two = compared(&people(&[("P1", 0.5), ("P2", 0.55)]), By::Direction).unwrap();
+    let two = compared(&people(&[("P1", 0.5), ("P2", 0.55)]), Factor::Direction).unwrap();
     let found = contrast(&two);
     assert_eq!(
         (found.settings, found.over, found.units),
@@ -433,7 +436,7 @@ fn settings_of_one_participant_are_not_independent() {
         "transversal and proximal: not decided from 2 participants"
     );
     let all = [("P1", 0.5), ("P2", 0.55), ("P3", 0.45), ("P4", 0.52)];
-    let four = compared(&people(&all), By::Direction).unwrap();
+    let four = compared(&people(&all), Factor::Direction).unwrap();
     let said = contrast(&four).conclusion();
     assert!(
         said.starts_with("transversal has a lower level") && said.contains("over 4 participants"),
@@ -441,7 +444,7 @@ fn settings_of_one_participant_are_not_independent() {
     );
     // People who do not agree decide nothing, however many settings each has.
     let apart = [("P1", 0.3), ("P2", 1.1), ("P3", 1.6), ("P4", 0.8)];
-    let apart = compared(&people(&apart), By::Direction).unwrap();
+    let apart = compared(&people(&apart), Factor::Direction).unwrap();
     let said = contrast(&apart).conclusion();
     assert!(said.contains("no difference in level shown"), "{said}");
 }
@@ -469,7 +472,7 @@ fn ways(force: f64) -> Vec<Made> {
 /// A load that differs as completely as the kind of touch may be the cause: "active has a lower level" was said without a warning.
 #[test]
 fn a_load_that_differs_too_leaves_the_cause_open() {
-    let same = compared(&ways(1.0), By::Touch).unwrap();
+    let same = compared(&ways(1.0), Factor::Touch).unwrap();
     let concludes = |study: &StudyAnalysis| -> String {
         let all = study.both_ways.as_ref().unwrap().found.conclusions();
         all.into_iter()
@@ -483,7 +486,7 @@ fn a_load_that_differs_too_leaves_the_cause_open() {
         "{:?}",
         warnings(&same)
     );
-    let other = compared(&ways(2.0), By::Touch).unwrap();
+    let other = compared(&ways(2.0), Factor::Touch).unwrap();
     assert!(
         warnings(&other).iter().any(of_load),
         "{:?}",
@@ -500,7 +503,7 @@ fn a_load_that_differs_too_leaves_the_cause_open() {
 /// Samples, speeds and participants that were touched with other loads, measured or stated.
 #[test]
 fn a_load_that_differs_too_is_named_whatever_is_compared() {
-    let confounded = |made: &[Made], by: By| {
+    let confounded = |made: &[Made], by: Factor| {
         let study = compared(made, by).unwrap();
         let all = warnings(&study);
         let named = |warning: &&CompareWarning| matches!(warning, CompareWarning::Confounded { what, by: of, .. } if what == "load" && *of == by.word());
@@ -525,7 +528,7 @@ fn a_load_that_differs_too_is_named_whatever_is_compared() {
         with("S1", "P1", 0.03, None, 1.0),
         with("S2", "P1", 0.03, None, 3.0),
     ];
-    let (count, said) = confounded(&samples, By::Sample);
+    let (count, said) = confounded(&samples, Factor::Sample);
     assert_eq!(count, 1, "{said}");
     assert!(
         said.contains("cause not decided, since the load differs too"),
@@ -535,12 +538,12 @@ fn a_load_that_differs_too_is_named_whatever_is_compared() {
         with("S1", "P1", 0.03, Some(0.2), 1.0),
         with("S1", "P2", 0.03, Some(0.6), 3.0),
     ];
-    let (count, said) = confounded(&people, By::Participant);
+    let (count, said) = confounded(&people, Factor::Participant);
     assert_eq!(count, 1, "{said}");
     let speeds: Vec<Made> = [(0.01, 1.0), (0.02, 2.0), (0.03, 3.0), (0.04, 4.0)]
         .map(|(speed, force)| with("S1", "P1", speed, None, force))
         .into();
-    let (count, said) = confounded(&speeds, By::Speed);
+    let (count, said) = confounded(&speeds, Factor::Speed);
     assert_eq!(count, 1, "{said}");
     assert!(
         said.contains("cause not decided, since the load differs too")
@@ -551,7 +554,7 @@ fn a_load_that_differs_too_is_named_whatever_is_compared() {
         with("S1", "P1", 0.03, None, 1.0),
         with("S2", "P1", 0.03, None, 1.0),
     ];
-    let (count, said) = confounded(&same, By::Sample);
+    let (count, said) = confounded(&same, Factor::Sample);
     assert_eq!(count, 0, "{said}");
     assert!(!said.contains("cause not decided"), "{said}");
 }
@@ -561,7 +564,7 @@ fn a_load_that_differs_too_is_named_whatever_is_compared() {
 fn what_was_rejected_is_named_where_nothing_is_left_to_compare() {
     let mut all = directions(&["S1"], 1.0);
     all[0].force = 3.0;
-    let refused = compared(&all, By::Direction).err().unwrap().to_string();
+    let refused = compared(&all, Factor::Direction).err().unwrap().to_string();
     assert!(
         refused.contains("1 recording without strokes") && refused.contains("S1 transversal"),
         "{refused}"

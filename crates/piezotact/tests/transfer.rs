@@ -185,7 +185,7 @@ fn a_weak_relation_and_a_tone_are_named() {
     let function = function_of(tone, response, 2048);
     named(
         &function,
-        |d| matches!(d.kind(), Some(TransferWarning::NotDriven { share, .. }) if share > 0.9),
+        |d| matches!(d.kind(), Some(TransferWarning::NotExcited { share, .. }) if share > 0.9),
     );
 }
 
@@ -198,21 +198,21 @@ fn a_measurement_as_it_should_be_has_no_warning() {
     }
     let function = function_of(drive, response, 2048);
     assert_eq!(function.about.warnings, []);
-    let driven = function.driven.unwrap();
+    let excited = function.excited.unwrap();
     assert!(
-        driven.low().0 < 5.0 && (1_000.0..1_100.0).contains(&driven.high().0),
-        "{driven}"
+        excited.low().0 < 5.0 && (1_000.0..1_100.0).contains(&excited.high().0),
+        "{excited}"
     );
     assert_eq!(
-        function.not_driven(Band::new(Hertz(10.0), Hertz(950.0)).unwrap()),
+        function.not_excited(Band::new(Hertz(10.0), Hertz(950.0)).unwrap()),
         None
     );
-    let Some(TransferWarning::NotDriven { bands, share }) = function
-        .not_driven(Band::new(Hertz(10.0), Hertz(2_000.0)).unwrap())
+    let Some(TransferWarning::NotExcited { bands, share }) = function
+        .not_excited(Band::new(Hertz(10.0), Hertz(2_000.0)).unwrap())
         .as_ref()
         .and_then(Warning::kind)
     else {
-        panic!("half of this band is not driven")
+        panic!("half of this band is not excited")
     };
     assert!(
         bands.len() == 1 && (0.45..0.5).contains(&share),
@@ -336,11 +336,11 @@ fn a_gap_in_the_drive_is_named() {
         *sample += 0.01 * noise;
     }
     let function = function_of(drive, response, 2048);
-    let Some(TransferWarning::NotDriven { bands, .. }) = function
+    let Some(TransferWarning::NotExcited { bands, .. }) = function
         .about
         .warnings
         .iter()
-        .filter(|d| matches!(d.kind(), Some(TransferWarning::NotDriven { .. })))
+        .filter(|d| matches!(d.kind(), Some(TransferWarning::NotExcited { .. })))
         .find_map(Warning::kind)
     else {
         panic!("{:?}", function.about.warnings)
@@ -584,7 +584,7 @@ fn the_best_linear_approximation_of_multisines_lies_within_its_limits() {
             &[],
         )
         .unwrap();
-        found.function.exact_drive = true;
+        found.function.known_input = true;
         let confidence = found.function.confidence().unwrap();
         assert_eq!(confidence.of, Limits::BestLinear);
         for (line, hz) in found
@@ -665,7 +665,7 @@ fn the_limits_of_sweeps_hold_the_plant() {
     let (mut held, mut lines) = (0u32, 0u32);
     for seed in 0..15 {
         let mut function = sweeps(50 + seed);
-        function.exact_drive = true;
+        function.known_input = true;
         let confidence = function.confidence().unwrap();
         for (line, hz) in function.lines_in(Band::new(Hertz(15.0), Hertz(900.0)).unwrap()) {
             lines += 1;

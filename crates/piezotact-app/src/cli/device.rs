@@ -54,7 +54,7 @@ pub(crate) struct Characterise {
     pub(crate) gate: Gate,
     #[command(flatten)]
     pub(crate) finger: Finger,
-    /// The band that is driven, in Hz.
+    /// The band that is excited, in Hz.
     #[arg(long, default_value = "2..1200")]
     pub(crate) band: Band,
     /// The peak of the drive, as a fraction of the largest drive that the device can play.
@@ -91,7 +91,7 @@ pub(crate) struct Gate {
     /// Largest relative deviation from the load of the mean force in every ten seconds; default 0.1.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true)]
     pub(crate) force_tolerance: Option<f64>,
-    /// Smallest median coherence over the driven frequency lines in every ten seconds; default 0.9.
+    /// Smallest median coherence over the excited frequency lines in every ten seconds; default 0.9.
     #[arg(long, value_name = "COHERENCE", allow_negative_numbers = true)]
     pub(crate) least_coherence: Option<f64>,
     /// Largest number of attempts at one measurement.
@@ -195,7 +195,7 @@ pub(crate) struct Transfer {
     /// The drive is random and its channel holds the signal that was sent, not a measurement of it. Only then are the limits
     /// of H1 95 % confidence limits of the best linear approximation. A drive that repeats itself has none.
     #[arg(long)]
-    pub(crate) exact_drive: bool,
+    pub(crate) known_input: bool,
     /// The amplifier and the actuator: drv2667 (that of the thesis, the default), fixed, or a TOML file that
     /// describes them.
     #[arg(long, value_name = "NAME|FILE.toml", requires = "volts_per_full_scale")]

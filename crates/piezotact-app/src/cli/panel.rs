@@ -122,7 +122,7 @@ pub(crate) struct Run {
     pub(crate) seconds: f64,
     #[command(flatten)]
     pub(crate) gate: Gate,
-    /// The band that is driven, in Hz.
+    /// The band that is excited, in Hz.
     #[arg(long, default_value = "2..1200")]
     pub(crate) band: Band,
     /// The peak of the drive, as a fraction of the largest drive that the device can play.

@@ -24,7 +24,7 @@ use piezotact_bench::{Bench, Excitation, ExcitationConfig};
 use piezotact_dataset::sidecar::{Rendering, Sidecar};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, write_transfer};
-use piezotact_report::verify::{Page, ShownDrive, Straight, html};
+use piezotact_report::verify::{Page, ShownDrive, Uncompensated, html};
 use piezotact_twin::{Participant, TwinParameters, record_texture};
 
 use super::characterise::characterise;
@@ -61,7 +61,7 @@ const FILES: [&str; 9] = [
     "measured.parquet",
     "report.html",
     "verification.json",
-    "straight.parquet",
+    "uncompensated.parquet",
 ];
 const TARGET: &str = "target.wav";
 /// The transfer function that is rendered with.
@@ -97,7 +97,7 @@ pub(crate) fn run(args: &Demo) -> Outcome {
         return verdict(&chain.verification);
     }
     say_warnings(&chain.verification.warnings);
-    print(&negative_control(&chain.straight))?;
+    print(&negative_control(&chain.uncompensated))?;
     print(&format!("report: {}", path.display()))?;
     print(&chain.verification.sentence())?;
     verdict(&chain.verification)
@@ -124,7 +124,7 @@ struct Chain {
     rendering: Rendering,
     measured: Recording,
     verification: Verification,
-    straight: Straight<Verification>,
+    uncompensated: Uncompensated<Verification>,
 }
 
 impl Chain {
@@ -149,7 +149,7 @@ impl Chain {
         say(
             "    negative control: the texture played directly, at its own level and attenuated until nothing clips",
         );
-        let straight = sent_straight(bench, &target, out)?;
+        let uncompensated = sent_uncompensated(bench, &target, out)?;
         steps.done()?;
         say("5/5 comparing");
         let limit = drive.headroom.limit;
@@ -157,9 +157,9 @@ impl Chain {
         let warnings = drive.about.warnings.iter().chain(&measured.about.warnings);
         verification.warnings.put_first(warnings.cloned());
         let control = |sent: &Recording| compared(&target, sent, limit, Decibels(0.0), None);
-        let straight = Straight {
-            as_it_stands: control(&straight.as_it_stands)?,
-            turned_down: control(&straight.turned_down)?,
+        let uncompensated = Uncompensated {
+            as_it_stands: control(&uncompensated.as_it_stands)?,
+            turned_down: control(&uncompensated.turned_down)?,
         };
         Ok(Self {
             recorded,
@@ -169,7 +169,7 @@ impl Chain {
             rendering,
             measured,
             verification,
-            straight,
+            uncompensated,
         })
     }
 
@@ -197,7 +197,7 @@ impl Chain {
             predicted: None,
             also: Vec::new(),
             before: Vec::new(),
-            straight: Some(&self.straight),
+            uncompensated: Some(&self.uncompensated),
         };
         Ok(html(&page, &OptionWords)?)
     }
@@ -206,8 +206,8 @@ impl Chain {
         DemoDocument {
             report,
             verification: JudgedVerification::of(&self.verification),
-            straight: JudgedVerification::of(&self.straight.as_it_stands),
-            straight_level_matched: JudgedVerification::of(&self.straight.turned_down),
+            uncompensated: JudgedVerification::of(&self.uncompensated.as_it_stands),
+            uncompensated_level_matched: JudgedVerification::of(&self.uncompensated.turned_down),
         }
     }
 }
@@ -251,14 +251,14 @@ impl<'a> Steps<'a> {
 }
 
 /// The negative control in words.
-fn negative_control(straight: &Straight<Verification>) -> String {
+fn negative_control(uncompensated: &Uncompensated<Verification>) -> String {
     format!(
         "texture played directly (negative control): {:.1} dB rms at 1 m/s² = full scale ({:.0} % clipped); attenuated and \
          level-matched: {:.1} dB rms, waveform correlation {:.2}",
-        straight.as_it_stands.error_db_rms,
-        straight.as_it_stands.clipped_fraction * 100.0,
-        straight.turned_down.error_db_rms_level_matched,
-        straight.turned_down.waveform_correlation
+        uncompensated.as_it_stands.error_db_rms,
+        uncompensated.as_it_stands.clipped_fraction * 100.0,
+        uncompensated.turned_down.error_db_rms_level_matched,
+        uncompensated.turned_down.waveform_correlation
     )
 }
 
@@ -390,28 +390,28 @@ fn played(
 
 /// The negative control: the texture's samples as they are, 1 m/s² as a drive of 1, which clips; and turned
 /// down until nothing clips.
-fn sent_straight(
+fn sent_uncompensated(
     bench: &mut Bench,
     target: &Series<Acceleration>,
     out: &Path,
-) -> Outcome<Straight<Recording>> {
+) -> Outcome<Uncompensated<Recording>> {
     let setup = bench.player.calibrate()?;
-    let drive = piezotact::render::straight(target, bench.player.describe().rate)?;
+    let drive = piezotact::render::uncompensated(target, bench.player.describe().rate)?;
     let fitting = piezotact::render::fitting(&drive, setup.as_ref());
-    Ok(Straight {
+    Ok(Uncompensated {
         as_it_stands: played(
             bench,
             "play straight",
             &drive,
             None,
-            &out.join("straight.parquet"),
+            &out.join("uncompensated.parquet"),
         )?,
         turned_down: played(
             bench,
             "play straight, turned down",
             &fitting,
             None,
-            &out.join("straight-fitting.parquet"),
+            &out.join("uncompensated-fitting.parquet"),
         )?,
     })
 }

@@ -190,8 +190,8 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
             coherence.band_hz, coherence.median, coherence.lowest, coherence.lowest_at_hz
         );
     }
-    if let Some(driven) = info.driven_hz {
-        let _never_fails = write!(text, "\n  driven band {driven}");
+    if let Some(excited) = info.excited_hz {
+        let _never_fails = write!(text, "\n  excited band {excited}");
     }
     if let Some(limits) = info.limits {
         text += match limits {

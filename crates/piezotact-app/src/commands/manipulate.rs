@@ -15,7 +15,7 @@ use piezotact::recording::{
 };
 use piezotact::roles::Roles;
 use piezotact::series::Series;
-use piezotact::study::Take;
+use piezotact::study::AnalysedRecording;
 use piezotact_dataset::sidecar::{Sidecar, read_sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
 use piezotact_report::manipulate::{Page, html};
@@ -188,7 +188,7 @@ fn opened(path: &Path, source: Source) -> Outcome<Opened> {
 /// Writes a stroke of `take` as a texture to `out`; its samples.
 pub(super) fn write_stroke(
     out: &Path,
-    take: &Take,
+    take: &AnalysedRecording,
     cut: Manipulated<Acceleration>,
 ) -> Outcome<Series<Acceleration>> {
     let source = Source {
@@ -257,7 +257,7 @@ fn one_stroke(
 ) -> Outcome<Source> {
     let at = |error: anyhow::Error| Failure::Data(error.context(path.display().to_string()));
     let (takes, _one_file) = take_all(&takes_of(path, channel, reading))?;
-    let Some(Take {
+    let Some(AnalysedRecording {
         recording,
         segmentation,
         ..

@@ -9,8 +9,8 @@ use piezotact::surface::HeightMap;
 use piezotact_report::report;
 use piezotact_surface::{
     ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, MeasuredProfile, ProfileFilter,
-    ProfileRoughness, ProfileStandard, ProfileWish, Roughness as Evaluated, RoughnessDocument,
-    RoughnessError, RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions,
+    ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessDocument, RoughnessError,
+    RoughnessOptions, RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions,
     areal_roughness, evaluated_profile, read_topography, report as of_surface, topography_formats,
 };
 
@@ -294,7 +294,7 @@ fn of_line(
             "--filter none with --periodic",
         ));
     }
-    let wish = ProfileWish {
+    let wish = RoughnessOptions {
         standard: match args.standard {
             Some(StandardName::Iso21920) => ProfileStandard::Iso21920,
             Some(StandardName::Iso4287) | None => ProfileStandard::Iso4287,

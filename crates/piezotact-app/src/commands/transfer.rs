@@ -79,7 +79,7 @@ fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<
             ..ImpactConfig::usual()
         },
         estimator: estimator(args)?,
-        exact_drive: args.exact_drive,
+        known_input: args.known_input,
         volts_per_full_scale: args.volts_per_full_scale.map(Volts),
         setup: setup(args, contents.setup.as_ref())?,
         lost_s: lost_s(&contents.recording.about.warnings),

@@ -16,8 +16,8 @@ use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
     self, Changed, DriveSource, JudgedVerification, NamedChange, NamedVerification,
-    StraightOutcome, UninvertedPrediction, Verdict, Verification, VerifyConfig, VerifyDocument,
-    VerifyError, drive_beside, predict_uninverted, tones,
+    UncompensatedOutcome, UncompensatedPrediction, Verdict, Verification, VerifyConfig,
+    VerifyDocument, VerifyError, drive_beside, predict_uncompensated, tones,
 };
 use piezotact::warning::merged;
 use piezotact_bench::procedure::DRIVE_CHANNEL;
@@ -123,7 +123,7 @@ struct Found {
     judged: Judged,
     also: Vec<Judged>,
     before: Vec<Earlier>,
-    predicted: Option<Result<UninvertedPrediction, VerifyError>>,
+    predicted: Option<Result<UncompensatedPrediction, VerifyError>>,
     /// The names of the measurements, that of the one that decides first, and of the textures before.
     names: [Vec<String>; 2],
 }
@@ -161,8 +161,9 @@ fn found(args: &Verify) -> Outcome<Found> {
         let warnings = &mut judged.found.verification.warnings;
         warnings.extend(earlier.warnings.iter().cloned());
     }
-    let predicted = (function.as_ref())
-        .map(|function| predict_uninverted(&judged.found.texture, function, &judged.found.config));
+    let predicted = (function.as_ref()).map(|function| {
+        predict_uncompensated(&judged.found.texture, function, &judged.found.config)
+    });
     let measurements = [&args.measured].into_iter().chain(&args.also);
     let names = [
         apart(measurements.map(PathBuf::as_path)),
@@ -259,7 +260,7 @@ impl Found {
             predicted: self.predicted.as_ref(),
             also: also.collect(),
             before: before.collect(),
-            straight: None,
+            uncompensated: None,
         };
         Ok(piezotact_report::verify::html(&page, &OptionWords)?)
     }
@@ -275,7 +276,7 @@ impl Found {
         });
         VerifyDocument {
             verification: JudgedVerification::of(&self.judged.found.verification),
-            straight_predicted: self.predicted.as_ref().map(StraightOutcome::from),
+            uncompensated_predicted: self.predicted.as_ref().map(UncompensatedOutcome::from),
             also: also.collect(),
             before: before.collect(),
         }

@@ -9,7 +9,7 @@ use piezotact::run::ForceSourceWarning;
 
 use super::ForceReading;
 use super::error::JoinError;
-use super::late::{LateClock, Mapping};
+use super::late::{ClockSkewEstimator, Mapping};
 
 /// A larger uncertainty of times is a warning, s: a hand moves by 3 Hz, so that within 20 ms its force changes by a few mN.
 const MOST_UNCERTAIN_S: f64 = 0.02;
@@ -49,12 +49,12 @@ pub struct JoinerConfig {
 pub struct ForceJoiner {
     config: JoinerConfig,
     origin: Option<Instant>,
-    frames: LateClock,
+    frames: ClockSkewEstimator,
     /// Frames that arrived, and when the last of them did, s.
     arrived: u64,
     arrived_s: f64,
     given: u64,
-    clock: LateClock,
+    clock: ClockSkewEstimator,
     clock_number: u32,
     waiting: VecDeque<Waiting>,
     /// Readings without device time of the last arrival, which are not placed yet.
@@ -133,11 +133,11 @@ impl ForceJoiner {
         Self {
             config,
             origin: None,
-            frames: LateClock::default(),
+            frames: ClockSkewEstimator::default(),
             arrived: 0,
             arrived_s: 0.0,
             given: 0,
-            clock: LateClock::default(),
+            clock: ClockSkewEstimator::default(),
             clock_number: 0,
             waiting: VecDeque::new(),
             together: Vec::new(),
@@ -173,7 +173,7 @@ impl ForceJoiner {
         let at_s = self.seconds(reading.at);
         if reading.clock != self.clock_number {
             self.place_by_computer();
-            self.clock = LateClock::default();
+            self.clock = ClockSkewEstimator::default();
             self.clock_number = reading.clock;
             self.last_device_s = None;
         }
@@ -213,8 +213,10 @@ impl ForceJoiner {
     /// # Errors
     /// [`JoinError::Stale`] when no reading came for longer than the longest pause.
     pub fn next(&mut self, most: usize) -> Result<Vec<f64>, JoinError> {
-        let (Some(frames), Some(device)) = (self.frames.mapping(), self.device(LateClock::mapping))
-        else {
+        let (Some(frames), Some(device)) = (
+            self.frames.mapping(),
+            self.device(ClockSkewEstimator::mapping),
+        ) else {
             self.check_pause()?;
             return Ok(Vec::new());
         };
@@ -245,7 +247,7 @@ impl ForceJoiner {
             expected: "frames of sound",
         })?;
         let device = self
-            .device(LateClock::mapping_by_any)
+            .device(ClockSkewEstimator::mapping_by_any)
             .ok_or(JoinError::Nothing {
                 expected: "readings of the force",
             })?;
@@ -278,7 +280,7 @@ impl ForceJoiner {
     pub fn uncertainty_s(&self) -> Option<f64> {
         let clocks = (
             self.frames.mapping_by_any(),
-            self.device(LateClock::mapping_by_any).flatten(),
+            self.device(ClockSkewEstimator::mapping_by_any).flatten(),
         );
         let moved_s = match clocks {
             (Some(frames), Some(device)) => {
@@ -393,7 +395,10 @@ impl ForceJoiner {
     }
 
     /// The mapping of the device's clock, where there is one; none while it is not known yet.
-    fn device(&self, mapping: fn(&LateClock) -> Option<Mapping>) -> Option<Option<Mapping>> {
+    fn device(
+        &self,
+        mapping: fn(&ClockSkewEstimator) -> Option<Mapping>,
+    ) -> Option<Option<Mapping>> {
         match self.has_device_times {
             true => mapping(&self.clock).map(Some),
             false => self.last_reading_s.map(|_some| None),

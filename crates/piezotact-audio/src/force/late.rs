@@ -18,7 +18,7 @@ const ENOUGH_SPANS: usize = 8;
 ///
 /// Source: S. B. Moon, P. Skelly and D. Towsley (1999), Estimation and removal of clock skew from network delay measurements, INFOCOM.
 #[derive(Clone, Debug, Default)]
-pub(super) struct LateClock {
+pub(super) struct ClockSkewEstimator {
     spans: VecDeque<Span>,
 }
 
@@ -56,7 +56,7 @@ impl Mapping {
     }
 }
 
-impl LateClock {
+impl ClockSkewEstimator {
     /// An event at `device_s`, not before the one before, that was seen at `seen_s`.
     pub(super) fn event(&mut self, device_s: f64, seen_s: f64) {
         let number = (device_s / SPAN_S).floor() as i64;
@@ -158,7 +158,7 @@ mod tests {
     /// since every span of 0.5 s holds 40 delays and the least of them lies 0.5 ms above it on average.
     #[test]
     fn the_least_late_events_say_the_line() {
-        let mut clock = LateClock::default();
+        let mut clock = ClockSkewEstimator::default();
         let mut random = Random::stream(3, 0, "late");
         for i in 0..4_800 {
             let true_s = f64::from(i) / 80.0;
@@ -176,7 +176,7 @@ mod tests {
     /// One event a span: the values of the linear program, by `golden/force_clock.py` (SciPy 1.17.1).
     #[test]
     fn the_line_is_that_of_the_linear_program() {
-        let mut clock = LateClock::default();
+        let mut clock = ClockSkewEstimator::default();
         for i in 0..60 {
             let i = f64::from(i);
             let device_s = 0.5 * i + 0.1;
@@ -191,7 +191,7 @@ mod tests {
 
     #[test]
     fn few_events_are_uncertain() {
-        let mut clock = LateClock::default();
+        let mut clock = ClockSkewEstimator::default();
         assert_eq!(clock.mapping_by_any(), None);
         clock.event(0.1, 5.0);
         clock.event(0.2, 5.108);
@@ -205,7 +205,7 @@ mod tests {
     /// Memory does not grow, and a time far off the line (here earlier than possible) moves the drift no further than clocks differ.
     #[test]
     fn it_is_bounded() {
-        let mut clock = LateClock::default();
+        let mut clock = ClockSkewEstimator::default();
         for i in 0..100_000 {
             clock.event(f64::from(i), f64::from(i) + 1.0);
         }

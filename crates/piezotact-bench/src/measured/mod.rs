@@ -64,7 +64,7 @@ impl MeasuredBench {
     ///
     /// # Errors
     /// [`DeviceError::Impossible`] when its lines end where no acquisition of touch has its half rate, or at a frequency
-    /// that has no simple ratio to 48 kHz, when it answers nothing where it was driven, or when the noise is not from 0 to
+    /// that has no simple ratio to 48 kHz, when it answers nothing where it was excited, or when the noise is not from 0 to
     /// [`SensorNoise::LARGEST_RMS_M_S2`].
     pub fn new(
         function: TransferFunction<Drive, Acceleration>,
@@ -112,7 +112,7 @@ impl MeasuredBench {
         let mut impulse = function.impulse_response();
         if rms(&impulse) == 0.0 {
             return Err(wrong(
-                "a transfer function that is not zero where it was driven".into(),
+                "a transfer function that is not zero where it was excited".into(),
                 format!("zeros in {called}"),
                 "measure it again",
             ));
@@ -123,8 +123,8 @@ impl MeasuredBench {
         let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()));
         let answers = whole.map_err(|error| rates(&error))?;
         let answers = function
-            .driven
-            .and_then(|driven| driven.common(answers))
+            .excited
+            .and_then(|excited| excited.common(answers))
             .unwrap_or(answers);
         Ok(Self {
             called: called.into(),

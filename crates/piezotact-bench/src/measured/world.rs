@@ -12,7 +12,7 @@ use piezotact::statistics::rms;
 
 use super::{MeasuredBench, output_rate};
 use crate::error::DeviceError;
-use crate::halves::{Run, World};
+use crate::halves::{Run, SimulatedBench};
 use crate::plan::RunPlan;
 use crate::procedure::{ACCELERATION_CHANNEL, DRIVE_CHANNEL};
 use crate::traits::{AcquireDescription, PlayDescription, SensorCalibration};
@@ -38,7 +38,7 @@ struct Rehearsal {
     at: usize,
 }
 
-impl World for MeasuredBench {
+impl SimulatedBench for MeasuredBench {
     fn output(&self) -> PlayDescription {
         PlayDescription {
             name: self.name(),

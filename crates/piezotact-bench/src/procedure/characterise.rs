@@ -20,7 +20,7 @@ use crate::gate::LOWEST_JUDGED;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 
-/// A warning is raised for coherence below this in the driven band.
+/// A warning is raised for coherence below this in the excited band.
 pub(super) const LEAST_COHERENCE: f64 = 0.8;
 
 /// The settings of a characterisation.
@@ -141,8 +141,8 @@ pub fn characterise(
     keeper: &mut dyn RunKeeper,
 ) -> Result<Characterisation, ProcedureError> {
     let (drive, setup) = excite(bench, config)?;
-    let driven = (&drive, Some(config.excitation.band));
-    let recording = excite_and_record(bench, driven, setup.as_ref(), &config.run, keeper, None)?;
+    let excited = (&drive, Some(config.excitation.band));
+    let recording = excite_and_record(bench, excited, setup.as_ref(), &config.run, keeper, None)?;
     transfer_of(recording, setup.as_ref(), config)
 }
 
@@ -184,8 +184,8 @@ pub fn transfer_of(
     };
     function.about.warnings.extend(clocks);
     // The drive is the signal that was sent. What a sweep distorts repeats with every sweep and is no scatter.
-    function.exact_drive = config.excitation.kind != Excitation::Sweep;
-    // The onset and end of a drive have power outside its band, which does not count as driven.
+    function.known_input = config.excitation.kind != Excitation::Sweep;
+    // The onset and end of a drive have power outside its band, which does not count as excited.
     function.set_driven_band(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     function.about.provenance = recording
@@ -195,8 +195,8 @@ pub fn transfer_of(
         .then(excitation.text(drive.peak()));
     let began = recording.annotations.started_at.clone();
     function.about.provenance.measured_at = began;
-    // The driven band is stated by the transfer function itself.
-    function.about.provenance.driven_hz = None;
+    // The excited band is stated by the transfer function itself.
+    function.about.provenance.excited_hz = None;
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
     function.drive = setup.cloned();
@@ -212,7 +212,7 @@ pub fn transfer_of(
     function
         .about
         .warnings
-        .extend(judged.and_then(|band| function.not_driven(band)));
+        .extend(judged.and_then(|band| function.not_excited(band)));
     Ok(Characterisation {
         recording,
         function,
@@ -220,7 +220,7 @@ pub fn transfer_of(
     })
 }
 
-/// The part of the driven band in which a device of this kind responds; `None` if the driven band lies below it.
+/// The part of the excited band in which a device of this kind responds; `None` if the excited band lies below it.
 pub(super) fn judged_band(config: &CharacteriseConfig) -> Option<Band> {
     Band::new(LOWEST_JUDGED, Hertz(f64::MAX))
         .ok()

@@ -95,7 +95,7 @@ pub struct RepeatedCharacterisation {
     /// All attempts with their judgements, in order; none if nothing was judged.
     pub attempts: Vec<Attempt>,
     pub function: TransferFunction<Drive, Acceleration>,
-    /// How far the two that differ most lie apart over the driven band from 20 Hz up, dB rms; `None` for one.
+    /// How far the two that differ most lie apart over the excited band from 20 Hz up, dB rms; `None` for one.
     pub apart_db: Option<f64>,
 }
 

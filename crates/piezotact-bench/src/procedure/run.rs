@@ -93,7 +93,7 @@ pub fn play_and_record(
 /// As [`play_and_record`], of a drive that excites a known band, which the recording states.
 pub(super) fn excite_and_record(
     bench: &mut Bench,
-    (drive, driven): (&Series<Drive>, Option<Band>),
+    (drive, excited): (&Series<Drive>, Option<Band>),
     rendered_for: Option<&DriveSetup>,
     run: &RunPlan,
     keeper: &mut dyn RunKeeper,
@@ -104,7 +104,7 @@ pub(super) fn excite_and_record(
     start.setup = rendered_for.cloned();
     start.drive = Some(Checksum::of(drive.samples().iter().copied()));
     start.expected_s = start.expected_s.or(Some(drive.duration()));
-    start.about.provenance.driven_hz = driven;
+    start.about.provenance.excited_hz = excited;
     start.annotations.started_at = keeper.now(bench.acquirer.describe().kind);
     if let Some(recording) = keeper.completed(&start).map_err(ProcedureError::Keep)? {
         return Ok(recording);

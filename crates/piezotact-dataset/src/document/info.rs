@@ -198,12 +198,12 @@ pub struct TransferInfo<'a> {
     /// How many segments were averaged.
     pub averages: usize,
     /// Whether the drive is known without noise.
-    pub exact_drive: bool,
+    pub known_input: bool,
     /// What its limits hold; absent where the averages are not known or of one hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
-    /// From the lowest to the highest line that was driven; absent when not known.
-    pub driven_hz: Option<Band>,
+    /// From the lowest to the highest line that was excited; absent when not known.
+    pub excited_hz: Option<Band>,
     /// How it agrees with the spectra stored beside it; absent where none were.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identities: Option<StoredIdentities>,
@@ -244,9 +244,9 @@ impl<'a> TransferInfo<'a> {
             highest_hz: function.highest_hz(),
             estimator: function.estimator,
             averages: function.averages,
-            exact_drive: function.exact_drive,
+            known_input: function.known_input,
             limits: function.confidence().map(|_| function.limits()),
-            driven_hz: function.driven,
+            excited_hz: function.excited,
             identities: document.identities.clone(),
             distortion: document.distortion.clone(),
             coherence: function.coherence_in(band),

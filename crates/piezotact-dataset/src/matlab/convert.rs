@@ -395,10 +395,16 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         }));
     }
     // What only our own files hold: everything but the columns, as JSON.
-    let described = text("description").and_then(|text| {
-        let document: Option<TransferDocument> = serde_json::from_str(text).ok();
-        document
-    });
+    let own = text("description").filter(|text| text.starts_with("{\"drive_unit\":"));
+    let described: Option<TransferDocument> =
+        own.map(serde_json::from_str).transpose().map_err(|error| {
+            ReadError::content(
+                path,
+                "the description that this program writes with a transfer function",
+                error.to_string(),
+                "estimate the transfer function again",
+            )
+        })?;
     if let Some(described) = &described {
         warnings.clone_from(&described.about.warnings);
     }
@@ -426,8 +432,8 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         document.drive = described.drive;
         document.about.provenance = described.about.provenance;
         document.effective_averages = described.effective_averages;
-        document.driven_hz = described.driven_hz;
-        document.exact_drive = described.exact_drive;
+        document.excited_hz = described.excited_hz;
+        document.known_input = described.known_input;
         document.distortion = described.distortion;
         document.attempts = described.attempts;
     }

@@ -13,7 +13,7 @@ use super::butterfly::{LANES, Lanes, Pair, Wide};
 use super::eight::EightLanes;
 
 /// The lengths of segments that these transforms are for, powers of two.
-pub(super) const LENGTHS: std::ops::RangeInclusive<usize> = 128..=65_536;
+pub(super) const LENGTHS: std::ops::RangeInclusive<usize> = 256..=65_536;
 
 /// Sums over segments of two signals for eight bins.
 #[derive(Clone, Copy, Debug, Default)]

@@ -467,7 +467,7 @@ mod tests {
                 assert!(differ(&expected, &found) < 1e-13, "{n}");
             }
             let emulated = emulated(&window, constant, x, y);
-            assert_eq!(emulated.is_some(), n >= 128 && n.is_power_of_two());
+            assert_eq!(emulated.is_some(), n >= 256 && n.is_power_of_two());
             if let Some(found) = emulated {
                 assert!(differ(&expected, &found) < 1e-13, "{n}");
             }
@@ -481,7 +481,7 @@ mod tests {
         /// every length in lanes, offset and detrend.
         #[test]
         fn in_lanes_and_planned_agree(
-            exponent in 7u32..=16,
+            exponent in 8u32..=16,
             seeds in proptest::array::uniform6(1usize..5000),
             offset in -1.0..1.0f64,
             detrend in prop_oneof![Just(Detrend::None), Just(Detrend::Constant)],

@@ -12,7 +12,7 @@ use piezotact::stroke::Interval;
 use crate::chart::HEIGHT;
 use crate::{Draw, DrawError};
 use piezotact::figure::{Axis, Chart, Line, Mark, Scale, Tone};
-use piezotact::study::Take;
+use piezotact::study::AnalysedRecording;
 
 const SIGNAL: Tone = Tone::Signal;
 const SECOND: Tone = Tone::Accent;
@@ -26,14 +26,14 @@ const LONGEST_S: f64 = 60.0;
 type Shown<'t> = (String, Vec<&'t Channel>);
 
 /// How long a part of `take` is shown, s.
-fn shown_s(take: &Take) -> f64 {
+fn shown_s(take: &AnalysedRecording) -> f64 {
     let rate = take.recording.rate();
     let whole = rate.duration_of(take.recording.len()).0;
     whole.min(LONGEST_S)
 }
 
 /// The channels of a recording, those of one kind together.
-fn kinds(take: &Take) -> Vec<Shown<'_>> {
+fn kinds(take: &AnalysedRecording) -> Vec<Shown<'_>> {
     let roles = &take.segmentation.roles;
     let channel = |name: &String| take.recording.pick(Some(name), &Unit::Newton).ok();
     let vibration: Vec<&Channel> = roles.vibration.iter().filter_map(channel).take(3).collect();
@@ -61,7 +61,7 @@ fn kinds(take: &Take) -> Vec<Shown<'_>> {
 }
 
 /// The signals of recordings with their cuts: for each recording a chart of each kind of channel. One kind has one scale.
-pub(super) fn signals(takes: &[Take]) -> Result<Vec<Vec<String>>, DrawError> {
+pub(super) fn signals(takes: &[AnalysedRecording]) -> Result<Vec<Vec<String>>, DrawError> {
     let kinds: Vec<Vec<Shown<'_>>> = takes.iter().map(kinds).collect();
     let mut scales: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for (take, kinds) in takes.iter().zip(&kinds) {
@@ -85,7 +85,11 @@ pub(super) fn signals(takes: &[Take]) -> Result<Vec<Vec<String>>, DrawError> {
 }
 
 /// Some channels of a recording with its cuts.
-fn signals_of(take: &Take, channels: &[&Channel], scale: Axis) -> Result<String, DrawError> {
+fn signals_of(
+    take: &AnalysedRecording,
+    channels: &[&Channel],
+    scale: Axis,
+) -> Result<String, DrawError> {
     let rate = take.recording.rate();
     let length_s = shown_s(take);
     let shown = rate.samples_in(Seconds(length_s));
@@ -132,7 +136,11 @@ pub(super) fn axis_label(what: &str, unit: &str) -> String {
 }
 
 /// One stroke as it was cut, in time.
-pub(super) fn stroke(take: &Take, samples: &[f64], unit: &str) -> Result<String, DrawError> {
+pub(super) fn stroke(
+    take: &AnalysedRecording,
+    samples: &[f64],
+    unit: &str,
+) -> Result<String, DrawError> {
     let Some(stroke) = take.segmentation.strokes.first() else {
         return Ok(String::new());
     };

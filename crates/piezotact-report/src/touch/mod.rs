@@ -12,7 +12,8 @@ use piezotact::feature::{Receptor, STROKE_COLUMNS, Statistics, Weighting};
 use piezotact::number::{counted, digits, p_text, plus, signed};
 use piezotact::statistics::{Direction, LogFit};
 use piezotact::study::{
-    self, By, Comparison, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take, Trend,
+    self, AnalysedRecording, Comparison, Factor, Group, SampleTrend, SpeedTrend, StudyAnalysis,
+    Trend,
 };
 
 use crate::criteria::named_list;
@@ -27,7 +28,11 @@ const SETTINGS_SHOWN: usize = 3;
 ///
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
-pub fn cuts(takes: &[Take], failed: &[FailedFile], words: &dyn Words) -> Result<String, DrawError> {
+pub fn cuts(
+    takes: &[AnalysedRecording],
+    failed: &[FailedFile],
+    words: &dyn Words,
+) -> Result<String, DrawError> {
     let title = "Strokes";
     let body = html! {
         h1 { (title) }
@@ -64,8 +69,8 @@ pub fn html(study: &StudyAnalysis, words: &dyn Words) -> Result<String, DrawErro
         @if let Some(discrimination) = &study.discrimination { (apart::section(discrimination)) }
         (samples(study)?)
         (speeds(study, words)?)
-        (touching::section(study, By::Load, words)?)
-        (touching::section(study, By::Direction, words)?)
+        (touching::section(study, Factor::Load, words)?)
+        (touching::section(study, Factor::Direction, words)?)
         (active_passive(study)?)
         (single(study)?)
         (signals(&study.takes, SHOWN)?)
@@ -266,7 +271,7 @@ fn heading(comparison: &Comparison) -> Markup {
 }
 
 fn samples(study: &StudyAnalysis) -> Result<Markup, DrawError> {
-    let all = study.across(By::Sample);
+    let all = study.across(Factor::Sample);
     if all.is_empty() {
         return Ok(html! {});
     }
@@ -369,7 +374,7 @@ fn speed_row(comparison: &Comparison, trend: &SpeedTrend) -> [String; 6] {
 
 /// What changes with the speed.
 fn speeds(study: &StudyAnalysis, words: &dyn Words) -> Result<Markup, DrawError> {
-    let all = study.across(By::Speed);
+    let all = study.across(Factor::Speed);
     if all.is_empty() {
         return Ok(html! {});
     }
@@ -449,7 +454,7 @@ fn active_passive(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     let axes = spectral_axes(study);
     // Where the same samples are compared in one way of touching, their figure stands there.
     let is_shown = |shared: &[&Summary]| {
-        let settings = study.across(By::Sample).iter();
+        let settings = study.across(Factor::Sample).iter();
         let mut settings = settings.filter(|comparison| !comparison.setting.is_empty());
         settings.any(|comparison| {
             let there = comparison.summaries();
@@ -514,7 +519,7 @@ fn single(study: &StudyAnalysis) -> Result<Markup, DrawError> {
     })
 }
 
-fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
+fn signals(takes: &[AnalysedRecording], most: usize) -> Result<Markup, DrawError> {
     let mut parts = Vec::new();
     let shown = &takes[..takes.len().min(most)];
     for (take, charts) in shown.iter().zip(figures::signals(shown)?) {
@@ -537,7 +542,7 @@ fn signals(takes: &[Take], most: usize) -> Result<Markup, DrawError> {
     })
 }
 
-fn rejects(takes: &[Take]) -> Markup {
+fn rejects(takes: &[AnalysedRecording]) -> Markup {
     let rejected: usize = takes.iter().map(|t| t.segmentation.rejected.len()).sum();
     if rejected == 0 {
         return html! {};
@@ -564,7 +569,7 @@ fn rejects(takes: &[Take]) -> Markup {
 }
 
 /// How it was done, so that it can be written into a paper.
-fn methods(takes: &[Take]) -> Markup {
+fn methods(takes: &[AnalysedRecording]) -> Markup {
     let features = takes.iter().any(|take| take.analysis.is_some());
     let mut cuts: Vec<String> = Vec::new();
     let mut computed: Vec<String> = Vec::new();

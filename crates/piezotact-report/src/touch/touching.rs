@@ -4,7 +4,7 @@ use maud::{Markup, html};
 use piezotact::compare::Summary;
 use piezotact::document::Words;
 use piezotact::feature::Statistics;
-use piezotact::study::{By, Comparison, StudyAnalysis, Trend};
+use piezotact::study::{Comparison, Factor, StudyAnalysis, Trend};
 
 use super::figures::{self, Courses, Sets};
 use super::{SETTINGS_SHOWN, heading, names_of, spectral_axes};
@@ -16,7 +16,7 @@ type Value<'v> = &'v dyn Fn(&Summary) -> Option<Statistics>;
 /// What changes with the load or the direction: level and friction, and what follows.
 pub(super) fn section(
     study: &StudyAnalysis,
-    by: By,
+    by: Factor,
     words: &dyn Words,
 ) -> Result<Markup, DrawError> {
     let all = study.across(by);
@@ -24,7 +24,7 @@ pub(super) fn section(
         return Ok(html! {});
     }
     let drawn = |label: String, value: Value<'_>| match by {
-        By::Load => over_loads(all, label, value),
+        Factor::Load => over_loads(all, label, value),
         _ => over_names(all, by, label, value),
     };
     let unit = study
@@ -88,7 +88,7 @@ fn over_loads(
 /// The same over names.
 fn over_names(
     all: &[Comparison],
-    by: By,
+    by: Factor,
     label: String,
     value: Value<'_>,
 ) -> Result<Option<String>, DrawError> {

@@ -3,7 +3,7 @@
 mod also;
 mod before;
 mod drive;
-mod straight;
+mod uncompensated;
 
 use maud::{Markup, html};
 use piezotact::document::Words;
@@ -14,7 +14,7 @@ use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::Rendering;
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{Tones, UninvertedPrediction, Verdict, Verification, VerifyError};
+use piezotact::verify::{Tones, UncompensatedPrediction, Verdict, Verification, VerifyError};
 
 use crate::criteria::outcome;
 use crate::report::warnings_section;
@@ -47,18 +47,18 @@ pub struct Page<'a> {
     pub provenance: &'a Provenance,
     pub condition: &'a Condition,
     /// The predicted result of sending the texture directly to the device.
-    pub predicted: Option<&'a Result<UninvertedPrediction, VerifyError>>,
+    pub predicted: Option<&'a Result<UncompensatedPrediction, VerifyError>>,
     /// Further measurements of the same target.
     pub also: Vec<Also<'a>>,
     /// The textures before the target was made of them.
     pub before: Vec<Before<'a>>,
     /// The negative control: the texture sent directly to the device.
-    pub straight: Option<&'a Straight<Verification>>,
+    pub uncompensated: Option<&'a Uncompensated<Verification>>,
 }
 
 /// The texture sent directly to the device, without its transfer function.
 #[derive(Clone, Debug)]
-pub struct Straight<T> {
+pub struct Uncompensated<T> {
     /// One unit of texture as full scale.
     pub as_it_stands: T,
     /// Turned down until nothing clips.
@@ -82,8 +82,8 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (drive::beside_texture(page)?)
         (transfer_function(page)?)
         (drive::headroom(page)?)
-        @if let Some(straight) = page.straight { (straight::measured(page.verification, straight)?) }
-        @if let Some(predicted) = page.predicted { (straight::predicted(page.verification, predicted)?) }
+        @if let Some(uncompensated) = page.uncompensated { (uncompensated::measured(page.verification, uncompensated)?) }
+        @if let Some(predicted) = page.predicted { (uncompensated::predicted(page.verification, predicted)?) }
         (origin_of(page))
     };
     Ok(document(&page.title, &body))

@@ -1,4 +1,4 @@
-//! A store that refuses when it is told to, a player that fails when it is told to, and a session driven to its end.
+//! A store that refuses when it is told to, a player that fails when it is told to, and a session excited to its end.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::cell::{Cell, RefCell};

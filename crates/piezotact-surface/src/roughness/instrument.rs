@@ -101,7 +101,7 @@ pub struct MeasuredProfile<'a> {
 
 /// How a person wants a profile evaluated; what is absent follows from the profile and the usual rules.
 #[derive(Clone, Copy, Debug)]
-pub struct ProfileWish {
+pub struct RoughnessOptions {
     pub standard: ProfileStandard,
     /// The form that is taken away first.
     pub form: Option<Form>,
@@ -125,7 +125,7 @@ pub struct ProfileWish {
 /// As [`profile_roughness`].
 pub fn evaluated_profile(
     measured: MeasuredProfile<'_>,
-    wish: &ProfileWish,
+    wish: &RoughnessOptions,
 ) -> Result<ProfileRoughness, RoughnessError> {
     let config = config(measured, wish);
     let mut roughness = profile_roughness(measured.profile, &config)?;
@@ -141,7 +141,7 @@ pub fn evaluated_profile(
     Ok(roughness)
 }
 
-fn config(measured: MeasuredProfile<'_>, wish: &ProfileWish) -> ProfileConfig {
+fn config(measured: MeasuredProfile<'_>, wish: &RoughnessOptions) -> ProfileConfig {
     let own = own_cutoff_m(measured, wish);
     let filter = match (wish.filter, own) {
         (Some(filter), _) => filter,
@@ -181,7 +181,7 @@ fn stated_for_primary(measured: MeasuredProfile<'_>, filter: ProfileFilter) -> O
 }
 
 /// The instrument's cut-off, m, where the profile is filtered with it and nobody wants another filter.
-fn own_cutoff_m(measured: MeasuredProfile<'_>, wish: &ProfileWish) -> Option<f64> {
+fn own_cutoff_m(measured: MeasuredProfile<'_>, wish: &RoughnessOptions) -> Option<f64> {
     let own_m = measured.instrument?.cutoff_m?;
     let same = match wish.cutoff {
         None => true,
@@ -279,8 +279,8 @@ mod tests {
         HeightProfile::new((0..4000).map(wave).collect(), STEP_M).unwrap()
     }
 
-    fn wish() -> ProfileWish {
-        ProfileWish {
+    fn wish() -> RoughnessOptions {
+        RoughnessOptions {
             standard: ProfileStandard::Iso4287,
             form: None,
             filter: None,
@@ -327,7 +327,7 @@ mod tests {
         assert_eq!(own.ra_m.to_bits(), plain.ra_m.to_bits());
         assert_eq!(codes(&own), ["short_evaluation"]);
 
-        let other = |change: fn(&mut ProfileWish)| {
+        let other = |change: fn(&mut RoughnessOptions)| {
             let mut wish = wish();
             change(&mut wish);
             evaluated_profile(measured, &wish).unwrap()
@@ -360,7 +360,7 @@ mod tests {
         // nothing says that a primary profile is filtered, and its long wave shows that it is not
         let kind = Some(ProfileKind::Primary);
         let primary = MeasuredProfile { kind, ..measured };
-        let automatic = ProfileWish {
+        let automatic = RoughnessOptions {
             cutoff: Some(Cutoff::Iso4288),
             ..wish()
         };
@@ -382,7 +382,7 @@ mod tests {
                 kind: Some(ProfileKind::Primary),
                 instrument: Some(&stated),
             };
-            let automatic = ProfileWish {
+            let automatic = RoughnessOptions {
                 cutoff: Some(Cutoff::Iso4288),
                 ..wish()
             };
@@ -417,7 +417,7 @@ mod tests {
         let own = evaluated_profile(measured, &wish()).unwrap();
         assert_eq!(own.cutoff_m, Some(0.25e-3));
         assert_eq!(own.config.filter, ProfileFilter::Gauss);
-        let wanted = ProfileWish {
+        let wanted = RoughnessOptions {
             cutoff: Some(Cutoff::Stated(0.8e-3)),
             ..wish()
         };

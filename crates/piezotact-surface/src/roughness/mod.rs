@@ -37,7 +37,7 @@ pub use filter::{map_mean_surface, profile_mean_line};
 pub use filtered::looks_filtered;
 pub use form::{Form, remove_map_form, remove_profile_form};
 pub use instrument::{
-    InstrumentSettings, InstrumentValue, MeasuredProfile, ProfileKind, ProfileWish,
+    InstrumentSettings, InstrumentValue, MeasuredProfile, ProfileKind, RoughnessOptions,
     evaluated_profile,
 };
 pub use material::{MaterialRatio, material_ratio};

@@ -7,7 +7,7 @@ use piezotact::quantity::{Acceleration, Degrees, Hertz, Newtons};
 use piezotact::resample::Resampler;
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::{mean, standard_deviation};
-use piezotact_bench::halves::World;
+use piezotact_bench::halves::SimulatedBench;
 use piezotact_bench::{Placement as Placed, Until};
 
 use super::*;

@@ -44,7 +44,7 @@ pub struct ShakerExcitation {
     pub duration: Seconds,
     /// Its level, V rms.
     pub rms_v: f64,
-    /// The band that is driven.
+    /// The band that is excited.
     pub band: Band,
     /// The seed. The drive depends on nothing else of the bench: every run has the same.
     pub seed: u64,

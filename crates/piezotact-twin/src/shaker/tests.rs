@@ -397,7 +397,7 @@ fn what_cannot_be_is_refused_with_what_can() {
         &plan("x", 0.2),
         "no load",
     );
-    let driven = |excitation| {
+    let excited = |excitation| {
         let twin = TwinParameters::built_in();
         ShakerBench::new(&twin, person(1), ShakerMount::Finger, excitation)
     };
@@ -405,7 +405,7 @@ fn what_cannot_be_is_refused_with_what_can() {
     for seconds in [0.99, 601.0, -1.0, f64::NAN] {
         let excitation = ShakerExcitation::thesis(Seconds(seconds), 1);
         check(
-            driven(excitation),
+            excited(excitation),
             &plan("x", 0.2),
             "a duration in s from 1 to 600",
         );
@@ -415,13 +415,17 @@ fn what_cannot_be_is_refused_with_what_can() {
             rms_v,
             ..excitation()
         };
-        check(driven(excitation), &plan("x", 0.2), "V rms from 0.001 to 2");
+        check(
+            excited(excitation),
+            &plan("x", 0.2),
+            "V rms from 0.001 to 2",
+        );
     }
     for (low, high) in [(2.0, 2500.0), (2.0, 9000.0), (100.0, 100.5)] {
         let excitation = ShakerExcitation {
             band: Band::new(Hertz(low), Hertz(high)).unwrap(),
             ..excitation()
         };
-        check(driven(excitation), &plan("x", 0.2), "a band below 2500 Hz");
+        check(excited(excitation), &plan("x", 0.2), "a band below 2500 Hz");
     }
 }

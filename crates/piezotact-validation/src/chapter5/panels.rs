@@ -5,7 +5,7 @@ use piezotact::panel::{
     FallsWithLoad, LoadStep, Panel, PanelAnalysis, PanelConfig, PanelError, analyse,
 };
 use piezotact::quantity::{Band, Hertz};
-use piezotact::transfer::{Bundle, BundleAverage};
+use piezotact::transfer::{BundleAverage, Ensemble};
 
 use super::{ANGLES_DEG, Device, Fingers, Inertance, LOADS_N, cell, drawn, levels};
 use crate::ReplayError;
@@ -275,7 +275,7 @@ impl Panels {
                 "–".into(),
             );
         };
-        let inside = |db: &[f64], bundle: &Bundle| {
+        let inside = |db: &[f64], bundle: &Ensemble| {
             let lines = db
                 .iter()
                 .zip(bundle.lowest_db.iter().zip(&bundle.highest_db));

@@ -21,7 +21,7 @@ use piezotact_audio::{
     AudioBench, AudioError, AudioIo, Board, HardwareIo, InputCallback, LoopIo, OutputCallback,
     SoundSetup, StreamPlan, Streams,
 };
-use piezotact_bench::halves::World as _;
+use piezotact_bench::halves::SimulatedBench as _;
 use piezotact_bench::procedure::{RunKeeper, play_and_record};
 use piezotact_bench::{Bench, Placement, Plant, ProcedureError, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;

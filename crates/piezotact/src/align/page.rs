@@ -120,7 +120,7 @@ impl AlignDocument {
             ),
         ];
         let conclusion = Block::Conclusion {
-            text: format!("By {}: {}.", found.drawn_by(), found.covered_sentence()),
+            text: format!("Factor {}: {}.", found.drawn_by(), found.covered_sentence()),
             outcome: None,
         };
         let origin = format!(

@@ -230,7 +230,7 @@ impl AlignDocument {
         let mut about = recording.about.clone();
         let played = &compared.drive.0.recording.about.provenance;
         let provenance = &mut about.provenance;
-        provenance.driven_hz = provenance.driven_hz.or(played.driven_hz);
+        provenance.excited_hz = provenance.excited_hz.or(played.excited_hz);
         let step = format!(
             "placed on the clock of the drive {} by channel {}: first sample at {first_s:.6} s of the drive, drift {} ppm corrected",
             self.drive.file,

@@ -28,7 +28,7 @@ const FINE: f64 = 0.01;
 const NEAR: f64 = 0.2;
 
 /// The limits that a drive has to fit into.
-pub(super) struct Room {
+pub(super) struct DriveLimits {
     /// No sample beyond this, full scale = 1.
     pub(super) limit: f64,
     /// The slew limit, full scale = 1 per sample; none if steepness is not limited.
@@ -41,7 +41,7 @@ pub(super) struct Room {
     pub(super) mode: Mode,
 }
 
-impl Room {
+impl DriveLimits {
     /// The steepest slope of the drive with the lines `bins` re the slew limit; more than 1 does not fit.
     ///
     /// Formula: the largest of the derivative, on its samples and at three places between them.
@@ -79,7 +79,7 @@ pub(super) struct Fitted {
 pub(super) fn fitted(
     transform: &mut RealTransform,
     bins: &[Complex<f64>],
-    room: &Room,
+    room: &DriveLimits,
     last: Option<f64>,
 ) -> Fitted {
     if let Some(Pressed {
@@ -165,11 +165,11 @@ pub(super) struct Pressed {
 ///
 /// For a texture every line gets its magnitude back after clipping, and keeps the phase that clipping gave it: E. Van der
 /// Ouderaa, J. Schoukens and J. Renneboog (1988), IEEE Trans. Instrum. Meas. 37(1). Otherwise, and for the rest, what
-/// clipping adds outside of the driven lines is taken away: J. Armstrong (2002), Electronics Letters 38(5), repeated.
+/// clipping adds outside of the excited lines is taken away: J. Armstrong (2002), Electronics Letters 38(5), repeated.
 pub(super) fn pressed(
     transform: &mut RealTransform,
     bins: &[Complex<f64>],
-    room: &Room,
+    room: &DriveLimits,
 ) -> Option<Pressed> {
     if room.slope_taken(transform, bins) > 1.0 {
         return None;
@@ -193,8 +193,8 @@ pub(super) fn pressed(
     };
     let clip = 0.97 * room.limit;
     let asked_power = smoothed(bins.iter().map(Complex::norm_sqr), room.smooth);
-    let driven = asked_power.iter().filter(|power| **power > 0.0).count();
-    let weak = WEAK * asked_power.iter().sum::<f64>() / driven.max(1) as f64;
+    let excited = asked_power.iter().filter(|power| **power > 0.0).count();
+    let weak = WEAK * asked_power.iter().sum::<f64>() / excited.max(1) as f64;
     for round in 0..turns + ROUNDS {
         for sample in &mut samples[..room.length] {
             *sample = sample.clamp(-clip, clip);
@@ -245,7 +245,7 @@ fn kept(
     transform: &mut RealTransform,
     samples: &[f64],
     bins: &[Complex<f64>],
-    room: &Room,
+    room: &DriveLimits,
 ) -> bool {
     let lines = transform.forward(samples);
     let asked = smoothed(bins.iter().map(Complex::norm_sqr), room.smooth);
@@ -287,12 +287,12 @@ pub(super) fn smoothed(power: impl Iterator<Item = f64>, smooth: usize) -> Vec<f
         .collect()
 }
 
-/// The power of every line, averaged over `smooth` neighbours on either side, re the median of the driven ones.
+/// The power of every line, averaged over `smooth` neighbours on either side, re the median of the excited ones.
 fn costs(bins: &[Complex<f64>], smooth: usize) -> Vec<f64> {
     let mut cost = smoothed(bins.iter().map(Complex::norm_sqr), smooth);
-    let mut driven: Vec<f64> = cost.iter().copied().filter(|c| *c > 0.0).collect();
-    driven.sort_by(f64::total_cmp);
-    let median = driven.get(driven.len() / 2).copied().unwrap_or(1.0);
+    let mut excited: Vec<f64> = cost.iter().copied().filter(|c| *c > 0.0).collect();
+    excited.sort_by(f64::total_cmp);
+    let median = excited.get(excited.len() / 2).copied().unwrap_or(1.0);
     for value in &mut cost {
         *value /= median;
     }

@@ -247,8 +247,8 @@ pub(super) fn hum_beside(drive: &[f64], response: &[f64], rate: SampleRate) -> O
             let (mains_hz, mut harmonics) = response.harmonics(mains_hz, ABOVE_DB);
             harmonics.retain(|(_, line)| {
                 let near = drive.resolution_hz;
-                let driven = drive.above_db(line.hertz - near, line.hertz + near);
-                driven.is_none_or(|(_, above_db)| above_db < line.above_db - BELOW_DB)
+                let excited = drive.above_db(line.hertz - near, line.hertz + near);
+                excited.is_none_or(|(_, above_db)| above_db < line.above_db - BELOW_DB)
             });
             let first = harmonics.first().is_some_and(|(n, _)| *n == 1);
             if !first && harmonics.len() < 2 {

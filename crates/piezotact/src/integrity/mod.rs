@@ -215,13 +215,13 @@ pub fn warnings_of(recording: &Recording, limit_fraction: f64) -> Warnings {
     for (channel, clock) in recording.channels_with_clocks() {
         let (name, samples) = (&channel.name, &channel.samples);
         let mut defects = inspect_samples(samples, clock.rate_hz, &channel.unit);
-        let driven = |drive: &[f64]| hum::hum_beside(drive, samples, clock.rate_hz).is_none();
+        let excited = |drive: &[f64]| hum::hum_beside(drive, samples, clock.rate_hz).is_none();
         let mut drives = recording.channels_with_clocks();
-        let is_driven = drives.any(|(drive, of_drive)| {
-            drive.unit == Unit::FullScale && of_drive == clock && driven(&drive.samples)
+        let is_excited = drives.any(|(drive, of_drive)| {
+            drive.unit == Unit::FullScale && of_drive == clock && excited(&drive.samples)
         });
         // Lines that the drive has are no hum.
-        defects.hum = defects.hum.filter(|_| !is_driven);
+        defects.hum = defects.hum.filter(|_| !is_excited);
         warnings.extend(defects.warnings(name));
         if channel.unit == Unit::FullScale {
             let beyond = pair::beyond(samples, name, limit_fraction);

@@ -58,7 +58,7 @@ const FLOOR: f64 = 0.1;
 /// A response that is dead for less is not looked at.
 const SHORTEST: Seconds = Seconds(0.02);
 /// The drive goes on where its level is this part of its usual one.
-const DRIVEN: f64 = 0.3;
+const EXCITED: f64 = 0.3;
 /// A noise drive may have its crests clipped intentionally, up to this share.
 const CRESTS: f64 = 0.005;
 /// A drive within this part of its limit is not beyond it.
@@ -160,7 +160,7 @@ fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
     let all = power(drive);
     let usual_power = all / drive.len() as f64;
     spans.retain(|span| {
-        power(&drive[span.from..span.to]) >= DRIVEN * DRIVEN * usual_power * span.len() as f64
+        power(&drive[span.from..span.to]) >= EXCITED * EXCITED * usual_power * span.len() as f64
     });
     let share = spans
         .iter()

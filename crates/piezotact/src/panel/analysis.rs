@@ -9,12 +9,12 @@ use super::levels::Levels;
 use super::spread::{ENOUGH_FOR_RESAMPLES, all_together, by_cell, falls, worst};
 use super::trend::{by_angle, by_load};
 use super::{
-    AngleEffect, Attendance, Cell, CellAverage, CellPenalties, CellSpread, Criterion,
+    AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Completeness, Criterion,
     FallsWithLoad, LearningCurve, LoadStep, Member, Panel, PanelError, Repeatability, WorstCase,
     repeatability,
 };
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::transfer::{Bundle, BundleAverage, BundleError};
+use crate::transfer::{BundleAverage, BundleError, Ensemble};
 use crate::warning::{Warning, Warnings};
 
 /// How a panel is analysed.
@@ -73,7 +73,7 @@ pub struct PanelAnalysis {
     pub participants: Vec<String>,
     /// The number of loads and angles at which each participant was measured; participants without a cell are left out of
     /// comparisons that need it.
-    pub attendances: Vec<Attendance>,
+    pub attendances: Vec<Completeness>,
     /// Every measurement with the criteria that decide whether it is a member of the panel and its averages.
     pub members: Vec<Member>,
     /// How many participants were measured in every cell.
@@ -86,7 +86,7 @@ pub struct PanelAnalysis {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub worst: Option<WorstCase>,
     /// All curves together.
-    pub all: Bundle,
+    pub all: Ensemble,
     /// How far people lie apart, by cell.
     pub spreads: Vec<CellSpread>,
     /// Whether the difference between people falls with load, by angle.
@@ -132,7 +132,7 @@ impl PanelAnalysis {
 /// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
 pub(super) fn with_opposite_names(error: PanelError, opposites: &[Warning]) -> PanelError {
     match (error, opposites.first()) {
-        (PanelError::Bundle(BundleError::Cancel { .. }), Some(warning)) => PanelError::Opposite {
+        (PanelError::Ensemble(BundleError::Cancel { .. }), Some(warning)) => PanelError::Opposite {
             what: warning.to_string(),
         },
         (error, _) => error,
@@ -148,7 +148,7 @@ pub(super) fn with_opposite_names(error: PanelError, opposites: &[Warning]) -> P
 ///
 /// # Errors
 /// [`PanelError::Few`] for fewer than two participants, [`PanelError::Empty`] when no line lies in the band,
-/// [`PanelError::Bundle`] when people cannot be averaged.
+/// [`PanelError::Ensemble`] when people cannot be averaged.
 pub fn analyse<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     config: &PanelConfig,

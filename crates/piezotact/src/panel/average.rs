@@ -55,8 +55,8 @@ pub enum AverageCriterion {
     MeanPenalty,
     /// The share of people whose own penalty is within the criterion.
     ShareWithin,
-    /// The share of people who were driven over all of the band.
-    Driven,
+    /// The share of people who were excited over all of the band.
+    Excited,
 }
 
 /// The verdict on an average over people: whether it is acceptable for a new person.
@@ -171,7 +171,7 @@ impl CellAverage {
 /// the wrapped normal distribution; the mean of the log-normal distribution.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Ensemble`] when people cannot be averaged.
 pub(super) fn averages<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
@@ -296,33 +296,33 @@ fn verdict<I: Quantity, O: Quantity>(
             )
         }
     };
-    // Where nothing was driven nothing is known, even if the numbers there agree.
-    let driven = functions
+    // Where nothing was excited nothing is known, even if the numbers there agree.
+    let excited = functions
         .iter()
-        .filter(|f| f.not_driven(band).is_none())
+        .filter(|f| f.not_excited(band).is_none())
         .count();
     let all = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
-    let driven_rule = Rule::new(
-        AverageCriterion::Driven,
+    let excited_rule = Rule::new(
+        AverageCriterion::Excited,
         "",
-        driven as f64 / n as f64,
+        excited as f64 / n as f64,
         None,
         all,
     );
     let rules = [mean_rule.outcome, share_rule.outcome];
-    let outcome = match driven_rule.outcome {
+    let outcome = match excited_rule.outcome {
         Outcome::Met => Outcome::of_all(rules),
         _ => Outcome::NotDecided,
     };
-    let undecided = outcome == Outcome::NotDecided && driven == n;
+    let undecided = outcome == Outcome::NotDecided && excited == n;
     Ok(Verdict {
         outcome,
         criterion,
         share_within,
-        criteria: vec![mean_rule, share_rule, driven_rule],
+        criteria: vec![mean_rule, share_rule, excited_rule],
         people_needed: undecided
             .then(|| people_needed(&penalties, share_within, criterion))
             .flatten()
@@ -462,7 +462,7 @@ fn difference<I: Quantity, O: Quantity>(
 ///
 /// # Errors
 /// [`PanelError::Few`] when nobody was measured in the cell; [`PanelError::Empty`] when no line lies in the band;
-/// [`PanelError::Bundle`] when people cannot be averaged.
+/// [`PanelError::Ensemble`] when people cannot be averaged.
 pub fn average_of_panel<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     cell: Cell,

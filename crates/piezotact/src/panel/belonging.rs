@@ -202,7 +202,7 @@ fn impossible_filings_are_refused() {
     }
 }
 
-/// A part of the band that was not driven for one person leaves the verdict undecided, and low coherence raises a warning.
+/// A part of the band that was not excited for one person leaves the verdict undecided, and low coherence raises a warning.
 #[test]
 fn what_was_not_driven_is_reported() {
     let verdict = |entries: Entries| {
@@ -213,27 +213,30 @@ fn what_was_not_driven_is_reported() {
         .unwrap();
         (said.averages[0].penalties[0].verdict.clone(), said.warnings)
     };
-    let driven = |verdict: &Verdict| verdict.criteria.last().map(|c| (c.what, c.outcome));
-    let is = |outcome| Some((AverageCriterion::Driven, outcome));
-    assert_eq!(driven(&verdict(four()).0), is(Outcome::Met));
+    let excited = |verdict: &Verdict| verdict.criteria.last().map(|c| (c.what, c.outcome));
+    let is = |outcome| Some((AverageCriterion::Excited, outcome));
+    assert_eq!(excited(&verdict(four()).0), is(Outcome::Met));
     let mut entries = four();
-    entries[1].function.driven = Band::new(Hertz(100.0), Hertz(1000.0)).ok();
+    entries[1].function.excited = Band::new(Hertz(100.0), Hertz(1000.0)).ok();
     let (unsure, said) = verdict(entries.clone());
-    assert_eq!(driven(&unsure), is(Outcome::NotDecided));
+    assert_eq!(excited(&unsure), is(Outcome::NotDecided));
     assert_eq!(
         (unsure.outcome, unsure.people_needed),
         (Outcome::NotDecided, None)
     );
     let named = |said: &[Warning]| said.iter().any(|d| d.to_string().contains("participant b"));
     assert!(
-        matches!(said[0].kind(), Some(TransferWarning::NotDriven { .. })) && named(&said),
+        matches!(said[0].kind(), Some(TransferWarning::NotExcited { .. })) && named(&said),
         "{said:?}"
     );
     let panel = Panel::new(entries).unwrap();
     let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band()).unwrap();
-    assert_eq!(averaged.driven, Band::new(Hertz(100.0), Hertz(1000.0)).ok());
-    let not_driven = |d: &Warning| matches!(d.kind(), Some(TransferWarning::NotDriven { .. }));
-    assert!(averaged.about.warnings.iter().any(not_driven));
+    assert_eq!(
+        averaged.excited,
+        Band::new(Hertz(100.0), Hertz(1000.0)).ok()
+    );
+    let not_excited = |d: &Warning| matches!(d.kind(), Some(TransferWarning::NotExcited { .. }));
+    assert!(averaged.about.warnings.iter().any(not_excited));
     let mut entries = four();
     let loud = &entries[3].function;
     let mut faint = TransferFunction::from_lines(
@@ -332,16 +335,16 @@ fn membership_is_a_list_of_criteria() {
     );
     let mut entries = four();
     entries.push(turned(of("e", 1, 0.2)));
-    entries[1].function.driven = Band::new(Hertz(20.0), Hertz(500.0)).ok();
+    entries[1].function.excited = Band::new(Hertz(20.0), Hertz(500.0)).ok();
     let reported = members(entries.clone());
     let met = Outcome::Met;
     assert_eq!(
         outcomes(&reported, MemberCriterion::OppositeSign),
         [met, met, met, met, Outcome::NotDecided]
     );
-    let driven = reported[1].criterion(MemberCriterion::Driven).unwrap();
-    assert_eq!(driven.outcome, Outcome::NotDecided);
-    assert!((driven.found.unwrap() - 0.5).abs() < 0.02, "{driven}");
+    let excited = reported[1].criterion(MemberCriterion::Excited).unwrap();
+    assert_eq!(excited.outcome, Outcome::NotDecided);
+    assert!((excited.found.unwrap() - 0.5).abs() < 0.02, "{excited}");
     // The analysis holds the same list, and the participants who lack a cell.
     let said = analyse(
         &Panel::new(entries.clone()).unwrap(),
@@ -357,7 +360,7 @@ fn membership_is_a_list_of_criteria() {
     let complete: Vec<Outcome> = panel
         .attendances()
         .iter()
-        .map(Attendance::outcome)
+        .map(Completeness::outcome)
         .collect();
     assert_eq!(complete[..2], [met, Outcome::NotMet]);
     assert_eq!(panel.complete(), ["a"]);

@@ -306,7 +306,7 @@ impl Artefact {
         .map_err(ControlError::Transfer)?;
         freed.about.condition = function.about.condition.clone();
         freed.drive.clone_from(&function.drive);
-        freed.driven = function.driven;
+        freed.excited = function.excited;
         freed.effective_averages = function.effective_averages;
         freed.about.warnings.clone_from(&function.about.warnings);
         freed.about.provenance = function.about.provenance.clone().then(format!(

@@ -32,7 +32,7 @@ pub enum MemberCriterion {
     LineCount,
     /// How far its rate is from that of the first measurement, as a share.
     Rate,
-    /// Whether another device was driven than in the first measurement: 1, else 0.
+    /// Whether another device was excited than in the first measurement: 1, else 0.
     OtherDevice,
     /// Whether another estimator was used than for the first measurement: 1, else 0.
     OtherEstimator,
@@ -40,8 +40,8 @@ pub enum MemberCriterion {
     OtherBench,
     /// The share of the other measurements at its load and angle that have the opposite sign.
     OppositeSign,
-    /// The share of the band that was driven.
-    Driven,
+    /// The share of the band that was excited.
+    Excited,
     /// The share of the band's lines whose coherence is below 0.8.
     LowCoherence,
 }
@@ -70,7 +70,7 @@ impl fmt::Display for MemberCriterion {
             Self::OtherEstimator => "estimator different from the first measurement",
             Self::OtherBench => "kind of bench different from the first measurement",
             Self::OppositeSign => "share of others at this load and angle with the opposite sign",
-            Self::Driven => "share of the band that was driven",
+            Self::Excited => "share of the band that was excited",
             Self::LowCoherence => "share of lines with a coherence below 0.8",
         })
     }
@@ -125,14 +125,14 @@ impl fmt::Display for ParticipantCriterion {
 /// One participant, and the criteria that decide whether they can be part of comparisons over all loads and angles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Attendance {
+pub struct Completeness {
     /// The pseudonym.
     pub participant: String,
     /// What was looked at.
     pub criteria: Vec<Criterion<ParticipantCriterion>>,
 }
 
-impl Attendance {
+impl Completeness {
     /// All criteria together.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
@@ -209,18 +209,18 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
     ]
 }
 
-/// The share of the band that was driven. Members with a part that was not driven give a warning.
-pub(super) fn driven<I: Quantity, O: Quantity>(
+/// The share of the band that was excited. Members with a part that was not excited give a warning.
+pub(super) fn excited<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
 ) -> (Criterion<MemberCriterion>, Option<Warning>) {
-    let warning = function.not_driven(band);
+    let warning = function.not_excited(band);
     let limit = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
     let missing = warning.as_ref().map_or(0.0, share);
-    let mut found = criterion(MemberCriterion::Driven, 1.0 - missing, limit);
+    let mut found = criterion(MemberCriterion::Excited, 1.0 - missing, limit);
     if warning.is_some() {
         found.outcome = Outcome::NotDecided;
     }
@@ -250,7 +250,7 @@ pub(super) fn low_coherence<I: Quantity, O: Quantity>(
 pub(super) fn share(warning: &Warning) -> f64 {
     match warning.kind() {
         Some(
-            TransferWarning::NotDriven { share, .. } | TransferWarning::LowCoherence { share, .. },
+            TransferWarning::NotExcited { share, .. } | TransferWarning::LowCoherence { share, .. },
         ) => share,
         _ => 0.0,
     }
@@ -274,7 +274,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// Every measurement with what makes it a member, over `band`, in the order they were given; of `cell` or of all.
     ///
     /// Formula: of measurement i, the share of the others j at its load and angle with Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of
-    /// the band; the shares of the band's lines that were not driven, and whose coherence is below 0.8.
+    /// the band; the shares of the band's lines that were not excited, and whose coherence is below 0.8.
     #[must_use]
     pub fn members(&self, band: Band, cell: Option<Cell>) -> Vec<Member> {
         let Some(first) = self.entries().first() else {
@@ -297,7 +297,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 criteria.extend(against_first(&first.function, &entry.function));
                 let sign = signs.iter().find(|sign| sign.of.is(&entry.filing));
                 criteria.extend(sign.map(|sign| sign.criterion.clone()));
-                criteria.push(driven(&entry.function, band).0);
+                criteria.push(excited(&entry.function, band).0);
                 criteria.push(low_coherence(&entry.function, band).0);
                 Member {
                     filing: entry.filing.clone(),
@@ -309,7 +309,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
 
     /// Every participant with what decides whether all loads and angles can be compared over them.
     #[must_use]
-    pub fn attendances(&self) -> Vec<Attendance> {
+    pub fn attendances(&self) -> Vec<Completeness> {
         let all = Limit::at_least(self.cells().len() as f64);
         let measured = |who: &str| {
             let there = |cell: &&Cell| self.of(who, **cell).next().is_some();
@@ -317,7 +317,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         };
         self.participants()
             .iter()
-            .map(|who| Attendance {
+            .map(|who| Completeness {
                 participant: who.clone(),
                 criteria: vec![Criterion::new(
                     ParticipantCriterion::CellsMeasured,

@@ -34,7 +34,7 @@ pub use curves::{
 };
 pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
-pub use membership::{Attendance, Member, MemberCriterion, ParticipantCriterion};
+pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
@@ -404,7 +404,7 @@ pub enum PanelError {
     },
     /// Transfer functions that cannot be averaged.
     #[error(transparent)]
-    Bundle(#[from] BundleError),
+    Ensemble(#[from] BundleError),
 }
 
 #[cfg(test)]

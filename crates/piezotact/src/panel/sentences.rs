@@ -40,10 +40,10 @@ impl CellPenalties {
     #[must_use]
     pub fn needed_text(&self) -> Option<String> {
         let verdict = &self.verdict;
-        let driven = |c: &&Criterion<AverageCriterion>| c.what == AverageCriterion::Driven;
-        let driven = verdict.criteria.iter().find(driven).map(|c| c.outcome);
+        let excited = |c: &&Criterion<AverageCriterion>| c.what == AverageCriterion::Excited;
+        let excited = verdict.criteria.iter().find(excited).map(|c| c.outcome);
         match (verdict.outcome, verdict.people_needed) {
-        (Judged::NotDecided, _) if driven != Some(Judged::Met) => {
+        (Judged::NotDecided, _) if excited != Some(Judged::Met) => {
             Some("Not every participant was measured with a drive over the whole band.".into())
         }
         (Judged::NotDecided, Some(needed)) => Some(format!(

@@ -9,7 +9,7 @@ use super::{Cell, PanelError};
 use crate::criterion::Outcome;
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{Direction, mean, rms};
-use crate::transfer::{Bundle, BundleAverage, TransferFunction, bundle, leave_one_out};
+use crate::transfer::{BundleAverage, Ensemble, TransferFunction, bundle, leave_one_out};
 use crate::warning::{Example, Warning};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
@@ -37,7 +37,7 @@ pub struct CellSpread {
     /// Load and angle.
     pub cell: Cell,
     /// The curves of all, line by line: each person's own average counts once.
-    pub bundle: Bundle,
+    pub bundle: Ensemble,
     /// The mean of the levels of every line, dB.
     pub mean_db: Vec<f64>,
     /// The rms over the band of the standard deviation over people, dB.
@@ -152,11 +152,11 @@ pub struct FallsWithLoad {
 /// Source: L. Felicetti's thesis (2024), figure 67d.
 ///
 /// # Errors
-/// [`PanelError::Bundle`] when there are fewer than two.
+/// [`PanelError::Ensemble`] when there are fewer than two.
 pub(super) fn all_together<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
-) -> Result<Bundle, PanelError> {
+) -> Result<Ensemble, PanelError> {
     let functions: Vec<&TransferFunction<I, O>> = (0..levels.cells.len())
         .flat_map(|cell| levels.in_cell(cell))
         .map(|(_, own)| &own.function)
@@ -174,7 +174,7 @@ pub(super) fn all_together<I: Quantity, O: Quantity>(
 /// and Handle Outliers*, 1993.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Bundle`] when people cannot be averaged.
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Ensemble`] when people cannot be averaged.
 pub(super) fn by_cell<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     averaging: BundleAverage,
@@ -270,7 +270,7 @@ fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Warning> {
 }
 
 /// The spread in a part of the band, with the penalty of the mean of log magnitudes.
-fn in_part(part: Band, bundle: &Bundle, curves: &[&[f64]]) -> Option<BandSpread> {
+fn in_part(part: Band, bundle: &Ensemble, curves: &[&[f64]]) -> Option<BandSpread> {
     let lines: Vec<usize> = bundle
         .frequencies_hz
         .iter()

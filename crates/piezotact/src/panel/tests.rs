@@ -500,9 +500,9 @@ fn a_known_notch_is_taken_out_and_nothing_else() {
     assert!(artefact.warnings.is_empty());
     let finger = |hz: f64| Complex::from_polar(5.0 / (1.0 + hz / 400.0), -hz * 0.004);
     let mut measured = function(|hz| finger(hz) * notch(hz));
-    (measured.driven, measured.effective_averages) = (Some(band()), 33.0);
+    (measured.excited, measured.effective_averages) = (Some(band()), 33.0);
     let removed = artefact.remove_from(&measured).unwrap();
-    assert_eq!(removed.function.driven, measured.driven);
+    assert_eq!(removed.function.excited, measured.excited);
     assert!((removed.function.effective_averages - 33.0).abs() < 1e-12);
     for (k, h) in removed.function.response().iter().enumerate().skip(1) {
         let ratio = h / finger(k as f64 * STEP_HZ);

@@ -286,7 +286,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         signs
     }
 
-    /// The warnings about parts of `band` that were not driven or have low coherence: the worst case, with the number of
+    /// The warnings about parts of `band` that were not excited or have low coherence: the worst case, with the number of
     /// measurements concerned, in one cell or in all.
     pub(super) fn unsound(&self, band: Band, cell: Option<Cell>) -> Vec<Warning> {
         let inside = || {
@@ -301,7 +301,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                     let (_, found) = if coherence {
                         membership::low_coherence(&e.function, band)
                     } else {
-                        membership::driven(&e.function, band)
+                        membership::excited(&e.function, band)
                     };
                     (e.filing.to_string(), found.into_iter().collect())
                 })

@@ -78,7 +78,7 @@ pub(super) fn limited<I: Quantity, O: Quantity>(
     let least = Decibels(-config.largest_loss.0).amplitude_ratio();
     // A coherence above 1 is impossible: such a line counts as not reached.
     let believable = config.lowest_coherence..=1.0 + COHERENCE_ROUNDING;
-    let driven = |hz: f64| function.driven.is_none_or(|driven| driven.contains(hz));
+    let excited = |hz: f64| function.excited.is_none_or(|excited| excited.contains(hz));
     if function.lines_in(band).next().is_none() {
         return Err(RenderError::NoLine {
             band,
@@ -94,7 +94,7 @@ pub(super) fn limited<I: Quantity, O: Quantity>(
             (
                 frequency_hz,
                 delivered >= least
-                    && driven(frequency_hz)
+                    && excited(frequency_hz)
                     && believable.contains(&function.coherence()[k]),
             )
         })

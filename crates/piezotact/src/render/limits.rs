@@ -79,14 +79,14 @@ pub fn fitting(drive: &Series<Drive>, setup: Option<&DriveSetup>) -> Series<Driv
 }
 
 /// The limits of a device for drives at one rate: amplitude and slope, full scale = 1.
-pub(super) struct Room {
+pub(super) struct DriveLimits {
     limit: f64,
     /// Per second; absent where the device is not described.
     slope: Option<f64>,
     rate_hz: f64,
 }
 
-impl Room {
+impl DriveLimits {
     pub(super) fn of(setup: Option<&DriveSetup>, rate: SampleRate) -> Self {
         Self {
             limit: setup.map_or(1.0, DriveSetup::drive_limit),

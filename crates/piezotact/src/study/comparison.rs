@@ -1,7 +1,7 @@
 //! What changes from group to group.
 
 use super::grouping::{Grouping, Setting, differ_in, left_out};
-use super::{By, Group, StudyError, Take};
+use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
     AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
     DirectionSetting, DirectionTrend, DiscriminationConfig, DiscriminationError, FrictionChange,
@@ -25,7 +25,7 @@ const ACTIVE_PASSIVE_HZ: [f64; 2] = [20.0, 500.0];
 /// What changes with one thing: one comparison for each setting of all others.
 #[derive(Clone, Debug)]
 pub struct Across {
-    pub by: By,
+    pub by: Factor,
     /// The comparisons, in the order of participants, samples, speeds and touch.
     pub comparisons: Vec<Comparison>,
     /// How levels differ between directions over all comparisons; empty unless directions are compared.
@@ -165,25 +165,25 @@ pub struct BothWays {
 
 impl Grouping<'_> {
     /// What changes with `by`; nothing where no recordings differ in it and agree in all else.
-    pub(super) fn across(&self, by: By) -> Result<Across, StudyError> {
+    pub(super) fn across(&self, by: Factor) -> Result<Across, StudyError> {
         let comparison = |(setting, groups): Setting| {
             let summaries = summaries(&groups);
             let trend = match by {
-                By::Speed => Trend::Speeds(SpeedTrend {
+                Factor::Speed => Trend::Speeds(SpeedTrend {
                     rms_on_speed: rms_on_speed(&summaries),
                     period: self.period(&groups)?,
                 }),
-                By::Sample | By::File => Trend::Samples(self.samples(&summaries)),
-                By::Participant => Trend::Participants(across_participants(&summaries)),
-                By::Touch => Trend::Touch,
-                By::Load => Trend::Loads(self.loads(&groups)),
-                By::Direction => Trend::Directions(self.directions(&groups)),
+                Factor::Sample | Factor::File => Trend::Samples(self.samples(&summaries)),
+                Factor::Participant => Trend::Participants(across_participants(&summaries)),
+                Factor::Touch => Trend::Touch,
+                Factor::Load => Trend::Loads(self.loads(&groups)),
+                Factor::Direction => Trend::Directions(self.directions(&groups)),
             };
             let stated_n = self.stated_loads_n(&groups);
             let confounders = confounders(&self::summaries(&groups), &stated_n, by.word());
             let warnings = match by {
                 // Those of the trend say it, and what is not known.
-                By::Load | By::Direction => Vec::new(),
+                Factor::Load | Factor::Direction => Vec::new(),
                 _ => confounders.iter().map(|c| c.warning(by.word())).collect(),
             };
             Ok(Comparison {
@@ -217,7 +217,7 @@ impl Grouping<'_> {
     }
 
     /// As [`Self::across`], where there is something to compare and all groups of a comparison have one unit.
-    pub(super) fn required_across(&self, by: By) -> Result<Across, StudyError> {
+    pub(super) fn required_across(&self, by: Factor) -> Result<Across, StudyError> {
         let across = self.across(by)?;
         if across.comparisons.is_empty() {
             return Err(StudyError::NothingToCompare {
@@ -406,7 +406,7 @@ impl Grouping<'_> {
 }
 
 /// Why a recording has no strokes, where that is known.
-pub(super) fn why_without_strokes(take: &Take) -> Option<Warning> {
+pub(super) fn why_without_strokes(take: &AnalysedRecording) -> Option<Warning> {
     take.warnings().into_iter().find(|warning| {
         matches!(
             warning.kind(),
@@ -416,14 +416,14 @@ pub(super) fn why_without_strokes(take: &Take) -> Option<Warning> {
 }
 
 /// How many contacts were rejected for stick-slip.
-fn stick_slips(take: &Take) -> usize {
+fn stick_slips(take: &AnalysedRecording) -> usize {
     let rejected = take.segmentation.rejected.iter();
     rejected
         .filter(|rejected| matches!(rejected.reason, Reason::StickSlip { .. }))
         .count()
 }
 
-impl Take {
+impl AnalysedRecording {
     pub(super) fn failed(&self, error: crate::feature::FeatureError) -> StudyError {
         StudyError::Feature {
             file: self.file.clone(),

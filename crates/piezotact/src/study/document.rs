@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use super::{
-    BothWays, By, Comparison, Discrimination, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take,
-    Trend,
+    AnalysedRecording, BothWays, Comparison, Discrimination, Factor, Group, SampleTrend,
+    SpeedTrend, StudyAnalysis, Trend,
 };
 use crate::compare::{
     ActivePassive, CommonLine, DirectionContrast, DirectionTrend, DiscriminationConfig,
@@ -115,7 +115,7 @@ pub struct RejectEntry<'a> {
 impl<'a> CutsDocument<'a> {
     /// The strokes and rejects of `takes`, with times in s.
     #[must_use]
-    pub fn of(takes: &'a [Take]) -> Self {
+    pub fn of(takes: &'a [AnalysedRecording]) -> Self {
         let recordings = takes.iter().map(|take| CutRecording {
             recording: RecordingEntry::of(take),
             strokes: StrokeEntry::all(take),
@@ -128,7 +128,7 @@ impl<'a> CutsDocument<'a> {
 }
 
 impl<'a> RecordingEntry<'a> {
-    fn of(take: &'a Take) -> Self {
+    fn of(take: &'a AnalysedRecording) -> Self {
         let segmentation = &take.segmentation;
         let rejected = segmentation.rejected.iter().map(|rejected| RejectEntry {
             start_s: take.seconds(rejected.interval.start),
@@ -154,7 +154,7 @@ impl<'a> RecordingEntry<'a> {
 }
 
 impl<'a> StrokeEntry<'a> {
-    fn all(take: &'a Take) -> Vec<Self> {
+    fn all(take: &'a AnalysedRecording) -> Vec<Self> {
         let strokes = take.segmentation.strokes.iter();
         let strokes = strokes.map(|stroke| Self {
             start_s: take.seconds(stroke.steady.start),
@@ -173,9 +173,9 @@ impl<'a> StrokeEntry<'a> {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AnalysisDocument<'a> {
     /// What the groups are of.
-    pub by: By,
+    pub by: Factor,
     /// One for each recording.
-    pub recordings: Vec<AnalysedRecording<'a>>,
+    pub recordings: Vec<AnalysedRecordingEntry<'a>>,
     /// One for each group.
     pub groups: Vec<GroupEntry<'a>>,
     /// What is in warning about the groups.
@@ -192,7 +192,7 @@ impl Content for AnalysisDocument<'_> {
 /// A recording with the features of its strokes.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct AnalysedRecording<'a> {
+pub struct AnalysedRecordingEntry<'a> {
     /// What it is, and what was rejected.
     #[serde(flatten)]
     pub recording: RecordingEntry<'a>,
@@ -247,7 +247,7 @@ impl<'a> AnalysisDocument<'a> {
     pub fn of(study: &'a StudyAnalysis) -> Self {
         let recordings = study.takes.iter().map(|take| {
             let analysis = take.analysis.as_ref();
-            AnalysedRecording {
+            AnalysedRecordingEntry {
                 recording: RecordingEntry::of(take),
                 strokes: analysis.map_or(&[], |a| &a.strokes),
                 cuts: analysis.map(|_| StrokeEntry::all(take)),
@@ -292,7 +292,7 @@ impl<'a> GroupEntry<'a> {
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ComparisonDocument<'a> {
     /// What groups differ in.
-    pub by: By,
+    pub by: Factor,
     /// Lines that every sample has.
     pub common_lines: &'a [CommonLine],
     /// Active against passive touch, where touch is compared.
@@ -487,7 +487,11 @@ impl<'a> ComparisonDocument<'a> {
     #[must_use]
     pub fn of(study: &'a StudyAnalysis) -> Self {
         let comparisons = study.comparisons();
-        let mut warnings: Warnings = study.takes.iter().flat_map(Take::warnings).collect();
+        let mut warnings: Warnings = study
+            .takes
+            .iter()
+            .flat_map(AnalysedRecording::warnings)
+            .collect();
         for number in 0..comparisons.len() {
             warnings.extend(study.warnings_of_comparison(number));
         }
@@ -509,7 +513,10 @@ impl<'a> ComparisonDocument<'a> {
                 }
             }
         };
-        let touch = study.both_ways.as_ref().filter(|_| study.by == By::Touch);
+        let touch = study
+            .both_ways
+            .as_ref()
+            .filter(|_| study.by == Factor::Touch);
         Self {
             failed: &study.failed,
             by: study.by,

@@ -1,6 +1,6 @@
 //! Why a study cannot be analysed.
 
-use super::By;
+use super::Factor;
 use super::take::FASTEST_M_S;
 use crate::compare::CompareError;
 use crate::feature::FeatureError;
@@ -56,7 +56,7 @@ pub enum StudyError {
     },
     /// A recording does not say what recordings are grouped by.
     #[error("expected {} for every recording, found none for {recording}", by.noun())]
-    Unknown { by: By, recording: String },
+    Unknown { by: Factor, recording: String },
     /// There are no recordings that differ in what is compared and agree in all else.
     #[error(
         "expected recordings that differ in {by} and agree in all else, found none{}{}; give more recordings, or state more of their conditions",
@@ -64,9 +64,9 @@ pub enum StudyError {
         without_strokes(rejected)
     )]
     NothingToCompare {
-        by: By,
+        by: Factor,
         /// What else they differ in.
-        differ_in: Vec<By>,
+        differ_in: Vec<Factor>,
         /// The recordings without strokes, each with the warnings about its strokes, where that is known.
         rejected: Vec<(String, Option<Warning>)>,
     },
@@ -113,7 +113,7 @@ fn without_strokes(rejected: &[(String, Option<Warning>)]) -> String {
     format!(", and {all} without strokes are not compared (such as {first}{because})")
 }
 
-fn listed(parts: &[By]) -> String {
+fn listed(parts: &[Factor]) -> String {
     let parts: Vec<&str> = parts.iter().map(|by| by.word()).collect();
     parts.join(" and ")
 }

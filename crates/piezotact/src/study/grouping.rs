@@ -5,7 +5,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::{StudyError, StudySettings, Take};
+use super::{AnalysedRecording, StudyError, StudySettings};
 use crate::compare::{
     CommonLine, CompareWarning, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
 };
@@ -17,7 +17,7 @@ use crate::warning::Warning;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum By {
+pub enum Factor {
     /// The surface sample.
     Sample,
     /// The sliding speed.
@@ -34,7 +34,7 @@ pub enum By {
     File,
 }
 
-impl By {
+impl Factor {
     /// As documents have it: `sample`.
     #[must_use]
     pub fn word(self) -> &'static str {
@@ -64,7 +64,7 @@ impl By {
     }
 }
 
-impl fmt::Display for By {
+impl fmt::Display for Factor {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.word())
     }
@@ -83,17 +83,17 @@ struct Key {
 }
 
 /// What recordings may differ in, in the order in which a person says it.
-const FACTORS: [By; 6] = [
-    By::Participant,
-    By::Sample,
-    By::Speed,
-    By::Load,
-    By::Direction,
-    By::Touch,
+const FACTORS: [Factor; 6] = [
+    Factor::Participant,
+    Factor::Sample,
+    Factor::Speed,
+    Factor::Load,
+    Factor::Direction,
+    Factor::Touch,
 ];
 
 impl Key {
-    fn of(take: &Take) -> Self {
+    fn of(take: &AnalysedRecording) -> Self {
         let condition = take.condition();
         Self {
             sample: condition.sample.clone().unwrap_or_default(),
@@ -121,15 +121,15 @@ impl Key {
         }
     }
 
-    fn part(&mut self, by: By) -> &mut String {
+    fn part(&mut self, by: Factor) -> &mut String {
         match by {
-            By::Sample => &mut self.sample,
-            By::Speed => &mut self.speed,
-            By::Participant => &mut self.participant,
-            By::Touch => &mut self.touch,
-            By::Load => &mut self.load,
-            By::Direction => &mut self.direction,
-            By::File => &mut self.file,
+            Factor::Sample => &mut self.sample,
+            Factor::Speed => &mut self.speed,
+            Factor::Participant => &mut self.participant,
+            Factor::Touch => &mut self.touch,
+            Factor::Load => &mut self.load,
+            Factor::Direction => &mut self.direction,
+            Factor::File => &mut self.file,
         }
     }
 
@@ -182,25 +182,25 @@ pub struct Group {
 }
 
 /// The analysed recordings of a study, by their places.
-pub(super) fn analysed(takes: &[Take]) -> Vec<usize> {
+pub(super) fn analysed(takes: &[AnalysedRecording]) -> Vec<usize> {
     (0..takes.len())
         .filter(|place| takes[*place].analysis.is_some())
         .collect()
 }
 
 /// By sample where every analysed recording names one, else each file by itself.
-pub(super) fn usual(takes: &[Take]) -> By {
+pub(super) fn usual(takes: &[AnalysedRecording]) -> Factor {
     let mut analysed = takes.iter().filter(|take| take.analysis.is_some());
     if analysed.all(|take| take.condition().sample.is_some()) {
-        By::Sample
+        Factor::Sample
     } else {
-        By::File
+        Factor::File
     }
 }
 
 /// Recordings to be grouped, with what is known of samples and finger and the lines that all recordings have.
 pub(super) struct Grouping<'a> {
-    pub(super) takes: &'a [Take],
+    pub(super) takes: &'a [AnalysedRecording],
     pub(super) settings: &'a StudySettings,
     pub(super) lines: &'a [CommonLine],
 }
@@ -210,13 +210,13 @@ pub(super) type Setting = (String, Vec<Group>);
 
 impl Grouping<'_> {
     /// The recordings grouped by one thing.
-    pub(super) fn groups(&self, by: By) -> Result<Vec<Group>, StudyError> {
+    pub(super) fn groups(&self, by: Factor) -> Result<Vec<Group>, StudyError> {
         let analysed = analysed(self.takes);
         self.require(&analysed, by)?;
         self.of(&analysed, by, self.settings.ridge_m)
     }
 
-    fn require(&self, places: &[usize], by: By) -> Result<(), StudyError> {
+    fn require(&self, places: &[usize], by: Factor) -> Result<(), StudyError> {
         let mut takes = places.iter().map(|place| &self.takes[*place]);
         match takes.find(|take| Key::of(take).part(by).is_empty()) {
             Some(take) => Err(StudyError::Unknown {
@@ -227,7 +227,12 @@ impl Grouping<'_> {
         }
     }
 
-    fn of(&self, places: &[usize], by: By, ridge_m: Option<f64>) -> Result<Vec<Group>, StudyError> {
+    fn of(
+        &self,
+        places: &[usize],
+        by: Factor,
+        ridge_m: Option<f64>,
+    ) -> Result<Vec<Group>, StudyError> {
         let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
         for place in places {
             let key = Key::of(&self.takes[*place]).part(by).clone();
@@ -239,7 +244,8 @@ impl Grouping<'_> {
         let sets = &self.settings.sets;
         groups.sort_by(|(a, _), (b, _)| order(a, b, by, sets));
         let group = |(key, places): (String, Vec<usize>)| {
-            let takes: Vec<&Take> = places.iter().map(|place| &self.takes[*place]).collect();
+            let takes: Vec<&AnalysedRecording> =
+                places.iter().map(|place| &self.takes[*place]).collect();
             let members: Vec<_> = takes
                 .iter()
                 .filter_map(|take| Some((take.analysis.as_ref()?, take.condition())))
@@ -271,7 +277,7 @@ impl Grouping<'_> {
     }
 
     /// Every set of recordings that differ in `by` and agree in all else.
-    pub(super) fn settings(&self, by: By) -> Result<Vec<Setting>, StudyError> {
+    pub(super) fn settings(&self, by: Factor) -> Result<Vec<Setting>, StudyError> {
         let analysed = analysed(self.takes);
         self.require(&analysed, by)?;
         // Where active touch has no known speed, speeds do not set active and passive touch apart.
@@ -286,7 +292,7 @@ impl Grouping<'_> {
             if !splits_loads(by) {
                 key.load.clear();
             }
-            if by == By::Touch && !all_speeds {
+            if by == Factor::Touch && !all_speeds {
                 key.speed.clear();
             }
             match settings.iter_mut().find(|(other, _)| *other == key) {
@@ -296,11 +302,11 @@ impl Grouping<'_> {
         }
         let sets = &self.settings.sets;
         settings.sort_by(|(a, _), (b, _)| {
-            order(&a.participant, &b.participant, By::Participant, sets)
-                .then_with(|| order(&a.sample, &b.sample, By::Sample, sets))
-                .then_with(|| order(&a.speed, &b.speed, By::Speed, sets))
-                .then_with(|| order(&a.load, &b.load, By::Load, sets))
-                .then_with(|| order(&a.direction, &b.direction, By::Direction, sets))
+            order(&a.participant, &b.participant, Factor::Participant, sets)
+                .then_with(|| order(&a.sample, &b.sample, Factor::Sample, sets))
+                .then_with(|| order(&a.speed, &b.speed, Factor::Speed, sets))
+                .then_with(|| order(&a.load, &b.load, Factor::Load, sets))
+                .then_with(|| order(&a.direction, &b.direction, Factor::Direction, sets))
                 .then_with(|| a.touch.cmp(&b.touch))
         });
         // A recording with nothing to be compared with is no comparison.
@@ -355,12 +361,12 @@ impl Grouping<'_> {
             let mut others = others.iter().map(|other| &self.takes[*other]);
             others.any(|other| counterparts(&self.takes[*place], other))
         });
-        self.of(&places, By::Sample, None)
+        self.of(&places, Factor::Sample, None)
     }
 }
 
 /// The lines that all analysed recordings have.
-pub(super) fn lines_of_all(takes: &[Take]) -> Vec<CommonLine> {
+pub(super) fn lines_of_all(takes: &[AnalysedRecording]) -> Vec<CommonLine> {
     let all: Vec<LinesOf<'_>> = takes
         .iter()
         .filter_map(|take| {
@@ -378,7 +384,7 @@ pub(super) fn lines_of_all(takes: &[Take]) -> Vec<CommonLine> {
 
 /// The warning that some analysed recordings stand in no comparison.
 pub(super) fn left_out<'a>(
-    takes: &[Take],
+    takes: &[AnalysedRecording],
     compared: impl Iterator<Item = &'a Group> + Clone,
 ) -> Option<Warning> {
     let held = |place: &usize| compared.clone().any(|group| group.takes.contains(place));
@@ -395,36 +401,38 @@ pub(super) fn left_out<'a>(
 }
 
 /// What the analysed recordings differ in beside `by`.
-pub(super) fn differ_in(takes: &[Take], by: By) -> Vec<By> {
+pub(super) fn differ_in(takes: &[AnalysedRecording], by: Factor) -> Vec<Factor> {
     let keys: Vec<Key> = analysed(takes)
         .into_iter()
         .map(|place| Key::of(&takes[place]))
         .collect();
     let mut varying = Key::varying(&keys);
     let parts = [
-        By::Sample,
-        By::Speed,
-        By::Participant,
-        By::Load,
-        By::Direction,
-        By::Touch,
+        Factor::Sample,
+        Factor::Speed,
+        Factor::Participant,
+        Factor::Load,
+        Factor::Direction,
+        Factor::Touch,
     ];
-    let varies = |part: &By| {
-        *part != by && (*part != By::Load || splits_loads(by)) && !varying.part(*part).is_empty()
+    let varies = |part: &Factor| {
+        *part != by
+            && (*part != Factor::Load || splits_loads(by))
+            && !varying.part(*part).is_empty()
     };
     parts.into_iter().filter(varies).collect()
 }
 
 /// Whether recordings of several loads stand in comparisons of their own.
-fn splits_loads(by: By) -> bool {
-    matches!(by, By::Load | By::Direction)
+fn splits_loads(by: Factor) -> bool {
+    matches!(by, Factor::Load | Factor::Direction)
 }
 
 /// Speeds that differ by no more than this share are compared.
 const SAME_SPEED: f64 = 0.1;
 
 /// Whether two recordings differ in nothing that they state but the kind of touch.
-fn counterparts(a: &Take, b: &Take) -> bool {
+fn counterparts(a: &AnalysedRecording, b: &AnalysedRecording) -> bool {
     let (a, b) = (a.condition(), b.condition());
     let people =
         a.participant.is_none() || b.participant.is_none() || a.participant == b.participant;
@@ -437,7 +445,7 @@ fn counterparts(a: &Take, b: &Take) -> bool {
 }
 
 /// Samples in the order of their set, all else as people count: S2 before S10, 5 mm/s before 10 mm/s.
-fn order(a: &str, b: &str, by: By, sets: &[SampleSet]) -> Ordering {
+fn order(a: &str, b: &str, by: Factor, sets: &[SampleSet]) -> Ordering {
     let place = |name: &str| {
         let sets = sets.iter().enumerate();
         let mut places = sets.filter_map(|(i, set)| {
@@ -447,9 +455,9 @@ fn order(a: &str, b: &str, by: By, sets: &[SampleSet]) -> Ordering {
         places.next()
     };
     match (place(a), place(b)) {
-        (Some(a), Some(b)) if by == By::Sample => a.cmp(&b),
-        _ if by == By::Load => loads(a).total_cmp(&loads(b)),
-        _ if by == By::Direction => directions(a).cmp(&directions(b)),
+        (Some(a), Some(b)) if by == Factor::Sample => a.cmp(&b),
+        _ if by == Factor::Load => loads(a).total_cmp(&loads(b)),
+        _ if by == Factor::Direction => directions(a).cmp(&directions(b)),
         _ => chunks(a).cmp(&chunks(b)),
     }
 }

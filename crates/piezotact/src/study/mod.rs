@@ -1,6 +1,6 @@
 //! A study as a value: recordings cut, analysed, grouped and compared.
 //!
-//! [`cut`] makes a [`Take`] of each recording, and [`analyse`] a [`StudyAnalysis`] of all of them. It holds everything that is
+//! [`cut`] makes a [`AnalysedRecording`] of each recording, and [`analyse`] a [`StudyAnalysis`] of all of them. It holds everything that is
 //! said of a study; texts, documents and reports show it and compute nothing.
 
 mod comparison;
@@ -18,9 +18,9 @@ pub use comparison::{
 };
 pub use document::*;
 pub use error::{NoStrokes, StudyError};
-pub use grouping::{By, Group};
+pub use grouping::{Factor, Group};
 pub use table::{EVENT_NAMES, cuts_table, events_table, strokes_table};
-pub use take::{Naming, Recorded, Stated, Take, cut};
+pub use take::{AnalysedRecording, Naming, Recorded, Stated, cut};
 pub use words::warnings_in_words;
 
 use crate::compare::{CommonLine, DirectionContrast};
@@ -64,11 +64,11 @@ pub enum Gesture {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Question {
     /// What the strokes of each group say. Unless stated, groups are samples where every recording names one, else files.
-    Groups(Option<By>),
+    Groups(Option<Factor>),
     /// What changes from group to group.
     Changes {
         /// What groups differ in.
-        by: By,
+        by: Factor,
         /// What a finger feels: samples are distinguished by it.
         model: Model,
     },
@@ -93,9 +93,9 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 64;
 #[derive(Clone, Debug)]
 pub struct StudyAnalysis {
     /// The recordings, in the order in which they came.
-    pub takes: Vec<Take>,
+    pub takes: Vec<AnalysedRecording>,
     /// What is asked by.
-    pub by: By,
+    pub by: Factor,
     /// The recordings that have strokes, grouped by it.
     pub groups: Vec<Group>,
     /// The lines that all recordings have.
@@ -138,7 +138,10 @@ pub struct Example {
 /// [`StudyError::NoStrokes`] where no recording has one; [`StudyError::Unknown`] where a recording does not say what is grouped
 /// by; [`StudyError::NothingToCompare`] where nothing differs in what is asked and shares all else; those of features and of
 /// [`crate::compare`].
-pub fn analyse(takes: Vec<Take>, settings: &StudySettings) -> Result<StudyAnalysis, StudyError> {
+pub fn analyse(
+    takes: Vec<AnalysedRecording>,
+    settings: &StudySettings,
+) -> Result<StudyAnalysis, StudyError> {
     analyse_watched(takes, settings, &mut || ())
 }
 
@@ -149,7 +152,7 @@ pub fn analyse(takes: Vec<Take>, settings: &StudySettings) -> Result<StudyAnalys
 /// # Errors
 /// As [`analyse`].
 pub fn analyse_watched(
-    mut takes: Vec<Take>,
+    mut takes: Vec<AnalysedRecording>,
     settings: &StudySettings,
     done: &mut dyn FnMut(),
 ) -> Result<StudyAnalysis, StudyError> {
@@ -168,17 +171,22 @@ pub fn analyse_watched(
     let (mut asked, mut discrimination) = (None, None);
     if let Question::Changes { model, .. } = &settings.question {
         let across = grouping.required_across(by)?;
-        if matches!(by, By::Sample | By::File) {
+        if matches!(by, Factor::Sample | Factor::File) {
             discrimination = Some(grouping.discrimination(&across, model.clone()));
         }
         asked = Some(across);
     }
     let left_out = asked.as_ref().and_then(|across| grouping.left_out(across));
     let whole = settings.breadth == Breadth::Report;
-    let touch = asked.is_some() && by == By::Touch;
+    let touch = asked.is_some() && by == Factor::Touch;
     let both_ways = (whole || touch).then(|| grouping.both_ways()).transpose()?;
     let mut beside = Vec::new();
-    for factor in [By::Sample, By::Speed, By::Load, By::Direction] {
+    for factor in [
+        Factor::Sample,
+        Factor::Speed,
+        Factor::Load,
+        Factor::Direction,
+    ] {
         // Where a recording does not say it, or not all can be averaged by it, nothing is shown of it.
         if whole && asked.as_ref().is_none_or(|a| a.by != factor) && grouping.groups(factor).is_ok()
         {
@@ -204,7 +212,7 @@ pub fn analyse_watched(
 
 /// Computes the features of every recording that has strokes.
 fn features(
-    takes: &mut [Take],
+    takes: &mut [AnalysedRecording],
     settings: &StudySettings,
     done: &mut dyn FnMut(),
 ) -> Result<(), StudyError> {
@@ -237,12 +245,15 @@ fn features(
     if takes.iter().any(|take| take.analysis.is_some()) {
         return Ok(());
     }
-    let because = takes.iter().flat_map(Take::warnings).find(|warning| {
-        matches!(
-            warning.kind(),
-            Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
-        )
-    });
+    let because = takes
+        .iter()
+        .flat_map(AnalysedRecording::warnings)
+        .find(|warning| {
+            matches!(
+                warning.kind(),
+                Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
+            )
+        });
     Err(StudyError::NoStrokes {
         found: Box::new(NoStrokes {
             recordings: takes.iter().map(|take| take.name.clone()).collect(),
@@ -253,12 +264,12 @@ fn features(
 }
 
 /// Time stamps give rates that differ in the last digits: recordings of one instrument share lines.
-fn nominal_rate(take: &Take) -> u64 {
+fn nominal_rate(take: &AnalysedRecording) -> u64 {
     (take.recording.rate().hz() * 10.0).round() as u64 / 2
 }
 
 /// The gesture is taken away from accelerations; what another signal holds below 5 Hz is not known to be one.
-fn usual_high_pass(take: &Take) -> Option<HighPass> {
+fn usual_high_pass(take: &AnalysedRecording) -> Option<HighPass> {
     let vibration = take.segmentation.roles.vibration.first()?;
     let channel = take
         .recording
@@ -267,7 +278,7 @@ fn usual_high_pass(take: &Take) -> Option<HighPass> {
     (channel.unit == Unit::MetrePerSecondSquared).then(HighPass::gesture)
 }
 
-fn example(takes: &[Take]) -> Result<Option<Example>, StudyError> {
+fn example(takes: &[AnalysedRecording]) -> Result<Option<Example>, StudyError> {
     let Some(place) = takes.iter().position(|take| take.analysis.is_some()) else {
         return Ok(None);
     };
@@ -286,7 +297,7 @@ fn example(takes: &[Take]) -> Result<Option<Example>, StudyError> {
     }))
 }
 
-fn band_hz(takes: &[Take]) -> Option<[f64; 2]> {
+fn band_hz(takes: &[AnalysedRecording]) -> Option<[f64; 2]> {
     let analyses = takes.iter().filter_map(|take| take.analysis.as_ref());
     let bands = analyses.map(|a| {
         let band: Band = a.config.band;
@@ -297,7 +308,7 @@ fn band_hz(takes: &[Take]) -> Option<[f64; 2]> {
 }
 
 /// Every warning about `takes` and `groups`, those of one kind once and with all whom they are about.
-fn warnings_of(takes: &[Take], groups: &[Group]) -> Vec<Merged> {
+fn warnings_of(takes: &[AnalysedRecording], groups: &[Group]) -> Vec<Merged> {
     let of_takes: Vec<(&str, Vec<Warning>)> = takes
         .iter()
         .map(|take| (take.name.as_str(), take.warnings()))
@@ -321,7 +332,7 @@ impl StudyAnalysis {
 
     /// What changes with `by`, asked or beside it: one comparison for each setting; none where nothing is known of it.
     #[must_use]
-    pub fn across(&self, by: By) -> &[Comparison] {
+    pub fn across(&self, by: Factor) -> &[Comparison] {
         let mut all = self.asked.iter().chain(&self.beside);
         let across = all.find(|across| across.by == by);
         across.map_or(&[], |across| &across.comparisons)
@@ -329,14 +340,14 @@ impl StudyAnalysis {
 
     /// How levels differ between directions, where `by` is the direction; none elsewhere.
     #[must_use]
-    pub fn contrasts(&self, by: By) -> &[DirectionContrast] {
+    pub fn contrasts(&self, by: Factor) -> &[DirectionContrast] {
         let mut all = self.asked.iter().chain(&self.beside);
         let across = all.find(|across| across.by == by);
         across.map_or(&[], |across| &across.directions)
     }
 
     /// The recordings of a group, in order.
-    pub fn takes_of<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a Take> {
+    pub fn takes_of<'a>(&'a self, group: &'a Group) -> impl Iterator<Item = &'a AnalysedRecording> {
         group.takes.iter().map(|place| &self.takes[*place])
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::Take;
+use super::AnalysedRecording;
 use crate::criterion::Criterion;
 use crate::feature::STROKE_COLUMNS;
 use crate::page::{Cell, Column, Table};
@@ -15,7 +15,7 @@ use crate::stroke::{Reason, StrokeCriterion};
 const IN_CONDITION: [&str; 6] = ["sample", "participant", "load", "speed", "angle", "touch"];
 
 /// The labels that recordings have beside what the columns of a condition say, in the order of their names.
-fn labels(takes: &[Take]) -> BTreeSet<&str> {
+fn labels(takes: &[AnalysedRecording]) -> BTreeSet<&str> {
     let all = takes.iter().flat_map(|take| &take.labels);
     // A direction in words is a condition; an angle is a label.
     let own = |(name, value): &(&String, &String)| match name.as_str() {
@@ -26,7 +26,10 @@ fn labels(takes: &[Take]) -> BTreeSet<&str> {
 }
 
 /// The cells of a recording's labels, empty where it has none of that name.
-fn label_cells<'a>(take: &'a Take, labels: &'a BTreeSet<&str>) -> impl Iterator<Item = Cell> + 'a {
+fn label_cells<'a>(
+    take: &'a AnalysedRecording,
+    labels: &'a BTreeSet<&str>,
+) -> impl Iterator<Item = Cell> + 'a {
     let cell = |name: &&str| text(take.labels.get(*name).cloned());
     labels.iter().map(cell)
 }
@@ -54,7 +57,7 @@ fn table(names: Vec<String>) -> Table {
 ///
 /// Source: tidy data, H. Wickham (2014), J. Stat. Softw. 59(10).
 #[must_use]
-pub fn cuts_table(takes: &[Take]) -> Table {
+pub fn cuts_table(takes: &[AnalysedRecording]) -> Table {
     let labels = labels(takes);
     let mut judged: Vec<StrokeCriterion> = Vec::new();
     for take in takes {
@@ -128,7 +131,7 @@ const CUTS_NAMES: [&str; 8] = [
 ///
 /// Source: BIDS 1.11, task events, for `onset`, `duration`, `trial_type` and `value`; decision 0081 of this project for the others.
 #[must_use]
-pub fn events_table(take: &Take, from_s: f64) -> Table {
+pub fn events_table(take: &AnalysedRecording, from_s: f64) -> Table {
     let mut table = table(EVENT_NAMES.map(str::to_owned).to_vec());
     let s = |sample: usize| from_s + take.seconds(sample);
     let span = |from: usize, to: usize| [s(from), take.seconds(to.saturating_sub(from))];
@@ -196,7 +199,7 @@ pub const EVENT_NAMES: [&str; 9] = [
 ///
 /// Source: tidy data, H. Wickham (2014), J. Stat. Softw. 59(10).
 #[must_use]
-pub fn strokes_table(takes: &[Take]) -> Table {
+pub fn strokes_table(takes: &[AnalysedRecording]) -> Table {
     let labels = labels(takes);
     let mut names = stroke_names();
     names.extend(label_names(&labels));

@@ -156,7 +156,7 @@ fn condition_of(stated: &Condition, own: Condition, named: Condition) -> Conditi
 
 /// One recording with its strokes.
 #[derive(Clone, Debug)]
-pub struct Take {
+pub struct AnalysedRecording {
     /// Where it is stored.
     pub file: String,
     /// What it is called.
@@ -173,7 +173,7 @@ pub struct Take {
     pub cuts_are_looked_for_in: String,
 }
 
-impl Take {
+impl AnalysedRecording {
     /// The condition that counts.
     #[must_use]
     pub fn condition(&self) -> &Condition {
@@ -211,7 +211,7 @@ impl Take {
 /// # Errors
 /// Those of [`Stated::check`]; [`StudyError::Recording`] where a channel that is named is missing or the channels share no
 /// clock; [`StudyError::Segment`] as [`segment`].
-pub fn cut(recorded: Recorded, stated: &Stated) -> Result<Take, StudyError> {
+pub fn cut(recorded: Recorded, stated: &Stated) -> Result<AnalysedRecording, StudyError> {
     stated.check()?;
     let Recorded {
         file,
@@ -249,7 +249,7 @@ pub fn cut(recorded: Recorded, stated: &Stated) -> Result<Take, StudyError> {
             error,
         })?;
     let segmentation = with_cuts(segmentation, cuts.as_ref(), &recording);
-    Ok(Take {
+    Ok(AnalysedRecording {
         file,
         name,
         recording,

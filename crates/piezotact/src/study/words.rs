@@ -1,8 +1,8 @@
 //! A study in words: lines of text and the sentences of its warnings.
 
 use super::{
-    BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend, StudyAnalysis, Take,
-    Trend,
+    AnalysedRecording, BothWays, Comparison, Discrimination, Group, SampleTrend, SpeedTrend,
+    StudyAnalysis, Trend,
 };
 use crate::compare::{
     CommonLine, CompareWarning, Confounder, DirectionContrast, FrictionChange, Groups,
@@ -13,7 +13,7 @@ use crate::statistics::RankCorrelation;
 use crate::stroke::{Judging, Rule};
 use crate::warning::{Merged, Warning, merged_of};
 
-impl Take {
+impl AnalysedRecording {
     /// Its strokes and rejects, one a line, with times in s.
     #[must_use]
     pub fn cuts_text(&self) -> String {
@@ -265,12 +265,15 @@ impl BothWays {
 ///
 /// Source: house rule; decision 0030 of this project.
 #[must_use]
-pub fn warnings_in_words(takes: &[Take], words: &dyn Fn(&Warning) -> String) -> Vec<String> {
+pub fn warnings_in_words(
+    takes: &[AnalysedRecording],
+    words: &dyn Fn(&Warning) -> String,
+) -> Vec<String> {
     sentences(takes, &super::warnings_of(takes, &[]), words)
 }
 
 fn sentences(
-    takes: &[Take],
+    takes: &[AnalysedRecording],
     warnings: &[Merged],
     words: &dyn Fn(&Warning) -> String,
 ) -> Vec<String> {
@@ -309,7 +312,7 @@ impl StudyAnalysis {
             .collect();
         lines.extend(discrimination.map(Discrimination::line));
         lines.extend(asked.directions.iter().map(DirectionContrast::conclusion));
-        if asked.by == super::By::Touch {
+        if asked.by == super::Factor::Touch {
             lines.extend(self.both_ways.iter().flat_map(BothWays::lines));
         }
         lines.extend(self.common_lines.iter().map(CommonLine::conclusion));
@@ -387,7 +390,7 @@ impl StudyAnalysis {
     /// What spatial periods leave open, setting by setting; those without a common period in one sentence.
     fn warnings_of_speeds(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
         let (mut sentences, mut aperiodic) = (Vec::new(), Vec::new());
-        let across_speeds = self.across(super::By::Speed);
+        let across_speeds = self.across(super::Factor::Speed);
         for comparison in across_speeds {
             let Trend::Speeds(trend) = &comparison.trend else {
                 continue;

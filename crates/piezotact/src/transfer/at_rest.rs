@@ -104,14 +104,14 @@ pub fn at_rest<I: Quantity, O: Quantity>(
             found: person(now),
         });
     }
-    let is_driven = |function: &TransferFunction<I, O>, hz: f64| {
-        function.driven.is_none_or(|driven| driven.contains(hz))
+    let is_excited = |function: &TransferFunction<I, O>, hz: f64| {
+        function.excited.is_none_or(|excited| excited.contains(hz))
             && hz <= function.highest_hz()
             && function.coherence_at(hz) >= LEAST_COHERENCE
     };
     let mut changes: Vec<f64> = stored
         .lines_in(band)
-        .filter(|(_, hz)| is_driven(stored, *hz) && is_driven(now, *hz))
+        .filter(|(_, hz)| is_excited(stored, *hz) && is_excited(now, *hz))
         .map(|(line, hz)| level_db(now.at(hz)) - level_db(stored.response[line]))
         .filter(|change| change.is_finite())
         .collect();

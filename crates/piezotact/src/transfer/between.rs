@@ -31,7 +31,7 @@ pub struct BetweenConfig<'a> {
     pub impact: ImpactConfig,
     pub estimator: Estimator,
     /// Whether the drive is known without noise: the channel holds the signal that was sent, not a measurement of it.
-    pub exact_drive: bool,
+    pub known_input: bool,
     /// How many volts full scale is; where it is stated a drive in V becomes one of full scale.
     pub volts_per_full_scale: Option<Volts>,
     /// The device that played; absent for a plant without one.
@@ -105,7 +105,7 @@ pub fn between_channels(
         });
     }
     recording.require_one_clock([config.drive, config.response])?;
-    let (drive, drive_unit) = driven(recording, config)?;
+    let (drive, drive_unit) = excited(recording, config)?;
     let (response_channel, response) = recording.raw(Some(config.response))?;
     let response_unit = response_channel.unit.clone();
     for (name, series) in [(config.drive, &drive), (config.response, &response)] {
@@ -118,9 +118,9 @@ pub fn between_channels(
     }
     let (mut function, traces) = estimated(&drive, response.clone(), config)?;
     // What a drive that repeats itself distorts repeats too: it is no scatter.
-    function.exact_drive =
-        config.exact_drive && !repeats_itself(drive.samples(), config.welch.segment);
-    if let Some(band) = recording.about.provenance.driven_hz {
+    function.known_input =
+        config.known_input && !repeats_itself(drive.samples(), config.welch.segment);
+    if let Some(band) = recording.about.provenance.excited_hz {
         function.set_driven_band(band);
     }
     let units = [&drive_unit, &response_unit];
@@ -221,7 +221,7 @@ fn of_impacts(
 }
 
 /// The drive, as a share of full scale where volts per full scale are stated, and its unit.
-fn driven(
+fn excited(
     recording: &Recording,
     config: &BetweenConfig<'_>,
 ) -> Result<(Series<Uncalibrated>, Unit), BetweenError> {
@@ -296,8 +296,8 @@ fn describe(
     function.about.provenance = about.provenance.clone().then(step);
     let began = recording.annotations.started_at.clone();
     function.about.provenance.measured_at = began;
-    // The transfer function says itself which band was driven.
-    function.about.provenance.driven_hz = None;
+    // The transfer function says itself which band was excited.
+    function.about.provenance.excited_hz = None;
     function.about.provenance.steps.extend(estimated);
     function.about.condition = about.condition.clone();
     function.drive.clone_from(&config.setup);

@@ -13,7 +13,7 @@ use crate::statistics::{mean, mean_interval, standard_deviation};
 /// The spread of transfer functions over a band, line by line in dB re 1 unit of `O` per `I`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct Bundle {
+pub struct Ensemble {
     /// The number of transfer functions.
     pub count: usize,
     /// The lines of the band, Hz.
@@ -87,11 +87,11 @@ pub enum BundleError {
         "cannot average transfer functions: one was measured with {one}, another with {other}; average them separately"
     )]
     Device { one: String, other: String },
-    /// Driven bands that do not overlap.
+    /// Excited bands that do not overlap.
     #[error(
-        "cannot average transfer functions: one was driven over {one}, another over {other}; average them separately"
+        "cannot average transfer functions: one was excited over {one}, another over {other}; average them separately"
     )]
-    Driven { one: Band, other: Band },
+    Excited { one: Band, other: Band },
     /// No line lies in the band.
     #[error("expected lines within {band}, found none; widen the band")]
     Empty { band: Band },
@@ -149,9 +149,9 @@ pub(crate) fn level_db(h: Complex<f64>) -> f64 {
 pub fn bundle<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     band: Band,
-) -> Result<Bundle, BundleError> {
+) -> Result<Ensemble, BundleError> {
     same_lines(functions, 2)?;
-    let mut bundle = Bundle {
+    let mut bundle = Ensemble {
         count: functions.len(),
         frequencies_hz: Vec::new(),
         lowest_db: Vec::new(),
@@ -187,7 +187,7 @@ pub fn bundle<I: Quantity, O: Quantity>(
 }
 
 /// The average of `functions`, line by line, in units of `O` per `I`. The coherence is their mean, the number of averages
-/// their sum, and the driven band the band common to all.
+/// their sum, and the excited band the band common to all.
 ///
 /// People differ more than estimates scatter, so the coherence does not give the uncertainty of the average over several: its
 /// number of effective averages is unknown and it has no confidence limits. Condition and provenance are kept as far
@@ -263,8 +263,8 @@ pub fn average<I: Quantity, O: Quantity>(
         0 | 1 => functions.iter().map(|f| f.effective_averages).sum(),
         _ => 0.0,
     };
-    averaged.driven = driven_by_all(functions)?;
-    averaged.exact_drive = functions.iter().all(|f| f.exact_drive);
+    averaged.excited = excited_by_all(functions)?;
+    averaged.known_input = functions.iter().all(|f| f.known_input);
     let told = match averaging {
         BundleAverage::Complex => "complex mean",
         BundleAverage::LogMagnitude => "mean of log magnitudes and phases",
@@ -289,17 +289,17 @@ fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) ->
     people.len()
 }
 
-/// The band common to all functions whose driven band is known.
-fn driven_by_all<I: Quantity, O: Quantity>(
+/// The band common to all functions whose excited band is known.
+fn excited_by_all<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
 ) -> Result<Option<Band>, BundleError> {
     let mut common: Option<Band> = None;
-    for driven in functions.iter().filter_map(|f| f.driven) {
+    for excited in functions.iter().filter_map(|f| f.excited) {
         common = Some(match common {
-            None => driven,
-            Some(known) => known.common(driven).ok_or(BundleError::Driven {
+            None => excited,
+            Some(known) => known.common(excited).ok_or(BundleError::Excited {
                 one: known,
-                other: driven,
+                other: excited,
             })?,
         });
     }
@@ -437,7 +437,7 @@ mod tests {
     /// What an average keeps of those that it is of: of one person all, of several what they have in common.
     #[test]
     fn an_average_says_what_it_is_of() {
-        let of = |who: &str, seed: u64, driven: [f64; 2]| {
+        let of = |who: &str, seed: u64, excited: [f64; 2]| {
             let mut f = flat([0.0; 5], 0.0);
             f.about.condition.participant = Some(who.into());
             f.about.provenance.source = format!("bench with {who}");
@@ -445,7 +445,7 @@ mod tests {
             f.about.provenance.steps = vec!["bench".into(), format!("of {who}")];
             f.effective_averages = 12.5;
             f.averages = usize::MAX;
-            f.driven = Band::new(Hertz(driven[0]), Hertz(driven[1])).ok();
+            f.excited = Band::new(Hertz(excited[0]), Hertz(excited[1])).ok();
             f
         };
         let (a, again, b) = (
@@ -457,7 +457,7 @@ mod tests {
         let own = average(&[&a, &again], log).unwrap();
         assert_eq!(own.averages, usize::MAX);
         assert!((own.effective_averages - 25.0).abs() < 1e-12 && own.confidence().is_some());
-        assert_eq!(own.driven, Band::new(Hertz(10.0), Hertz(30.0)).ok());
+        assert_eq!(own.excited, Band::new(Hertz(10.0), Hertz(30.0)).ok());
         assert_eq!(own.about.provenance.source, "bench with a");
         assert_eq!(
             (own.about.provenance.seed, own.about.provenance.steps.len()),
@@ -474,7 +474,7 @@ mod tests {
             (None, 2)
         );
         let apart = average(&[&of("a", 7, [10.0, 20.0]), &of("a", 7, [30.0, 40.0])], log);
-        assert!(matches!(apart, Err(BundleError::Driven { .. })));
+        assert!(matches!(apart, Err(BundleError::Excited { .. })));
         let turned = flat([0.0; 5], 0.0);
         let minus = function(&[Complex::from(-1.0); 5]);
         let none = average(&[&turned, &minus], BundleAverage::Complex)

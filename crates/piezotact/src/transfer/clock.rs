@@ -31,10 +31,10 @@ const FEWEST_BLOCKS: usize = 16;
 const MOST_BLOCKS: usize = 256;
 /// The shortest segment, in samples.
 const SHORTEST: usize = 64;
-/// The fewest driven lines from whose phases a delay is estimated.
+/// The fewest excited lines from whose phases a delay is estimated.
 const FEWEST_LINES: usize = 16;
-/// Lines this far below the strongest are not driven: 40 dB, as elsewhere.
-const DRIVEN: f64 = super::cross::DRIVEN;
+/// Lines this far below the strongest are not excited: 40 dB, as elsewhere.
+const EXCITED: f64 = super::cross::EXCITED;
 /// From one block to the next the delay changes by no more than this, s.
 const LONGEST_MISSING_S: f64 = 0.02;
 /// The oversampling of the first search for a delay.
@@ -50,7 +50,7 @@ const MOST_PPM: f64 = 500.0;
 const STANDS_OUT: (f64, f64) = (3.0, 8.0);
 /// The largest relative difference between the delays found from lower and from upper frequencies.
 const ALIKE: f64 = 0.2;
-/// A smaller drift is neglected: the loss of the average at the upper end of the driven band, dB.
+/// A smaller drift is neglected: the loss of the average at the upper end of the excited band, dB.
 const LEAST_LOSS_DB: f64 = 0.1;
 /// A smaller jump of the delay, in samples, is a wandering delay and not missing samples.
 const FEWEST_MISSING: f64 = 0.7;
@@ -170,7 +170,7 @@ struct Blocks {
     drive: Vec<Vec<f64>>,
     drive_power: Vec<f64>,
     response_power: Vec<f64>,
-    /// The lines that are driven.
+    /// The lines that are excited.
     lines: Vec<usize>,
 }
 
@@ -236,7 +236,7 @@ impl Blocks {
         let strongest = found.drive_power.iter().copied().fold(0.0, f64::max);
         // The window's leakage about 0 Hz, and the real line at the end.
         found.lines = (2..all - 1)
-            .filter(|line| found.drive_power[*line] > DRIVEN * strongest)
+            .filter(|line| found.drive_power[*line] > EXCITED * strongest)
             .collect();
         (found.lines.len() >= FEWEST_LINES).then_some(found)
     }
@@ -295,7 +295,7 @@ impl Blocks {
         })
     }
 
-    /// The loss of the average at the upper end of the driven band for a delay that grows by `slope` samples per sample, dB.
+    /// The loss of the average at the upper end of the excited band for a delay that grows by `slope` samples per sample, dB.
     fn loss_db(&self, slope: f64) -> f64 {
         let last = self.lines.last().copied().unwrap_or(0);
         let length = self.at.last().unwrap_or(&0.0) - self.at.first().unwrap_or(&0.0);
@@ -372,7 +372,7 @@ impl Blocks {
         (enough && locals.len() >= FEWEST_BLOCKS).then_some(locals)
     }
 
-    /// The coherence of the driven lines and their mean cross-spectrum once every block is moved by its delay.
+    /// The coherence of the excited lines and their mean cross-spectrum once every block is moved by its delay.
     fn aligned(&self, delay: &dyn Fn(f64) -> f64) -> (Vec<f64>, Vec<Complex<f64>>) {
         let mean: Vec<Complex<f64>> = self
             .lines
@@ -394,7 +394,7 @@ impl Blocks {
         (coherence.collect(), mean)
     }
 
-    /// The driven line below which lies half of the total weight of the delay estimate.
+    /// The excited line below which lies half of the total weight of the delay estimate.
     fn halved(&self, coherence: &[f64]) -> usize {
         let told: Vec<f64> = coherence
             .iter()
@@ -411,7 +411,7 @@ impl Blocks {
             .unwrap_or(0)
     }
 
-    /// The delays of the blocks by the phases of the driven lines `part` relative to the mean once `model` is taken away.
+    /// The delays of the blocks by the phases of the excited lines `part` relative to the mean once `model` is taken away.
     fn refined(
         &self,
         tracked: &[Local],

@@ -42,7 +42,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// not tell from each other.
     #[must_use]
     pub fn limits(&self) -> Limits {
-        match (self.estimator, self.exact_drive, &self.impact) {
+        match (self.estimator, self.known_input, &self.impact) {
             (Estimator::H1, true, None) => Limits::BestLinear,
             _ => Limits::Scatter,
         }

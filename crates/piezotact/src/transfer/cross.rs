@@ -182,29 +182,29 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
     }
 }
 
-/// Lines this far below the strongest are not driven: 40 dB.
-pub(super) const DRIVEN: f64 = 1e-4;
+/// Lines this far below the strongest are not excited: 40 dB.
+pub(super) const EXCITED: f64 = 1e-4;
 
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
-    /// Whether each line is driven, that is within 40 dB of the strongest.
+    /// Whether each line is excited, that is within 40 dB of the strongest.
     #[must_use]
-    pub fn driven(&self) -> Vec<bool> {
+    pub fn excited(&self) -> Vec<bool> {
         let strongest = self.drive_power.iter().copied().fold(0.0, f64::max);
-        let least = DRIVEN * strongest;
+        let least = EXCITED * strongest;
         self.drive_power.iter().map(|p| *p > least).collect()
     }
 
-    /// The median coherence of the lines from `lowest` up that are driven; `None` when there are none.
+    /// The median coherence of the lines from `lowest` up that are excited; `None` when there are none.
     #[must_use]
-    pub fn driven_coherence(&self, lowest: Hertz) -> Option<f64> {
-        let lines = self.coherence().into_iter().zip(self.driven()).enumerate();
+    pub fn excited_coherence(&self, lowest: Hertz) -> Option<f64> {
+        let lines = self.coherence().into_iter().zip(self.excited()).enumerate();
         let high = |line: usize| line as f64 * self.resolution_hz >= lowest.0;
-        let mut driven: Vec<f64> = lines
-            .filter(|(line, (_, driven))| *driven && high(*line))
+        let mut excited: Vec<f64> = lines
+            .filter(|(line, (_, excited))| *excited && high(*line))
             .map(|(_, (coherence, _))| coherence)
             .collect();
-        driven.sort_by(f64::total_cmp);
-        driven.get(driven.len() / 2).copied()
+        excited.sort_by(f64::total_cmp);
+        excited.get(excited.len() / 2).copied()
     }
 }
 

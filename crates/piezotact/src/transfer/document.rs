@@ -27,8 +27,8 @@ pub struct EstimateDocument<'a> {
     pub bias: Option<Bias>,
     /// How many segments were averaged.
     pub averages: usize,
-    /// From the lowest to the highest line that was driven; absent when not known.
-    pub driven_hz: Option<Band>,
+    /// From the lowest to the highest line that was excited; absent when not known.
+    pub excited_hz: Option<Band>,
     /// The distance of two lines, Hz.
     pub resolution_hz: f64,
     /// The hits and the windows of an impact test; absent for other drives.
@@ -58,9 +58,9 @@ impl<'a> EstimateDocument<'a> {
             response_unit,
             estimator: function.estimator,
             limits: function.limits(),
-            bias: function.bias(function.felt_band()),
+            bias: function.bias(function.tactile_band()),
             averages: function.averages,
-            driven_hz: function.driven,
+            excited_hz: function.excited,
             resolution_hz: function.resolution_hz(),
             impact: function.impact.clone(),
             warnings: merged(&function.about.warnings),

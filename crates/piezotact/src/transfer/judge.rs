@@ -1,5 +1,5 @@
 //! Measurement faults detected in a transfer function: swapped, delayed or inverted channels, unresolved resonances, and
-//! lines that were not driven.
+//! lines that were not excited.
 
 use crate::transfer::TransferWarning;
 use num_complex::Complex;
@@ -36,21 +36,21 @@ fn out_of_step(warning: &Warning) -> bool {
 /// A line this far below the strongest of its neighbours is leakage from them: 20 dB, and the number of neighbours.
 const LEAKS: (f64, usize) = (1e-2, 4);
 
-/// The band from the first to the last driven line of a drive with the spectrum `power`. The line at 0 Hz (the mean was
-/// removed) and leakage below the first prominent line do not count as driven.
-pub(super) fn driven_band(driven: &[bool], power: &[f64], resolution_hz: f64) -> Option<Band> {
+/// The band from the first to the last excited line of a drive with the spectrum `power`. The line at 0 Hz (the mean was
+/// removed) and leakage below the first prominent line do not count as excited.
+pub(super) fn excited_band(excited: &[bool], power: &[f64], resolution_hz: f64) -> Option<Band> {
     let hz = |line: usize| Hertz(line as f64 * resolution_hz);
     let stands_out = |line: &usize| {
         let above = power.iter().skip(line + 1).take(LEAKS.1);
-        driven[*line] && power[*line] >= LEAKS.0 * above.copied().fold(0.0, f64::max)
+        excited[*line] && power[*line] >= LEAKS.0 * above.copied().fold(0.0, f64::max)
     };
-    let first = (1..driven.len()).find(stands_out);
-    let first = first.or_else(|| driven.iter().position(|d| *d))?;
-    let last = driven.iter().rposition(|d| *d)?;
+    let first = (1..excited.len()).find(stands_out);
+    let first = first.or_else(|| excited.iter().position(|d| *d))?;
+    let last = excited.iter().rposition(|d| *d)?;
     Band::new(hz(first), hz(last)).ok()
 }
 
-/// The warning about those parts of the undriven `bands` that lie in the driven band `inside`.
+/// The warning about those parts of the unexcited `bands` that lie in the excited band `inside`.
 pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Warning> {
     let bands: Vec<Band> = bands
         .iter()
@@ -58,20 +58,20 @@ pub(super) fn not_driven_within(bands: &[Band], inside: Band) -> Option<Warning>
         .collect();
     let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
     let share = missing / (inside.high().0 - inside.low().0);
-    (!bands.is_empty()).then(|| Warning::from(TransferWarning::NotDriven { bands, share }))
+    (!bands.is_empty()).then(|| Warning::from(TransferWarning::NotExcited { bands, share }))
 }
 
-/// The runs of lines within the driven band that are neither driven nor coherent with the drive.
+/// The runs of lines within the excited band that are neither excited nor coherent with the drive.
 pub(super) fn gaps<I: Quantity, O: Quantity>(
-    driven: &[bool],
+    excited: &[bool],
     function: &TransferFunction<I, O>,
 ) -> Option<Warning> {
-    let inside = function.driven?;
+    let inside = function.excited?;
     let (mut runs, mut missing, mut lines) = (Vec::<[usize; 2]>::new(), 0, 0);
     for (line, hz) in function.lines_in(inside) {
         lines += 1;
         // The window's leakage alone lets neighbours of 0 Hz and of single lines through.
-        if hz <= 0.0 || driven[line] || function.coherence[line] > MIN_RESONANCE_COHERENCE {
+        if hz <= 0.0 || excited[line] || function.coherence[line] > MIN_RESONANCE_COHERENCE {
             continue;
         }
         missing += 1;
@@ -89,40 +89,40 @@ pub(super) fn gaps<I: Quantity, O: Quantity>(
         .ok()
     };
     (missing > 0).then(|| {
-        Warning::from(TransferWarning::NotDriven {
+        Warning::from(TransferWarning::NotExcited {
             bands: runs.into_iter().filter_map(band).collect(),
             share: missing as f64 / lines as f64,
         })
     })
 }
 
-/// A driven band of no more lines than these is that of a tone.
+/// A excited band of no more lines than these is that of a tone.
 const TONE_LINES: f64 = 8.0;
-/// Coherence below this on most driven lines: less than half of the response comes from the drive.
+/// Coherence below this on most excited lines: less than half of the response comes from the drive.
 const HALF: f64 = 0.5;
 
-/// The warning that almost all of the spectrum is not driven, for a drive that is a tone.
+/// The warning that almost all of the spectrum is not excited, for a drive that is a tone.
 pub(super) fn tone<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
-    let driven = function.driven?;
+    let excited = function.excited?;
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
-    let lines = (driven.high().0 - driven.low().0) / function.resolution_hz;
+    let lines = (excited.high().0 - excited.low().0) / function.resolution_hz;
     (lines <= TONE_LINES)
-        .then(|| outside(driven, whole, function.resolution_hz))
+        .then(|| outside(excited, whole, function.resolution_hz))
         .flatten()
 }
 
-/// The warning that on most driven lines less than half of the response comes from the drive: related, but only weakly.
+/// The warning that on most excited lines less than half of the response comes from the drive: related, but only weakly.
 pub(super) fn weak<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
-    let warning = function.low_coherence(function.driven?, HALF);
+    let warning = function.low_coherence(function.excited?, HALF);
     warning.filter(|warning| matches!(warning.kind(), Some(TransferWarning::LowCoherence { share, .. }) if share > 0.5))
 }
 
-/// The warning about the part of the band `asked` outside `driven` by more than one line spacing.
-pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<Warning> {
+/// The warning about the part of the band `asked` outside `excited` by more than one line spacing.
+pub(super) fn outside(excited: Band, asked: Band, resolution_hz: f64) -> Option<Warning> {
     let (low, high) = (asked.low().0, asked.high().0);
     let parts = [
-        (low, driven.low().0.min(high)),
-        (driven.high().0.max(low), high),
+        (low, excited.low().0.min(high)),
+        (excited.high().0.max(low), high),
     ];
     let bands: Vec<Band> = parts
         .into_iter()
@@ -131,7 +131,7 @@ pub(super) fn outside(driven: Band, asked: Band, resolution_hz: f64) -> Option<W
         .collect();
     let missing: f64 = bands.iter().map(|b| b.high().0 - b.low().0).sum();
     (!bands.is_empty()).then(|| {
-        Warning::from(TransferWarning::NotDriven {
+        Warning::from(TransferWarning::NotExcited {
             bands,
             share: missing / (high - low),
         })
@@ -170,9 +170,9 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
     if function.averages < RECOMMENDED_SEGMENTS {
         return None;
     }
-    let driven = function.driven?;
+    let excited = function.excited?;
     let lines: Vec<(usize, f64)> = function
-        .lines_in(driven)
+        .lines_in(excited)
         .filter(|(_, hz)| *hz > 0.0)
         .collect();
     let level = |line: usize| {
@@ -229,7 +229,7 @@ pub(super) fn unresolved<I: Quantity, O: Quantity>(
 
 /// From a force to an acceleration, where the force takes power out of a passive finger: the sign of one is reversed.
 ///
-/// Formula: Σ γ²·Re(H/iω)·|H/iω| < 0 over the driven lines: the power that the force puts into what moves under it.
+/// Formula: Σ γ²·Re(H/iω)·|H/iω| < 0 over the excited lines: the power that the force puts into what moves under it.
 pub(super) fn inverted<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
 ) -> Option<Warning> {
@@ -239,7 +239,7 @@ pub(super) fn inverted<I: Quantity, O: Quantity>(
     }
     let (mut net, mut all) = (0.0, 0.0);
     for (line, hz) in function
-        .lines_in(function.driven?)
+        .lines_in(function.excited?)
         .filter(|(_, hz)| *hz > 0.0)
     {
         let mobility = function.response[line] / Complex::new(0.0, std::f64::consts::TAU * hz);
@@ -261,7 +261,7 @@ pub(super) fn timing<I: Quantity, O: Quantity>(
         return;
     }
     let whole = function
-        .driven
+        .excited
         .and_then(|band| delay_of_signals(drive.samples(), response.samples(), drive.rate(), band));
     let unrelated = function
         .about

@@ -1,14 +1,14 @@
 //! The best linear approximation from multisines, with the noise and the distortion of the device separated.
 //!
 //! Noise differs from period to period. Distortion repeats with every period and is not the linear response to the drive: it
-//! appears on lines that are not driven, on even lines from even powers and on odd lines from odd powers.
+//! appears on lines that are not excited, on even lines from even powers and on odd lines from odd powers.
 
 use crate::transfer::TransferWarning;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
-use super::cross::DRIVEN;
+use super::cross::EXCITED;
 use super::periodic::{Blocks, Record, Transformed, smoothed};
 use super::{CrossSpectra, Estimator, TransferError, TransferFunction};
 use crate::quantity::{Band, Hertz, Quantity};
@@ -21,18 +21,18 @@ use crate::series::Series;
 pub struct DistortionLevels {
     /// The band.
     pub band_hz: Band,
-    /// The linear response, on driven lines.
+    /// The linear response, on excited lines.
     pub linear: f64,
     /// The noise: the part that differs from period to period.
     pub noise: f64,
-    /// The odd distortion: the part that repeats on odd lines that are not driven; 0 if it does not exceed the noise, absent if
+    /// The odd distortion: the part that repeats on odd lines that are not excited; 0 if it does not exceed the noise, absent if
     /// no such line lies in the band.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub odd: Option<f64>,
     /// The even distortion: the part that repeats on even lines; 0 or absent likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub even: Option<f64>,
-    /// The stochastic distortion: the difference between realisations on the driven lines beyond the noise.
+    /// The stochastic distortion: the difference between realisations on the excited lines beyond the noise.
     pub stochastic: f64,
 }
 
@@ -137,7 +137,7 @@ struct Sums {
     linear: f64,
     noise: f64,
     stochastic: f64,
-    driven: usize,
+    excited: usize,
     odd: Kept,
     even: Kept,
     noise_lines: usize,
@@ -173,9 +173,9 @@ impl Kept {
 /// multisines: every row of `blocks` holds the periods of one realisation.
 ///
 /// Formula: Gₘ = Ȳₘ/X̄ₘ of the means over periods; noise: the variance over periods of Y − Gₘ·X; distortion on a line that
-/// is not driven: the mean of Re(EₚE*ᵩ) of the residues E = Y − G·X of periods p, q half a row apart, where its mean over
+/// is not excited: the mean of Re(EₚE*ᵩ) of the residues E = Y − G·X of periods p, q half a row apart, where its mean over
 /// realisations stands out of zero by Student's t; stochastic: the variance of Gₘ over realisations less that of
-/// noise. The function is ΣX̄*Ȳ/ΣX̄*X̄ over realisations and the driven lines about each line.
+/// noise. The function is ΣX̄*Ȳ/ΣX̄*X̄ over realisations and the excited lines about each line.
 ///
 /// Source: J. Schoukens, M. Vaes and R. Pintelon (2016), IEEE Control Systems 36(3); R. Pintelon and J. Schoukens (2012),
 /// *System Identification*, 2nd ed., section 4.3.
@@ -199,7 +199,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
     }
     if segment > blocks.length / SEGMENTS_OF_A_PERIOD {
         return Err(crate::spectrum::EstimateError::Config {
-            what: "segments of at most a quarter of a period, between whose lines there is always one that is driven",
+            what: "segments of at most a quarter of a period, between whose lines there is always one that is excited",
             found: segment.to_string(),
         }
         .into());
@@ -217,7 +217,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         .map(|k| x.iter().map(|x| x[k].norm_sqr()).sum::<f64>())
         .collect();
     let strongest = power.iter().copied().fold(0.0, f64::max);
-    let driven = |k: usize| power[k] > DRIVEN * strongest;
+    let excited = |k: usize| power[k] > EXCITED * strongest;
     let records: Vec<Record<'_>> = x
         .iter()
         .map(Vec::as_slice)
@@ -225,7 +225,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         .collect();
     let spectra: CrossSpectra<I, O> = smoothed(
         &records,
-        &driven,
+        &excited,
         transformed.step_hz,
         drive.rate(),
         segment,
@@ -239,7 +239,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         spectra.resolution_hz,
         spectra.averages
     ));
-    let distortion = distortion(&transformed, [&x, &y], &driven, blocks);
+    let distortion = distortion(&transformed, [&x, &y], &excited, blocks);
     function.about.warnings.extend(transformed.left_out);
     function
         .about
@@ -272,11 +272,11 @@ fn mean(periods: &[Vec<Complex<f64>>]) -> Vec<Complex<f64>> {
 fn distortion(
     transformed: &Transformed,
     [x, y]: [&[Vec<Complex<f64>>]; 2],
-    driven: &dyn Fn(usize) -> bool,
+    excited: &dyn Fn(usize) -> bool,
     blocks: Blocks,
 ) -> Distortion {
     let (rows, periods) = (blocks.rows as f64, blocks.in_a_row as f64);
-    let lines: Vec<usize> = (1..x[0].len() - 1).filter(|k| driven(*k)).collect();
+    let lines: Vec<usize> = (1..x[0].len() - 1).filter(|k| excited(*k)).collect();
     let (first, last) = (
         lines.first().copied().unwrap_or(0),
         lines.last().copied().unwrap_or(0),
@@ -301,19 +301,19 @@ fn distortion(
             continue;
         };
         let sum = &mut sums[at];
-        let is_driven = driven(k);
+        let is_excited = excited(k);
         let kept = if k % 2 == 0 {
             &mut sum.even
         } else {
             &mut sum.odd
         };
-        if !is_driven {
+        if !is_excited {
             kept.lines += 1;
             kept.powers.resize(blocks.rows, 0.0);
         }
         let (mut noise, mut spread, mut answer) = (0.0, 0.0, 0.0);
         for m in 0..blocks.rows {
-            let own = if is_driven {
+            let own = if is_excited {
                 y[m][k] / x[m][k]
             } else {
                 gains[k]
@@ -326,30 +326,30 @@ fn distortion(
             noise += differs / (periods - 1.0) / rows;
             spread += (own - gains[k]).norm_sqr() * x[m][k].norm_sqr() / (rows - 1.0);
             answer += (gains[k] * x[m][k]).norm_sqr() / rows;
-            if !is_driven {
+            if !is_excited {
                 kept.powers[m] += repeating(blocks.in_a_row, &left) * scale;
             }
         }
         sum.noise += noise * scale;
         sum.noise_lines += 1;
-        if is_driven {
+        if is_excited {
             sum.linear += answer * scale;
             sum.stochastic += (spread - noise / periods) * scale;
-            sum.driven += 1;
+            sum.excited += 1;
         }
     }
     let root = |power: f64, count: usize| (power / count.max(1) as f64).max(0.0).sqrt();
     let levels = bands
         .iter()
         .zip(&sums)
-        .filter(|(_, s)| s.driven > 0)
+        .filter(|(_, s)| s.excited > 0)
         .map(|(band_hz, s)| DistortionLevels {
             band_hz: *band_hz,
-            linear: root(s.linear, s.driven),
+            linear: root(s.linear, s.excited),
             noise: root(s.noise, s.noise_lines),
             odd: s.odd.level(),
             even: s.even.level(),
-            stochastic: root(s.stochastic, s.driven),
+            stochastic: root(s.stochastic, s.excited),
         })
         .collect();
     Distortion {

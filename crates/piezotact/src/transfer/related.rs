@@ -20,18 +20,18 @@ const FALSE_DELAY: f64 = 0.01;
 const HELD_BEYOND: f64 = 0.05;
 /// With fewer independent averages every pair is coherent.
 const LEAST_AVERAGES: f64 = 1.5;
-/// As many driven lines are needed.
+/// As many excited lines are needed.
 const LEAST_LINES: usize = 4;
 /// The number of lines on either side to which a window leaks.
 const LEAKS_TO: usize = 4;
 /// The largest lag, as a share of the recording: beyond it too few samples overlap.
 const FARTHEST_LAG: f64 = 0.9;
 
-/// The test of whether drive and response are related, from the driven lines.
+/// The test of whether drive and response are related, from the excited lines.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Relation {
-    /// The mean coherence of the driven lines, 0–1, each held at what 5 % of unrelated lines exceed.
+    /// The mean coherence of the excited lines, 0–1, each held at what 5 % of unrelated lines exceed.
     pub coherence: f64,
     /// The expected value of that mean for unrelated signals.
     pub chance: f64,
@@ -39,7 +39,7 @@ pub struct Relation {
     pub limit: f64,
     /// Independent averages.
     pub averages: f64,
-    /// Lines that were driven.
+    /// Lines that were excited.
     pub lines: usize,
 }
 
@@ -52,8 +52,8 @@ impl Relation {
 }
 
 impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
-    /// Whether the driven lines are more coherent than those of unrelated signals; `None` with fewer than 1.5 independent
-    /// averages or 4 driven lines, which show nothing.
+    /// Whether the excited lines are more coherent than those of unrelated signals; `None` with fewer than 1.5 independent
+    /// averages or 4 excited lines, which show nothing.
     ///
     /// Formula: of unrelated Gaussian signals P(γ² > x) = (1 − x)^(n − 1) with n independent averages. Each line counts
     /// with min(γ², c), P(γ² > c) = 5 %; the mean over lines is compared with the 95 % quantile of the gamma distribution
@@ -67,8 +67,11 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
         let n = self.effective_averages;
         // The real-valued lines at both ends have another distribution.
         let inner = 1..self.drive_power.len().saturating_sub(1);
-        let (driven, coherence) = (self.driven(), self.coherence());
-        let found: Vec<f64> = inner.filter(|k| driven[*k]).map(|k| coherence[k]).collect();
+        let (excited, coherence) = (self.excited(), self.coherence());
+        let found: Vec<f64> = inner
+            .filter(|k| excited[*k])
+            .map(|k| coherence[k])
+            .collect();
         if n < LEAST_AVERAGES || found.len() < LEAST_LINES {
             return None;
         }
@@ -225,14 +228,14 @@ fn squared_envelope(
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The delay of the response re the drive, s: the time of the maximum of the envelope of the impulse response,
-    /// each line weighted with its coherence, and lines known not to be driven with zero; `None` when no maximum is
+    /// each line weighted with its coherence, and lines known not to be excited with zero; `None` when no maximum is
     /// significant. It lies within half a segment, 1/(2·resolution): a later response wraps around and appears as an early
     /// one.
     #[must_use]
     pub fn delay(&self) -> Option<Delay> {
         let n = 2 * (self.response.len() - 1);
         let band = self
-            .driven
+            .excited
             .or_else(|| Band::new(Hertz(0.0), Hertz(self.highest_hz())).ok())?;
         let squares = squared_envelope(n, self.resolution_hz, band, &mut |line| {
             self.response[line] * self.coherence[line].clamp(0.0, 1.0)

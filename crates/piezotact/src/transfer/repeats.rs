@@ -69,8 +69,8 @@ pub fn pooled<I: Quantity, O: Quantity>(
     )
     .map_err(BundleError::Transfer)?;
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
-    one.driven = first.driven;
-    one.exact_drive = repeats.iter().all(|r| r.exact_drive);
+    one.excited = first.excited;
+    one.known_input = repeats.iter().all(|r| r.known_input);
     one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
     one.about.provenance.clone_from(&first.about.provenance);

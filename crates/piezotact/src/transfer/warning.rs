@@ -69,13 +69,13 @@ pub enum TransferWarning {
         "the drive is in {drive} and the response in {response}: they are probably swapped; exchange drive and response"
     )]
     SwappedUnits { drive: String, response: String },
-    /// Part of the band was not driven.
+    /// Part of the band was not excited.
     #[error(
-        "{} of the band ({}) is not driven: the transfer function has no meaning there; drive the whole band; narrow the band",
+        "{} of the band ({}) is not excited: the transfer function has no meaning there; drive the whole band; narrow the band",
         percent(*share),
         list(bands)
     )]
-    NotDriven { bands: Vec<Band>, share: f64 },
+    NotExcited { bands: Vec<Band>, share: f64 },
     /// A resonance that is narrower than segments of this length resolve.
     #[error(
         "the resonance at {at_hz:.1} Hz has {lines:.1} lines of {resolution_hz:.2} Hz within its half-power bandwidth, and 6 or more are needed: \
@@ -139,7 +139,7 @@ pub enum TransferWarning {
     },
     /// Drive and response are no more coherent than two unrelated signals.
     #[error(
-        "the mean coherence of the driven lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation \
+        "the mean coherence of the excited lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation \
             between drive and response is shown; check the channels and the sensor; measure longer"
     )]
     Unrelated {

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{Changed, UninvertedPrediction, Verification, VerifyError};
+use super::{Changed, UncompensatedPrediction, Verification, VerifyError};
 use crate::document::Content;
 
 /// A verification with its verdict as a yes or no and as a sentence.
@@ -58,9 +58,9 @@ pub struct NamedChange<'a> {
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
-pub enum StraightOutcome<'a> {
+pub enum UncompensatedOutcome<'a> {
     /// What it would give.
-    Predicted(&'a UninvertedPrediction),
+    Predicted(&'a UncompensatedPrediction),
     /// It could not be computed.
     NotComputed {
         /// Why not.
@@ -68,8 +68,8 @@ pub enum StraightOutcome<'a> {
     },
 }
 
-impl<'a> From<&'a Result<UninvertedPrediction, VerifyError>> for StraightOutcome<'a> {
-    fn from(predicted: &'a Result<UninvertedPrediction, VerifyError>) -> Self {
+impl<'a> From<&'a Result<UncompensatedPrediction, VerifyError>> for UncompensatedOutcome<'a> {
+    fn from(predicted: &'a Result<UncompensatedPrediction, VerifyError>) -> Self {
         match predicted {
             Ok(predicted) => Self::Predicted(predicted),
             Err(error) => Self::NotComputed {
@@ -88,7 +88,7 @@ pub struct VerifyDocument<'a> {
     pub verification: JudgedVerification<'a>,
     /// What the texture itself as a drive would give; absent without a transfer function.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub straight_predicted: Option<StraightOutcome<'a>>,
+    pub uncompensated_predicted: Option<UncompensatedOutcome<'a>>,
     /// Further measurements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub also: Vec<NamedVerification<'a>>,
@@ -110,9 +110,9 @@ pub struct DemoDocument<'a> {
     /// What was rendered.
     pub verification: JudgedVerification<'a>,
     /// The texture itself as a drive.
-    pub straight: JudgedVerification<'a>,
+    pub uncompensated: JudgedVerification<'a>,
     /// The same, turned down until nothing clips.
-    pub straight_level_matched: JudgedVerification<'a>,
+    pub uncompensated_level_matched: JudgedVerification<'a>,
 }
 
 impl Content for DemoDocument<'_> {

@@ -16,8 +16,8 @@ mod events;
 mod intended;
 mod judge;
 mod lines;
-mod straight;
 mod tones;
+mod uncompensated;
 mod verdict;
 mod warning;
 
@@ -28,14 +28,14 @@ pub use clock::{Clock, Lost};
 pub use close::CLOSE_DB;
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
 pub use document::{
-    DemoDocument, JudgedVerification, NamedChange, NamedVerification, StraightOutcome,
+    DemoDocument, JudgedVerification, NamedChange, NamedVerification, UncompensatedOutcome,
     VerifyDocument,
 };
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
-pub use straight::{UninvertedPrediction, predict_uninverted};
 pub use tones::{Tones, tones};
+pub use uncompensated::{UncompensatedPrediction, predict_uncompensated};
 pub use verdict::{Verdict, VerifyCriterion};
 pub use warning::VerifyWarning;
 

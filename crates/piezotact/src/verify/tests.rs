@@ -173,12 +173,12 @@ fn echoing() -> TransferFunction<Drive, Acceleration> {
 
 /// Sent through the filter in time, sample by sample, and compared: the same error, level and correlation.
 #[test]
-fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
+fn what_is_sent_uncompensated_is_what_the_filter_makes_of_it() {
     let target = texture(40_000, 0.0, 1.0);
     let band = Band::new(Hertz(30.0), Hertz(500.0)).unwrap();
     let mut config = VerifyConfig::over(band, RATE_HZ);
     let filtered = series(echoed(target.samples()));
-    let found = predict_uninverted(&target, &echoing(), &config).unwrap();
+    let found = predict_uncompensated(&target, &echoing(), &config).unwrap();
     let v = verify(&target, Measured::alone(&filtered), &config).unwrap();
     let close = |a: f64, b: f64| (a - b).abs() < 5e-3;
     assert!(
@@ -197,24 +197,24 @@ fn what_is_sent_straight_is_what_the_filter_makes_of_it() {
     // Matching removes an intentional change of level.
     config.level = Decibels(-12.0);
     assert_eq!(
-        predict_uninverted(&target, &echoing(), &config).unwrap(),
+        predict_uncompensated(&target, &echoing(), &config).unwrap(),
         found
     );
     // Where only a part is judged, that part is matched and judged.
     config.reached = vec![Band::new(Hertz(30.0), Hertz(60.0)).unwrap()];
-    let part = predict_uninverted(&target, &echoing(), &config).unwrap();
+    let part = predict_uncompensated(&target, &echoing(), &config).unwrap();
     assert!(part.error_db_rms_level_matched < 0.1, "{part:?}");
 }
 
 #[test]
-fn nothing_is_predicted_beyond_what_was_driven() {
+fn nothing_is_predicted_beyond_what_was_excited() {
     let target = texture(20_000, 0.0, 1.0);
     let mut function = echoing();
     let band = |low, high| Band::new(Hertz(low), Hertz(high)).unwrap();
-    function.driven = Some(band(100.0, 300.0));
+    function.excited = Some(band(100.0, 300.0));
     let over = |asked| {
         let config = VerifyConfig::over(asked, RATE_HZ);
-        predict_uninverted(&target, &function, &config)
+        predict_uncompensated(&target, &function, &config)
     };
     assert_eq!(over(band(30.0, 500.0)).unwrap().band_hz, band(100.0, 300.0));
     assert!(matches!(

@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::anyhow;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive};
-use piezotact::study::{Take, strokes_table};
+use piezotact::study::{AnalysedRecording, strokes_table};
 use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, read_transfer};
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
@@ -89,7 +89,7 @@ fn columns(names: &[&str]) -> Table {
 
 /// The mean power spectral density of the strokes of `take`, and the features of each.
 pub(super) fn of_strokes(
-    take: &Take,
+    take: &AnalysedRecording,
     (participant, session, task, sample): (&str, &str, &str, &str),
     written: &str,
 ) -> Vec<Owned> {

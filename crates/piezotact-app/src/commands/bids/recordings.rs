@@ -8,7 +8,8 @@ use piezotact::page::Table;
 use piezotact::quantity::Unit;
 use piezotact::recording::Recording;
 use piezotact::study::{
-    self, Breadth, By, Gesture, Question, Recorded, Stated, StudySettings, Take, events_table,
+    self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudySettings,
+    events_table,
 };
 use piezotact::warning::Warning;
 use piezotact_dataset::{NamePattern, cuts_path, known_naming, read_cuts_of, reads};
@@ -26,7 +27,7 @@ pub(super) struct Strokes {
     /// What happened in it; absent where its strokes could not be cut.
     pub(super) events: Option<Table>,
     /// With its features and spectra, where it has strokes.
-    pub(super) take: Option<Take>,
+    pub(super) take: Option<AnalysedRecording>,
 }
 
 /// The recording at `path`, with its strokes.
@@ -122,19 +123,19 @@ impl Strokes {
     /// What a person should know before relying on the recording.
     pub(super) fn warnings(&self) -> Vec<Warning> {
         let own = self.recording.about.warnings.iter().cloned();
-        own.chain(self.take.iter().flat_map(Take::warnings))
+        own.chain(self.take.iter().flat_map(AnalysedRecording::warnings))
             .collect()
     }
 }
 
 /// `take` with its features and spectra; none for one without strokes.
-fn analysed(take: Take) -> Option<Take> {
+fn analysed(take: AnalysedRecording) -> Option<AnalysedRecording> {
     let settings = StudySettings {
         gesture: Gesture::Usual,
         segment: None,
         sets: Vec::new(),
         ridge_m: None,
-        question: Question::Groups(Some(By::File)),
+        question: Question::Groups(Some(Factor::File)),
         breadth: Breadth::Question,
     };
     let study = study::analyse(vec![take], &settings).ok()?;

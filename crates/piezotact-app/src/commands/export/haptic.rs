@@ -135,8 +135,8 @@ fn device(args: &Export, contents: &Contents) -> Outcome<HjifReferenceDevice> {
     let function = read_transfer(path)?.function::<Drive, Acceleration>(path)?;
     let rendered = Band::new(Hertz(20.0), Hertz(1000.0))?;
     let band = function
-        .driven
-        .and_then(|driven| driven.common(rendered))
+        .excited
+        .and_then(|excited| excited.common(rendered))
         .unwrap_or(rendered);
     let setup = function.drive.as_ref();
     Ok(piezo_device(setup, Some(band), function.strongest_hz(band)))

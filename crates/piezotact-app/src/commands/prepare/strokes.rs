@@ -11,7 +11,7 @@ use piezotact::prepare::{ChosenStroke, TextureStrokes, typical_stroke, warnings_
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::recording::Condition;
 use piezotact::series::Series;
-use piezotact::study::Take;
+use piezotact::study::AnalysedRecording;
 use piezotact::transfer::TransferFunction;
 
 use super::drives::finger_of;
@@ -51,7 +51,7 @@ pub(super) struct Texture {
 
 /// A stroke with the take that it is of.
 struct Found<'a> {
-    take: &'a Take,
+    take: &'a AnalysedRecording,
     number: usize,
     cut: Manipulated<Acceleration>,
 }
@@ -100,7 +100,7 @@ impl Textures {
 }
 
 /// Refuses the strokes of several people.
-fn one_participant(takes: &[Take]) -> Outcome<Option<String>> {
+fn one_participant(takes: &[AnalysedRecording]) -> Outcome<Option<String>> {
     let people = takes.iter().filter_map(|take| take.condition().person());
     let people: BTreeSet<String> = people.collect();
     if people.len() > 1 {
@@ -146,8 +146,8 @@ fn require_same_finger(
 }
 
 /// The recordings of each texture, in the order in which they were given. A manipulated one is a texture of its own.
-fn by_texture(takes: &[Take]) -> Vec<(String, Vec<&Take>)> {
-    let mut groups: Vec<(String, Vec<&Take>)> = Vec::new();
+fn by_texture(takes: &[AnalysedRecording]) -> Vec<(String, Vec<&AnalysedRecording>)> {
+    let mut groups: Vec<(String, Vec<&AnalysedRecording>)> = Vec::new();
     for take in takes {
         let lineage = take.recording.about.provenance.lineage.as_ref();
         let is_manipulated = lineage.is_some_and(Lineage::is_manipulated);
@@ -167,7 +167,7 @@ fn by_texture(takes: &[Take]) -> Vec<(String, Vec<&Take>)> {
 }
 
 /// The name of the file of `take` without its ending, with its folder where another texture is called so.
-fn free_name(take: &Take, groups: &[(String, Vec<&Take>)]) -> String {
+fn free_name(take: &AnalysedRecording, groups: &[(String, Vec<&AnalysedRecording>)]) -> String {
     let path = Path::new(&take.file);
     let part = |part: Option<&std::ffi::OsStr>| {
         part.map_or(String::new(), |part| part.to_string_lossy().into_owned())
@@ -258,7 +258,7 @@ fn check_outputs(args: &Arguments, called: &[String]) -> Outcome {
 }
 
 /// The strokes of a recording, without the gesture.
-fn strokes_of(take: &Take) -> Outcome<Vec<Found<'_>>> {
+fn strokes_of(take: &AnalysedRecording) -> Outcome<Vec<Found<'_>>> {
     let at = |error: anyhow::Error| Failure::Data(error.context(take.file.clone()));
     let segmentation = &take.segmentation;
     if segmentation.strokes.is_empty() {
@@ -286,7 +286,7 @@ fn chosen(
     args: &Arguments,
     function: &Condition,
     (texture, called): (String, String),
-    takes: &[&Take],
+    takes: &[&AnalysedRecording],
     mut found: Vec<Found<'_>>,
 ) -> Outcome<Texture> {
     let series: Vec<Series<Acceleration>> =

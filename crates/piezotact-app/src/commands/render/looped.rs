@@ -10,7 +10,7 @@ use piezotact::quantity::Acceleration;
 use piezotact::recording::About;
 use piezotact::run::RunStart;
 use piezotact::series::Series;
-use piezotact_bench::procedure::{Iteration, LoopConfig, Looped, closed_loop};
+use piezotact_bench::procedure::{ClosedLoopResult, Iteration, LoopConfig, closed_loop};
 use piezotact_bench::{GateConfig, ProcedureError, RunPlan};
 use piezotact_dataset::sidecar::Rendering;
 use piezotact_dataset::{JournalWriter, StartDocument};
@@ -27,7 +27,7 @@ const ITERATIONS: u16 = 6;
 
 /// A drive that was corrected.
 pub(super) struct Corrected {
-    pub(super) looped: Looped,
+    pub(super) looped: ClosedLoopResult,
 }
 
 /// Why nothing was corrected.
@@ -95,7 +95,7 @@ fn loop_config(asked: &Asked<'_>, mode: ModeName, run: RunPlan) -> LoopConfig {
 }
 
 /// What the loop came to, in words.
-fn result(looped: &Looped) -> String {
+fn result(looped: &ClosedLoopResult) -> String {
     let [open_db, kept_db] = [
         &looped.iterations[0].verification,
         looped.best_verification(),

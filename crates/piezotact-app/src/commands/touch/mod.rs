@@ -13,8 +13,8 @@ use piezotact::quantity::{Measure, Newtons, Unit};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::stroke::Judging;
 use piezotact::study::{
-    self, Breadth, By, Gesture, Question, Recorded, Stated, StudyAnalysis, StudyError,
-    StudySettings, Take, strokes_table,
+    self, AnalysedRecording, Breadth, Factor, Gesture, Question, Recorded, Stated, StudyAnalysis,
+    StudyError, StudySettings, strokes_table,
 };
 use piezotact::surface::SampleSet;
 use piezotact_dataset::reads::is_there;
@@ -34,16 +34,16 @@ use crate::progress::{Words, Work};
 use crate::reading::read;
 use crate::report::name;
 
-impl From<cli::By> for By {
-    fn from(by: cli::By) -> Self {
+impl From<cli::Factor> for Factor {
+    fn from(by: cli::Factor) -> Self {
         match by {
-            cli::By::Sample => Self::Sample,
-            cli::By::Speed => Self::Speed,
-            cli::By::Participant => Self::Participant,
-            cli::By::Touch => Self::Touch,
-            cli::By::Load => Self::Load,
-            cli::By::Direction => Self::Direction,
-            cli::By::File => Self::File,
+            cli::Factor::Sample => Self::Sample,
+            cli::Factor::Speed => Self::Speed,
+            cli::Factor::Participant => Self::Participant,
+            cli::Factor::Touch => Self::Touch,
+            cli::Factor::Load => Self::Load,
+            cli::Factor::Direction => Self::Direction,
+            cli::Factor::File => Self::File,
         }
     }
 }
@@ -81,7 +81,7 @@ fn check_outputs(takes: &Takes, written: &[&Option<PathBuf>]) -> Outcome {
 }
 
 /// Reads and cuts every recording; one that fails does not stop the others.
-pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<Take>, Failures)> {
+pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<AnalysedRecording>, Failures)> {
     if args.cuts.is_some() && args.recordings.len() > 1 {
         return Err(usage(anyhow!(
             "expected one recording with --cuts, found {}; for several, put RECORDING.cuts beside each of them",
@@ -97,7 +97,7 @@ pub(crate) fn take_all(args: &Takes) -> Outcome<(Vec<Take>, Failures)> {
         )));
     }
     let reading = Work::of_files(READING, &args.recordings);
-    let mut takes: Vec<Take> = Vec::with_capacity(args.recordings.len());
+    let mut takes: Vec<AnalysedRecording> = Vec::with_capacity(args.recordings.len());
     let mut failures = Failures::of(args.recordings.len());
     for path in &args.recordings {
         let taken =
@@ -248,12 +248,12 @@ fn failed(error: StudyError) -> Failure {
         StudyError::NothingToCompare { .. } => usage(anyhow!("{sentence} with --meta")),
         StudyError::Unknown { by, .. } => {
             let field = match by {
-                By::Sample | By::File => "{sample}",
-                By::Speed => "{speed:mm/s}",
-                By::Participant => "{participant}",
-                By::Touch => "{touch}",
-                By::Load => "{load:N}",
-                By::Direction => "{direction}",
+                Factor::Sample | Factor::File => "{sample}",
+                Factor::Speed => "{speed:mm/s}",
+                Factor::Participant => "{participant}",
+                Factor::Touch => "{touch}",
+                Factor::Load => "{load:N}",
+                Factor::Direction => "{direction}",
             };
             usage(anyhow!(
                 "{sentence}: say it in the file names with --meta and {field}, or in NAME.wav.json"

@@ -11,7 +11,7 @@ use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
 
-use super::{LoopConfig, Mishap, impossible};
+use super::{LoopConfig, LoopFailure, impossible};
 use crate::error::ProcedureError;
 use crate::plan::{Placement, RunPlan};
 use crate::procedure::{ACCELERATION_CHANNEL, FORCE_CHANNEL, RunKeeper, play_and_record};
@@ -41,7 +41,7 @@ pub(super) struct MeasuredResponse {
 /// Why a measurement does not count.
 pub(super) enum Broken {
     Bench(ProcedureError),
-    Unbelievable(Mishap),
+    Unbelievable(LoopFailure),
 }
 
 impl Broken {
@@ -60,7 +60,7 @@ impl From<ProcedureError> for Broken {
     }
 }
 
-impl From<Broken> for Mishap {
+impl From<Broken> for LoopFailure {
     fn from(broken: Broken) -> Self {
         match broken {
             Broken::Bench(error) => Self::Bench {
@@ -246,7 +246,7 @@ impl ResponseMeter<'_> {
     }
 
     /// Checks that a run was complete, independent of its response.
-    fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), Mishap> {
+    fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), LoopFailure> {
         let incomplete = |warning: &&Warning| {
             matches!(
                 warning.kind(),
@@ -254,27 +254,27 @@ impl ResponseMeter<'_> {
             ) || matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. }))
         };
         if let Some(warning) = recording.about.warnings.iter().find(incomplete) {
-            return Err(Mishap::Playback {
+            return Err(LoopFailure::Playback {
                 warning: Box::new(warning.clone()),
             });
         }
         self.held(recording)?;
         if clipping.fraction > 0.0 {
-            return Err(Mishap::SensorClips {
+            return Err(LoopFailure::SensorClips {
                 fraction: clipping.fraction,
             });
         }
         Ok(())
     }
 
-    fn believable(&self, measured: &MeasuredResponse) -> Result<(), Mishap> {
+    fn believable(&self, measured: &MeasuredResponse) -> Result<(), LoopFailure> {
         self.undisturbed(&measured.recording, &measured.clipping)?;
         let noise = self.noise.as_ref().map_or(0.0, |noise| {
             (noise.values.iter().sum::<f64>() * noise.resolution_hz).sqrt()
         });
         let level = standard_deviation(measured.response.samples());
         if level < SILENT_RATIO * noise {
-            return Err(Mishap::Faint {
+            return Err(LoopFailure::Faint {
                 rms_m_s2: level,
                 noise_m_s2: noise,
             });
@@ -283,7 +283,7 @@ impl ResponseMeter<'_> {
     }
 
     /// Checks that the load was held, in windows of ten seconds.
-    fn held(&self, recording: &Recording) -> Result<(), Mishap> {
+    fn held(&self, recording: &Recording) -> Result<(), LoopFailure> {
         let Some(load) = self.config.run.load else {
             return Ok(());
         };
@@ -305,7 +305,7 @@ impl ResponseMeter<'_> {
             let wider = (window as f64 / part.len().max(1) as f64).sqrt();
             let share = self.config.force_share * wider.clamp(1.0, MOST_WIDER);
             if (mean_n / load.0 - 1.0).abs() > share {
-                return Err(Mishap::Force {
+                return Err(LoopFailure::Force {
                     from_s: force.rate().duration_of(i * window).0,
                     mean_n,
                     asked_n: load.0,

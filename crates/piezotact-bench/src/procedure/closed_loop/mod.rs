@@ -32,7 +32,7 @@ use crate::error::ProcedureError;
 use crate::plan::RunPlan;
 use crate::traits::Bench;
 use measured::{Broken, MeasuredResponse, ResponseMeter, resampled_to};
-pub use outcome::{Gain, GainCriterion, Kept, LoopEnd, LoopErrors, Mishap};
+pub use outcome::{Gain, GainCriterion, LoopEnd, LoopErrors, LoopFailure, SelectedDrive};
 
 /// How a texture is rendered in a closed loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,7 +69,7 @@ pub struct Iteration {
     pub step: Option<LineChange>,
 }
 
-impl Looped {
+impl ClosedLoopResult {
     /// The verification of the drive that was kept: from the confirmation measurement, or from the loop if that failed.
     #[must_use]
     pub fn best_verification(&self) -> &Verification {
@@ -115,13 +115,13 @@ impl Looped {
 
 /// A texture rendered in a closed loop.
 #[derive(Clone, Debug)]
-pub struct Looped {
+pub struct ClosedLoopResult {
     /// All drives that were judged.
     pub iterations: Vec<Iteration>,
     /// The number of the drive that is kept.
     pub best: usize,
     /// Why this drive was kept.
-    pub kept: Kept,
+    pub kept: SelectedDrive,
     /// The comparison of the best corrected drive with the open loop; absent if none was judged better than the open loop.
     pub gain: Option<Gain>,
     /// Why the loop ended.
@@ -168,7 +168,7 @@ pub fn closed_loop(
     config: &LoopConfig,
     keeper: &mut dyn RunKeeper,
     judged_one: &mut dyn FnMut(&Iteration),
-) -> Result<Looped, ProcedureError> {
+) -> Result<ClosedLoopResult, ProcedureError> {
     let recorded = target;
     let (target, converted) = at_a_common_rate(target, bench, config)?;
     let mut first = opened(&target, function, config)?;
@@ -277,7 +277,7 @@ pub fn closed_loop(
                     drive = next;
                 }
                 (Err(said), _) | (_, Err(said)) => {
-                    course.end = LoopEnd::Broken(Mishap::Correction { said });
+                    course.end = LoopEnd::Broken(LoopFailure::Correction { said });
                 }
             }
         }
@@ -306,11 +306,11 @@ pub fn closed_loop(
     let (best, again, gain, kept) = match best {
         None if iterations.len() == 1 => {
             let again = once_more(&open);
-            (open, again, None, Kept::NothingCorrected)
+            (open, again, None, SelectedDrive::NothingCorrected)
         }
         None => {
             let again = once_more(&open);
-            (open, again, None, Kept::NoneCloser)
+            (open, again, None, SelectedDrive::NoneCloser)
         }
         Some(best) => {
             let again = once_more(&best);
@@ -324,7 +324,7 @@ pub fn closed_loop(
                 .as_ref()
                 .is_some_and(|gain| gain.keeps(config.correct.mode, EQUAL_WAVEFORM_DB));
             if keeps {
-                (best, again, gain, Kept::Corrected)
+                (best, again, gain, SelectedDrive::Corrected)
             } else {
                 let further = |gain: &Gain| {
                     [GainCriterion::Aim, GainCriterion::Spectrum]
@@ -332,8 +332,8 @@ pub fn closed_loop(
                         .contains(&Outcome::NotMet)
                 };
                 let kept = match gain.as_ref().is_some_and(further) {
-                    true => Kept::FurtherOff,
-                    false => Kept::WithinSpread,
+                    true => SelectedDrive::FurtherOff,
+                    false => SelectedDrive::WithinSpread,
                 };
                 let again = once_more(&open);
                 (open, again, gain, kept)
@@ -368,7 +368,7 @@ pub fn closed_loop(
                 .push(Warning::from(LoopWarning::LoopStopped {
                     best: best.number,
                     why: LoopStop::NotConfirmed {
-                        cause: Mishap::from(broken).warning(),
+                        cause: LoopFailure::from(broken).warning(),
                     },
                 }));
             (None, best.response.recording)
@@ -403,7 +403,7 @@ pub fn closed_loop(
     rendered.about.warnings = before.chain(new).collect::<Warnings>().into();
     // It was corrected on the finger that was there.
     rendered.about.condition = condition;
-    Ok(Looped {
+    Ok(ClosedLoopResult {
         iterations,
         best: best.number,
         kept,
@@ -641,7 +641,7 @@ fn judged(
         )
     };
     match verification.warnings.iter().find(wrong) {
-        Some(warning) => Err(Broken::Unbelievable(Mishap::Response {
+        Some(warning) => Err(Broken::Unbelievable(LoopFailure::Response {
             warning: Box::new(warning.clone()),
         })),
         None => Ok(verification),
@@ -654,7 +654,7 @@ fn finished(
     drive: Series<Drive>,
     config: &LoopConfig,
     fit: Vec<Warning>,
-    (best, end, kept): (&Iteration, &LoopEnd, Kept),
+    (best, end, kept): (&Iteration, &LoopEnd, SelectedDrive),
 ) -> RenderedDrive {
     let headroom = headroom(drive.samples(), drive.rate(), first.setup.as_ref());
     let mut warnings = first.about.warnings;

@@ -9,13 +9,13 @@ use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
 use serde::Serialize;
 
-use super::Looped;
+use super::ClosedLoopResult;
 
 /// Why a measurement of a loop is not reliable.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "mishap", rename_all = "snake_case")]
-pub enum Mishap {
+pub enum LoopFailure {
     /// The bench failed.
     Bench {
         /// What it says.
@@ -61,7 +61,7 @@ pub enum Mishap {
     },
 }
 
-impl Mishap {
+impl LoopFailure {
     /// The mishap as a warning.
     #[must_use]
     pub fn warning(&self) -> Warning {
@@ -96,7 +96,7 @@ impl Mishap {
     }
 }
 
-impl fmt::Display for Mishap {
+impl fmt::Display for LoopFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.warning().fmt(f)
     }
@@ -115,7 +115,7 @@ pub enum LoopEnd {
     /// It got clearly worse.
     Worse,
     /// A measurement was not reliable.
-    Broken(Mishap),
+    Broken(LoopFailure),
 }
 
 impl fmt::Display for LoopEnd {
@@ -224,7 +224,7 @@ impl Gain {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
-pub enum Kept {
+pub enum SelectedDrive {
     /// The best corrected drive: it is closer than the open loop by more than the spread of measurements.
     Corrected,
     /// The open loop: nothing was corrected.
@@ -237,7 +237,7 @@ pub enum Kept {
     FurtherOff,
 }
 
-impl Kept {
+impl SelectedDrive {
     /// Whether it is the open loop's drive.
     #[must_use]
     pub fn keeps_open_loop(self) -> bool {
@@ -245,7 +245,7 @@ impl Kept {
     }
 }
 
-impl fmt::Display for Kept {
+impl fmt::Display for SelectedDrive {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Corrected => "the corrected drive is kept",
@@ -262,7 +262,7 @@ impl fmt::Display for Kept {
     }
 }
 
-impl Looped {
+impl ClosedLoopResult {
     /// Whether the drive that is kept has a worse spectrum than the open loop, beyond the spread of measurements.
     #[must_use]
     pub fn got_worse(&self) -> bool {

@@ -208,7 +208,7 @@ impl Curve {
         } else {
             let quarter = (levels.len() / 4).max(1);
             let last = steady(&levels, quarter, above(quarter * each.len()));
-            // A response that has hardly decayed is no noise: none of an octave, which need not be driven.
+            // A response that has hardly decayed is no noise: none of an octave, which need not be excited.
             if offset && last > MOST_LEFT * largest {
                 0.0
             } else {

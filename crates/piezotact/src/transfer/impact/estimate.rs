@@ -147,14 +147,14 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     let spectra: CrossSpectra<I, O> = cut.spectra(rate)?;
     let mut function = function_of(&spectra, estimator, rate, &cut.energies)?;
     let highest = highest(&spectra);
-    function.driven = driven(&spectra, highest, config.driven_within_db);
+    function.excited = excited(&spectra, highest, config.excited_within_db);
     let test = ImpactTest {
         segment_s: seconds(segments.length),
         pretrigger_s: seconds(segments.before),
         force_window_s: windows.force_length.map(seconds),
         added_damping_per_s: windows.damping_per_s,
         left: Some(left.share),
-        driven_within_db: config.driven_within_db,
+        excited_within_db: config.excited_within_db,
         hits,
     };
     function.about.provenance.steps.push(step(&test, estimator));
@@ -179,9 +179,9 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         };
         function.about.warnings.push(warning.into());
     }
-    function.about.warnings.extend(undriven(&function));
+    function.about.warnings.extend(unexcited(&function));
     let times: Vec<f64> = used.iter().map(|i| test.hits[*i].at_s).collect();
-    let band = function.driven;
+    let band = function.excited;
     (function.about.warnings).extend(band.and_then(|band| cut.others(band, rate, &times)));
     if test.used() > 1 {
         function.about.warnings.extend(judge::weak(&function));
@@ -373,7 +373,7 @@ impl Cut {
 
     /// The warning about hits, whose `times` in s are those of the segments, with another response than the others have.
     ///
-    /// Of each hit the part of the energy of the response in the driven band that H1 of the other hits does not predict.
+    /// Of each hit the part of the energy of the response in the excited band that H1 of the other hits does not predict.
     fn others(&self, band: Band, rate: SampleRate, times: &[f64]) -> Option<Warning> {
         if self.x.len() < LEAST_TO_COMPARE {
             return None;
@@ -515,7 +515,7 @@ fn highest<I: Quantity, O: Quantity>(spectra: &CrossSpectra<I, O>) -> (f64, usiz
 }
 
 /// The lines about the `highest` level in which the force does not fall by more than `within_db` below it.
-fn driven<I: Quantity, O: Quantity>(
+fn excited<I: Quantity, O: Quantity>(
     spectra: &CrossSpectra<I, O>,
     (level, at): (f64, usize),
     within_db: f64,
@@ -529,10 +529,10 @@ fn driven<I: Quantity, O: Quantity>(
     Band::new(hz(at - below), hz(at + above.max(1) - 1)).ok()
 }
 
-/// The warning about the lines above those that are driven.
-fn undriven<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
+/// The warning about the lines above those that are excited.
+fn unexcited<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
-    judge::outside(function.driven?, whole, function.resolution_hz())
+    judge::outside(function.excited?, whole, function.resolution_hz())
 }
 
 /// What limits the test.
@@ -623,11 +623,11 @@ fn step(test: &ImpactTest, estimator: Estimator) -> String {
     };
     format!(
         "transfer function {estimator} of {} of {} hits, segments of {:.4} s from {:.2} ms before each, {force}, {exponential}, \
-            driven where the force is within {} dB of its highest level",
+            excited where the force is within {} dB of its highest level",
         test.used(),
         test.hits.len(),
         test.segment_s,
         test.pretrigger_s * 1e3,
-        test.driven_within_db
+        test.excited_within_db
     )
 }

@@ -82,12 +82,12 @@ pub struct ImpactConfig {
     /// The window of the force.
     pub force_window: ForceWindow,
     pub exponential: ExponentialWindow,
-    /// Lines whose force lies by more than this below its highest level are not driven, dB.
-    pub driven_within_db: f64,
+    /// Lines whose force lies by more than this below its highest level are not excited, dB.
+    pub excited_within_db: f64,
 }
 
 impl ImpactConfig {
-    /// The usual evaluation: segments fitted to the hits, a force window, no exponential window, and a driven band in which the
+    /// The usual evaluation: segments fitted to the hits, a force window, no exponential window, and a excited band in which the
     /// force spectrum lies within 10 dB of its highest level.
     ///
     /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; decision 0050 of this
@@ -98,7 +98,7 @@ impl ImpactConfig {
             segment: ImpactSegment::default(),
             force_window: ForceWindow::default(),
             exponential: ExponentialWindow::default(),
-            driven_within_db: 10.0,
+            excited_within_db: 10.0,
         }
     }
 }

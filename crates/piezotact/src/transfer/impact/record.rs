@@ -51,8 +51,8 @@ pub struct ImpactTest {
     /// decayed least; absent in files that do not state it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<f64>,
-    /// Lines whose force lies by more than this below its highest level are not driven, dB.
-    pub driven_within_db: f64,
+    /// Lines whose force lies by more than this below its highest level are not excited, dB.
+    pub excited_within_db: f64,
 }
 
 impl ImpactTest {

@@ -1,16 +1,16 @@
 //! The texture sent directly to the device, without its transfer function: measured in the demo, computed elsewhere.
 
 use maud::{Markup, html};
-use piezotact::verify::{UninvertedPrediction, Verification, VerifyError};
+use piezotact::verify::{UncompensatedPrediction, Verification, VerifyError};
 
-use super::Straight;
+use super::Uncompensated;
 use crate::{DrawError, figure, figures};
 use piezotact::number::digits;
 
 /// The negative control, measured.
 pub(super) fn measured(
     rendered: &Verification,
-    straight: &Straight<Verification>,
+    uncompensated: &Uncompensated<Verification>,
 ) -> Result<Markup, DrawError> {
     let row = |what: &str, v: &Verification, error_db: f64| {
         html! {
@@ -22,7 +22,7 @@ pub(super) fn measured(
             }
         }
     };
-    let (loud, fitting) = (&straight.as_it_stands, &straight.turned_down);
+    let (loud, fitting) = (&uncompensated.as_it_stands, &uncompensated.turned_down);
     Ok(html! {
         section {
             h2 { "Negative control: the texture sent directly to the device" }
@@ -35,7 +35,7 @@ pub(super) fn measured(
                 (row("sent directly, unscaled", loud, loud.error_db_rms))
                 (row("sent directly, attenuated until nothing clips, level-matched", fitting, fitting.error_db_rms_level_matched))
             }
-            (figure(&figures::straight(straight)?, "Measured response to the texture sent directly: unscaled, and attenuated."))
+            (figure(&figures::uncompensated(uncompensated)?, "Measured response to the texture sent directly: unscaled, and attenuated."))
         }
     })
 }
@@ -43,7 +43,7 @@ pub(super) fn measured(
 /// What the transfer function says that would come of it.
 pub(super) fn predicted(
     rendered: &Verification,
-    predicted: &Result<UninvertedPrediction, VerifyError>,
+    predicted: &Result<UncompensatedPrediction, VerifyError>,
 ) -> Result<Markup, DrawError> {
     let title = "The texture sent directly to the device (computed, not measured)";
     let predicted = match predicted {

@@ -15,7 +15,7 @@ use crate::transfer::TransferFunction;
 /// noise and without clipping.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct UninvertedPrediction {
+pub struct UncompensatedPrediction {
     /// The band of the comparison: the part of the requested band that the transfer function covers, Hz.
     pub band_hz: Band,
     /// The rms error of the judged lines after their mean error is taken away, dB.
@@ -37,7 +37,7 @@ pub struct UninvertedPrediction {
     pub answer_psd: Vec<f64>,
 }
 
-impl UninvertedPrediction {
+impl UncompensatedPrediction {
     /// The judged band as text: the part of the judged band of `verification` that the transfer function covers.
     #[must_use]
     pub fn judged_band(&self, verification: &Verification) -> String {
@@ -59,15 +59,15 @@ impl UninvertedPrediction {
 ///
 /// # Errors
 /// [`VerifyError::OutOfReach`] when the transfer function says nothing in the band; those of [`verify`].
-pub fn predict_uninverted<Q: Quantity>(
+pub fn predict_uncompensated<Q: Quantity>(
     target: &Series<Q>,
     function: &TransferFunction<Drive, Q>,
     config: &VerifyConfig,
-) -> Result<UninvertedPrediction, VerifyError> {
+) -> Result<UncompensatedPrediction, VerifyError> {
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz()))?;
     let band = function
-        .driven
-        .and_then(|driven| driven.common(whole))
+        .excited
+        .and_then(|excited| excited.common(whole))
         .unwrap_or(whole)
         .common(config.band)
         .ok_or(VerifyError::OutOfReach { band: config.band })?;
@@ -88,7 +88,7 @@ pub fn predict_uninverted<Q: Quantity>(
     };
     let level_difference_db = lines().sum::<f64>() / lines().count() as f64;
     let matched = 10f64.powf(-level_difference_db / 10.0);
-    Ok(UninvertedPrediction {
+    Ok(UncompensatedPrediction {
         band_hz: band,
         error_db_rms_level_matched: rms_of(lines().map(|error| error - level_difference_db)),
         level_difference_db,
