@@ -118,7 +118,7 @@ pub(super) struct SignalSidecar {
     #[serde(default)]
     pub(super) provenance: Provenance,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    #[serde(alias = "doubts")]
+    #[serde(alias = "Doubts")]
     pub(super) warnings: Vec<Warning>,
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(super) labels: BTreeMap<String, String>,
@@ -159,5 +159,26 @@ pub(super) fn channel_meaning(name: &str, unit: &Unit, suffix: &str) -> ColumnMe
         description: format!("{what}, channel `{name}`."),
         units: Some(unit_text(unit)),
         ..ColumnMeaning::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    /// A data set of an earlier form has its warnings under another key: refused, not read without them.
+    #[test]
+    fn sidecar_with_warnings_of_an_earlier_form_is_refused() {
+        let mut written = serde_json::to_value(SignalSidecar::default()).unwrap();
+        assert!(serde_json::from_value::<SignalSidecar>(written.clone()).is_ok());
+        let fields = written.as_object_mut().unwrap();
+        let earlier: Value = json!([{ "code": "few_averages", "values": { "averages": 6 } }]);
+        fields.insert("Doubts".into(), earlier);
+        let refused = serde_json::from_value::<SignalSidecar>(written).unwrap_err();
+        assert!(
+            refused.to_string().contains("make the file again"),
+            "{refused}"
+        );
     }
 }
