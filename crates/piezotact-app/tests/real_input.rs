@@ -285,7 +285,8 @@ fn textsense_is_rendered_through_measured_hands() {
 /// All files through the three hands in a closed loop, with the command alone: characterised and corrected on a bench that
 /// is the measured hand, each at the level that fits. The table is the one of the report.
 #[test]
-fn textsense_is_corrected_on_measured_hands() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_textsense_is_corrected_on_measured_hands() {
     let (Some(textures), Some(hands)) = (
         shared("data/vibration/textsense"),
         shared("data/frf/skinsource"),

@@ -403,7 +403,8 @@ fn cuts_beside_a_recording_are_never_replaced() {
 /// What does not fit into memory is refused with both figures before it is computed; where there is enough, it is computed.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_a_comparison_that_does_not_fit_into_memory_is_refused_before_it_is_computed() {
     let folder = Folder::new();
     for name in ["a.wav", "b.wav"] {
         folder.write(name, wav(noise(4_000_000).map(|v| v * 0.01), 48_000));

@@ -44,7 +44,8 @@ fn roughness(relief: &Relief, sample: &str) -> ArealRoughness {
 }
 
 #[test]
-fn isotropic_samples_have_no_direction() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_isotropic_samples_have_no_direction() {
     for (i, (ra_um, grain_um)) in ISOTROPIC_UM.into_iter().enumerate() {
         let sample = format!("S{}", i + 1);
         let found = roughness(&isotropic(ra_um, grain_um, 0.5), &sample);

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
+use piezotact::fourier::{fade, hann};
 use piezotact::quantity::{Drive, Hertz, SampleRate, Seconds};
 use piezotact::series::Series;
 use piezotact::sound::{Tone, Wire, WiringError, burst_delay, tone, tone_near, wiring};
@@ -110,11 +111,8 @@ pub(crate) fn excite(streams: &mut RunningStreams, samples: &[f64]) -> Result<Ex
 
 fn tone_samples(rate_hz: f64, hz: f64, level: f64, length_s: f64) -> Vec<f64> {
     let count = (length_s * rate_hz) as usize;
-    let fade = (FADE_S * rate_hz).max(1.0);
-    let edge = |i: usize| {
-        let from_end = i.min(count - 1 - i) as f64;
-        0.5 - 0.5 * (PI * (from_end / fade).min(1.0)).cos()
-    };
+    let length = (FADE_S * rate_hz).max(1.0);
+    let edge = |i: usize| fade(i.min(count - 1 - i) as f64 / length);
     let sample = |i: usize| level * edge(i) * (TAU * hz * i as f64 / rate_hz).sin();
     (0..count).map(sample).collect()
 }
@@ -206,7 +204,7 @@ fn sweep_samples(rate_hz: f64) -> Vec<f64> {
     let [low, high] = [200.0, (0.2 * rate_hz).min(4_000.0)];
     let sample = |i: usize| {
         let t = i as f64 / rate_hz;
-        let window = 0.5 - 0.5 * (TAU * (i as f64 + 0.5) / count as f64).cos();
+        let window = hann((i as f64 + 0.5) / count as f64);
         let phase = TAU * (low * t + 0.5 * (high - low) / SWEEP_S * t * t);
         CHECK_LEVEL * window * phase.sin()
     };

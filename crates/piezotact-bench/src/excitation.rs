@@ -1,6 +1,6 @@
 //! Drives that characterise a device.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::str::FromStr;
 
 use num_complex::Complex;
@@ -297,8 +297,7 @@ fn random(config: &ExcitationConfig, rate: SampleRate) -> Vec<f64> {
 
 /// The share of full level `i` samples into a stretch of `length` that fades over `fade` samples at both ends.
 fn faded(i: usize, length: usize, fade: usize) -> f64 {
-    let edge = (i.min(length - 1 - i) as f64 / fade.max(1) as f64).min(1.0);
-    0.5 - 0.5 * (PI * edge).cos()
+    piezotact::fourier::fade(i.min(length - 1 - i) as f64 / fade.max(1) as f64)
 }
 
 /// Exponential sweeps, with a constant number of octaves per second (A. Farina, 108th AES Convention, 2000): low

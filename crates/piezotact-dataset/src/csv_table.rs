@@ -2,6 +2,7 @@
 //! their own.
 
 use piezotact::recording::RecordingWarning;
+use piezotact::statistics::median;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -500,9 +501,8 @@ pub(crate) fn rate_of(
             "export the time with more digits, or give --rate to read the rows as evenly sampled",
         ));
     }
-    let mut sorted: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
-    sorted.sort_by(f64::total_cmp);
-    let Some(usual) = sorted.get(sorted.len() / 2).copied() else {
+    let mut forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+    let Some(usual) = median(&mut forward) else {
         return Err(ReadError::content(
             path,
             format!("`{}` to increase from row to row", time.name),

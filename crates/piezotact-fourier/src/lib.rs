@@ -16,6 +16,22 @@ pub use segments::{
     CrossSum, Detrend, Folded, PowerSum, SegmentTransform, segments_in, split_power, sum,
 };
 
+/// The weight of the periodic Hann window at `place`, 0 at its begin, 1 at its end, dimensionless, 0–1.
+///
+/// Source: definition, ½ − ½·cos(2π·place).
+#[must_use]
+pub fn hann(place: f64) -> f64 {
+    0.5 - 0.5 * (std::f64::consts::TAU * place).cos()
+}
+
+/// The gain of a raised-cosine fade of which `share` has passed, 0–1; 1 beyond its end.
+///
+/// Source: definition, ½ − ½·cos(π·share).
+#[must_use]
+pub fn fade(share: f64) -> f64 {
+    0.5 - 0.5 * (std::f64::consts::PI * share.min(1.0)).cos()
+}
+
 /// Plans transforms of complex values; it keeps what its plans have in common.
 pub struct ComplexPlanner(rustfft::FftPlanner<f64>);
 

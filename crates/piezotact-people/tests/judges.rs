@@ -272,7 +272,8 @@ fn is_named(judge: Judge) {
 }
 
 #[test]
-fn who_goes_by_level_and_spectrum_is_named() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_who_goes_by_level_and_spectrum_is_named() {
     is_named(Judge::Thurstone);
 }
 
@@ -297,7 +298,8 @@ fn soak_judges_who_guesses_is_named() {
 /// Whoever goes by something else is not given the name of a judge who does not: choices without regard to what was presented fit
 /// none, and level with spectrum by another law is never level alone, spectrum alone or guessing.
 #[test]
-fn other_ways_of_judging_are_not_named_after_these() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_other_ways_of_judging_are_not_named_after_these() {
     for by in [By::FirstOften, By::Farthest, By::Strongest] {
         let counts = counted(&SANDPAPERS, by, 1..9);
         assert_eq!(counts.get("none_fits"), Some(&8), "{by:?}: {counts:?}");

@@ -245,7 +245,8 @@ fn soak_why_more_presentations_do_not_suffice_is_the_reason() {
 }
 
 #[test]
-fn two_tasks_of_chapter_six_and_two_groups_of_chapter_five() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_two_tasks_of_chapter_six_and_two_groups_of_chapter_five() {
     let tasks = |a, b, shares| {
         study(
             "touch_control_imagery",

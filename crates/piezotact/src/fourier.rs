@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 pub use num_complex::Complex;
-pub use piezotact_fourier::{ComplexPlanner, ComplexToReal, Fft, RealPlanner, RealToComplex};
+pub use piezotact_fourier::{
+    ComplexPlanner, ComplexToReal, Fft, RealPlanner, RealToComplex, fade, hann,
+};
 
 /// The transforms of real signals of one length. Each direction is planned at its first use, as the plan and the scratch memory of
 /// a long signal are larger than the signal.

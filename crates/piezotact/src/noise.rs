@@ -17,7 +17,7 @@ use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
 use crate::recording::{Condition, Recording, Touch};
 use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
-use crate::statistics::{Trend, mean, median, rms, standard_deviation, trend};
+use crate::statistics::{Trend, Z_95, mean, median, rms, standard_deviation, trend};
 use crate::warning::Warnings;
 
 /// How noise is analysed. There is no default: it is stated, and goes into the result.
@@ -508,7 +508,7 @@ impl Floor<'_> {
         let Some(floor) = self.around(at).filter(|floor| *floor > 0.0) else {
             return open;
         };
-        let sure = 1.96 / LN_2 / self.independent.sqrt();
+        let sure = Z_95 / LN_2 / self.independent.sqrt();
         let above_db = DB_PER_NEPER * (self.psd[at] / floor).ln();
         let interval = [
             above_db - DB_PER_NEPER * sure,

@@ -244,10 +244,10 @@ impl Band {
             1.0
         } else if frequency_hz > outer_low_hz && frequency_hz < self.low_hz {
             let inside = (frequency_hz - outer_low_hz) / (self.low_hz - outer_low_hz);
-            0.5 - 0.5 * (std::f64::consts::PI * inside).cos()
+            piezotact_fourier::fade(inside)
         } else if frequency_hz > self.high_hz && frequency_hz < outer_high_hz {
             let outside = (frequency_hz - self.high_hz) / (outer_high_hz - self.high_hz);
-            0.5 + 0.5 * (std::f64::consts::PI * outside).cos()
+            piezotact_fourier::fade(1.0 - outside)
         } else {
             0.0
         }

@@ -63,6 +63,7 @@ use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
+use crate::statistics::median;
 use crate::warning::Warning;
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
@@ -429,8 +430,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             10.0 * (limits.high[line] / limits.low[line].max(0.0)).log10()
         };
         let mut reach: Vec<f64> = self.lines_in(band).map(of).collect();
-        reach.sort_by(f64::total_cmp);
-        reach.get(reach.len() / 2).copied()
+        median(&mut reach)
     }
 
     /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it, or there is no coherence.
@@ -439,17 +439,17 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         if !self.has_coherence() {
             return None;
         }
-        let mut lines: Vec<(f64, f64)> = self
+        let mut coherence: Vec<f64> = self
             .lines_in(band)
-            .map(|(k, f)| (self.coherence[k], f))
+            .map(|(k, _)| self.coherence[k])
             .collect();
-        lines.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (lowest, lowest_at_hz) = *lines.first()?;
+        let lines = self.lines_in(band).map(|(k, hz)| (self.coherence[k], hz));
+        let (lowest, lowest_at_hz) = lines.min_by(|a, b| a.0.total_cmp(&b.0))?;
         Some(CoherenceSummary {
             band_hz: band,
             lowest,
             lowest_at_hz,
-            median: lines[lines.len() / 2].0,
+            median: median(&mut coherence)?,
         })
     }
 

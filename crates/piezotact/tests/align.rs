@@ -441,7 +441,8 @@ fn holds(found: &Alignment, other: &Other, lost: &[(usize, usize)], samples: usi
 
 /// Samples that are missing early, late, or one by one: what is stated of the first and the last sample holds.
 #[test]
-fn intervals_hold_where_samples_are_missing() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_intervals_hold_where_samples_are_missing() {
     let other = Other {
         rate_hz: 8000.0,
         ppm: 40.0,

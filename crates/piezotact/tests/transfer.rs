@@ -514,7 +514,8 @@ fn rms_of_even_lines(period: &[f64], band: Band) -> f64 {
 
 /// A known quadratic distortion and a known noise, told apart within 1 dB in every third octave with 15 lines and more.
 #[test]
-fn multisines_tell_noise_from_distortion() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_multisines_tell_noise_from_distortion() {
     // Noise above the distortion and below it.
     for (share, noise) in [(0.05, 0.02), (0.05, 0.3), (0.2, 0.02)] {
         let (drive, response) = multisines(share, noise);

@@ -1,5 +1,6 @@
 //! One clock by another, from events that are seen late.
 
+use piezotact::statistics::median;
 use std::collections::VecDeque;
 
 /// Of the events within this time only the one that was least late counts, s.
@@ -111,10 +112,9 @@ impl ClockSkewEstimator {
                 .map(|span| above(span, span.latest_s) - late_s)
                 .collect(),
         };
-        rest.sort_by(f64::total_cmp);
         let uncertainty_s = match rest.len() {
-            ENOUGH_SPANS.. => rest[rest.len() / 2],
-            _ => *rest.last()?,
+            ENOUGH_SPANS.. => median(&mut rest)?,
+            _ => rest.into_iter().max_by(f64::total_cmp)?,
         };
         Some(Mapping {
             from_s: middle_s,

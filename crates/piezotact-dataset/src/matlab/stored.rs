@@ -1,6 +1,7 @@
 //! Frequency responses among the variables of a MATLAB file, and the coherence and spectra an analyser stored with them.
 
 use num_complex::Complex;
+use piezotact::statistics::median;
 use piezotact::transfer::StoredIdentities;
 
 use super::{MatNumbers, MatValue};
@@ -152,16 +153,14 @@ impl Response {
                 let mut each: Vec<f64> = (cross.iter().zip(powers).zip(stored))
                     .map(|((cross, (x, y)), stored)| (cross.norm_sqr() / (x * y) - stored).abs())
                     .collect();
-                each.sort_by(f64::total_cmp);
-                return each.get(each.len() / 2).copied().unwrap_or(f64::INFINITY);
+                return median(&mut each).unwrap_or(f64::INFINITY);
             }
             let lines = cross.iter().zip(drive.iter()).zip(&self.values);
             let mut each: Vec<f64> = lines
                 .filter(|((_, power), value)| **power > 0.0 && value.norm_sqr() > 0.0)
                 .map(|((cross, power), value)| (cross.norm() / power / value.norm()).ln().abs())
                 .collect();
-            each.sort_by(f64::total_cmp);
-            each.get(each.len() / 2).copied().unwrap_or(f64::INFINITY)
+            median(&mut each).unwrap_or(f64::INFINITY)
         };
         named
             .into_iter()

@@ -306,10 +306,7 @@ fn fold_cross(cross: &[Complex<f64>]) -> Vec<Complex<f64>> {
 /// The periodic Hann window of `n` samples.
 #[cfg(test)]
 fn hann(n: usize) -> Vec<f64> {
-    let turn = std::f64::consts::TAU / n as f64;
-    (0..n)
-        .map(|i| 0.5 - 0.5 * (turn * i as f64).cos())
-        .collect()
+    (0..n).map(|i| crate::hann(i as f64 / n as f64)).collect()
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@
 
 use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz};
-use piezotact::statistics::mean;
+use piezotact::statistics::{mean, median};
 use serde::{Deserialize, Serialize};
 use statrs::function::gamma::digamma;
 
@@ -349,10 +349,8 @@ pub(super) fn changes(
     let each = times * map.power.frequencies_hz.len();
     let scattered = epochs.channels().iter().zip(errors.chunks_exact(each));
     let scattered = scattered.map(|(name, errors)| {
-        let mut errors = errors.to_vec();
-        let half = errors.len() / 2;
-        let (_, median, _) = errors.select_nth_unstable_by(half, f64::total_cmp);
-        (name.clone(), *median * n as f64)
+        let usual = median(&mut errors.to_vec()).unwrap_or(0.0);
+        (name.clone(), usual * n as f64)
     });
     let most_scattered = scattered.max_by(|a, b| a.1.total_cmp(&b.1));
     for (i, value) in map.power.values.iter_mut().enumerate() {

@@ -1,7 +1,7 @@
 //! One clock for two devices: drift and jitter from pulses that both recorded.
 
 use piezotact::Warning;
-use piezotact::statistics::t_quantile;
+use piezotact::statistics::{median, t_quantile};
 use serde::{Deserialize, Serialize};
 
 use super::EegWarning;
@@ -296,8 +296,7 @@ fn robust_line(points: &[(f64, f64)]) -> (Line, f64) {
     let mut limit = f64::INFINITY;
     for _ in 0..FITS {
         let mut sizes: Vec<f64> = points.iter().map(|p| line.residual(*p).abs()).collect();
-        sizes.sort_by(f64::total_cmp);
-        let spread = OF_MEDIAN * sizes[sizes.len() / 2];
+        let spread = OF_MEDIAN * median(&mut sizes).unwrap_or(0.0);
         let next = (OUTLIER * spread).max(SAME_S);
         let kept: Vec<(f64, f64)> = points
             .iter()

@@ -3,6 +3,7 @@
 use piezotact::Warning;
 use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds};
+use piezotact::statistics::median;
 
 use super::EegWarning;
 
@@ -37,7 +38,7 @@ pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -
         return Vec::new();
     }
     let deviations: Vec<f64> = changes.iter().map(|one| deviation(one)).collect();
-    let middle_v = middle(&deviations);
+    let middle_v = median(&mut deviations.clone()).unwrap_or_default();
     let mut warnings = Vec::new();
     if !(FAINTEST_V..=STRONGEST_V).contains(&middle_v) {
         warnings.push(EegWarning::Amplitude { median_v: middle_v }.into());
@@ -48,7 +49,8 @@ pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -
     let levels: Vec<f64> = deviations.iter().map(|own| (own / middle_v).ln()).collect();
     let sizes: Vec<f64> = levels.iter().map(|level| level.abs()).collect();
     // 1.4826: the standard deviation of a normal distribution, re the median distance from its middle.
-    let limit = (DEVIATIONS * 1.4826 * middle(&sizes)).clamp(FACTOR.ln(), FAR.ln());
+    let limit = (DEVIATIONS * 1.4826 * median(&mut sizes.clone()).unwrap_or_default())
+        .clamp(FACTOR.ln(), FAR.ln());
     let beyond = |sign: f64| {
         let own = names.iter().zip(&levels).zip(&deviations);
         let own = own.filter(|((_, level), _)| sign * **level > limit);
@@ -84,12 +86,6 @@ fn deviation(changes: &[f64]) -> f64 {
     sorted.sort_unstable_by(f64::total_cmp);
     let at = |share: usize| sorted[share * (sorted.len() - 1) / 4];
     0.7413 * (at(3) - at(1)) / std::f64::consts::SQRT_2
-}
-
-fn middle(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or_default()
 }
 
 /// The pairs of electrodes that record the same, against the mean of all.

@@ -1,5 +1,7 @@
 //! Whether the long waves of a profile are missing as after a filter.
 
+use piezotact::statistics::median;
+use piezotact_fourier::hann;
 use std::f64::consts::{LN_2, PI, TAU};
 
 use super::filter::ALPHA;
@@ -86,9 +88,9 @@ fn power(heights_m: &[f64], wave: usize) -> f64 {
     let count = heights_m.len() as f64;
     let (mut cosines, mut sines) = (0.0, 0.0);
     for (i, z) in heights_m.iter().enumerate() {
-        let phase = TAU * (i as f64 + 0.5) / count;
-        let windowed = z * (0.5 - 0.5 * phase.cos());
-        let (sine, cosine) = (phase * wave as f64).sin_cos();
+        let place = (i as f64 + 0.5) / count;
+        let windowed = z * hann(place);
+        let (sine, cosine) = (TAU * place * wave as f64).sin_cos();
         cosines += windowed * cosine;
         sines += windowed * sine;
     }
@@ -123,9 +125,8 @@ impl Law {
             }
             let x = mean(waves.clone().map(|wave| (wave as f64).ln()));
             let mut powers: Vec<f64> = waves.map(&power).collect();
-            powers.sort_unstable_by(f64::total_cmp);
             // The median of an exponential distribution is ln 2 of its mean.
-            let y = (powers[powers.len() / 2] / LN_2).ln();
+            let y = (median(&mut powers).unwrap_or(0.0) / LN_2).ln();
             points.push((x, y));
         }
         let middle_x = mean(points.iter().map(|p| p.0));

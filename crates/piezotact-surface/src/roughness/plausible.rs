@@ -1,6 +1,7 @@
 //! Heights that no surface has, or that an instrument did not measure: wrong units, spikes, saturation, drop-outs.
 
 use super::{Extent as _, HeightMap, HeightProfile, SurfaceWarning};
+use piezotact::statistics::median;
 use piezotact::warning::Warning;
 
 /// Root-mean-square slopes of surfaces lie between these: 88° at the upper end.
@@ -115,12 +116,7 @@ fn least_of_spike(sorted: &[f64], changes: impl Iterator<Item = f64>) -> Option<
     let beyond = (sorted.len() as f64 * (1.0 - USUAL_SHARE) / 2.0).ceil() as usize;
     let usual_m = sorted.get(sorted.len().checked_sub(1 + beyond)?)? - sorted.get(beyond)?;
     let mut changes: Vec<f64> = changes.filter(|change| !change.is_nan()).collect();
-    let middle = changes.len() / 2;
-    if changes.is_empty() {
-        return None;
-    }
-    let (_, change, _) = changes.select_nth_unstable_by(middle, f64::total_cmp);
-    let least_m = usual_m.max(USUAL_CHANGES * *change);
+    let least_m = usual_m.max(USUAL_CHANGES * median(&mut changes)?);
     (least_m > 0.0).then_some(least_m)
 }
 

@@ -136,7 +136,8 @@ fn the_transfer_function_is_that_of_the_bench() {
 
 /// At the rates of sound devices and at the ends of what is possible.
 #[test]
-fn every_rate_has_it() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_every_rate_has_it() {
     for rate_hz in [8_000.0, 44_100.0, 96_000.0, 192_000.0, 200_000.0] {
         let found = departure(3, rate_hz, 0.02, &run(0.2, 20.0));
         assert!(
@@ -278,7 +279,8 @@ fn blocks_do_not_change_a_sample() {
 
 /// The density of the noise at rest, about 200 Hz and about 1 kHz, is that of the bench.
 #[test]
-fn noise_has_the_density_of_the_bench() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_noise_has_the_density_of_the_bench() {
     let parameters = TwinParameters::built_in();
     let person = Participant::of(4, 7, &parameters);
     let (run, silence) = (run(0.2, 20.0), vec![0.0; 48_000 * 40]);

@@ -1,12 +1,13 @@
 //! Synchronisation bursts: short sweeps before and after a drive, by which a recording is found in it whatever the drive is.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use super::matched::{Searched, peaks};
 use crate::document::Content;
+use crate::fourier::fade;
 use crate::quantity::{Band, Drive, Hertz, SampleRate, Seconds};
 use crate::recording::{Annotations, Event};
 use crate::series::{Series, SeriesError};
@@ -103,7 +104,7 @@ impl BurstConfig {
             let t = share * self.duration_s.0;
             let phase = TAU * t * (low + 0.5 * (high - low) * share);
             let edge = share.min(1.0 - share) / TAPER;
-            let weight = 0.5 - 0.5 * (PI * edge.min(1.0)).cos();
+            let weight = fade(edge);
             self.peak * weight * phase.sin()
         };
         (0..count).map(sample).collect()

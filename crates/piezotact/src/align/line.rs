@@ -1,7 +1,7 @@
 //! The line from the clock of a recording to that of a drive.
 
 use super::{AlignError, MOST_DRIFT_PPM};
-use crate::statistics::{mean, median, t_quantile};
+use crate::statistics::{Z_95, mean, median, t_quantile};
 
 /// With fewer blocks there is no line with an uncertainty.
 pub(super) const FEWEST_BLOCKS: usize = 4;
@@ -9,8 +9,6 @@ pub(super) const FEWEST_BLOCKS: usize = 4;
 const FAR: f64 = 5.0;
 /// The median of absolute residuals of a normal distribution is its standard deviation over this.
 const NORMAL: f64 = 1.4826;
-/// The 97.5 % quantile of the normal distribution.
-const NORMAL_QUANTILE: f64 = 1.96;
 /// A step is one with so many standard errors, more with few blocks.
 const STEP_ERRORS: f64 = 5.0;
 /// A smaller step is none, s.
@@ -100,7 +98,7 @@ impl Line {
             slope: (y[1] - y[0]) / (x[1] - x[0]),
             middle_error: sum.sqrt().recip(),
             slope_error: squares.sqrt().recip(),
-            quantile: NORMAL_QUANTILE,
+            quantile: Z_95,
             spread: 0.0,
         }
     }

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::fourier::{Complex, ComplexPlanner, Fft, fast_length};
+use crate::statistics::vertex;
 
 /// So many places are kept.
 const PLACES: usize = 6;
@@ -190,13 +191,7 @@ pub(super) fn peaks(values: &[f64], near: usize) -> Vec<Place> {
             return at as f64;
         }
         let (before, behind) = (values[at - 1], values[at + 1]);
-        let bend = before - 2.0 * value + behind;
-        let shift = if bend < 0.0 {
-            (0.5 * (before - behind) / bend).clamp(-0.5, 0.5)
-        } else {
-            0.0
-        };
-        at as f64 + shift
+        at as f64 + vertex([before, value, behind])
     };
     let place = |at: usize| Place {
         at: between(at),

@@ -5,6 +5,7 @@ use super::matched::{Place, Searched, peaks};
 use super::place::stretched;
 use super::{AlignError, Prepared};
 use crate::quantity::Seconds;
+use crate::statistics::median;
 
 /// So many blocks are looked for in the whole drive; the others near where these lead.
 const ANYWHERE: usize = 12;
@@ -82,9 +83,8 @@ impl<'a> Blocks<'a> {
             .chunks_exact(length)
             .map(|block| block.iter().map(|v| v * v).sum())
             .collect();
-        let mut sorted: Vec<f64> = energies.iter().copied().filter(|e| *e > 0.0).collect();
-        sorted.sort_by(f64::total_cmp);
-        let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+        let mut positive: Vec<f64> = energies.iter().copied().filter(|e| *e > 0.0).collect();
+        let usual = median(&mut positive).unwrap_or(0.0);
         let loud = energies.iter();
         let loud: Vec<bool> = loud.map(|e| usual > 0.0 && *e >= SILENT * usual).collect();
         let found = loud.iter().filter(|loud| **loud).count();

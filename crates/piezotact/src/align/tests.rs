@@ -197,7 +197,8 @@ fn lost_samples_are_said() {
 }
 
 #[test]
-fn intervals_hold_the_truth() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_intervals_hold_the_truth() {
     let mut held = 0;
     for seed in 0..20 {
         let noise = Noise::new(100 + seed, 60.0, 800.0);

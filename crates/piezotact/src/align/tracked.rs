@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::line::{FEWEST_BLOCKS, Found, robust, step};
+use crate::fourier::hann;
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{SampleRate, Seconds};
 use crate::sound::{SoundWarning, phase_slope};
@@ -100,10 +101,7 @@ impl ClockTracker {
     /// For a drive that begins in the loopback at frame `begins` or up to `latest` samples later.
     #[must_use]
     pub fn new(rate: SampleRate, begins: u64, latest: usize) -> Self {
-        let window = (0..BLOCK).map(|i| {
-            let turn = std::f64::consts::TAU * (i as f64 + 0.5) / BLOCK as f64;
-            0.5 - 0.5 * turn.cos()
-        });
+        let window = (0..BLOCK).map(|i| hann((i as f64 + 0.5) / BLOCK as f64));
         Self {
             rate,
             latest,

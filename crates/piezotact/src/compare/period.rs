@@ -4,11 +4,10 @@ use crate::compare::CompareWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::feature::vertex;
 use crate::fourier::RealTransform;
 use crate::quantity::{Hertz, SampleRate};
 use crate::spectrum::{Symmetry, Window};
-use crate::statistics::{mean, standard_deviation, t_quantile};
+use crate::statistics::{mean, median, standard_deviation, t_quantile, vertex};
 use crate::warning::Warning;
 
 /// One speed: what was recorded while sliding at it.
@@ -577,11 +576,7 @@ impl Spectrum {
         if self.prominence_db[top] < PEAK_DB {
             return None;
         }
-        let place = vertex(
-            self.level_db[top - 1],
-            self.level_db[top],
-            self.level_db[top + 1],
-        );
+        let place = vertex([top - 1, top, top + 1].map(|i| self.level_db[i]));
         Some(SpeedPeak {
             speed_m_s: self.speed_m_s,
             frequency_hz: self.speed_m_s * self.wavenumbers[top] * STEP.powf(place),
@@ -672,8 +667,7 @@ fn octave_median(level_db: &[f64]) -> Vec<f64> {
             );
             window.clear();
             window.extend(level_db[from..to].iter().step_by(7));
-            let middle = window.len() / 2;
-            *window.select_nth_unstable_by(middle, f64::total_cmp).1
+            median(&mut window).unwrap_or(f64::NAN)
         })
         .collect();
     (0..level_db.len()).map(|i| anchors[i / thin]).collect()

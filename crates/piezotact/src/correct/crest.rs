@@ -291,8 +291,7 @@ pub(super) fn smoothed(power: impl Iterator<Item = f64>, smooth: usize) -> Vec<f
 fn costs(bins: &[Complex<f64>], smooth: usize) -> Vec<f64> {
     let mut cost = smoothed(bins.iter().map(Complex::norm_sqr), smooth);
     let mut excited: Vec<f64> = cost.iter().copied().filter(|c| *c > 0.0).collect();
-    excited.sort_by(f64::total_cmp);
-    let median = excited.get(excited.len() / 2).copied().unwrap_or(1.0);
+    let median = crate::statistics::median(&mut excited).unwrap_or(1.0);
     for value in &mut cost {
         *value /= median;
     }

@@ -133,7 +133,7 @@ pub(crate) struct Reach {
 /// The 97.5 % quantile of Student's t; the normal distribution's for many degrees of freedom.
 fn t_quantile(freedom: f64) -> f64 {
     if freedom > 1e4 {
-        return super::REACH;
+        return crate::statistics::Z_95;
     }
     StudentsT::new(0.0, 1.0, freedom.max(1.0)).map_or(f64::INFINITY, |t| t.inverse_cdf(0.975))
 }

@@ -21,8 +21,6 @@ use crate::criterion::Limit;
 use crate::feature::Weighting;
 use crate::quantity::{Band, Decibels, Hertz};
 
-/// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
-const REACH: f64 = 1.959_963_984_540_054;
 /// The mean of the absolute value of a normal deviate, √(2/π).
 pub(crate) const MEAN_ABSOLUTE: f64 = 0.797_884_560_802_865_4;
 /// dB of a power whose natural logarithm changes by 1.

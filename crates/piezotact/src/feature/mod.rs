@@ -14,8 +14,8 @@ use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
 
+pub(crate) use peaks::peaks_above;
 pub use peaks::{Peak, peaks};
-pub(crate) use peaks::{peaks_above, vertex};
 pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};

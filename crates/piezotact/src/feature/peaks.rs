@@ -53,7 +53,9 @@ pub(crate) fn peaks_above(psd: &[f64], resolution_hz: f64, band: Band, least_db:
         .map(|k| (k, level(k), level(k) - background_db.at(k)))
         .filter(|(_, _, prominence_db)| *prominence_db >= least_db)
         .map(|(k, top_db, prominence_db)| Peak {
-            frequency_hz: (k as f64 + vertex(level(k - 1), top_db, level(k + 1))) * resolution_hz,
+            frequency_hz: (k as f64
+                + crate::statistics::vertex([level(k - 1), top_db, level(k + 1)]))
+                * resolution_hz,
             density: psd[k],
             prominence_db,
             harmonic: 1,
@@ -78,16 +80,6 @@ pub(crate) fn peaks_above(psd: &[f64], resolution_hz: f64, band: Band, least_db:
         }
     }
     found
-}
-
-/// Where a parabola through three neighbours has its top, in lines from the middle one, −0.5–0.5.
-pub(crate) fn vertex(before: f64, top: f64, after: f64) -> f64 {
-    let bend = before - 2.0 * top + after;
-    if bend.abs() < f64::EPSILON {
-        0.0
-    } else {
-        (0.5 * (before - after) / bend).clamp(-0.5, 0.5)
-    }
 }
 
 /// The level around every line: the median over the lines within a ratio of 1.5 below and above, at least three on

@@ -4,8 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::SignalWarning;
 use crate::fourier::RealTransform;
+use crate::fourier::hann;
 use crate::quantity::{SampleRate, Seconds};
-use crate::statistics::mean;
+use crate::statistics::{mean, median};
 
 /// Lines of the mains in a signal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,11 +81,10 @@ impl Lines {
         let from = (samples.len() - length) / 2;
         let part = &samples[from..from + length];
         let middle = mean(part);
-        let step = std::f64::consts::TAU / length as f64;
         let windowed: Vec<f64> = part
             .iter()
             .enumerate()
-            .map(|(i, v)| (v - middle) * (0.5 - 0.5 * (step * i as f64).cos()))
+            .map(|(i, v)| (v - middle) * hann(i as f64 / length as f64))
             .collect();
         let bins = RealTransform::new(length).forward(&windowed);
         let power: Vec<f64> = bins.iter().map(|bin| bin.norm_sqr()).collect();
@@ -111,9 +111,8 @@ impl Lines {
             .chain(at + 4..=at + reach)
             .map(|bin| self.power[bin])
             .collect();
-        around.sort_unstable_by(f64::total_cmp);
-        let median = around.get(around.len() / 2)?.max(f64::MIN_POSITIVE);
-        Some((at, 10.0 * (self.power[at] / median).max(1e-30).log10()))
+        let usual = median(&mut around)?.max(f64::MIN_POSITIVE);
+        Some((at, 10.0 * (self.power[at] / usual).max(1e-30).log10()))
     }
 
     /// The line of one phase near `hertz`.

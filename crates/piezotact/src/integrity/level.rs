@@ -3,7 +3,7 @@
 use super::Span;
 use crate::clipping::step;
 use crate::quantity::{SampleRate, Seconds};
-use crate::statistics::rms;
+use crate::statistics::{median, rms};
 
 /// Defective parts of a signal.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -53,9 +53,7 @@ pub(super) struct Usual {
 
 impl Usual {
     pub(super) fn of(samples: &[f64], rate: SampleRate) -> Self {
-        let mut sorted: Vec<f64> = samples.to_vec();
-        let half = sorted.len() / 2;
-        let middle = *sorted.select_nth_unstable_by(half, f64::total_cmp).1;
+        let middle = median(&mut samples.to_vec()).unwrap_or(0.0);
         let block = rate.samples_in(Seconds(0.02)).max(8);
         let mut levels: Vec<f64> = samples
             .chunks(block)

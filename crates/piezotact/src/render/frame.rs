@@ -1,8 +1,7 @@
 //! The time frame of a texture: silence before and after, fades, and resampling to the output rate.
 
-use std::f64::consts::PI;
-
 use super::{RenderConfig, RenderError};
+use crate::fourier::fade;
 use crate::fourier::fast_length;
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::resample::Resampler;
@@ -97,12 +96,12 @@ impl Frame {
     }
 }
 
-/// Raised-cosine fades over `fade` samples at both ends, in place.
-pub(crate) fn fade_ends(samples: &mut [f64], fade: usize) {
+/// Raised-cosine fades over `length` samples at both ends, in place.
+pub(crate) fn fade_ends(samples: &mut [f64], length: usize) {
     let n = samples.len();
-    let fade = fade.min(n / 2);
-    for i in 0..fade {
-        let gain = 0.5 - 0.5 * (PI * (i as f64 + 0.5) / fade as f64).cos();
+    let length = length.min(n / 2);
+    for i in 0..length {
+        let gain = fade((i as f64 + 0.5) / length as f64);
         samples[i] *= gain;
         samples[n - 1 - i] *= gain;
     }

@@ -158,8 +158,7 @@ impl Limiting {
             .map(|(line, _)| cost[line])
             .filter(|c| *c > 0.0)
             .collect();
-        inside.sort_by(f64::total_cmp);
-        let median = *inside.get(inside.len() / 2).ok_or_else(none)?;
+        let median = crate::statistics::median(&mut inside).ok_or_else(none)?;
         for value in &mut cost {
             *value /= median;
         }

@@ -44,8 +44,6 @@ use crate::statistics::LevelSpread;
 use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
 use crate::warning::{Warning, Warnings};
 
-/// The share of the normal distribution that the limits hold is 95 %: this many standard errors either way.
-const REACH: f64 = 1.96;
 /// The window of short-time levels.
 const SHORT_TIME: Seconds = Seconds(0.1);
 /// Less excitation than this, −120 dB re threshold, is what rounding leaves of silence.

@@ -4,12 +4,12 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use super::REACH;
 use super::{BandScore, Difference, Extent};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::discrimination::Model;
 use crate::quantity::{Band, Seconds};
 use crate::statistics::LevelSpread;
+use crate::statistics::Z_95;
 
 /// The longest recording that is recommended, s.
 const LONGEST_S: f64 = 3600.0;
@@ -91,7 +91,7 @@ pub(super) fn criteria(
     }
     if let Some([a, b]) = over_time {
         let jnd = |db: f64| db / model.level_jnd.0;
-        let (apart, reach) = ((b.db - a.db).abs(), REACH * a.error_db.hypot(b.error_db));
+        let (apart, reach) = ((b.db - a.db).abs(), Z_95 * a.error_db.hypot(b.error_db));
         criteria.push(Criterion::new(
             ScoreCriterion::ShortTimeSpread,
             "JND",

@@ -56,11 +56,7 @@ pub fn delay(drive: &[f64], recorded: &[f64]) -> Result<Delay, DelayError> {
     let length = correlation.len();
     let at = |place: usize| correlation[place % length].abs();
     let [before, here, after] = [at(best + length - 1), at(best), at(best + 1)];
-    let bend = before - 2.0 * here + after;
-    let fraction = match bend < 0.0 {
-        true => (0.5 * (before - after) / bend).clamp(-0.5, 0.5),
-        false => 0.0,
-    };
+    let fraction = crate::statistics::vertex([before, here, after]);
     let samples = lag_of(best, recorded.len(), length);
     let (mut dd, mut dr) = (0.0, 0.0);
     for (d, r) in overlap(drive, recorded, samples) {

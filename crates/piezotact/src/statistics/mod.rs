@@ -11,10 +11,13 @@ pub mod random;
 mod rank;
 mod student;
 
+/// Standard errors on either side of a normal estimate that hold it with 95 %, dimensionless.
+pub const Z_95: f64 = 1.959_963_984_540_054;
+
 pub use levels::LevelSpread;
 pub use line::{Direction, LogFit, Trend, log_fit, trend};
 pub use moments::{correlation, mean, peak, rms, standard_deviation};
-pub(crate) use order::median;
+pub use order::{median, vertex};
 pub use paired::{PairedDifference, mean_interval, paired_difference, sign_test};
 pub(crate) use permutation::{Draws, units_needed};
 pub use permutation::{Permuted, holm, permutation_test, sign_flip_test, smallest_p};

@@ -1,4 +1,4 @@
-//! Order statistics of many values, without sorting them.
+//! Order statistics of many values, without sorting them, and the top of a peak between samples.
 
 /// More values than this are narrowed down before they are ordered.
 const MANY: usize = 2000;
@@ -7,11 +7,17 @@ const SAMPLE: usize = 200;
 /// How far the median may be from the sample's, as a share of all values: some two standard deviations, √(¼/200).
 const REACH: f64 = 0.08;
 
-/// The median, the mean of the middle two for an even count; `None` for none. The order of `values` changes.
+/// The median, in the unit of `values`: the mean of the middle two for an even count; `None` for none. The order of `values` changes.
 ///
 /// Of many values only those are ordered that lie between two that a sample gives; when the middle is not among
 /// them after all, all are.
-pub(crate) fn median(values: &mut [f64]) -> Option<f64> {
+///
+/// Source: definition.
+///
+/// ```
+/// assert_eq!(piezotact::statistics::median(&mut [4.0, 1.0, 3.0, 2.0]), Some(2.5));
+/// ```
+pub fn median(values: &mut [f64]) -> Option<f64> {
     let n = values.len();
     if n == 0 {
         return None;
@@ -60,6 +66,21 @@ fn narrowed(values: &[f64]) -> Option<f64> {
     let (first, last) = (first_middle(n), n / 2);
     (first >= below && last < below + kept)
         .then(|| middle_of(&mut between, first - below..=last - below))
+}
+
+/// Where a parabola through three neighbours has its top, in steps from the middle one, −0.5–0.5; 0 where they have none.
+///
+/// Source: J. O. Smith, Spectral Audio Signal Processing, quadratic interpolation of peaks.
+///
+/// ```
+/// assert_eq!(piezotact::statistics::vertex([0.0, 3.0, 2.0]), 0.25);
+/// ```
+#[must_use]
+pub fn vertex([before, top, after]: [f64; 3]) -> f64 {
+    match before - 2.0 * top + after {
+        bend if bend < 0.0 => (0.5 * (before - after) / bend).clamp(-0.5, 0.5),
+        _ => 0.0,
+    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use super::TransferFunction;
 use crate::quantity::{Band, Quantity};
+use crate::statistics::median;
 
 /// How far H2 lies above H1 over a band, dB: for a linear system with noise on both signals the true magnitude lies between.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -53,16 +54,18 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             return None;
         }
         let above = |coherence: f64| -20.0 * coherence.clamp(0.0, 1.0).log10();
-        let mut lines: Vec<(f64, f64)> = self
+        let mut found_db: Vec<f64> = self
             .lines_in(band)
-            .map(|(line, hz)| (above(self.coherence[line]), hz))
+            .map(|(line, _)| above(self.coherence[line]))
             .collect();
-        lines.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let (largest_db, largest_at_hz) = *lines.last()?;
+        let lines = self
+            .lines_in(band)
+            .map(|(line, hz)| (above(self.coherence[line]), hz));
+        let (largest_db, largest_at_hz) = lines.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let known = |db: f64| db.is_finite().then_some(db);
         Some(Bias {
             band_hz: band,
-            median_db: known(lines[lines.len() / 2].0),
+            median_db: known(median(&mut found_db)?),
             largest_db: known(largest_db),
             largest_at_hz,
         })

@@ -7,11 +7,12 @@ use num_complex::Complex;
 
 use super::TransferWarning;
 use crate::fourier::RealTransform;
+use crate::fourier::hann;
 use crate::quantity::{Quantity, SampleRate};
 use crate::resample::at_places;
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
-use crate::statistics::{mean, median};
+use crate::statistics::{mean, median, vertex};
 use crate::warning::Warning;
 
 /// A response corrected to the clock of its drive.
@@ -188,7 +189,7 @@ impl Blocks {
             return None;
         }
         let window: Vec<f64> = (0..segment)
-            .map(|i| 0.5 - 0.5 * (TAU * i as f64 / segment as f64).cos())
+            .map(|i| hann(i as f64 / segment as f64))
             .collect();
         let mut transform = RealTransform::new(segment);
         let mut lines_of = |samples: &[f64]| {
@@ -353,13 +354,7 @@ impl Blocks {
                 if cosine < least {
                     continue;
                 }
-                let [before, on, after] = [best - 1, best, best + 1].map(at_lag);
-                let bend = before - 2.0 * on + after;
-                let part = if bend < 0.0 {
-                    0.5 * (before - after) / bend
-                } else {
-                    0.0
-                };
+                let part = vertex([best - 1, best, best + 1].map(at_lag));
                 near + (best as f64 + part) / FINE as f64
             };
             near = delay;

@@ -5,6 +5,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::{Estimator, TransferFunction};
 use crate::quantity::Quantity;
+use crate::statistics::Z_95;
 
 /// More degrees of freedom change no digit that is said.
 const MOST_FREEDOM: f64 = 1e6;
@@ -151,8 +152,6 @@ fn reach(coherence: f64, freedom: f64, t: f64) -> f64 {
 
 /// Where t·σ is a smaller share of the magnitude than this, it scatters evenly on both sides.
 const EVEN: f64 = 0.3;
-/// The 97.5 % quantile of the standard normal distribution.
-const NORMAL: f64 = 1.959_963_984_540_054;
 
 /// The limits of a magnitude whose estimate is 1 and which reaches `share` to either side.
 fn rice_limits(share: f64) -> (f64, f64) {
@@ -162,7 +161,7 @@ fn rice_limits(share: f64) -> (f64, f64) {
     if !share.is_finite() {
         return (0.0, f64::INFINITY);
     }
-    let sigma = share / NORMAL;
+    let sigma = share / Z_95;
     // The estimate's square over σ², and the probability of one at most as large for a true magnitude.
     let found = 1.0 / (sigma * sigma);
     let below = |truth: f64| noncentral_chi_square_2(found, (truth / sigma).powi(2));

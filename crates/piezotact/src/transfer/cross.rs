@@ -203,8 +203,7 @@ impl<I: Quantity, O: Quantity> CrossSpectra<I, O> {
             .filter(|(line, (_, excited))| *excited && high(*line))
             .map(|(_, (coherence, _))| coherence)
             .collect();
-        excited.sort_by(f64::total_cmp);
-        excited.get(excited.len() / 2).copied()
+        crate::statistics::median(&mut excited)
     }
 }
 

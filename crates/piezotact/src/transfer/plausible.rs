@@ -87,8 +87,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
                 (own > 0.0).then_some(stored / own)
             })
             .collect();
-        ratios.sort_unstable_by(f64::total_cmp);
-        let ratio = *ratios.get(ratios.len() / 2)?;
+        let ratio = crate::statistics::median(&mut ratios)?;
         ((ratio - 1.0).abs() > OTHER_LIMITS)
             .then(|| Warning::from(TransferWarning::LimitsDiffer { ratio }))
     }

@@ -1,6 +1,7 @@
 //! Statistical tests of whether drive and response are related, and of the delay between them, against the distribution for
 //! unrelated signals.
 
+use crate::fourier::hann;
 use num_complex::Complex;
 use piezotact_fourier::ComplexPlanner;
 use serde::{Deserialize, Serialize};
@@ -217,8 +218,7 @@ fn squared_envelope(
     let last = ((band.high().0 / step_hz).floor() as usize).min(n / 2);
     for (line, value) in bins.iter_mut().enumerate().take(last + 1).skip(first) {
         let place = (line as f64 * step_hz - low) / width;
-        let taper = 0.5 - 0.5 * (std::f64::consts::TAU * place).cos();
-        *value = bin(line) * taper;
+        *value = bin(line) * hann(place);
     }
     ComplexPlanner::new().plan_fft_inverse(n).process(&mut bins);
     // Negative lags first.

@@ -7,6 +7,7 @@ use super::cross::CrossSpectra;
 use super::{Estimator, TransferWarning};
 use crate::quantity::Uncalibrated;
 use crate::spectrum::EstimateError;
+use crate::statistics::median;
 use crate::warning::Warning;
 
 /// Relative differences up to this are rounding of numbers stored in single precision.
@@ -119,14 +120,13 @@ struct Farthest {
 
 fn farthest(stored: &[Complex<f64>], ratio: &[Complex<f64>]) -> Option<Farthest> {
     let lines = stored.iter().zip(ratio).enumerate();
-    let mut each: Vec<(f64, usize)> = lines
+    let each: Vec<(f64, usize)> = lines
         .filter(|(_, (_, ratio))| ratio.norm_sqr() > 0.0)
         .map(|(line, (stored, ratio))| ((stored - ratio).norm() / ratio.norm(), line))
         .collect();
-    each.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (difference, line) = *each.last()?;
+    let (difference, line) = *each.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
     Some(Farthest {
-        median: each[each.len() / 2].0,
+        median: median(&mut each.iter().map(|(one, _)| *one).collect::<Vec<_>>())?,
         difference,
         line,
         lines: each.len(),

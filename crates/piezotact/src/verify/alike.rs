@@ -5,6 +5,7 @@ use num_complex::Complex;
 
 use crate::fourier::RealTransform;
 use crate::spectrum::{EstimateError, WelchConfig, segments_in};
+use crate::statistics::Z_95;
 
 /// The share of the scatter of two independent estimates that remains in one line.
 #[derive(Clone, Copy, Debug)]
@@ -154,7 +155,7 @@ pub(super) fn alike(
         let number = independent * counts[window.clone()].iter().sum::<f64>();
         alike[*line] = IndependentShare {
             share: ((1.0 - both + LEAST) / (1.0 - coherence + LEAST)).clamp(0.0, 1.0),
-            reach: 1.96 * (1.0 - both * both) / number.max(1.0).sqrt(),
+            reach: Z_95 * (1.0 - both * both) / number.max(1.0).sqrt(),
         };
     }
     Ok(alike)

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, SampleRate};
 use crate::resample::at_places;
-use crate::statistics::mean;
+use crate::statistics::{mean, median, vertex};
 
 /// Samples that a recording lost, or repeated.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -167,9 +167,7 @@ fn jumps(locals: &[Local]) -> Vec<f64> {
         .windows(2)
         .map(|pair| pair[1].delay - pair[0].delay)
         .collect();
-    let mut sorted = changes.clone();
-    sorted.sort_by(f64::total_cmp);
-    let usual = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let usual = median(&mut changes.clone()).unwrap_or(0.0);
     let mut order: Vec<usize> = (0..changes.len()).collect();
     order.sort_by(|a, b| {
         let size = |i: usize| (changes[i] - usual).abs();
@@ -253,13 +251,8 @@ fn followed(
                     .abs()
                     .total_cmp(&(b as f64 - middle).abs())
             })?;
-        let (before, on, after) = (normed[crest - 1], normed[crest], normed[crest + 1]);
-        let bend = before - 2.0 * on + after;
-        let part = if bend < 0.0 {
-            0.5 * (before - after) / bend
-        } else {
-            0.0
-        };
+        let on = normed[crest];
+        let part = vertex([normed[crest - 1], on, normed[crest + 1]]);
         let delay = around.round() + crest as f64 + part - search as f64;
         Some((delay, on.min(1.0)))
     };
@@ -347,8 +340,7 @@ impl Fit {
                 .map(|local| local.delay - levels[side(local.at)] - slope * local.at)
                 .collect();
             let mut sizes: Vec<f64> = left.iter().map(|v| v.abs()).collect();
-            sizes.sort_by(f64::total_cmp);
-            let usual = sizes.get(sizes.len() / 2).copied().unwrap_or(0.0).max(1e-3);
+            let usual = median(&mut sizes).unwrap_or(0.0).max(1e-3);
             for ((w, local), v) in weights.iter_mut().zip(&used).zip(&left) {
                 *w = local.weight.min(50.0) * (3.0 * usual / v.abs().max(1e-9)).min(1.0);
             }

@@ -1,5 +1,7 @@
 //! Events in time: drop-outs, added events and changes of the short-time level.
 
+use crate::statistics::median;
+
 /// The window in which a drop-out is looked for, s.
 const SHORT_S: f64 = 0.01;
 /// The hop of this window, s.
@@ -125,12 +127,6 @@ fn longest_run(count: usize, is: impl Fn(usize) -> bool) -> usize {
     longest
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
 /// The two compared signals, aligned in time and limited to one band, with the power of the sensor's noise in the second.
 #[derive(Clone, Copy)]
 pub(super) struct Compared<'a> {
@@ -218,9 +214,9 @@ impl Compared<'_> {
         let scale = gain.max(0.0).sqrt() * self.sign();
         let pairs = self.target.iter().zip(self.measured);
         let difference: Vec<f64> = pairs.map(|(t, m)| m - scale * t).collect();
-        let differs = powers(&difference, length, hop);
+        let mut differs = powers(&difference, length, hop);
         let mean = gain * wanted.iter().sum::<f64>() / wanted.len().max(1) as f64;
-        let usual = USUAL_DIFFERENCES * (median(&differs) + self.noise_power);
+        let usual = USUAL_DIFFERENCES * (median(&mut differs).unwrap_or(0.0) + self.noise_power);
         if usual > MAX_USUAL_DIFFERENCE * mean || wanted.is_empty() {
             // A loss would not stand out of the usual difference: only windows of 10 ms can show it.
             return Found {
@@ -415,7 +411,7 @@ impl Compared<'_> {
         let pairs = self.target.iter().zip(self.measured);
         let difference: Vec<f64> = pairs.map(|(t, m)| m - scale * t).collect();
         let (length, hop) = (self.samples(SHORT_S), self.samples(SHORT_HOP_S));
-        let usual = median(&powers(&difference, length, hop));
+        let usual = median(&mut powers(&difference, length, hop)).unwrap_or(0.0);
         let longest = |share: f64| {
             let least = (share * mean).max(USUAL_DIFFERENCES * usual) + self.noise_power;
             let added = |i: usize| {
@@ -528,6 +524,6 @@ fn lull(powers: &[f64], share: f64, noise: f64, hop_s: f64) -> f64 {
 /// The median power of the windows that are not silent.
 fn typical(powers: &[f64]) -> f64 {
     let mean = powers.iter().sum::<f64>() / powers.len().max(1) as f64;
-    let loud: Vec<f64> = powers.iter().copied().filter(|p| *p > 0.1 * mean).collect();
-    median(&loud)
+    let mut loud: Vec<f64> = powers.iter().copied().filter(|p| *p > 0.1 * mean).collect();
+    median(&mut loud).unwrap_or(0.0)
 }

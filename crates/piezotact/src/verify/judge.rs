@@ -1,5 +1,6 @@
 //! The criteria of a verification, judged from the spectra and waveforms of target and measurement.
 
+use crate::statistics::Z_95;
 use crate::verify::VerifyWarning;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
@@ -244,7 +245,7 @@ fn spectrum(
                 scatter += (m.max(t) * felt).powi(2) * variance_db2[k] / DB_PER_NEPER.powi(2);
             }
         }
-        let reach = NORMAL_REACH * scatter.sqrt();
+        let reach = Z_95 * scatter.sqrt();
         let felt: f64 = lines
             .compared
             .iter()
@@ -454,8 +455,6 @@ impl Sums {
 /// Sums over blocks of time, for the jackknife.
 struct Blocks(Vec<Sums>);
 
-/// The 97.5 % quantile of the normal distribution.
-const NORMAL_REACH: f64 = 1.96;
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 /// The length of a block, s, and the fewest.
@@ -508,7 +507,7 @@ impl Blocks {
         let noise = all.noise_power * all.count / all.left();
         let of_noise = 4.0 * noise + 4.0 * noise * noise;
         let squares = (2.0 * apart + of_noise) / bandwidth_s.max(1.0);
-        let reach = NORMAL_REACH * DB_PER_NEPER * squares.sqrt();
+        let reach = Z_95 * DB_PER_NEPER * squares.sqrt();
         Found {
             value,
             interval: [value - reach, value + reach],
@@ -518,7 +517,7 @@ impl Blocks {
     /// The correlation of these waveforms; as it describes these samples, its interval comes from the sensor's noise alone.
     fn correlation(&self, bandwidth_s: f64) -> Found {
         let value = self.all().correlation();
-        let reach = NORMAL_REACH * (1.0 - value) / bandwidth_s.max(1.0).sqrt();
+        let reach = Z_95 * (1.0 - value) / bandwidth_s.max(1.0).sqrt();
         Found {
             value,
             interval: [value - reach, (value + reach).min(1.0)],
@@ -528,7 +527,7 @@ impl Blocks {
     /// The power of the waveforms' difference over that of the target, dB, likewise.
     fn nmse_db(&self, bandwidth_s: f64) -> Found {
         let value = 10.0 * self.all().nmse().max(1e-32).log10();
-        let reach = NORMAL_REACH * DB_PER_NEPER / bandwidth_s.max(1.0).sqrt();
+        let reach = Z_95 * DB_PER_NEPER / bandwidth_s.max(1.0).sqrt();
         Found {
             value,
             interval: [value - reach, value + reach],

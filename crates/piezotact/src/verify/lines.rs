@@ -8,6 +8,7 @@ use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, Band, SampleRate};
 use crate::render::fade_ends;
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, segments_in};
+use crate::statistics::{Z_95, median};
 
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
@@ -17,8 +18,6 @@ const HIDDEN_RATIO: f64 = 3.0;
 const SMOOTH_HZ: f64 = 40.0;
 /// The factor by which the correlation of neighbouring lines of a Hann window increases the variance of a sum.
 const LINE_CORRELATION_FACTOR: f64 = 1.4;
-/// The 97.5 % quantile of the normal distribution.
-const REACH: f64 = 1.96;
 
 /// The PSDs of two aligned signals, and their statistical dependence.
 pub(super) struct Pair {
@@ -252,8 +251,7 @@ impl Floor {
             .map(|k| {
                 let mut near: Vec<f64> =
                     values[k.saturating_sub(reach)..(k + reach + 1).min(values.len())].to_vec();
-                near.sort_by(f64::total_cmp);
-                near[near.len() / 2]
+                median(&mut near).unwrap_or(0.0)
             })
             .collect();
         Some(Self {
@@ -396,7 +394,7 @@ pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option
     }
     let found = squares / sum;
     let reach =
-        (REACH.powi(2) * LINE_CORRELATION_FACTOR * varies + of_variance.powi(2)).sqrt() / sum;
+        (Z_95.powi(2) * LINE_CORRELATION_FACTOR * varies + of_variance.powi(2)).sqrt() / sum;
     let root = |v: f64| v.max(0.0).sqrt();
     let highest = (found + reach).max(0.5 * reach) + less / sum;
     Some((root(found), [root(found - reach), root(highest)]))

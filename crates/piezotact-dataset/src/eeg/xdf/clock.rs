@@ -24,14 +24,7 @@ pub(super) enum Spacing {
 }
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.len() / 2;
-    match sorted.get(middle) {
-        None => f64::NAN,
-        Some(upper) if sorted.len() % 2 == 1 => *upper,
-        Some(upper) => (sorted[middle - 1] + upper) / 2.0,
-    }
+    piezotact::statistics::median(&mut values.collect::<Vec<_>>()).unwrap_or(f64::NAN)
 }
 
 fn steps(values: impl Iterator<Item = f64> + Clone) -> Vec<f64> {

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::statistics::Z_95;
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -250,7 +251,7 @@ impl AdaptiveRun {
         criteria.push(exact(What::Spread, "dB", sd_db, spread));
         // QUEST+ knows how probable other thresholds are; the reversals of a staircase only stand within its levels.
         let reach = match self.method {
-            Method::QuestPlus(_) => 1.96 * sd_db,
+            Method::QuestPlus(_) => Z_95 * sd_db,
             Method::Staircase { .. } => 0.0,
         };
         let interval = Some([level_db - reach, level_db + reach]);

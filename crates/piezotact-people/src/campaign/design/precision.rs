@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use piezotact::statistics::{mean, standard_deviation, t_quantile};
+use piezotact::statistics::{Z_95, mean, standard_deviation, t_quantile};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Normal};
 use statrs::function::gamma::ln_gamma;
@@ -162,7 +162,7 @@ pub fn cell_precision(
         pooled_covered += usize::from(of_pool[0] <= truth && truth <= of_pool[1]);
     }
     let half_width_share = mean(&widths);
-    let error = 1.96 * standard_deviation(&widths) / (studies as f64).sqrt();
+    let error = Z_95 * standard_deviation(&widths) / (studies as f64).sqrt();
     Ok(CellPrecision {
         plan: *plan,
         studies,

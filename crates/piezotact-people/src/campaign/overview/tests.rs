@@ -86,7 +86,8 @@ fn playing_is_counted_in_comparisons_with_training_and_catch_trials() {
 
 /// The pilot of the thesis (4.3.1) is one man: nothing over people can be shown, and that is a fault.
 #[test]
-fn one_participant_shows_no_spread() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_one_participant_shows_no_spread() {
     let found = design("periodic_pilot");
     assert_eq!(found.campaign.participants, 1);
     assert_eq!(found.outcome(), Outcome::NotMet);
@@ -147,7 +148,8 @@ fn comparisons_ratings_and_categories_are_judged() {
 
 /// 37 % where 80 % is wanted, and everything else is met.
 #[test]
-fn no_fault_is_not_said_of_a_power_below_what_is_wanted() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_no_fault_is_not_said_of_a_power_below_what_is_wanted() {
     let mut protocol = from_library("periodic_pilot").unwrap().unwrap();
     protocol.panel.participants = 40;
     let question = |a, b| PowerQuestion {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use piezotact::fourier::hann;
 use piezotact::quantity::SampleRate;
 
 /// The networks of the world, Hz.
@@ -24,7 +25,7 @@ pub(super) fn line(samples: &[f64], rate: SampleRate) -> Option<(f64, f64)> {
     let mean = samples.iter().sum::<f64>() / samples.len() as f64;
     let power = samples.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / samples.len() as f64;
     let window: Vec<f64> = (0..length)
-        .map(|i| 0.5 - 0.5 * (TAU * i as f64 / length as f64).cos())
+        .map(|i| hann(i as f64 / length as f64))
         .collect();
     let at = |hz: f64| tone_power(samples, mean, &window, hz / rate.hz());
     let found = MAINS_HZ.into_iter().filter_map(|mains_hz| {

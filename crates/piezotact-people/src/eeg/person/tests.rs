@@ -378,7 +378,8 @@ fn false_clusters(epochs: [usize; 2], studies: u64) -> f64 {
 }
 
 #[test]
-fn unequal_numbers_of_epochs_make_no_false_clusters() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_unequal_numbers_of_epochs_make_no_false_clusters() {
     let share = false_clusters([10, 60], 24);
     // 27 % of 40 such studies without the correction of the logarithm; at 5 %, at most 3 of 24 with a probability of 97 %.
     assert!(share <= 0.13, "{share}");

@@ -4,6 +4,7 @@ mod positions;
 mod spline;
 
 use piezotact::Warning;
+use piezotact::statistics::median;
 
 use super::EegWarning;
 use super::epochs::{Epochs, EpochsError};
@@ -92,8 +93,7 @@ impl Montage {
         let known = Self::known(&self.channels).into_iter().zip(&self.positions);
         let angles = known.filter_map(|(known, own)| Some(dot(&known?, own).acos().to_degrees()));
         let mut angles: Vec<f64> = angles.collect();
-        angles.sort_by(f64::total_cmp);
-        (angles.len() > 2).then(|| angles[angles.len() / 2])
+        median(&mut angles).filter(|_| angles.len() > 2)
     }
 
     /// Channels at measured positions, relative to the centre of a sphere, in any unit: they are set to length 1.

@@ -1,6 +1,6 @@
 //! Renderings with known faults: the delivered vibration without noise, and its recording.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use anyhow::Result;
@@ -62,7 +62,7 @@ pub(super) fn faded(x: &[f64], fade_s: f64) -> Vec<f64> {
     let last = x.len() as f64 - 1.0;
     let weight = |i: usize| {
         let inside = (i as f64).min(last - i as f64) / n;
-        0.5 - 0.5 * (PI * inside.min(1.0)).cos()
+        piezotact::fourier::fade(inside)
     };
     x.iter().enumerate().map(|(i, v)| v * weight(i)).collect()
 }

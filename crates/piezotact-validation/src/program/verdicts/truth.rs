@@ -465,13 +465,7 @@ fn best_delay(t: &[f64], d: &[f64]) -> f64 {
     let best = (-most..=most)
         .max_by(|a, b| at(*a).total_cmp(&at(*b)))
         .unwrap_or(0);
-    let (before, here, after) = (at(best - 1), at(best), at(best + 1));
-    let bend = before - 2.0 * here + after;
-    let shift = if bend < 0.0 {
-        0.5 * (before - after) / bend
-    } else {
-        0.0
-    };
+    let shift = piezotact::statistics::vertex([at(best - 1), at(best), at(best + 1)]);
     (best as f64 + shift) / FINER as f64
 }
 

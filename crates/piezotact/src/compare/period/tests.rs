@@ -61,7 +61,8 @@ fn found(recordings: &[(String, f64, Vec<f64>)]) -> SpatialPeriod {
 /// The 95 % interval holds the truth in 90–99 % of 200 studies (three standard errors of 1.5 % either way), whether speeds depart recording by recording or the period
 /// load by load too. A line through pooled spectra says nothing of that.
 #[test]
-fn an_interval_covers_what_repeats_show() {
+#[ignore = "many repetitions: ./x soak runs it"]
+fn soak_an_interval_covers_what_repeats_show() {
     let mut noise = Noise(20_261_121);
     let speeds = [0.015, 0.02, 0.02, 0.03, 0.03, 0.04];
     let studies = 200;
