@@ -1,18 +1,14 @@
-//! What a person reads and what a program parses, as it was reviewed: the help of every command, printed text with its warnings, and
-//! the shape of every document.
+//! What a person reads, as it was reviewed: the help of every command, and printed text with its warnings. What a program parses is held
+//! by `docs/schemas/` and `same_numbers.rs`.
 //!
 //! `INSTA_UPDATE=always cargo test --locked --workspace snapshots` writes the snapshots again; read the difference before it is committed.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use std::collections::BTreeSet;
-use std::fmt::Write as _;
-
-use serde_json::Value;
 
 use crate::support::{COMMANDS, Folder, noise, wav};
 
-/// A chain of commands from a twin's recording to a verdict, a panel and a surface; its last word is the name of the snapshot. Those
-/// that print documents are run once more with `--json`.
+/// A chain of commands from a twin's recording to a verdict, a panel and a surface; its last word is the name of the snapshot.
 const CHAIN: &[(&str, &str)] = &[
     (
         "twin record --bench acttouch --sample S4 --participant 3 --speed 30mm/s --strokes 3 --out S4.parquet",
@@ -104,11 +100,11 @@ fn the_list_of_commands_is_whole() {
 }
 
 #[test]
-fn printed_text_and_the_shape_of_documents() {
+fn printed_text() {
     let folder = Folder::new();
     folder.write("texture.wav", wav(noise(10_000).map(|v| v * 0.2), 5_000));
     for (command, name) in CHAIN {
-        let mut arguments: Vec<&str> = command.split_whitespace().collect();
+        let arguments: Vec<&str> = command.split_whitespace().collect();
         let done = folder.run(&arguments);
         if name.is_empty() {
             continue;
@@ -120,41 +116,5 @@ fn printed_text_and_the_shape_of_documents() {
             done.code()
         );
         insta::assert_snapshot!(format!("text_{name}"), text);
-        arguments.push("--json");
-        let printed = folder.run(&arguments).out();
-        if let Ok(mut document) = serde_json::from_str::<Value>(&printed) {
-            // The same in every document, and held in rerun.rs.
-            let made = document.as_object_mut().unwrap().remove("invocation");
-            assert!(made.is_some(), "{command}");
-            let mut shape = String::new();
-            write_shape("", &document, &mut BTreeSet::new(), &mut shape);
-            insta::assert_snapshot!(format!("document_{name}"), shape);
-        }
-    }
-}
-
-/// One line for each field: its path and its type; the elements of a list are one field `[]`.
-fn write_shape(path: &str, value: &Value, seen: &mut BTreeSet<String>, shape: &mut String) {
-    let kind = match value {
-        Value::Null => "null",
-        Value::Bool(_) => "true or false",
-        Value::Number(_) => "number",
-        Value::String(_) => "text",
-        Value::Array(several) => {
-            for one in several {
-                write_shape(&format!("{path}[]"), one, seen, shape);
-            }
-            return;
-        }
-        Value::Object(fields) => {
-            for (name, inner) in fields {
-                write_shape(&format!("{path}.{name}"), inner, seen, shape);
-            }
-            return;
-        }
-    };
-    let line = format!("{path}: {kind}");
-    if seen.insert(line.clone()) {
-        let _never_fails = writeln!(shape, "{line}");
     }
 }
