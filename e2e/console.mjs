@@ -141,7 +141,7 @@ try {
   await idle(page);
   const [accepted, rejected] = (await text(page, "strokes")).match(/\d+/g).map(Number);
   const { recordings } = JSON.parse(run("segment", "console/touch-1.parquet", "--json"));
-  const counted = [recordings[0].strokes.length, recordings[0].rejected.length];
+  const counted = [recordings[0].cuts.length, recordings[0].rejected.length];
   expect(`${[accepted, rejected]}` === `${counted}`, `strokes shown ${[accepted, rejected]}, in the recording ${counted}`);
 
   // Stopped in between: what was acquired is kept.

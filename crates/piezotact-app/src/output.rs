@@ -9,6 +9,7 @@ use piezotact::document::{Content, Document};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::warning::{Merged, merged};
 use piezotact_dataset::{WriteError, write_atomically};
+use serde_json::Value;
 
 use crate::advice::merged_text;
 use crate::failure::{Failure, Outcome};
@@ -42,7 +43,13 @@ pub(crate) fn print(text: &str) -> Outcome {
 
 /// Prints the document of `content` as readable JSON.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
-    print(&document_text(content, None)?)
+    print_made(serde_json::to_value(Document::of(content))?)
+}
+
+/// Prints a document as readable JSON with how it was made.
+pub(crate) fn print_made(mut document: Value) -> Outcome {
+    invocation::add_to(&mut document, None)?;
+    print(&serde_json::to_string_pretty(&document)?)
 }
 
 /// The document of `content`, which is written to `path` or printed, as readable JSON with how it was made.

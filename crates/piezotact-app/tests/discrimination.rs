@@ -30,7 +30,7 @@ fn halves_of_one_recording_are_not_distinguishable_and_text_json_and_report_agre
         ])
         .expect_success();
     let cuts = folder.run(&["segment", "all.parquet", "--json"]).json();
-    let strokes = cuts["recordings"][0]["strokes"].as_array().unwrap();
+    let strokes = cuts["recordings"][0]["cuts"].as_array().unwrap();
     let middle = number(&strokes[strokes.len() / 2]["contact_start_s"]) - 0.05;
     let all = std::fs::read(folder.path("all.parquet")).unwrap();
     for (name, left_out) in [("A", [middle, 1e4]), ("B", [0.0, middle])] {

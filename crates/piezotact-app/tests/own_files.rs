@@ -21,7 +21,7 @@ fn criteria_are_numbers() {
     let found = found.json();
     let take = &found["recordings"][0];
     let (strokes, rejected) = (
-        take["strokes"].as_array().unwrap(),
+        take["cuts"].as_array().unwrap(),
         take["rejected"].as_array().unwrap(),
     );
     for part in strokes.iter().chain(rejected) {

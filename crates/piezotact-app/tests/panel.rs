@@ -38,7 +38,7 @@ fn a_campaign_runs_goes_on_and_is_analysed() {
         (Some(12), Some(12))
     );
     // What each was accepted by, rule by rule.
-    let accepted = first["accepted"].as_array().unwrap();
+    let accepted = first["entries"].as_array().unwrap();
     assert_eq!(accepted.len(), 12);
     for one in accepted {
         let attempts = one["attempts"].as_array().unwrap();

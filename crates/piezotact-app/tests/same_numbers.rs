@@ -29,7 +29,21 @@ use support::{Folder, shared};
 
 /// Fields that have another path now: a run of segments in the stored path, and what stands there now. `CHANGELOG.md`
 /// repeats this list.
-const RENAMED: &[(&str, &str)] = &[];
+const RENAMED: &[(&str, &str)] = &[
+    ("printed.record", "printed.out"),
+    ("printed.map", "printed.out"),
+    ("printed.step_m", "printed.step_x_m"),
+    ("printed.accepted", "printed.entries"),
+    ("strokes", "cuts"),
+    ("rms_log_slope", "rms_on_speed.slope"),
+    ("rms_log_slope_interval", "rms_on_speed.slope_interval"),
+    ("spatial_period_outcome", "period.outcome"),
+    ("spatial_period_criteria", "period.criteria"),
+    ("spatial_period_groups", "period.groups"),
+    ("spatial_period_over.what", "period.over"),
+    ("spatial_period_over.count", "period.units"),
+    ("peaks", "period.peaks"),
+];
 
 #[test]
 fn touch_on_the_twin_gives_the_stored_values() {
@@ -130,15 +144,16 @@ fn a_changed_value_a_lost_field_and_a_changed_sample_are_found() {
 fn a_lost_field_another_type_and_another_version_do_not_fit_the_schema() {
     let play = |change: fn(&mut serde_json::Value)| {
         let mut document = serde_json::json!({
-            "schema": "play", "version": 1, "record": "r.parquet", "rate_hz": 5000.0,
-            "duration_s": 1.5, "provenance": { "source": "a bench", "steps": [] }, "warnings": [],
+            "schema": "play", "version": 2, "out": "r.parquet", "rate_hz": 5000.0,
+            "duration_s": 1.5, "channels": [["acceleration", "m/s²"]], "condition": {},
+            "provenance": { "source": "a bench", "steps": [] }, "warnings": [],
         });
         change(&mut document);
         schema::differences(&document)
     };
     assert_eq!(play(|_| ()), [""; 0]);
-    assert_eq!(play(|d| d["version"] = 2.into()).len(), 1);
-    assert_eq!(play(|d| d["record"] = 1.into()).len(), 1);
+    assert_eq!(play(|d| d["version"] = 3.into()).len(), 1);
+    assert_eq!(play(|d| d["out"] = 1.into()).len(), 1);
     assert!(play(|d| drop(d.as_object_mut().unwrap().remove("warnings")))[0].contains("warnings"));
     assert!(!play(|d| d["warnings"] = serde_json::json!([{ "code": "x" }])).is_empty());
     assert!(play(|d| d["schema"] = "plays".into())[0].contains("plays.json"));

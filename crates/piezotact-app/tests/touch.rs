@@ -77,7 +77,7 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
         .json();
     let take = &found["recordings"][0];
     let (strokes, rejected) = (
-        take["strokes"].as_array().unwrap(),
+        take["cuts"].as_array().unwrap(),
         take["rejected"].as_array().unwrap(),
     );
     assert_eq!((strokes.len(), rejected.len()), (3, 2), "{found}");
@@ -116,8 +116,8 @@ fn strokes_and_rejects_are_listed_and_a_person_has_the_last_word() {
     folder.write("S8.csv.cuts", edited);
     let again = folder.run(&["segment", "S8.csv", "--json"]).json();
     let take = &again["recordings"][0];
-    assert_eq!(take["strokes"].as_array().unwrap().len(), 3);
-    assert_eq!(take["strokes"][1]["cut_by"], "person");
+    assert_eq!(take["cuts"].as_array().unwrap().len(), 3);
+    assert_eq!(take["cuts"][1]["cut_by"], "person");
     assert!(again.to_string().contains("the participant sneezed"));
     assert!(take["cuts_file"].as_str().unwrap().ends_with("S8.csv.cuts"));
     folder
@@ -222,24 +222,26 @@ fn speeds_give_the_spatial_period_and_the_slope_of_the_level() {
     let json = folder
         .run(&[&arguments[..], &["--json", "--report", "r.html"]].concat())
         .json();
-    let period = number(&json["spatial_period_mm"]);
+    let found = &json["period"];
+    assert_eq!(found["outcome"], "met", "{found}");
+    let period = 1e3 * number(&found["period_m"]);
     assert!((period - 0.6).abs() < 0.005, "{period}");
-    let interval: Vec<f64> = json["spatial_period_interval_mm"]
+    let interval: Vec<f64> = found["interval_m"]
         .as_array()
         .unwrap()
         .iter()
-        .map(number)
+        .map(|limit_m| 1e3 * number(limit_m))
         .collect();
     assert!(
         interval[0] < period && period < interval[1] && interval[1] - interval[0] < 0.1,
         "{interval:?}"
     );
     assert!(
-        (number(&json["rms_log_slope"]) - 1.0).abs() < 0.05,
+        (number(&json["rms_on_speed"]["slope"]) - 1.0).abs() < 0.05,
         "{}",
         json["rms_on_speed"]
     );
-    for (peak, speed) in json["peaks"]
+    for (peak, speed) in found["peaks"]
         .as_array()
         .unwrap()
         .iter()
@@ -563,10 +565,11 @@ fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
         here.run(&arguments).json()
     };
     let fine = compared(&files("2mm"));
-    let period = number(&fine["spatial_period_mm"]);
+    assert_eq!(fine["period"]["outcome"], "met", "{}", fine["period"]);
+    let period = 1e3 * number(&fine["period"]["period_m"]);
     assert!((3.96..=3.98).contains(&period), "{period}");
     // The index reads the peaks off bins at a rate of 1/28 ms; the time stamps' own rate is 0.3 % lower.
-    for (peak, hz) in fine["peaks"]
+    for (peak, hz) in fine["period"]["peaks"]
         .as_array()
         .unwrap()
         .iter()
@@ -577,7 +580,9 @@ fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
             "{peak}"
         );
     }
-    let coarse = number(&compared(&files("10mm"))["spatial_period_mm"]);
+    let coarse = &compared(&files("10mm"))["period"];
+    assert_eq!(coarse["outcome"], "met", "{coarse}");
+    let coarse = 1e3 * number(&coarse["period_m"]);
     assert!((coarse - 20.0).abs() < 0.2, "{coarse}");
     // The same pattern as a person writes it.
     let mut stated = vec!["compare"];
@@ -591,7 +596,7 @@ fn the_ridges_of_a_measured_board_come_out_of_four_speeds() {
         "{sample}_F{load}_V-{speed:mm/s}mmps_{repeat}",
     ]);
     let again = here.run(&stated).json();
-    assert_eq!(again["spatial_period_mm"], fine["spatial_period_mm"]);
+    assert_eq!(again["period"]["period_m"], fine["period"]["period_m"]);
     assert!(
         again["warnings"]
             .to_string()
@@ -689,7 +694,7 @@ fn recordings_that_do_not_belong_together_are_told_apart() {
     // Leaving out more than there is leaves out what there is.
     folder.write("S1_a.csv.cuts", "\u{feff}leave-out  5   100  the rest\n");
     let left = folder.run(&["segment", "S1_a.csv", "--json"]).json();
-    let strokes = left["recordings"][0]["strokes"].as_array().unwrap().len();
+    let strokes = left["recordings"][0]["cuts"].as_array().unwrap().len();
     assert!(strokes > 0 && strokes < 6, "{strokes}");
     let again = ["analyse", "S4_a.csv", "./S4_a.csv"];
     folder.run(&again).expect_failure(2, &["is given twice"]);

@@ -18,7 +18,7 @@ fn active_strokes_are_found_and_analysed() {
     record(&folder, asked).expect_success();
     let cut = folder.run(&["segment", "S4.parquet", "--json"]).json();
     assert_eq!(
-        cut["recordings"][0]["strokes"].as_array().unwrap().len(),
+        cut["recordings"][0]["cuts"].as_array().unwrap().len(),
         15,
         "{cut}"
     );

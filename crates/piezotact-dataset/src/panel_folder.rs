@@ -50,7 +50,9 @@ pub struct PanelEntry {
 
 /// The index of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelIndex {
+    /// The name and the version of its form.
     format: String,
     /// What it is of; absent while nothing is in it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -69,8 +71,11 @@ pub struct PanelIndex {
     pub bench_files: Vec<BenchFile>,
     /// The participants, measured and planned.
     pub participants: Vec<String>,
+    /// The loads, N.
     pub loads_n: Vec<f64>,
+    /// The angles, degrees.
     pub angles_deg: Vec<f64>,
+    /// The measurements.
     pub entries: Vec<PanelEntry>,
     /// What was planned and is not measured yet.
     #[serde(default)]

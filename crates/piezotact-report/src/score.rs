@@ -75,7 +75,7 @@ fn verdict(s: &Score) -> Markup {
     };
     html! {
         section class=(class) {
-            strong { (s.sentence()) }
+            strong { (s.sentence) }
             div.numbers {
                 (jnd(s.score, "score: the largest of the next three"))
                 (jnd(s.spectrum, "mean over the bands, weighted by excitation"))

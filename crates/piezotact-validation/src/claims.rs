@@ -1,17 +1,20 @@
 //! What the thesis says of its measurements, as claims that can be checked.
 
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 
 /// One claim of the thesis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Claim {
     /// Its number, from 1.
+    #[serde(rename = "claim")]
     pub number: u8,
     /// The chapter of the thesis.
     pub chapter: u8,
     /// The section and figures.
     pub at: &'static str,
+    /// What the thesis says.
     pub says: &'static str,
     /// The sentence of the thesis that the criterion follows, where it is quoted.
     pub quote: Option<&'static str>,
@@ -328,15 +331,27 @@ pub const CLAIMS: [Claim; 37] = [
 ];
 
 /// What was found of a claim.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Finding {
+    /// The number of the claim; documents have what it says too.
+    #[serde(flatten, serialize_with = "with_its_claim")]
+    #[cfg_attr(feature = "schemas", schemars(with = "Claim"))]
     pub claim: u8,
     /// What was measured, with its unit.
     pub measured: String,
     /// Whether it holds: when all criteria are met.
+    #[serde(flatten)]
     pub verdict: Verdict,
     /// What the verdict follows from; empty for what cannot be measured yet.
     pub criteria: Vec<Criterion<ClaimRule>>,
+}
+
+fn with_its_claim<S: Serializer>(number: &u8, serializer: S) -> Result<S::Ok, S::Error> {
+    match CLAIMS.iter().find(|claim| claim.number == *number) {
+        Some(claim) => claim.serialize(serializer),
+        None => serializer.collect_map([("claim", number)]),
+    }
 }
 
 /// A rule that a claim holds by.
@@ -371,17 +386,28 @@ impl Counting {
 }
 
 /// Whether a claim holds on the twin.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(tag = "verdict", rename_all = "snake_case")]
 pub enum Verdict {
     /// It does.
     Holds,
     /// It does not, or in part.
+    #[serde(rename = "does_not_hold")]
     DoesNot {
         /// Why, where that is known.
         reason: String,
     },
     /// It cannot be measured yet.
-    NotYet { with: &'static str },
+    NotYet {
+        /// What brings it; in documents a sentence.
+        #[serde(rename = "reason", serialize_with = "requires")]
+        with: &'static str,
+    },
+}
+
+fn requires<S: Serializer>(with: &&'static str, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(&format_args!("not measured yet: requires {with}"))
 }
 
 impl Finding {

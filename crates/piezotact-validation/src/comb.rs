@@ -190,7 +190,7 @@ mod tests {
             };
             (0..=1_024).map(line).collect()
         });
-        StrokeSpectra::over(each.collect(), STEP_HZ)
+        StrokeSpectra::over(each.collect(), STEP_HZ, String::new())
     }
 
     fn broad(hz: f64) -> f64 {

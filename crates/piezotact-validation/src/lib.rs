@@ -34,6 +34,7 @@ use piezotact::spectrum::EstimateError;
 use piezotact_bench::{DeviceError, ProcedureError};
 use piezotact_twin::ParameterError;
 use piezotact_volunteers::{CampaignError, Laboratory, MeasureError};
+use serde::Serialize;
 
 /// The chapters that can be measured again.
 pub const CHAPTERS: [u8; 4] = [3, 4, 5, 6];
@@ -53,7 +54,8 @@ pub fn chapter(laboratory: &Laboratory, number: u8) -> Option<Result<Chapter, Re
 }
 
 /// One chapter of the thesis, measured again.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Chapter {
     /// Its number in the thesis.
     pub number: u8,
@@ -64,6 +66,7 @@ pub struct Chapter {
     /// What was found of its claims, in their order.
     pub findings: Vec<Finding>,
     /// The counterparts of its figures.
+    #[serde(skip)]
     pub figures: Vec<Counterpart>,
     /// What a person should know before relying on it, each once, with how often it was said.
     pub warnings: Vec<piezotact::warning::Merged>,

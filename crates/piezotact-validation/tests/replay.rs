@@ -47,7 +47,7 @@ fn a_chapter_is_measured_again() {
     let findings = folder
         .run(&[&replay[..], &["two", "--json"]].concat())
         .json();
-    let found = findings["findings"].as_array().unwrap();
+    let found = findings["chapters"][0]["findings"].as_array().unwrap();
     let numbers: Vec<u64> = found.iter().filter_map(|f| f["claim"].as_u64()).collect();
     assert_eq!(numbers, CLAIMS);
     let counted = findings["panels"]["claims"].as_array().unwrap();

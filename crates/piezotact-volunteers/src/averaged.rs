@@ -39,5 +39,5 @@ pub(super) fn averaged(
     }
     let panel = Panel::new(entries).map_err(MeasureError::from)?;
     let average = average_of_panel(&panel, cell, BundleAverage::LogMagnitude, band()?);
-    Ok(average.map_err(MeasureError::from)?)
+    Ok(average.map_err(MeasureError::from)?.function)
 }

@@ -3,8 +3,11 @@
 //! A value that a command hands out implements [`Content`]. Its [`Document`] is what JSON holds: `schema`, `version`, and the
 //! fields of the value. `docs/schemas/` has the JSON Schema of each.
 
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
 
 use crate::warning::{Merged, Warning};
@@ -42,12 +45,45 @@ impl<'a, T: Content> Document<&'a T> {
     }
 }
 
+/// A result with the file that holds it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Kept<'a, T> {
+    /// The file that holds it.
+    pub out: &'a Path,
+    #[serde(flatten)]
+    pub value: &'a T,
+}
+
+impl<T: Content> Content for Kept<'_, T> {
+    const SCHEMA: &'static str = T::SCHEMA;
+    const VERSION: u32 = T::VERSION;
+}
+
+/// A value with the name of the file that it is about.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Named<'a, T> {
+    /// Its name.
+    pub file: &'a str,
+    #[serde(flatten)]
+    pub value: T,
+}
+
+/// Writes a value as its text; for serde's `serialize_with`.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn in_words<S: Serializer>(value: &impl Display, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_str(value)
+}
+
 /// A file of several from which there is no result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct FailedFile {
     /// The file.
-    pub file: std::path::PathBuf,
+    pub file: PathBuf,
     /// What was expected, what was found, and what to do.
     pub why: String,
 }

@@ -20,6 +20,8 @@ use crate::series::{Series, SeriesError};
 use crate::warning::Warning;
 
 pub use about::About;
+#[cfg(feature = "schemas")]
+pub(crate) use about::MergedAbout;
 pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
 pub use clock::Clock;
 pub use rehearsal::{RehearsalWarning, played_through_its_own};

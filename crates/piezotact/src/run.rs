@@ -3,9 +3,11 @@
 //! Everything that acquires (a stroke, a characterisation, one step of a closed loop, a run of a panel) emits these
 //! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
+mod acquired;
 mod force_source;
 mod warning;
 
+pub use acquired::{Acquired, Played, Recorded, TwinRecorded};
 pub use force_source::ForceSourceWarning;
 pub use warning::RunWarning;
 

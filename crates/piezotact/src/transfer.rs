@@ -11,7 +11,6 @@ mod bundle;
 mod clock;
 mod confidence;
 mod cross;
-mod document;
 mod estimator;
 mod impact;
 mod judge;
@@ -33,7 +32,6 @@ pub use bundle::{
 pub use clock::{OneClock, on_one_clock, prepared};
 pub use confidence::{Confidence, Limits};
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
-pub use document::EstimateDocument;
 pub use estimator::Estimator;
 pub(crate) use impact::short_pulses;
 pub use impact::{
@@ -67,13 +65,19 @@ use crate::statistics::median;
 use crate::warning::Warning;
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
-/// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for.
-#[derive(Clone, Debug, PartialEq)]
+/// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for. Documents leave
+/// the lines out, which have a file of their own.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TransferFunction<I: Quantity, O: Quantity> {
+    #[serde(skip)]
     response: Vec<Complex<f64>>,
+    #[serde(skip)]
     coherence: Vec<f64>,
+    /// The distance of two lines, Hz.
     resolution_hz: f64,
     /// The rate of the recording it was estimated from.
+    #[serde(rename = "rate_hz")]
     pub rate: SampleRate,
     /// How it was estimated.
     pub estimator: Estimator,
@@ -85,14 +89,23 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     /// The equivalent number of independent segments, with the same scatter; 0 when not known.
     pub effective_averages: f64,
     /// From the lowest to the highest line that was excited; absent when not known.
+    #[serde(rename = "excited_hz")]
     pub excited: Option<Band>,
     /// Condition, provenance and warnings.
+    #[serde(flatten, serialize_with = "About::merged")]
+    #[cfg_attr(
+        feature = "schemas",
+        schemars(with = "crate::recording::MergedAbout<'static>")
+    )]
     pub about: About,
     /// Gain and level of the device it was measured with; absent for a system that is not a PIEZOTACT.
+    #[serde(rename = "drive_setup")]
     pub drive: Option<DriveSetup>,
     /// The hits and the windows of an impact test, with the damping that an exponential window added; absent for other
     /// drives.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub impact: Option<ImpactTest>,
+    #[serde(skip)]
     quantities: PhantomData<(I, O)>,
 }
 

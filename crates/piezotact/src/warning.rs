@@ -18,8 +18,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
 pub use list::Warnings;
-pub(crate) use merged::serialize_merged;
-pub use merged::{Merged, Range, merged, merged_of};
+pub use merged::{Merged, Range, merged, merged_of, serialize_merged};
 
 /// One thing that a person should know before relying on a result.
 #[derive(Clone, Debug, Serialize)]

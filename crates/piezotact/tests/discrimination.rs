@@ -447,7 +447,7 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
         eprintln!(
             "{louder_db} dB louder: {}; {}",
             found.settings[0].sentences().join(""),
-            scored.sentence()
+            scored.sentence
         );
         // Windows of 0.8 s do not weigh the strokes alike: the standard error of a mean of twelve is 0.1 JND.
         assert!(
@@ -467,7 +467,7 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
         assert!(!contradict);
         let neither = "neither reaches the detection threshold";
         assert_eq!(
-            scored.sentence().contains(neither),
+            scored.sentence.contains(neither),
             found.settings[0].sentences().join("").contains(neither)
         );
         told += usize::from(pair.outcome == Distinguishability::ToldApart);
@@ -477,7 +477,7 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
 }
 
 #[test]
-fn warnings_and_results_come_back_from_json() {
+fn warnings_come_back_from_json_and_results_are_written_whole() {
     for warning in [
         DiscriminationWarning::ThresholdsOfSkin,
         DiscriminationWarning::OneStroke {
@@ -496,6 +496,14 @@ fn warnings_and_results_come_back_from_json() {
         sample(&mut random, "A", &texture, [1, 5], 0.0),
         sample(&mut random, "B", &texture, [1, 1], 0.0),
     ]);
-    let text = serde_json::to_string(&found).unwrap();
-    assert_eq!(serde_json::from_str::<AcrossSamples>(&text).unwrap(), found);
+    let written = serde_json::to_value(&found).unwrap();
+    let (groups, setting) = (&found.settings[0], &written["settings"][0]);
+    assert_eq!(setting["names"], serde_json::json!(["A", "B"]));
+    assert_eq!(setting["units"], serde_json::json!(groups.units));
+    assert_eq!(setting["within_jnd"], serde_json::json!(groups.within_jnd));
+    assert_eq!(setting["pairs"], serde_json::json!(groups.pairs));
+    assert_eq!(written["family"], found.family);
+    assert_eq!(written["config"], serde_json::json!(found.config));
+    assert_eq!(written["sentence"], found.sentence);
+    assert!(found.sentence.contains("permutation test, 5 % over 1 pair"));
 }

@@ -45,12 +45,12 @@ fn halves_of_measured_recordings_are_not_distinguishable() {
             eprintln!(
                 "halves of {texture}_{part}, {:.2} s each: {}",
                 a.duration().0,
-                s.sentence()
+                s.sentence
             );
             assert!(
                 !matches!(s.verdict, Verdict::Distinguishable { .. }),
                 "{texture}_{part}: {}",
-                s.sentence()
+                s.sentence
             );
             scored += 1;
         }

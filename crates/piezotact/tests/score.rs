@@ -59,13 +59,8 @@ fn a_texture_and_its_phase_randomised_twin_score_below_a_tenth() {
             s.literature.as_ref().unwrap().st_sim.value,
             s.literature.as_ref().unwrap().spqi
         );
-        assert!(s.score.jnd < 0.1, "seed {seed}: {}", s.sentence());
-        assert_eq!(
-            s.verdict,
-            Verdict::BelowJnd,
-            "seed {seed}: {}",
-            s.sentence()
-        );
+        assert!(s.score.jnd < 0.1, "seed {seed}: {}", s.sentence);
+        assert_eq!(s.verdict, Verdict::BelowJnd, "seed {seed}: {}", s.sentence);
     }
 }
 
@@ -74,8 +69,8 @@ fn a_texture_and_itself_5_ms_later_score_below_a_tenth() {
     for seed in 1..=3 {
         let x = texture(seed, THIRTY_S, 2.0, humps);
         let s = scored(&x, &later(&x, 25));
-        eprintln!("5 ms later, seed {seed}: {}", s.sentence());
-        assert!(s.score.jnd < 0.1, "seed {seed}: {}", s.sentence());
+        eprintln!("5 ms later, seed {seed}: {}", s.sentence);
+        assert!(s.score.jnd < 0.1, "seed {seed}: {}", s.sentence);
         assert_eq!(s.extent, Extent::SharedPart);
         let waveform = s.waveform.unwrap();
         assert!((waveform.delay_s - 0.005).abs() < 1e-5 && waveform.correlation > 0.99);
@@ -118,7 +113,7 @@ fn twins_of_other_spectra_score_below_a_tenth_in(seeds: std::ops::RangeInclusive
                 apart.low_jnd,
                 apart.high_jnd
             );
-            assert!(s.score.jnd < 0.1, "{name}, seed {seed}: {}", s.sentence());
+            assert!(s.score.jnd < 0.1, "{name}, seed {seed}: {}", s.sentence);
             assert!(
                 apart.low_jnd <= 1.0 && apart.high_jnd >= 1.0,
                 "{name}, seed {seed}: {apart:?}"
@@ -133,12 +128,12 @@ fn silence_around_a_measurement_is_left_out() {
     let x = texture(1, 50_000, 2.0, humps);
     let around = [vec![0.0; 4_000], x.samples().to_vec(), vec![0.0; 9_000]].concat();
     let s = scored(&x, &series(around));
-    eprintln!("with silence around: {}", s.sentence());
+    eprintln!("with silence around: {}", s.sentence);
     assert!(
         s.score.jnd < 1e-3
             && s.warnings.to_vec() == [Warning::from(DiscriminationWarning::ThresholdsOfSkin)],
         "{} {:?}",
-        s.sentence(),
+        s.sentence,
         s.warnings
     );
     assert!(s.literature.unwrap().st_sim.value.unwrap() > 0.999);
@@ -170,17 +165,17 @@ fn two_textures_one_jnd_apart_in_level_score_1() {
             "1 JND apart, {rms_m_s2} m/s², {sign:+}: one realisation {:.4}; two {:.4} ({:.2}–{:.2})",
             own.score.jnd, other.score.jnd, other.score.low_jnd, other.score.high_jnd
         );
-        assert!((own.score.jnd - 1.0).abs() < 0.1, "{}", own.sentence());
-        assert!((other.score.jnd - 1.0).abs() < 0.1, "{}", other.sentence());
+        assert!((own.score.jnd - 1.0).abs() < 0.1, "{}", own.sentence);
+        assert!((other.score.jnd - 1.0).abs() < 0.1, "{}", other.sentence);
     }
     let x = texture(9, THIRTY_S, 2.0, humps);
     let s = scored(
         &x,
         &texture(10, THIRTY_S, 2.0, humps).amplified(Decibels(3.2)),
     );
-    eprintln!("2 JND apart: {}", s.sentence());
+    eprintln!("2 JND apart: {}", s.sentence);
     let Verdict::Distinguishable { how } = &s.verdict else {
-        panic!("{}", s.sentence())
+        panic!("{}", s.sentence)
     };
     assert_eq!(how[0], How::Louder);
     assert_eq!(s.extent, Extent::WholeOfEach);
@@ -194,7 +189,7 @@ fn realisations_of_one_texture_are_not_distinguishable_in_30_s_and_the_limits_ho
             &texture(seed, THIRTY_S, 2.0, humps),
             &texture(seed + 70, THIRTY_S, 2.0, humps),
         );
-        eprintln!("two realisations: {}", s.sentence());
+        eprintln!("two realisations: {}", s.sentence);
         below += usize::from(s.verdict == Verdict::BelowJnd);
         wrong += usize::from(s.score.low_jnd > 0.0);
     }
@@ -210,12 +205,12 @@ fn a_short_recording_says_that_it_cannot_tell() {
             &texture(1, samples, 2.0, humps),
             &texture(2, samples, 2.0, humps),
         );
-        eprintln!("{seconds} s: {}", s.sentence());
+        eprintln!("{seconds} s: {}", s.sentence);
         if seconds == 1 {
             assert!(
                 matches!(s.verdict, Verdict::NotDecided { .. }),
                 "{}",
-                s.sentence()
+                s.sentence
             );
             assert!(
                 s.warnings
@@ -226,7 +221,7 @@ fn a_short_recording_says_that_it_cannot_tell() {
         assert!(
             !matches!(s.verdict, Verdict::Distinguishable { .. }),
             "{}",
-            s.sentence()
+            s.sentence
         );
     }
 }
@@ -276,7 +271,7 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
                     "{name} {how} ({:.1} s at {rate_hz} Hz, {:.2} m/s² rms), {what}: {} (spectrum {:.3}, level {:.3}, balance {:.3}), modulation {:.1?} dB",
                     x.duration().0,
                     x.rms(),
-                    s.sentence(),
+                    s.sentence,
                     s.spectrum.jnd,
                     s.level.jnd,
                     s.balance.jnd,
@@ -288,19 +283,15 @@ fn measured_textures_score_below_a_tenth_against_their_twins() {
             let five_ms = (0.005 * rate_hz).round() as usize;
             let later = Series::new(later(&x, five_ms).into_samples(), rate).unwrap();
             let (against_twin, against_later) = (say("twin", twin), say("5 ms later", later));
-            assert!(
-                against_later.score.jnd < 0.1,
-                "{}",
-                against_later.sentence()
-            );
+            assert!(against_later.score.jnd < 0.1, "{}", against_later.sentence);
             // Two seconds that begin and end softly are no stationary noise: the limits say so.
             assert!(
                 !matches!(against_twin.verdict, Verdict::Distinguishable { .. }),
                 "{}",
-                against_twin.sentence()
+                against_twin.sentence
             );
             if how == "looped" {
-                assert!(against_twin.score.jnd < 0.1, "{}", against_twin.sentence());
+                assert!(against_twin.score.jnd < 0.1, "{}", against_twin.sentence);
             }
         }
     }
@@ -337,9 +328,9 @@ fn what_lies_below_threshold_makes_no_difference() {
         .fold(0.0, f64::max);
     eprintln!(
         "below threshold: {} (largest difference of a band {largest:.1} dB)",
-        s.sentence()
+        s.sentence
     );
-    assert!(largest > 15.0 && s.score.jnd < 0.05, "{}", s.sentence());
+    assert!(largest > 15.0 && s.score.jnd < 0.05, "{}", s.sentence);
 
     // Neither is felt, wherever in the spectrum the two are: 0. Just above threshold: next to nothing.
     for (power, most_jnd) in [(0.95f64, 1e-12), (1.05, 0.3)] {
@@ -352,9 +343,9 @@ fn what_lies_below_threshold_makes_no_difference() {
     let faint = texture(3, THIRTY_S, 0.01, humps);
     let s = scored(&faint, &faint.clone().amplified(Decibels(-12.0)));
     assert!(
-        s.score.jnd < 1e-12 && s.sentence().contains("neither"),
+        s.score.jnd < 1e-12 && s.sentence.contains("neither"),
         "{}",
-        s.sentence()
+        s.sentence
     );
     assert_eq!(
         s.warnings
@@ -378,16 +369,13 @@ fn a_tilt_is_seen_though_the_level_is_the_same() {
         let s = scored(&x, &tilted.amplified(Decibels(-level_db)));
         eprintln!(
             "{db_per_octave} dB per octave: {} (spectrum {:.2}, level {:.2}, balance {:.2})",
-            s.sentence(),
-            s.spectrum.jnd,
-            s.level.jnd,
-            s.balance.jnd
+            s.sentence, s.spectrum.jnd, s.level.jnd, s.balance.jnd
         );
         assert_eq!(
             apart,
             matches!(s.verdict, Verdict::Distinguishable { .. }),
             "{}",
-            s.sentence()
+            s.sentence
         );
     }
 }
@@ -404,15 +392,14 @@ fn a_tone_moved_by_one_jnd_of_frequency_scores_1() {
     let s = scored(&tone(113.0), &tone(113.0 * 1.2));
     eprintln!(
         "113 Hz and 135.6 Hz: {} (balance {:.3})",
-        s.sentence(),
-        s.balance.jnd
+        s.sentence, s.balance.jnd
     );
     assert!((s.balance.jnd - 1.0).abs() < 0.02, "{}", s.balance.jnd);
-    assert!((s.score.jnd - 1.0).abs() < 0.1, "{}", s.sentence());
+    assert!((s.score.jnd - 1.0).abs() < 0.1, "{}", s.sentence);
     // Across the border of two third octaves, by next to nothing.
     let s = scored(&tone(111.0), &tone(113.0));
-    eprintln!("111 Hz and 113 Hz: {}", s.sentence());
-    assert!(s.score.jnd < 0.15, "{}", s.sentence());
+    eprintln!("111 Hz and 113 Hz: {}", s.sentence);
+    assert!(s.score.jnd < 0.15, "{}", s.sentence);
 }
 
 #[test]
@@ -426,14 +413,14 @@ fn bursts_have_the_spectrum_of_a_hiss_and_are_named() {
             .collect(),
     );
     let s = scored(&x, &bursts);
-    eprintln!("bursts: {} modulation {:?}", s.sentence(), s.modulation_db);
+    eprintln!("bursts: {} modulation {:?}", s.sentence, s.modulation_db);
     assert!(
         s.warnings
             .iter()
             .any(|d| matches!(d.kind(), Some(ScoreWarning::OtherModulation { .. })))
     );
     // Spectra below the JND are no evidence that bursts feel like a hiss.
-    assert!(!matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence());
+    assert!(!matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence);
     assert!(
         scored(&x, &twin(&x, 4))
             .warnings
@@ -474,12 +461,12 @@ fn sparse_events_are_not_below_the_threshold_for_being_rare() {
     assert!(
         matches!(s.verdict, Verdict::NotDecided { .. }),
         "{}",
-        s.sentence()
+        s.sentence
     );
     assert!(
-        s.sentence().contains("the loudest 0.1 s do"),
+        s.sentence.contains("the loudest 0.1 s do"),
         "{}",
-        s.sentence()
+        s.sentence
     );
     for seed in 2..12 {
         let s = scored(&loud, &sparse_taps(seed));
@@ -493,7 +480,7 @@ fn sparse_events_are_not_below_the_threshold_for_being_rare() {
     // What nobody feels at any moment is below the threshold.
     let nothing = loud.amplified(Decibels(-40.0));
     let s = scored(&nothing, &nothing.clone().amplified(Decibels(-6.0)));
-    assert!(matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence());
+    assert!(matches!(s.verdict, Verdict::BelowJnd), "{}", s.sentence);
 }
 
 #[test]

@@ -449,7 +449,7 @@ fn a_study_is_handed_out_as_a_document() {
     let one = document(people(&["P1"]));
     assert_eq!(
         (&one["schema"], &one["version"]),
-        (&"comparison".into(), &1.into())
+        (&"comparison".into(), &2.into())
     );
     assert_eq!(one["by"], "sample");
     assert_eq!(one["groups"][1]["files"][0], "P1S2.csv");
@@ -480,7 +480,7 @@ fn a_study_is_handed_out_as_a_document() {
     let takes = people(&["P1"]);
     let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes))).unwrap();
     assert_eq!(cut["schema"], "segmentation");
-    let strokes = cut["recordings"][0]["strokes"].as_array().unwrap();
+    let strokes = cut["recordings"][0]["cuts"].as_array().unwrap();
     let stroke = &takes[0].segmentation.strokes[0];
     assert_eq!(strokes.len(), 2);
     assert_eq!(strokes[0]["start_s"], stroke.steady.start as f64 / RATE_HZ);
@@ -488,7 +488,7 @@ fn a_study_is_handed_out_as_a_document() {
     let analysis = serde_json::to_value(Document::of(&AnalysisDocument::of(&study))).unwrap();
     assert_eq!(analysis["schema"], "analysis");
     let recording = &analysis["recordings"][0];
-    assert_eq!(recording["cuts"], cut["recordings"][0]["strokes"]);
+    assert_eq!(recording["cuts"], cut["recordings"][0]["cuts"]);
     assert!(recording["strokes"][0]["rms"].as_f64().unwrap() > 0.0);
 }
 

@@ -5,23 +5,24 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
 use piezotact::align::{AlignDocument, BurstDocument};
-use piezotact::document::Content;
+use piezotact::document::{Content, Kept};
 use piezotact::invocation::{Invocation, Rerun};
 use piezotact::manipulate::ManipulateDocument;
 use piezotact::noise::Noise;
-use piezotact::panel::PanelAverageDocument;
+use piezotact::panel::PanelAverage;
 use piezotact::prepare::PrepareDocument;
-use piezotact::score::ScoreDocument;
+use piezotact::quantity::{Acceleration, Drive};
+use piezotact::run::{Played, Recorded, TwinRecorded};
+use piezotact::score::Score;
 use piezotact::sound::{LatencySummary, SoundCalibration, SoundDevices};
 use piezotact::spectrum::SpectrumDocument;
 use piezotact::study::{AnalysisDocument, ComparisonDocument, CutsDocument};
-use piezotact::transfer::EstimateDocument;
+use piezotact::transfer::BetweenChannels;
 use piezotact::verify::{DemoDocument, VerifyDocument};
-use piezotact_bench::document::{
-    CharacteriseDocument, PlayDocument, RecordDocument, RenderBatchDocument, RenderDocument,
-};
+use piezotact_bench::document::{RenderBatchDocument, RenderDocument};
+use piezotact_bench::procedure::RepeatedCharacterisation;
 use piezotact_dataset::document::{
-    ExportDocument, InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRunDocument,
+    InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRun, Written,
 };
 use piezotact_people::association::Association;
 use piezotact_people::campaign::dictionary::DataDictionary;
@@ -32,10 +33,10 @@ use piezotact_people::eeg::group::EegStats;
 use piezotact_people::eeg::info::EegInfo;
 use piezotact_people::eeg::person::EegErd;
 use piezotact_study::bids::{Checked, Exported};
-use piezotact_surface::{RoughnessDocument, RoughnessSetDocument};
-use piezotact_twin::document::{TwinRecordDocument, TwinSurfaceDocument};
+use piezotact_surface::{EvaluatedSurface, RoughnessSet};
+use piezotact_twin::document::SimulatedSurface;
 use piezotact_validation::count::CountedPanels;
-use piezotact_validation::document::ReplayDocument;
+use piezotact_validation::document::Replay;
 use schemars::JsonSchema;
 use schemars::generate::SchemaSettings;
 use serde_json::{Value, json};
@@ -85,7 +86,7 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<Association>()?,
         schema::<BurstDocument>()?,
         schema::<CampaignDesign>()?,
-        schema::<CharacteriseDocument<'_>>()?,
+        schema::<Kept<'_, RepeatedCharacterisation>>()?,
         schema::<ComparisonDocument<'_>>()?,
         schema::<CutsDocument<'_>>()?,
         schema::<Checked>()?,
@@ -96,8 +97,8 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<EegErd>()?,
         schema::<EegInfo>()?,
         schema::<EegStats>()?,
-        schema::<EstimateDocument<'_>>()?,
-        schema::<ExportDocument<'_>>()?,
+        schema::<Kept<'_, BetweenChannels>>()?,
+        schema::<Kept<'_, Written>>()?,
         schema::<InfoDocument<'_>>()?,
         schema::<ManipulateDocument<'_>>()?,
         schema::<Noise>()?,
@@ -106,23 +107,23 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<SoundDevices>()?,
         schema::<PanelAddDocument<'_>>()?,
         schema::<PanelAnalysisDocument<'_>>()?,
-        schema::<PanelAverageDocument<'_>>()?,
-        schema::<PanelRunDocument<'_>>()?,
-        schema::<PlayDocument<'_>>()?,
+        schema::<Kept<'_, PanelAverage<Drive, Acceleration>>>()?,
+        schema::<Kept<'_, PanelRun<'_>>>()?,
+        schema::<Kept<'_, Played>>()?,
         schema::<PrepareDocument>()?,
-        schema::<RecordDocument<'_>>()?,
+        schema::<Kept<'_, Recorded>>()?,
         also_of_files(schema::<Protocol>()?)?,
-        schema::<RenderBatchDocument>()?,
-        schema::<RenderDocument>()?,
-        schema::<ReplayDocument<'_>>()?,
+        schema::<RenderBatchDocument<RenderDocument<'_>>>()?,
+        schema::<RenderDocument<'_>>()?,
+        schema::<Replay>()?,
         schema::<Rerun>()?,
         schema::<CountedPanels>()?,
-        schema::<RoughnessDocument<'_>>()?,
-        schema::<RoughnessSetDocument<'_>>()?,
-        schema::<ScoreDocument<'_>>()?,
+        schema::<EvaluatedSurface>()?,
+        schema::<RoughnessSet>()?,
+        schema::<Score>()?,
         schema::<SpectrumDocument<'_>>()?,
-        schema::<TwinRecordDocument<'_>>()?,
-        schema::<TwinSurfaceDocument<'_>>()?,
+        schema::<Kept<'_, TwinRecorded>>()?,
+        schema::<Kept<'_, SimulatedSurface>>()?,
         schema::<VerifyDocument<'_>>()?,
     ] {
         if all.insert(format!("{name}.json"), text).is_some() {
@@ -182,7 +183,7 @@ mod tests {
 
     #[test]
     fn a_schema_asks_for_its_name_its_version_and_the_fields_of_its_value() {
-        let (name, text) = schema::<PlayDocument<'_>>().unwrap();
+        let (name, text) = schema::<Kept<'_, Played>>().unwrap();
         let schema: Value = serde_json::from_str(&text).unwrap();
         assert_eq!(name, "play");
         assert_eq!(schema["properties"]["schema"]["const"], "play");

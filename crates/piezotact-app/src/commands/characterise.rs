@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::document::Kept;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::run::RunStart;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{Distortion, Estimator};
-use piezotact_bench::document::CharacteriseDocument;
 use piezotact_bench::procedure::{
     self, Characterisation, CharacteriseConfig, GatePolicy, RepeatConfig, RepeatedCharacterisation,
     usual_segment,
@@ -24,7 +24,7 @@ use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::{self, Earlier, Keeper, Place, Raw, Shown, runs_of};
-use crate::output::{print, print_document, say, say_merged};
+use crate::output::{print, print_document, say, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::runs::run_plan;
 
@@ -42,9 +42,8 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     };
     check_outputs(args, repeats.repeats)?;
     let mut done = kept_while_measured(args, &mut bench, (&config, &repeats))?;
-    let distortion = done.distortion();
     let stored = TransferDocument {
-        distortion: distortion.clone(),
+        distortion: done.distortion.clone(),
         attempts: done.attempts.clone(),
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
@@ -54,27 +53,24 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     let lost = TransferFormat::of_ending(&args.out).losses();
     done.function.about.warnings.extend(lost);
     if let Some(report) = &args.report {
-        let page = page(&done, distortion.as_ref());
-        write_report(report, &transfer::html(&page, &OptionWords)?)?;
+        write_report(report, &transfer::html(&page(&done), &OptionWords)?)?;
     }
-    let found = (args.band, distortion.as_ref());
-    let document = CharacteriseDocument::of(&done, found, &args.out);
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &done,
+        });
     }
-    say_merged(&document.warnings);
-    print(&text(&document, done.function.response().len()))
+    say_warnings(&done.function.about.warnings);
+    print(&text(&done, &args.out))
 }
 
 /// What the report shows.
-fn page<'a>(
-    done: &'a RepeatedCharacterisation,
-    distortion: Option<&'a Distortion>,
-) -> transfer::Page<'a, Drive, Acceleration> {
+fn page(done: &RepeatedCharacterisation) -> transfer::Page<'_, Drive, Acceleration> {
     let source = &done.function.about.provenance.source;
     let title = format!("Transfer function: {source}");
     transfer::Page {
-        distortion,
+        distortion: done.distortion.as_ref(),
         repeats: done.apart_db.map(|db| (done.each.len(), db)),
         refused: done.refused.iter().map(ToString::to_string).collect(),
         ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
@@ -134,22 +130,24 @@ fn kept_while_measured(
     repeated(bench, config, repeats, Place::Named(&path_of))
 }
 
-fn text(document: &CharacteriseDocument<'_>, lines: usize) -> String {
+fn text(done: &RepeatedCharacterisation, out: &Path) -> String {
+    let function = &done.function;
     let mut text = format!(
-        "wrote {}: {lines} frequency lines in steps of {:.2} Hz from {} averages, {}",
-        document.out.display(),
-        document.resolution_hz,
-        document.averages,
-        document.provenance.source
+        "wrote {}: {} frequency lines in steps of {:.2} Hz from {} averages, {}",
+        out.display(),
+        function.response().len(),
+        function.resolution_hz(),
+        function.averages,
+        function.about.provenance.source
     );
-    text += &bias_text(document.bias.as_ref());
-    if let Some(apart_db) = document.repeats_apart_db_rms {
+    text += &bias_text(done.bias.as_ref());
+    if let Some(apart_db) = done.apart_db {
         text += &format!(
             "\n{} repeats; largest difference between two of them {apart_db:.2} dB rms",
-            document.repeats
+            done.each.len()
         );
     }
-    if let Some(distortion) = document.distortion {
+    if let Some(distortion) = &done.distortion {
         text += "\n";
         text += &distortion_text(distortion);
     }

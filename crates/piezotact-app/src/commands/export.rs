@@ -7,11 +7,12 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::Warning;
+use piezotact::document::Kept;
 use piezotact::quantity::{Measure, SampleRate, Uncalibrated, Unit};
 use piezotact::recording::{About, Recording};
 use piezotact::series::Series;
 use piezotact::share::{Shares, shares_of_full_scale};
-use piezotact_dataset::document::ExportDocument;
+use piezotact_dataset::document::Written;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::uff::write_uff_recording;
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
@@ -21,7 +22,7 @@ use piezotact_dataset::{
 
 use crate::cli::Export;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{digits, print, print_document, say_merged};
+use crate::output::{digits, print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 use crate::report::name;
@@ -99,13 +100,6 @@ impl Format {
     }
 }
 
-/// What was written.
-struct Written {
-    rate: Option<SampleRate>,
-    full_scale: Option<Measure>,
-    warnings: Vec<Warning>,
-}
-
 pub(crate) fn run(args: &Export) -> Outcome {
     let format = Format::of_ending(&args.out)?;
     let inputs: Vec<&Path> = std::iter::once(&args.input)
@@ -129,16 +123,14 @@ pub(crate) fn run(args: &Export) -> Outcome {
         )));
     }
     let written = written(args, format)?;
-    let document = ExportDocument::of(
-        (&args.out, format.name()),
-        (written.rate, written.full_scale.as_ref()),
-        &written.warnings,
-    );
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &written,
+        });
     }
-    say_merged(&document.warnings);
-    print(&text(&document))
+    say_warnings(&written.warnings);
+    print(&text(&written, &args.out))
 }
 
 /// Writes the file for what the input holds.
@@ -153,12 +145,12 @@ fn written(args: &Export, format: Format) -> Outcome<Written> {
     of_recording(args, format)
 }
 
-fn text(document: &ExportDocument<'_>) -> String {
-    let mut text = format!("wrote {}: {}", document.out.display(), document.format);
-    if let Some(rate) = document.rate_hz {
+fn text(written: &Written, out: &Path) -> String {
+    let mut text = format!("wrote {}: {}", out.display(), written.format);
+    if let Some(rate) = written.rate_hz {
         text.push_str(&format!(" at {rate}"));
     }
-    if let Some(full_scale) = document.full_scale {
+    if let Some(full_scale) = &written.full_scale {
         text.push_str(&format!(
             ", 1 corresponds to {} {}",
             digits(full_scale.value),
@@ -187,7 +179,8 @@ fn of_transfer(args: &Export, format: Format) -> Outcome<Written> {
     let mut warnings = document.about.warnings;
     warnings.extend(TransferFormat::of_ending(&args.out).losses());
     Ok(Written {
-        rate: None,
+        format: format.name(),
+        rate_hz: None,
         full_scale: None,
         warnings,
     })
@@ -207,7 +200,8 @@ fn of_recording(args: &Export, format: Format) -> Outcome<Written> {
         shares, full_scale, ..
     } = of_channel;
     let written = Written {
-        rate: Some(shares.rate()),
+        format: format.name(),
+        rate_hz: Some(shares.rate()),
         full_scale: Some(full_scale.clone()),
         warnings,
     };
@@ -263,7 +257,8 @@ fn universal(args: &Export, recording: &Recording) -> Outcome<Written> {
     let written = one.as_ref().unwrap_or(recording);
     warnings.extend(write_uff_recording(&args.out, written)?);
     Ok(Written {
-        rate: Some(written.rate()),
+        format: Format::Uff.name(),
+        rate_hz: Some(written.rate()),
         full_scale: None,
         warnings,
     })

@@ -167,7 +167,8 @@ fn transfer_function(args: &Info, document: &TransferDocument) -> Outcome {
 }
 
 fn transfer_text(info: &TransferInfo<'_>) -> String {
-    let averages = match info.averages {
+    let function = &info.function;
+    let averages = match function.averages {
         0 => "number of averages not stated".into(),
         averages => format!("{averages} averages"),
     };
@@ -177,8 +178,8 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
         info.response_unit,
         info.lines,
         info.highest_hz,
-        info.resolution_hz,
-        info.estimator,
+        function.resolution_hz(),
+        function.estimator,
     );
     if let Some(identities) = &info.identities {
         text += &identities_text(identities);
@@ -190,7 +191,7 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
             coherence.band_hz, coherence.median, coherence.lowest, coherence.lowest_at_hz
         );
     }
-    if let Some(excited) = info.excited_hz {
+    if let Some(excited) = function.excited {
         let _never_fails = write!(text, "\n  excited band {excited}");
     }
     if let Some(limits) = info.limits {
@@ -201,7 +202,7 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
             Limits::Scatter => "\n  limits of the scatter of the estimate only, without its bias",
         };
     }
-    if let Some(test) = &info.impact {
+    if let Some(test) = &function.impact {
         let _never_fails = write!(
             text,
             "\n  impact test, {} of {} hits used, segments of {} s, added damping of the exponential window {} 1/s",
@@ -211,15 +212,15 @@ fn transfer_text(info: &TransferInfo<'_>) -> String {
             digits(test.added_damping_per_s)
         );
     }
-    text.push_str(&condition_text(&info.condition));
-    if let Some(setup) = &info.drive_setup {
+    text.push_str(&condition_text(&function.about.condition));
+    if let Some(setup) = &function.drive {
         let _never_fails = write!(
             text,
             "\n  measured at gain {}, {:.3} V at full scale",
             setup.gain, setup.volts_per_full_scale
         );
     }
-    for warning in &info.warnings {
+    for warning in &merged(&function.about.warnings) {
         let _never_fails = write!(text, "\n  warning: {}", merged_text(warning));
     }
     text

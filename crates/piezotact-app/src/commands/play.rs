@@ -4,13 +4,13 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::device::DriveSetup;
+use piezotact::document::Kept;
 use piezotact::integrity::warnings_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::{Provenance, Recording, played_through_its_own};
 use piezotact::render::{Rendering, warnings_of_played};
-use piezotact::run::RunStart;
+use piezotact::run::{Acquired, Played, RunStart};
 use piezotact::series::Series;
-use piezotact_bench::document::PlayDocument;
 use piezotact_bench::procedure::play_and_record;
 use piezotact_bench::{Bench, RunPlan};
 use piezotact_dataset::{ReadOptions, read_recording};
@@ -47,7 +47,10 @@ pub(crate) fn run(args: &Play) -> Outcome {
         record,
     )?;
     if args.json {
-        return print_document(&PlayDocument::of(&recording, &args.record));
+        return print_document(&Kept {
+            out: &args.record,
+            value: &Played(Acquired::of(&recording)),
+        });
     }
     say_warnings(&recording.about.warnings);
     print(&format!(

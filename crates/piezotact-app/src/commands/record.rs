@@ -6,12 +6,13 @@ use anyhow::anyhow;
 use clap::Args;
 use indicatif::ProgressBar;
 use piezotact::Warning;
+use piezotact::document::Kept;
 use piezotact::quantity::{Degrees, Drive, Newtons, Quantity as _, Seconds};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::run::{
-    Ended, Judged, RunChunk, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,
+    Acquired, Ended, Judged, Recorded, RunChunk, RunDocument, RunEnd, RunStart, RunWarning, Sink,
+    SinkError,
 };
-use piezotact_bench::document::RecordDocument;
 use piezotact_bench::procedure::{FORCE_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Placement, ProcedureError, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
@@ -123,16 +124,20 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     bench.acquirer.stop();
     interrupt::stops(&stop);
     let (start, samples, warnings) = recorded(args, bench.acquirer.as_mut(), &plan, &stop)?;
-    let document = RecordDocument::of(&start, samples, &args.out, &warnings);
+    let recorded = Recorded(Acquired::of_run(&start, samples, warnings));
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &recorded,
+        });
     }
-    say_warnings(&warnings);
+    let Recorded(acquired) = recorded;
+    say_warnings(&acquired.about.warnings);
     print(&format!(
         "wrote {}: {:.2} on the {}",
         args.out.display(),
-        document.duration_s,
-        document.provenance.source
+        acquired.duration_s,
+        acquired.about.provenance.source
     ))
 }
 

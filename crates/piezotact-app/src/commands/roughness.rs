@@ -9,9 +9,9 @@ use piezotact::surface::HeightMap;
 use piezotact_report::report;
 use piezotact_surface::{
     ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, MeasuredProfile, ProfileFilter,
-    ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessDocument, RoughnessError,
-    RoughnessOptions, RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions,
-    areal_roughness, evaluated_profile, read_topography, report as of_surface, topography_formats,
+    ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessError, RoughnessOptions,
+    RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions, areal_roughness,
+    evaluated_profile, read_topography, report as of_surface, topography_formats,
 };
 
 use crate::advice::{OptionWords, merged_text};
@@ -166,7 +166,7 @@ fn one(args: &Arguments, surface: &EvaluatedSurface) -> Outcome {
         write_report(path, &of_surface::html(surface, &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&RoughnessDocument::of(surface));
+        return print_document(surface);
     }
     say_warnings(&surface.warnings);
     print(&text_of(surface))
@@ -194,7 +194,7 @@ fn several(args: &Arguments, written: &[&Path]) -> Outcome {
         write_report(path, &report::html(&set.page(), &OptionWords)?)?;
     }
     if args.json {
-        print_document(&set.document())?;
+        print_document(&set)?;
         return failed.outcome();
     }
     for (name, warnings) in set.warnings() {

@@ -8,7 +8,7 @@ use piezotact::page::limit_text;
 use piezotact::quantity::{Acceleration, Band, Decibels, Unit};
 use piezotact::recording::Recording;
 use piezotact::resample::{CommonRate, to_common_rate};
-use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreDocument, ScoreError};
+use piezotact::score::{self, BandScore, LiteratureConfig, ScoreConfig, ScoreError};
 use piezotact::series::Series;
 use piezotact_dataset::{ReadOptions, read_contact_map};
 use piezotact_report::score::{Page, html};
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Score) -> Outcome {
         write_report(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&ScoreDocument::of(&score));
+        return print_document(&score);
     }
     print(&text(&score))?;
     if let Some(path) = &args.report {
@@ -144,7 +144,7 @@ pub(crate) fn model(args: &Feeling, band: Band) -> Outcome<Model> {
 fn text(score: &score::Score) -> String {
     let mut text = format!(
         "{}\n\n{:>16} {:>9} {:>9} {:>9} {:>8} {:>14} {:>7}\n{:>16} {:>9} {:>9} {:>9} {:>8} {:>14} {:>7}\n",
-        score.sentence(),
+        score.sentence,
         "third octave",
         "A",
         "B",

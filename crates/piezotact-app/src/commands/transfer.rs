@@ -4,12 +4,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
+use piezotact::document::Kept;
 use piezotact::number::digits;
 use piezotact::quantity::Volts;
 use piezotact::run::lost_s;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenConfig, BetweenError, Bias, EstimateDocument, Estimator, Excitation, ForceWindow,
+    BetweenChannels, BetweenConfig, BetweenError, Bias, Estimator, Excitation, ForceWindow,
     ImpactConfig, ImpactError, ImpactSegment, TransferError, between_channels,
 };
 use piezotact_bench::procedure::usual_segment;
@@ -21,7 +22,7 @@ use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_merged};
+use crate::output::{print, print_document, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 
@@ -35,8 +36,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     let config = config(args, &contents)?;
     let found = between_channels(&contents.recording, &config);
     let mut found = found.map_err(|error| refused(args, error))?;
-    let units = [found.drive_unit, found.response_unit];
-    let [drive_unit, response_unit] = units.clone();
+    let [drive_unit, response_unit] = [found.drive_unit.clone(), found.response_unit.clone()];
     let stored = TransferDocument::of(&found.function, drive_unit, response_unit);
     let earlier = Earlier::at(&args.out, "the earlier file")?;
     write_transfer(&args.out, &stored)?;
@@ -47,16 +47,22 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         let title = format!("Transfer function: {} → {}", args.drive, args.response);
         let page = Page {
             traces: found.traces.as_ref(),
-            ..Page::of(title, &found.function, units.each_ref())
+            ..Page::of(
+                title,
+                &found.function,
+                [&found.drive_unit, &found.response_unit],
+            )
         };
         write_report(report, &html(&page, &OptionWords)?)?;
     }
-    let document = EstimateDocument::of(&found.function, units.each_ref(), &args.out);
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &found,
+        });
     }
-    say_merged(&document.warnings);
-    print(&text(&document, found.function.response().len()))
+    say_warnings(&found.function.about.warnings);
+    print(&text(&found, &args.out))
 }
 
 /// What the options ask for of the recording in `contents`.
@@ -146,9 +152,10 @@ fn excitation(args: &Transfer) -> Outcome<Excitation> {
     }
 }
 
-fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
-    let from = match &document.impact {
-        None => format!("{} averages", document.averages),
+fn text(found: &BetweenChannels, out: &Path) -> String {
+    let function = &found.function;
+    let from = match &function.impact {
+        None => format!("{} averages", function.averages),
         Some(test) => {
             let damping = match test.added_damping_per_s {
                 0.0 => String::new(),
@@ -158,13 +165,14 @@ fn text(document: &EstimateDocument<'_>, lines: usize) -> String {
         }
     };
     format!(
-        "wrote {}: {}, {lines} frequency lines in steps of {:.2} Hz from {from}, from {} to {}{}",
-        document.out.display(),
-        document.estimator,
-        document.resolution_hz,
-        document.drive_unit,
-        document.response_unit,
-        bias_text(document.bias.as_ref())
+        "wrote {}: {}, {} frequency lines in steps of {:.2} Hz from {from}, from {} to {}{}",
+        out.display(),
+        function.estimator,
+        function.response().len(),
+        function.resolution_hz(),
+        found.drive_unit,
+        found.response_unit,
+        bias_text(found.bias.as_ref())
     )
 }
 

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
+use piezotact::document::Named;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
@@ -15,9 +16,8 @@ use piezotact::score::{
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
-    self, Changed, DriveSource, JudgedVerification, NamedChange, NamedVerification,
-    UncompensatedOutcome, UncompensatedPrediction, Verdict, Verification, VerifyConfig,
-    VerifyDocument, VerifyError, drive_beside, predict_uncompensated, tones,
+    self, Changed, DriveSource, JudgedVerification, UncompensatedOutcome, Verdict, Verification,
+    VerifyConfig, VerifyDocument, VerifyError, drive_beside, predict_uncompensated, tones,
 };
 use piezotact::warning::merged;
 use piezotact_bench::procedure::DRIVE_CHANNEL;
@@ -123,7 +123,7 @@ struct Found {
     judged: Judged,
     also: Vec<Judged>,
     before: Vec<Earlier>,
-    predicted: Option<Result<UncompensatedPrediction, VerifyError>>,
+    predicted: Option<UncompensatedOutcome>,
     /// The names of the measurements, that of the one that decides first, and of the textures before.
     names: [Vec<String>; 2],
 }
@@ -162,7 +162,7 @@ fn found(args: &Verify) -> Outcome<Found> {
         warnings.extend(earlier.warnings.iter().cloned());
     }
     let predicted = (function.as_ref()).map(|function| {
-        predict_uncompensated(&judged.found.texture, function, &judged.found.config)
+        predict_uncompensated(&judged.found.texture, function, &judged.found.config).into()
     });
     let measurements = [&args.measured].into_iter().chain(&args.also);
     let names = [
@@ -266,17 +266,17 @@ impl Found {
     }
 
     fn document(&self) -> VerifyDocument<'_> {
-        let also = self.also().map(|(also, file)| NamedVerification {
+        let also = self.also().map(|(also, file)| Named {
             file,
-            verification: JudgedVerification::of(&also.found.verification),
+            value: JudgedVerification::of(&also.found.verification),
         });
-        let before = self.before().map(|(earlier, file)| NamedChange {
+        let before = self.before().map(|(earlier, file)| Named {
             file,
-            changed: &earlier.changed,
+            value: &earlier.changed,
         });
         VerifyDocument {
             verification: JudgedVerification::of(&self.judged.found.verification),
-            uncompensated_predicted: self.predicted.as_ref().map(UncompensatedOutcome::from),
+            uncompensated_predicted: self.predicted.as_ref(),
             also: also.collect(),
             before: before.collect(),
         }
@@ -299,7 +299,7 @@ impl Found {
                 earlier.changed.band_hz
             ))?;
         }
-        if let Some(Ok(predicted)) = &self.predicted {
+        if let Some(UncompensatedOutcome::Predicted(predicted)) = &self.predicted {
             print(&format!(
                 "texture played directly, without rendering (predicted, level-matched): {:.2} dB rms over {}, waveform \
                  correlation {:.3}",

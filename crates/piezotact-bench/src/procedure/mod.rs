@@ -10,8 +10,8 @@ pub use characterise::{
     Characterisation, CharacteriseConfig, characterise, excite, transfer_of, usual_segment,
 };
 pub use closed_loop::{
-    ClosedLoopResult, Gain, GainCriterion, Iteration, LoopConfig, LoopEnd, LoopErrors, LoopFailure,
-    SelectedDrive, closed_loop,
+    ClosedLoopResult, Gain, GainCriterion, Iteration, LoopCloseness, LoopConfig, LoopEnd,
+    LoopErrors, LoopFailure, SelectedDrive, closed_loop,
 };
 pub use keeper::RunKeeper;
 pub use repeats::{GatePolicy, Refused, RepeatConfig, RepeatedCharacterisation, repeated};

@@ -5,11 +5,13 @@ use std::fmt;
 
 use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
+use piezotact::document::{Content, in_words};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::run::{Attempt, Judged, RunCriterion};
 use piezotact::transfer::{
-    BundleError, Distortion, TransferFunction, max_pair_difference_db, pooled,
+    Bias, BundleError, Distortion, Limits, TransferFunction, max_pair_difference_db, pooled,
 };
+use serde::{Serialize, Serializer};
 
 use super::characterise::{LEAST_COHERENCE, judged_band};
 use super::run::excite_and_record;
@@ -55,22 +57,17 @@ pub enum GatePolicy {
 }
 
 /// A refused measurement, which was repeated.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Refused {
     /// Which repeat, from 1.
     pub repeat: usize,
     /// Which attempt at it, from 1.
     pub attempt: usize,
+    /// Why.
+    #[serde(rename = "reason", serialize_with = "in_words")]
+    #[cfg_attr(feature = "schemas", schemars(with = "String"))]
     pub refusal: Refusal,
-}
-
-impl RepeatedCharacterisation {
-    /// Noise and distortion of all repeats together; `None` where the excitation cannot separate them.
-    #[must_use]
-    pub fn distortion(&self) -> Option<Distortion> {
-        let each = self.each.iter().filter_map(|one| one.distortion.clone());
-        Distortion::together(&each.collect::<Vec<_>>())
-    }
 }
 
 impl fmt::Display for Refused {
@@ -88,15 +85,39 @@ impl fmt::Display for Refused {
 }
 
 /// Repeats of one characterisation.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RepeatedCharacterisation {
+    /// Each of them; in documents their number.
+    #[serde(rename = "repeats", serialize_with = "number_of")]
+    #[cfg_attr(feature = "schemas", schemars(with = "usize"))]
     pub each: Vec<Characterisation>,
+    /// What was refused.
     pub refused: Vec<Refused>,
     /// All attempts with their judgements, in order; none if nothing was judged.
     pub attempts: Vec<Attempt>,
+    /// The band of the excitation.
+    pub band_hz: Band,
+    /// Noise and distortion of all repeats together; absent where the excitation cannot separate them.
+    pub distortion: Option<Distortion>,
+    /// What the confidence limits hold.
+    pub limits: Limits,
+    /// How far H2 lies above H1 from 20 Hz on; absent where no line lies there.
+    pub bias: Option<Bias>,
+    /// The transfer function of all repeats together.
+    #[serde(flatten)]
     pub function: TransferFunction<Drive, Acceleration>,
-    /// How far the two that differ most lie apart over the excited band from 20 Hz up, dB rms; `None` for one.
+    /// How far the two that differ most lie apart over the excited band from 20 Hz up, dB rms; absent for one.
+    #[serde(rename = "repeats_apart_db_rms")]
     pub apart_db: Option<f64>,
+}
+
+impl Content for RepeatedCharacterisation {
+    const SCHEMA: &'static str = "characterise";
+}
+
+fn number_of<S: Serializer>(each: &[Characterisation], serializer: S) -> Result<S::Ok, S::Error> {
+    each.len().serialize(serializer)
 }
 
 /// Characterises a device several times without lifting the finger; a measurement whose force or coherence exceeds its limits is
@@ -211,10 +232,18 @@ pub fn repeated(
             refused.len()
         ));
     }
+    let distortions: Vec<Distortion> = each
+        .iter()
+        .filter_map(|one| one.distortion.clone())
+        .collect();
     Ok(RepeatedCharacterisation {
         each,
         refused,
         attempts,
+        band_hz: config.excitation.band,
+        distortion: Distortion::together(&distortions),
+        limits: function.limits(),
+        bias: function.bias(function.tactile_band()),
         function,
         apart_db,
     })

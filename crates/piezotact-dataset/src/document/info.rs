@@ -12,14 +12,14 @@ use piezotact::recording::{
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{
-    CoherenceSummary, Distortion, Estimator, ImpactTest, Limits, StoredIdentities,
+    CoherenceSummary, Distortion, Limits, StoredIdentities, TransferFunction,
 };
 use piezotact::warning::{Merged, merged};
 use serde::Serialize;
 
 use crate::{Contents, ReadError, ReadOptions, TransferDocument, read_recording};
 
-/// What is in a file or a folder.
+/// What is in a file or a folder: one form for each kind.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -81,7 +81,7 @@ impl ClockSummary {
     }
 }
 
-/// A recording in numbers.
+/// A recording in numbers: its channels by mean, spread and peak, without their samples.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RecordingInfo<'a> {
@@ -175,7 +175,7 @@ impl<'a> RecordingInfo<'a> {
     }
 }
 
-/// A transfer function in numbers.
+/// A transfer function in numbers: what its file states beside it, and what a person asks first.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct TransferInfo<'a> {
@@ -189,21 +189,11 @@ pub struct TransferInfo<'a> {
     pub response_unit: Unit,
     /// How many lines it has.
     pub lines: usize,
-    /// The distance of two lines, Hz.
-    pub resolution_hz: f64,
     /// The frequency of the highest line, Hz.
     pub highest_hz: f64,
-    /// How it was estimated.
-    pub estimator: Estimator,
-    /// How many segments were averaged.
-    pub averages: usize,
-    /// Whether the drive is known without noise.
-    pub known_input: bool,
     /// What its limits hold; absent where the averages are not known or of one hit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limits: Option<Limits>,
-    /// From the lowest to the highest line that was excited; absent when not known.
-    pub excited_hz: Option<Band>,
     /// How it agrees with the spectra stored beside it; absent where none were.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub identities: Option<StoredIdentities>,
@@ -211,17 +201,9 @@ pub struct TransferInfo<'a> {
     pub distortion: Option<Distortion>,
     /// Coherence over the band that is usually rendered; absent where no line lies in it, and of an impact test of one hit.
     pub coherence: Option<CoherenceSummary>,
-    /// The hits and the windows of an impact test, with the damping that an exponential window added; absent for other drives.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub impact: Option<ImpactTest>,
-    /// Who touched how.
-    pub condition: Condition,
-    /// The device.
-    pub drive_setup: Option<DriveSetup>,
-    /// Where it comes from.
-    pub provenance: Provenance,
-    /// What limits it.
-    pub warnings: Vec<Merged>,
+    /// What it was estimated from and what limits it.
+    #[serde(flatten)]
+    pub function: TransferFunction<Drive, Acceleration>,
 }
 
 impl<'a> TransferInfo<'a> {
@@ -240,21 +222,12 @@ impl<'a> TransferInfo<'a> {
             drive_unit: document.drive_unit.clone(),
             response_unit: document.response_unit.clone(),
             lines: function.response().len(),
-            resolution_hz: function.resolution_hz(),
             highest_hz: function.highest_hz(),
-            estimator: function.estimator,
-            averages: function.averages,
-            known_input: function.known_input,
             limits: function.confidence().map(|_| function.limits()),
-            excited_hz: function.excited,
             identities: document.identities.clone(),
             distortion: document.distortion.clone(),
             coherence: function.coherence_in(band),
-            impact: function.impact.clone(),
-            condition: function.about.condition.clone(),
-            drive_setup: function.drive.clone(),
-            provenance: function.about.provenance.clone(),
-            warnings: merged(&function.about.warnings),
+            function,
         })
     }
 }

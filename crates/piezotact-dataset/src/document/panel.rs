@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use piezotact::document::Content;
-use piezotact::panel::{ArtefactDocument, Cell, Cleaning, Filing, PanelAnalysis, PanelKind};
+use piezotact::panel::{Cell, Cleaning, Filing, PanelAnalysis, PanelKind};
 use serde::Serialize;
 
-use crate::{PanelEntry, PanelFolder};
+use crate::{PanelEntry, PanelFolder, PanelIndex};
 
 /// Transfer functions that were filed in a panel.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,60 +25,33 @@ impl Content for PanelAddDocument<'_> {
 }
 
 /// How many measurements there were before and are new.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelRunCounts {
+    /// How many measurements were made now.
     pub measured: usize,
+    /// How many were there already.
     pub there_already: usize,
 }
 
 /// A panel that was measured on a bench.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PanelRunDocument<'a> {
-    /// The folder of the panel.
-    pub out: &'a Path,
-    /// How many measurements were made now.
-    pub measured: usize,
-    /// How many were there already.
-    pub there_already: usize,
-    /// How many there are now.
+pub struct PanelRun<'a> {
+    #[serde(flatten)]
+    pub counts: PanelRunCounts,
+    /// How many measurements there are now.
     pub measurements: usize,
-    /// Those that were judged when they were made.
-    pub accepted: Vec<&'a PanelEntry>,
-    /// The participants.
-    pub participants: &'a [String],
-    /// The loads, N.
-    pub loads_n: &'a [f64],
-    /// The angles, degrees.
-    pub angles_deg: &'a [f64],
-    /// Which bench measures it; absent where nothing says it.
-    pub bench: Option<&'a str>,
+    #[serde(flatten)]
+    pub index: &'a PanelIndex,
 }
 
-impl Content for PanelRunDocument<'_> {
+impl Content for PanelRun<'_> {
     const SCHEMA: &'static str = "panel_run";
+    const VERSION: u32 = 2;
 }
 
-impl<'a> PanelRunDocument<'a> {
-    /// The panel `folder`, which stands in `out`, with what was measured.
-    #[must_use]
-    pub fn of(folder: &'a PanelFolder, out: &'a Path, counts: PanelRunCounts) -> Self {
-        let index = &folder.index;
-        Self {
-            out,
-            measured: counts.measured,
-            there_already: counts.there_already,
-            measurements: index.entries.len(),
-            accepted: folder.accepted(),
-            participants: &index.participants,
-            loads_n: &index.loads_n,
-            angles_deg: &index.angles_deg,
-            bench: index.bench.as_deref(),
-        }
-    }
-}
-
-/// What the panel in a folder says.
+/// What the panel in a folder says. It differs from the analysis by what the folder knows of its measurements.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAnalysisDocument<'a> {
@@ -95,7 +68,7 @@ pub struct PanelAnalysisDocument<'a> {
     pub will_the_average_do: Option<&'static str>,
     /// What was taken out; absent without a control measurement.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub artefact: Option<ArtefactDocument<'a>>,
+    pub artefact: Option<&'a Cleaning>,
 }
 
 impl Content for PanelAnalysisDocument<'_> {
@@ -118,7 +91,7 @@ impl<'a> PanelAnalysisDocument<'a> {
             accepted: folder.accepted(),
             judged,
             will_the_average_do: costs.map(|costs| costs.verdict.outcome.answer()),
-            artefact: cleaning.map(ArtefactDocument::from),
+            artefact: cleaning,
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::error::ReadError;
 
 /// A file from which a bench is built (a device description, a script or a transfer function), with its checksum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BenchFile {
     /// The file, as it was named.
     pub file: String,

@@ -9,23 +9,23 @@ pub(super) fn section(discrimination: &Discrimination) -> Markup {
     html! {
         section {
             h2 { "Distinguishable samples" }
-            @match &discrimination.found {
-                Err(withheld) => p { (withheld.to_string()) "." },
-                Ok(found) => {
-                    (rules(discrimination, found))
-                    @for (setting, groups) in discrimination.settings.iter().zip(&found.settings) {
-                        @if !setting.is_empty() { h3 { (setting) } }
+            @match discrimination {
+                Discrimination::Withheld { sentence, .. } => p { (sentence) "." },
+                Discrimination::Found(found) => {
+                    (rules(found))
+                    @for groups in &found.settings {
+                        @if !groups.setting.is_empty() { h3 { (groups.setting) } }
                         (matrix(groups))
                         ul { @for sentence in groups.sentences() { li { (sentence) } } }
                     }
-                    (pairs(discrimination, found))
+                    (pairs(found))
                 }
             }
         }
     }
 }
 
-fn rules(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
+fn rules(found: &AcrossSamples) -> Markup {
     let model = &found.config.model;
     let noticed = model.noticed_jnd();
     html! {
@@ -38,7 +38,7 @@ fn rules(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
         p { b { "Bold" } (format!(": distinguishable. The 95 % limits are above {noticed:.2} JND ({:.1} dB, the upper end of \
             the published range) and above the distance between the halves of either sample, and a permutation test over {} \
             shows a difference, with a family-wise error of {:.0} % \
-            over {}. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, discrimination.family()))
+            over {}. ", model.level_jnd_high.0.max(model.level_jnd.0), found.units.word(), found.config.alpha * 100.0, found.family_text()))
             span.near { " Shaded " } ": below the just-noticeable difference (75 % correct): the 95 % limits are below 1 JND. \
                 Grey: not decided." }
         @if found.units == SampleUnit::Recordings { p.warning { "Recordings of one sample differ by more than their strokes do, so \
@@ -73,25 +73,24 @@ fn matrix(groups: &Groups) -> Markup {
 }
 
 /// The criteria of every pair, for the reader who wants to know why.
-fn pairs(discrimination: &Discrimination, found: &AcrossSamples) -> Markup {
+fn pairs(found: &AcrossSamples) -> Markup {
     let of = |pair: &piezotact::compare::Pair, what: PairCriterion| -> &'static str {
         let mut all = pair.criteria.iter().filter(|c| c.what == what);
         all.next().map_or("–", |c| c.outcome.word())
     };
-    let settings = discrimination.settings.iter().zip(&found.settings);
     let several = found.settings.len() > 1;
     html! {
         details {
-            summary { (format!("The criteria of {}", discrimination.family())) }
+            summary { (format!("The criteria of {}", found.family_text())) }
             div.wide { table {
                 tr {
                     @if several { th { "setting" } }
                     th { "pair" } th.n { "spectrum, level, balance, JND" } th { "below the JND" } th { "below the distance between halves" } th { "permutation test" } th.n { "p" } th.n { "p, adjusted" } th { "outcome" }
                 }
-                @for (setting, groups) in settings {
+                @for groups in &found.settings {
                     @for pair in &groups.pairs {
                         tr {
-                            @if several { td { (setting) } }
+                            @if several { td { (groups.setting) } }
                             td { (groups.names[pair.a]) " and " (groups.names[pair.b]) }
                             td.n { (format!("{:.2}, {:.2}, {:.2}", pair.parts_jnd[0], pair.parts_jnd[1], pair.parts_jnd[2])) }
                             td { (of(pair, PairCriterion::JustNoticeableDifference)) }

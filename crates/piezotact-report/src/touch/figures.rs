@@ -172,12 +172,8 @@ fn frequency_axis(analysis_low_hz: f64, analysis_high_hz: f64) -> Axis {
 }
 
 fn density(spectra: &StrokeSpectra, values: &[f64]) -> Vec<(f64, f64)> {
-    spectra
-        .frequencies_hz()
-        .into_iter()
-        .zip(values.iter().copied())
-        .skip(1)
-        .collect()
+    let lines = spectra.frequency_hz.iter().copied();
+    lines.zip(values.iter().copied()).skip(1).collect()
 }
 
 /// A logarithmic axis for densities within the axis of frequencies, six decades at most.

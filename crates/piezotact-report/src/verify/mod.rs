@@ -14,7 +14,7 @@ use piezotact::recording::{Condition, Provenance, Recording};
 use piezotact::render::Rendering;
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{Tones, UncompensatedPrediction, Verdict, Verification, VerifyError};
+use piezotact::verify::{Tones, UncompensatedOutcome, Verdict, Verification};
 
 use crate::criteria::outcome;
 use crate::report::warnings_section;
@@ -47,7 +47,7 @@ pub struct Page<'a> {
     pub provenance: &'a Provenance,
     pub condition: &'a Condition,
     /// The predicted result of sending the texture directly to the device.
-    pub predicted: Option<&'a Result<UncompensatedPrediction, VerifyError>>,
+    pub predicted: Option<&'a UncompensatedOutcome>,
     /// Further measurements of the same target.
     pub also: Vec<Also<'a>>,
     /// The textures before the target was made of them.

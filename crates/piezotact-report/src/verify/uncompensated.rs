@@ -1,7 +1,7 @@
 //! The texture sent directly to the device, without its transfer function: measured in the demo, computed elsewhere.
 
 use maud::{Markup, html};
-use piezotact::verify::{UncompensatedPrediction, Verification, VerifyError};
+use piezotact::verify::{UncompensatedOutcome, Verification};
 
 use super::Uncompensated;
 use crate::{DrawError, figure, figures};
@@ -43,13 +43,15 @@ pub(super) fn measured(
 /// What the transfer function says that would come of it.
 pub(super) fn predicted(
     rendered: &Verification,
-    predicted: &Result<UncompensatedPrediction, VerifyError>,
+    predicted: &UncompensatedOutcome,
 ) -> Result<Markup, DrawError> {
     let title = "The texture sent directly to the device (computed, not measured)";
     let predicted = match predicted {
-        Ok(predicted) => predicted,
-        Err(error) => {
-            return Ok(html! { section { h2 { (title) } p.soft { "Not computed: " (error) } } });
+        UncompensatedOutcome::Predicted(predicted) => predicted,
+        UncompensatedOutcome::NotComputed { not_computed } => {
+            return Ok(
+                html! { section { h2 { (title) } p.soft { "Not computed: " (not_computed) } } },
+            );
         }
     };
     let row = |what: &str, band: &str, error_db: f64, correlation: f64| {

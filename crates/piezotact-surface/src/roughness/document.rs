@@ -3,9 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
-use super::parameters::key_of;
 use super::{
     ArealRoughness, Cutoff, Ends, Form, InstrumentSettings, ProfileFilter, ProfileRoughness,
     ProfileStandard, Roughness,
@@ -13,7 +12,7 @@ use super::{
 use piezotact::document::Content;
 use piezotact::warning::{Merged, Warnings};
 
-/// The surface in a file with its roughness.
+/// The surface in a file with its roughness. Its written form is [`RoughnessDocument`].
 #[derive(Clone, Debug)]
 pub struct EvaluatedSurface {
     pub file: PathBuf,
@@ -26,7 +25,7 @@ pub struct EvaluatedSurface {
     pub warnings: Warnings,
 }
 
-/// What was evaluated.
+/// What was evaluated, in the units in which people state it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case")]
@@ -59,7 +58,7 @@ pub enum RoughnessExtent {
     },
 }
 
-/// How the roughness was computed.
+/// How the roughness was computed: lengths in the units and settings in the words in which people state them.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessMethod {
@@ -83,41 +82,7 @@ pub struct RoughnessMethod {
     pub ends: Option<Ends>,
 }
 
-/// What an instrument states of a profile that it measured.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct InstrumentDocument<'a> {
-    /// The file that states it.
-    pub file: &'a Path,
-    /// The cut-off of long waves, mm; absent where it is not stated.
-    pub cutoff_mm: Option<f64>,
-    /// The cut-off of short waves, µm; absent where it is not stated.
-    pub lambda_s_um: Option<f64>,
-    /// The length that was set, mm; absent where it is not stated.
-    pub measured_length_mm: Option<f64>,
-    /// The length that was evaluated, mm; absent where it is not stated.
-    pub evaluation_length_mm: Option<f64>,
-    /// Its parameters under our names and in our units.
-    pub parameters: BTreeMap<&'a str, f64>,
-}
-
-impl<'a> InstrumentDocument<'a> {
-    fn of(settings: &'a InstrumentSettings) -> Self {
-        let mm = |length_m: Option<f64>| length_m.map(|m| m * 1e3);
-        Self {
-            file: &settings.file,
-            cutoff_mm: mm(settings.cutoff_m),
-            lambda_s_um: settings.lambda_s_m.map(|m| m * 1e6),
-            measured_length_mm: mm(settings.measured_length_m),
-            evaluation_length_mm: mm(settings.evaluation_length_m),
-            parameters: (settings.values.iter())
-                .map(|value| (key_of(&value.symbol), value.value))
-                .collect(),
-        }
-    }
-}
-
-/// The roughness of a surface.
+/// The roughness of a surface: lengths in µm and mm, and parameters by their symbol.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessDocument<'a> {
@@ -137,12 +102,29 @@ pub struct RoughnessDocument<'a> {
     #[serde(flatten)]
     pub method: RoughnessMethod,
     /// What the instrument states of it; absent without such a file.
-    pub instrument: Option<InstrumentDocument<'a>>,
+    pub instrument: Option<&'a InstrumentSettings>,
     /// What limits it.
     pub warnings: Vec<Merged>,
 }
 
-impl Content for RoughnessDocument<'_> {
+impl Serialize for EvaluatedSurface {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        RoughnessDocument::of(self).serialize(serializer)
+    }
+}
+
+#[cfg(feature = "schemas")]
+impl schemars::JsonSchema for EvaluatedSurface {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        RoughnessDocument::schema_name()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        RoughnessDocument::json_schema(generator)
+    }
+}
+
+impl Content for EvaluatedSurface {
     const SCHEMA: &'static str = "roughness";
 }
 
@@ -166,7 +148,7 @@ impl<'a> RoughnessDocument<'a> {
                 .collect(),
             extent,
             method,
-            instrument: surface.instrument.as_ref().map(InstrumentDocument::of),
+            instrument: surface.instrument.as_ref(),
             warnings: surface.warnings.merged(),
         }
     }

@@ -1,8 +1,12 @@
 //! What an instrument states of a profile that it measured, and the evaluation that follows from it.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use serde::{Serialize, Serializer};
+
 use super::filtered::looks_filtered;
+use super::parameters::key_of;
 use super::plausible;
 use super::profile::check_cutoff;
 use super::{
@@ -40,20 +44,42 @@ pub struct InstrumentValue {
 }
 
 /// What an instrument states of a measurement.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct InstrumentSettings {
     /// The file that states it.
     pub file: PathBuf,
-    /// The cut-off λc, m.
+    /// The cut-off λc, m (in documents mm).
+    #[serde(rename = "cutoff_mm", serialize_with = "mm")]
     pub cutoff_m: Option<f64>,
-    /// The cut-off λs of short waves, m.
+    /// The cut-off λs of short waves, m (in documents µm).
+    #[serde(rename = "lambda_s_um", serialize_with = "um")]
     pub lambda_s_m: Option<f64>,
-    /// The length that was set, m.
+    /// The length that was set, m (in documents mm).
+    #[serde(rename = "measured_length_mm", serialize_with = "mm")]
     pub measured_length_m: Option<f64>,
-    /// The length that was evaluated, m.
+    /// The length that was evaluated, m (in documents mm).
+    #[serde(rename = "evaluation_length_mm", serialize_with = "mm")]
     pub evaluation_length_m: Option<f64>,
-    /// The parameters that it states, in its order.
+    /// The parameters that it states, in its order; in documents under our names.
+    #[serde(rename = "parameters", serialize_with = "by_name")]
+    #[cfg_attr(feature = "schemas", schemars(with = "BTreeMap<&str, f64>"))]
     pub values: Vec<InstrumentValue>,
+}
+
+fn mm<S: Serializer>(length_m: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    length_m.map(|m| m * 1e3).serialize(serializer)
+}
+
+fn um<S: Serializer>(length_m: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    length_m.map(|m| m * 1e6).serialize(serializer)
+}
+
+fn by_name<S: Serializer>(values: &[InstrumentValue], serializer: S) -> Result<S::Ok, S::Error> {
+    let named = values
+        .iter()
+        .map(|value| (key_of(&value.symbol), value.value));
+    named.collect::<BTreeMap<_, _>>().serialize(serializer)
 }
 
 impl InstrumentSettings {

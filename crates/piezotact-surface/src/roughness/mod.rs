@@ -30,9 +30,7 @@ pub use description::{length_text, short_number, unit_for};
 pub use distribution::{
     HeightDistribution, distribution_of, height_distribution, height_limits_m, height_span_m,
 };
-pub use document::{
-    EvaluatedSurface, InstrumentDocument, RoughnessDocument, RoughnessExtent, RoughnessMethod,
-};
+pub use document::{EvaluatedSurface, RoughnessDocument, RoughnessExtent, RoughnessMethod};
 pub use filter::{map_mean_surface, profile_mean_line};
 pub use filtered::looks_filtered;
 pub use form::{Form, remove_map_form, remove_profile_form};
@@ -45,7 +43,7 @@ pub use parameters::Parameter;
 pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
-pub use set::{RoughnessSet, RoughnessSetDocument};
+pub use set::RoughnessSet;
 pub use warning::SurfaceWarning;
 
 use piezotact::Warning;

@@ -18,23 +18,16 @@ const SHOWN: [&str; 16] = [
 ];
 
 /// The roughness of several surfaces, the roughest first.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct RoughnessSet {
+    /// The surfaces, ordered by Ra (of maps: Sa), the roughest first.
     surfaces: Vec<EvaluatedSurface>,
+    /// The files that could not be read or evaluated.
     failed: Vec<FailedFile>,
 }
 
-/// The roughness of several surfaces.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct RoughnessSetDocument<'a> {
-    /// The surfaces, ordered by Ra (of maps: Sa), the roughest first.
-    pub surfaces: Vec<RoughnessDocument<'a>>,
-    /// The files that could not be read or evaluated.
-    pub failed: &'a [FailedFile],
-}
-
-impl Content for RoughnessSetDocument<'_> {
+impl Content for RoughnessSet {
     const SCHEMA: &'static str = "roughness_set";
 }
 
@@ -63,15 +56,6 @@ impl RoughnessSet {
     #[must_use]
     pub fn failed(&self) -> &[FailedFile] {
         &self.failed
-    }
-
-    /// The document of the set.
-    #[must_use]
-    pub fn document(&self) -> RoughnessSetDocument<'_> {
-        RoughnessSetDocument {
-            surfaces: self.surfaces.iter().map(RoughnessDocument::of).collect(),
-            failed: &self.failed,
-        }
     }
 
     /// All parameters of all surfaces, one row for each, with cut-off and evaluation length: lengths in µm and mm.

@@ -42,6 +42,7 @@ impl Panels {
         let average_at = |load_n: f64| {
             let at = cell(load_n, ANGLES_DEG[0]);
             piezotact::panel::average_of_panel(fingers, at, log, band)
+                .map(|average| average.function)
         };
         Ok(Self {
             fingers: analyse(fingers, &config)?,
@@ -50,7 +51,7 @@ impl Panels {
                 .into_iter()
                 .map(average_at)
                 .collect::<Result<_, PanelError>>()?,
-            device_average: piezotact::panel::average_of_panel(devices, light, log, band)?,
+            device_average: piezotact::panel::average_of_panel(devices, light, log, band)?.function,
             light: devices
                 .participants()
                 .iter()

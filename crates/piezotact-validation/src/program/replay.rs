@@ -9,7 +9,7 @@ use piezotact_dataset::{keep_as_it_is, read_input_text};
 use piezotact_report::parts::{Columns, figures, tables};
 use piezotact_twin::TwinParameters;
 use piezotact_validation::count::PanelCount;
-use piezotact_validation::document::ReplayDocument;
+use piezotact_validation::document::Replay;
 use piezotact_validation::{CHAPTERS, CLAIMS, Chapter, Claim, Finding, Verdict, chapter};
 use piezotact_volunteers::Laboratory;
 
@@ -74,8 +74,15 @@ pub(super) fn run(args: &Arguments, called: &Called, existing: Existing) -> Outc
     };
     let [report, findings, stored] = written(args, called, existing)?;
     let (chapters, count) = chapters_and_count(args, &laboratory, &stored)?;
-    let mut page = page(&laboratory, args.twin.as_deref(), &chapters);
-    page.panels = count.as_ref().map(panels::part);
+    let replay = Replay {
+        report: name(&report),
+        seed: laboratory.seed,
+        twin: args.twin.as_deref().map(name),
+        changes: laboratory.parameters.changes().to_vec(),
+        chapters,
+        panels: count,
+    };
+    let page = page(&replay);
     let written = |file| Written {
         folder: &args.out,
         file,
@@ -84,25 +91,17 @@ pub(super) fn run(args: &Arguments, called: &Called, existing: Existing) -> Outc
     let html = html(&page, &PlainWords)?;
     called.write_report(&html, &written(&report))?;
     write_parts(args, &html, existing)?;
-    let names = (name(&report), args.twin.as_deref().map(name));
-    let document = ReplayDocument::of(
-        &laboratory,
-        &chapters,
-        count.as_ref(),
-        (&names.0, names.1),
-        &PlainWords,
-    );
-    let text = called.document(&document, &written(&findings))?;
+    let text = called.document(&replay, &written(&findings))?;
     write_text(&findings, &text)?;
     if args.json {
         return print(&text);
     }
-    print(&table(&chapters))?;
-    if let Some(count) = &count {
+    print(&table(&replay.chapters))?;
+    if let Some(count) = &replay.panels {
         print(&panels::table(count))?;
     }
     print(&format!("report: {}", report.display()))?;
-    print(&tally(all(&chapters)))
+    print(&tally(all(&replay.chapters)))
 }
 
 /// The twin's numbers, with what a laboratory's own file changes.
@@ -237,7 +236,8 @@ fn word(verdict: &Verdict) -> &'static str {
 }
 
 /// What the report shows.
-fn page<'a>(laboratory: &'a Laboratory, twin: Option<&Path>, chapters: &'a [Chapter]) -> Page<'a> {
+fn page(replay: &Replay) -> Page<'_> {
+    let chapters = &replay.chapters;
     let all_asked = chapters.len() == CHAPTERS.len();
     let claims = CLAIMS.iter().map(|claim| {
         let found = all(chapters).find(|finding| finding.claim == claim.number);
@@ -266,11 +266,11 @@ fn page<'a>(laboratory: &'a Laboratory, twin: Option<&Path>, chapters: &'a [Chap
         }
     });
     Page {
-        seed: laboratory.seed,
-        twin: twin.map(name),
-        changes: laboratory.parameters.changes(),
+        seed: replay.seed,
+        twin: replay.twin.clone(),
+        changes: &replay.changes,
         claims: claims.collect(),
-        panels: None,
+        panels: replay.panels.as_ref().map(panels::part),
         chapters: parts.collect(),
     }
 }
@@ -309,7 +309,6 @@ mod tests {
     use piezotact::figure::{Axis, Chart, Line, Mark, Tone};
     use piezotact::recording::RecordingWarning;
     use piezotact::warning::merged_of;
-    use piezotact_twin::TwinParameters;
     use piezotact_validation::Counterpart;
 
     fn finding(claim: u8, verdict: Verdict) -> Finding {
@@ -344,10 +343,6 @@ mod tests {
     /// Every claim has a row that the overview leads to, whatever became of it.
     #[test]
     fn every_claim_has_its_row() {
-        let laboratory = Laboratory {
-            parameters: TwinParameters::built_in(),
-            seed: 7,
-        };
         let does_not = Verdict::DoesNot {
             reason: "too loud".into(),
         };
@@ -369,8 +364,15 @@ mod tests {
             warnings: vec![warning],
             missing: vec!["figure 51".into()],
         };
-        let chapters = [chapter];
-        let page = page(&laboratory, None, &chapters);
+        let replay = Replay {
+            report: "report.html".into(),
+            seed: 7,
+            twin: None,
+            changes: Vec::new(),
+            chapters: vec![chapter],
+            panels: None,
+        };
+        let page = page(&replay);
         let html = html(&page, &PlainWords).unwrap();
         for claim in CLAIMS {
             let (row, link) = (

@@ -50,7 +50,7 @@ impl SpatialPeriod {
             })
             .collect();
         let groups = groups.join(", ");
-        match self.outcome() {
+        match self.outcome {
             Outcome::Met if groups.is_empty() => format!("spatial period {number}"),
             Outcome::Met => format!("spatial period {number}; {groups}"),
             _ if self.jumps() => {

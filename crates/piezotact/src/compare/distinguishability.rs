@@ -116,9 +116,11 @@ impl SampleUnit {
 }
 
 /// Samples and which of them are distinguishable.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Groups {
+    /// What they share beside other settings, as a person says it; a study sets it, and it is empty where there is one setting.
+    pub setting: String,
     /// The names.
     pub names: Vec<String>,
     /// How many strokes, or recordings, each has.
@@ -142,10 +144,10 @@ impl Groups {
 
     /// The sets below the just-noticeable difference, by name.
     #[must_use]
-    pub fn below_by_name(&self) -> Vec<Vec<&str>> {
+    pub fn below_by_name(&self) -> Vec<Vec<String>> {
         self.below_jnd
             .iter()
-            .map(|group| group.iter().map(|i| self.names[*i].as_str()).collect())
+            .map(|group| group.iter().map(|i| self.names[*i].clone()).collect())
             .collect()
     }
 

@@ -78,7 +78,7 @@ impl DiscriminationConfig {
 }
 
 /// A study in which samples were compared.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct AcrossSamples {
     /// One for each setting.
@@ -89,9 +89,46 @@ pub struct AcrossSamples {
     pub family: usize,
     /// How it was done.
     pub config: DiscriminationConfig,
-    /// What a person should know before relying on it.
-    #[serde(alias = "doubts")]
+    /// What decides, in a sentence.
+    pub sentence: String,
+    /// Where the just-noticeable differences come from.
+    pub jnd_source: &'static str,
+    /// What a person should know before relying on it; a document has these among its own.
+    #[serde(skip)]
     pub warnings: Vec<Warning>,
+}
+
+impl AcrossSamples {
+    /// The pairs over which errors are controlled, in words: "1 pair", "all 6 pairs".
+    #[must_use]
+    pub fn family_text(&self) -> String {
+        pairs_text(self.family)
+    }
+}
+
+fn pairs_text(count: usize) -> String {
+    match count {
+        1 => "1 pair".into(),
+        count => format!("all {count} pairs"),
+    }
+}
+
+/// What decides, in a sentence.
+fn sentence(units: SampleUnit, family: usize, config: &DiscriminationConfig) -> String {
+    let model = &config.model;
+    format!(
+        "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test, \
+         {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
+         dB over {}",
+        units.word(),
+        config.alpha * 100.0,
+        pairs_text(family),
+        model.level_jnd_high.0.max(model.level_jnd.0),
+        model.noticed_jnd(),
+        model.level_jnd.0,
+        model.level_jnd.0,
+        model.band,
+    )
 }
 
 /// Why distinguishability cannot be judged.
@@ -234,6 +271,8 @@ pub fn discriminate(
     judge(&mut found, &config);
     warnings.extend(about_units(settings, &found, units, family, config.alpha));
     Ok(AcrossSamples {
+        sentence: sentence(units, family, &config),
+        jnd_source: config.model.jnd_source(),
         settings: found,
         units,
         family,
@@ -382,6 +421,7 @@ fn groups(
         }
     }
     Groups {
+        setting: String::new(),
         names: textures.iter().map(|t| t.name.clone()).collect(),
         units: samples.iter().map(|s| s.units.len()).collect(),
         within_jnd: within.iter().map(|w| w.map(|w| w[0])).collect(),

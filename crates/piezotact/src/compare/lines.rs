@@ -200,7 +200,7 @@ mod tests {
                         .sum::<f64>()
             })
             .collect();
-        StrokeSpectra::over(vec![each], 2.0)
+        StrokeSpectra::over(vec![each], 2.0, String::new())
     }
 
     fn found(all: &[(&str, f64, &[f64])]) -> Vec<CommonLine> {

@@ -83,11 +83,13 @@ pub struct GroupPeriod {
 }
 
 /// A spatial period that the spectra at all speeds agree on.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpatialPeriod {
     /// The period, m.
     pub period_m: f64,
+    /// Whether it is a period: met, not met, or not decided.
+    pub outcome: Outcome,
     /// Its 95 % confidence interval over `units`, m; absent for fewer than two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub interval_m: Option<[f64; 2]>,
@@ -105,25 +107,19 @@ pub struct SpatialPeriod {
     /// Of how many.
     pub speeds: usize,
     /// Multiples that may be the period: their frequency is analysed at no speed, or stands out at the only one, m.
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub open_multiples_m: Vec<f64>,
     /// The results of every group, if there are two or more.
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<GroupPeriod>,
     /// The criteria and their outcomes.
     pub criteria: Vec<Criterion<PeriodCriterion>>,
-    /// What a person should know before relying on it.
-    #[serde(alias = "doubts")]
+    /// What a person should know before relying on it; a document has these among its own.
+    #[serde(skip)]
     pub warnings: Vec<Warning>,
 }
 
 impl SpatialPeriod {
-    /// Whether it is a period: met, not met, or not decided.
-    #[must_use]
-    pub fn outcome(&self) -> Outcome {
-        Outcome::of_all(self.criteria.iter().map(|criterion| criterion.outcome))
-    }
-
     /// Whether the groups show different periods.
     #[must_use]
     pub fn jumps(&self) -> bool {
@@ -351,6 +347,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
     }
     let mut found = SpatialPeriod {
         period_m,
+        outcome: Outcome::of_all(criteria.iter().map(|criterion| criterion.outcome)),
         interval_m,
         over,
         units: units.len(),

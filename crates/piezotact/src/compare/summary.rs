@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::compare::CompareWarning;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::CompareError;
 use super::{ReceptorLevel, receptor_levels};
@@ -13,7 +13,7 @@ use crate::feature::{
 };
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
-use crate::warning::{Warning, merged};
+use crate::warning::Warning;
 
 /// The ridges of a fingertip are this far apart, m: the widest range of the literature.
 const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;
@@ -112,17 +112,11 @@ pub struct Summary {
     /// The texture's comb; absent for a texture without a known period.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub comb: Vec<Tooth>,
-    /// PSDs of the strokes, u²/Hz.
-    #[serde(skip)]
+    /// PSDs of the strokes, u²/Hz; in documents their mean and standard deviation.
     pub psd: StrokeSpectra,
     /// What a person should know before relying on it; written with those of one kind as one.
-    #[serde(serialize_with = "as_merged")]
+    #[serde(serialize_with = "crate::warning::serialize_merged")]
     pub warnings: Vec<Warning>,
-}
-
-/// Writes warnings, those of one kind as one.
-fn as_merged<S: Serializer>(warnings: &[Warning], to: S) -> Result<S::Ok, S::Error> {
-    merged(warnings).serialize(to)
 }
 
 /// Known spatial periods of finger and texture; lengths in m.
@@ -189,7 +183,7 @@ pub fn summarise(
         .iter()
         .flat_map(|(a, _)| a.psd.each.iter().cloned())
         .collect();
-    let psd = StrokeSpectra::over(each, first.psd.resolution_hz);
+    let psd = StrokeSpectra::over(each, first.psd.resolution_hz, first.psd.unit.clone());
     let band = first.config.band;
     let found = peaks(&psd.mean, psd.resolution_hz, band);
     let comb = match (speed_m_s, periods.texture_m) {

@@ -225,12 +225,17 @@ pub const STROKE_COLUMNS: &[StrokeColumn] = &[
 ];
 
 /// A spectrum of every stroke, with mean and standard deviation over strokes line by line.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct StrokeSpectra {
+    /// The unit of the values.
+    pub unit: String,
     /// The step between lines, Hz; the first lies at 0 Hz.
     pub resolution_hz: f64,
+    /// The lines, Hz.
+    pub frequency_hz: Vec<f64>,
     /// One spectrum for each stroke.
+    #[serde(skip)]
     pub each: Vec<Vec<f64>>,
     /// Their mean.
     pub mean: Vec<f64>,
@@ -239,11 +244,11 @@ pub struct StrokeSpectra {
 }
 
 impl StrokeSpectra {
-    /// The spectra `each`, all of one length, with their mean and standard deviation.
+    /// The spectra `each` in `unit`, all of one length, with their mean and standard deviation.
     ///
     /// Source: sample mean and standard deviation over strokes, of powers or amplitudes, not of decibels.
     #[must_use]
-    pub fn over(each: Vec<Vec<f64>>, resolution_hz: f64) -> Self {
+    pub fn over(each: Vec<Vec<f64>>, resolution_hz: f64, unit: String) -> Self {
         let count = each.len();
         let lines = each.first().map_or(0, Vec::len);
         let mut mean = vec![0.0; lines];
@@ -262,17 +267,13 @@ impl StrokeSpectra {
             *sum = (*sum / (count.max(2) - 1) as f64).sqrt();
         }
         Self {
+            unit,
             resolution_hz,
+            frequency_hz: crate::spectrum::frequency_axis(resolution_hz, lines),
             each,
             mean,
             sd,
         }
-    }
-
-    /// The frequency of every line, Hz.
-    #[must_use]
-    pub fn frequencies_hz(&self) -> Vec<f64> {
-        crate::spectrum::frequency_axis(self.resolution_hz, self.mean.len())
     }
 }
 
@@ -415,8 +416,8 @@ pub fn analyse(
         warnings.extend(gesture_kept(&vibrations, segmentation, signals.rate));
     }
     Ok(Analysis {
-        fft: amplitudes(&vibrations, segmentation, signals.rate)?,
-        psd: StrokeSpectra::over(psds, resolution_hz),
+        fft: amplitudes(&vibrations, segmentation, (signals.rate, &unit))?,
+        psd: StrokeSpectra::over(psds, resolution_hz, unit.of_psd()),
         strokes,
         unit,
         config: config.clone(),
@@ -526,7 +527,7 @@ fn variance(samples: &[f64]) -> f64 {
 fn amplitudes(
     vibrations: &[&[f64]],
     segmentation: &Segmentation,
-    rate: SampleRate,
+    (rate, unit): (SampleRate, &Unit),
 ) -> Result<StrokeSpectra, FeatureError> {
     let strokes = &segmentation.strokes;
     let shortest = strokes.iter().map(|s| s.steady.len()).min().unwrap_or(0);
@@ -557,6 +558,7 @@ fn amplitudes(
     Ok(StrokeSpectra::over(
         each,
         rate.hz() / shortest.max(1) as f64,
+        unit.to_string(),
     ))
 }
 

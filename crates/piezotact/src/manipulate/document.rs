@@ -12,7 +12,7 @@ use crate::recording::Condition;
 use crate::statistics::standard_deviation;
 use crate::warning::{Merged, merged};
 
-/// A texture that was manipulated.
+/// A texture that was manipulated: what it was before and what it is after.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct ManipulateDocument<'a> {

@@ -102,7 +102,6 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::warning::serialize_merged")]
     #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }

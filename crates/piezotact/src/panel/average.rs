@@ -8,6 +8,7 @@ use statrs::distribution::{Beta, ContinuousCDF};
 use super::levels::Levels;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
+use crate::document::Content;
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms, t_quantile};
 use crate::transfer::level_db;
@@ -453,6 +454,28 @@ fn difference<I: Quantity, O: Quantity>(
     }
 }
 
+/// The average of the people of one load and angle.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(
+    feature = "schemas",
+    derive(schemars::JsonSchema),
+    schemars(bound = "")
+)]
+#[serde(bound = "")]
+pub struct PanelAverage<I: Quantity, O: Quantity> {
+    /// Who is in it.
+    pub participants: Vec<String>,
+    /// How it was averaged.
+    pub average: BundleAverage,
+    /// What it holds for, in its condition, and what limits it.
+    #[serde(flatten)]
+    pub function: TransferFunction<I, O>,
+}
+
+impl<I: Quantity, O: Quantity> Content for PanelAverage<I, O> {
+    const SCHEMA: &'static str = "panel_average";
+}
+
 /// The average over the people of one cell, in units of `O` per `I`, with what it costs a new person over `band` as a
 /// warning, and the people in its provenance.
 ///
@@ -468,7 +491,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     cell: Cell,
     averaging: BundleAverage,
     band: Band,
-) -> Result<TransferFunction<I, O>, PanelError> {
+) -> Result<PanelAverage<I, O>, PanelError> {
     let opposites: Vec<Warning> = panel
         .opposites(band)
         .into_iter()
@@ -545,7 +568,11 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
                 groups: 1,
             }));
     }
-    Ok(averaged)
+    Ok(PanelAverage {
+        participants: people.into_iter().map(str::to_owned).collect(),
+        average: averaging,
+        function: averaged,
+    })
 }
 
 /// The warnings that single measurements carry, as one.

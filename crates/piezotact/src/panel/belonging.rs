@@ -89,7 +89,9 @@ fn a_turned_sign_is_named() {
     );
     let panel = Panel::new(entries).unwrap();
     let log = BundleAverage::LogMagnitude;
-    let averaged = average_of_panel(&panel, at(), log, band()).unwrap();
+    let averaged = average_of_panel(&panel, at(), log, band())
+        .unwrap()
+        .function;
     let opposite = |d: &Warning| matches!(d.kind(), Some(PanelWarning::OppositeSign { .. }));
     assert!(averaged.about.warnings.iter().any(opposite));
     // Two measurements that cancel: the error must not claim that the device does not respond.
@@ -230,7 +232,9 @@ fn what_was_not_driven_is_reported() {
         "{said:?}"
     );
     let panel = Panel::new(entries).unwrap();
-    let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band()).unwrap();
+    let averaged = average_of_panel(&panel, at(), BundleAverage::Complex, band())
+        .unwrap()
+        .function;
     assert_eq!(
         averaged.excited,
         Band::new(Hertz(100.0), Hertz(1000.0)).ok()

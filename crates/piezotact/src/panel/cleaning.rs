@@ -21,15 +21,20 @@ pub struct CleanedDip {
 }
 
 /// What taking the artefact of a bench out of a panel did.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Cleaning {
     /// The control measurement without a finger.
+    #[serde(skip)]
     pub control: TransferFunction<Uncalibrated, Uncalibrated>,
     /// What was found in it.
+    #[serde(flatten)]
     pub artefact: Artefact,
     /// The dips of every measurement at the artefact.
+    #[serde(rename = "fingers")]
     pub dips: Vec<CleanedDip>,
     /// The first measurement before, as an example.
+    #[serde(skip)]
     pub example_before: Option<TransferFunction<Uncalibrated, Uncalibrated>>,
 }
 

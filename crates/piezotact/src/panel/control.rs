@@ -51,7 +51,8 @@ impl ArtefactConfig {
 }
 
 /// The factor of a narrow structure of a bench, without the bench's level and trend: 1 at frequencies without structure.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Artefact {
     /// Where it is lowest, Hz.
     pub at_hz: f64,
@@ -60,8 +61,11 @@ pub struct Artefact {
     /// The band in which the factor differs from 1.
     pub window_hz: Band,
     /// What a person should know before relying on it.
+    #[serde(skip)]
     pub warnings: Vec<Warning>,
+    #[serde(skip)]
     factor: Vec<Complex<f64>>,
+    #[serde(skip)]
     resolution_hz: f64,
 }
 

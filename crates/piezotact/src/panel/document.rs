@@ -1,17 +1,11 @@
 //! What a panel says, as it is handed out.
 
-use std::path::Path;
-
 use serde::{Deserialize, Serialize};
 
-use super::{CleanedDip, Cleaning, Filing, PanelAnalysis};
-use crate::document::Content;
+use super::{Filing, PanelAnalysis};
 use crate::page::{Cell, Column, Table};
-use crate::quantity::{Band, Quantity, Unit};
-use crate::recording::{Condition, Provenance};
+use crate::quantity::Unit;
 use crate::run::Attempt;
-use crate::transfer::{BundleAverage, TransferFunction};
-use crate::warning::{Merged, merged};
 
 /// The kind of system that a panel's transfer functions describe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -47,77 +41,6 @@ pub struct JudgedFiling<'a> {
     pub filing: &'a Filing,
     /// The attempts at it.
     pub attempts: &'a [Attempt],
-}
-
-/// An artefact of the bench that was taken out of a panel.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct ArtefactDocument<'a> {
-    /// Where it is lowest, Hz.
-    pub at_hz: f64,
-    /// How far below the trend it reaches, dB.
-    pub depth_db: f64,
-    /// Where it was taken out.
-    pub window_hz: Band,
-    /// The dips of every measurement at it.
-    pub fingers: &'a [CleanedDip],
-}
-
-impl<'a> From<&'a Cleaning> for ArtefactDocument<'a> {
-    fn from(cleaning: &'a Cleaning) -> Self {
-        Self {
-            at_hz: cleaning.artefact.at_hz,
-            depth_db: cleaning.artefact.depth_db,
-            window_hz: cleaning.artefact.window_hz,
-            fingers: &cleaning.dips,
-        }
-    }
-}
-
-/// The average of the people of one load and angle.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PanelAverageDocument<'a> {
-    /// The file that holds it.
-    pub out: &'a Path,
-    /// What it holds for.
-    pub condition: &'a Condition,
-    /// Who is in it.
-    pub participants: Vec<&'a str>,
-    /// How it was averaged.
-    pub average: BundleAverage,
-    /// How many segments were averaged.
-    pub averages: usize,
-    /// Where it comes from.
-    pub provenance: &'a Provenance,
-    /// What limits it.
-    pub warnings: Vec<Merged>,
-}
-
-impl Content for PanelAverageDocument<'_> {
-    const SCHEMA: &'static str = "panel_average";
-}
-
-impl<'a> PanelAverageDocument<'a> {
-    /// The average `function` of `participants`, kept in the file `out`.
-    ///
-    /// Source: decision 0046 of this project.
-    #[must_use]
-    pub fn of<I: Quantity, O: Quantity>(
-        function: &'a TransferFunction<I, O>,
-        (participants, average): (Vec<&'a str>, BundleAverage),
-        out: &'a Path,
-    ) -> Self {
-        Self {
-            out,
-            condition: &function.about.condition,
-            participants,
-            average,
-            averages: function.averages,
-            provenance: &function.about.provenance,
-            warnings: merged(&function.about.warnings),
-        }
-    }
 }
 
 impl PanelAnalysis {

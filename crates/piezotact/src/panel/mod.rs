@@ -24,15 +24,15 @@ mod warning;
 
 pub use analysis::{PanelAnalysis, PanelConfig, analyse};
 pub use average::{
-    AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, ParticipantPenalty,
-    Verdict, average_of_panel, share_interval,
+    AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, PanelAverage,
+    ParticipantPenalty, Verdict, average_of_panel, share_interval,
 };
 pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
 pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
 pub use curves::{
     CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
 };
-pub use document::{ArtefactDocument, JudgedFiling, PanelAverageDocument, PanelKind};
+pub use document::{JudgedFiling, PanelKind};
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};

@@ -231,8 +231,13 @@ fn the_complex_mean_loses_what_phases_spread() {
         "{difference:?}"
     );
     assert!(difference.by_levels_db.abs() < 1e-9);
-    let log =
-        average_of_panel(&panel, cell(0.2, 20.0), BundleAverage::LogMagnitude, band()).unwrap();
+    let log = average_of_panel(&panel, cell(0.2, 20.0), BundleAverage::LogMagnitude, band());
+    let PanelAverage {
+        participants,
+        function: log,
+        ..
+    } = log.unwrap();
+    assert_eq!(participants, ["a", "b"]);
     assert!((log.response()[100].norm() - 1.0).abs() < 1e-12);
     assert!(
         log.about.condition.participant.is_none()

@@ -144,7 +144,6 @@ pub struct Prepared {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verification: Option<Verification>,
     /// What a person should know before using it.
-    #[serde(serialize_with = "crate::warning::serialize_merged")]
     pub warnings: Warnings,
 }
 
@@ -237,7 +236,6 @@ pub struct PrepareDocument {
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub failed: Vec<FailedFile>,
     /// What a person should know before using the drives, beside what each texture has.
-    #[serde(serialize_with = "crate::warning::serialize_merged")]
     pub warnings: Warnings,
 }
 

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize, Serializer};
 
 use super::{BenchKind, Condition, Provenance};
-use crate::warning::Warning;
+use crate::warning::{Merged, Warning, merged};
 
 /// Metadata of a recording, a drive or a transfer function. Serialised flat: three fields of the value that holds it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -60,4 +60,29 @@ impl About {
         }
         .serialize(serializer)
     }
+
+    /// Serialises it with the warnings of one kind as one, for documents of results; for serde's `serialize_with`.
+    ///
+    /// # Errors
+    /// Those of the serializer.
+    pub fn merged<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        MergedAbout {
+            condition: &self.condition,
+            provenance: &self.provenance,
+            warnings: merged(&self.warnings),
+        }
+        .serialize(serializer)
+    }
+}
+
+/// [`About`] as a document of a result has it.
+#[derive(Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub(crate) struct MergedAbout<'a> {
+    /// Who touched what, and how.
+    condition: &'a Condition,
+    /// Where it comes from.
+    provenance: &'a Provenance,
+    /// What limits it.
+    warnings: Vec<Merged>,
 }

@@ -5,7 +5,6 @@
 //! by band, in m/s² over the detection threshold, and counts differences in JND of level and of frequency. Waveform
 //! similarity and the indices of the literature are reported as well.
 
-mod document;
 mod excitation;
 pub mod literature;
 mod measurement;
@@ -16,7 +15,6 @@ mod waveform;
 
 use crate::clipping::ClippingWarning;
 use crate::spectrum::SpectrumWarning;
-pub use document::ScoreDocument;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 pub use warning::{NoIndicesCause, NotComparedCause, ScoreWarning};
@@ -35,6 +33,7 @@ pub use crate::discrimination::Difference;
 use crate::discrimination::{
     ContactMap, Differences, DiscriminationWarning, Excitation, Model, differences,
 };
+use crate::document::Content;
 use crate::feature::Weighting;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
@@ -154,7 +153,7 @@ pub struct SpectrumError {
 }
 
 /// The perceptual distance of two vibrations with its verdict, and further measures of their difference.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Score {
     /// The score, JND: the largest of the three differences below.
@@ -164,6 +163,8 @@ pub struct Score {
     pub criteria: Vec<Criterion<ScoreCriterion>>,
     /// The verdict that follows from the criteria.
     pub verdict: Verdict,
+    /// One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
+    pub sentence: String,
     /// How far the halves of the reference lie apart, and those of the test, JND; absent where they are too short.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub within_jnd: Option<[f64; 2]>,
@@ -204,9 +205,9 @@ pub struct Score {
     pub segments: usize,
     /// How it was computed.
     pub config: ScoreConfig,
+    /// Where the just noticeable differences come from.
+    pub jnd_source: &'static str,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::warning::serialize_merged")]
-    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 
@@ -365,8 +366,9 @@ fn scored(
     };
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
     let shorter = reference.duration().0.min(test.duration().0);
-    Ok(Score {
+    let mut found = Score {
         score,
+        sentence: String::new(),
         verdict: Verdict::of(
             score,
             &criteria,
@@ -396,8 +398,15 @@ fn scored(
         rate_hz,
         segments,
         config: config.clone(),
+        jnd_source: config.model().jnd_source(),
         warnings,
-    })
+    };
+    found.sentence = found.in_words();
+    Ok(found)
+}
+
+impl Content for Score {
+    const SCHEMA: &'static str = "score";
 }
 
 fn refuse(

@@ -256,9 +256,8 @@ impl fmt::Display for How {
 }
 
 impl super::Score {
-    /// One sentence that says whether a finger could tell A, the reference, from B, the test, by how much, and how.
-    #[must_use]
-    pub fn sentence(&self) -> String {
+    /// Its [`super::Score::sentence`].
+    pub(super) fn in_words(&self) -> String {
         let score = self.score;
         let model = self.config.model();
         let range = format!(

@@ -10,7 +10,7 @@ use crate::quantity::{Quantity, SampleRate};
 use crate::recording::{Channel, Recording};
 use crate::warning::{Merged, merged};
 
-/// The PSD of one channel of a file.
+/// The PSD of one channel of a file, with its frequencies and the rate of the channel, which the spectrum alone does not hold.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpectrumDocument<'a> {

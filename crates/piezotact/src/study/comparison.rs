@@ -1,5 +1,7 @@
 //! What changes from group to group.
 
+use serde::Serialize;
+
 use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
@@ -15,7 +17,7 @@ use crate::discrimination::Model;
 use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
-use crate::statistics::{LogFit, RankCorrelation};
+use crate::statistics::{Direction, LogFit, RankCorrelation};
 use crate::stroke::{Reason, StrokeWarning};
 use crate::warning::Warning;
 
@@ -33,56 +35,79 @@ pub struct Across {
 }
 
 /// Groups that differ in one thing and share all others, with what follows.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Comparison {
     /// What they share, as a person says it; empty where all comparisons share it.
+    #[serde(skip_serializing_if = "String::is_empty")]
     pub setting: String,
     /// The groups, in order.
     pub groups: Vec<Group>,
     /// What changes from one to the next.
+    #[serde(flatten)]
     pub trend: Trend,
     /// What else differs between the groups: speed or load.
+    #[serde(skip)]
     pub confounders: Vec<Confounder>,
-    /// What this leaves open.
+    /// What this leaves open; a document has these among its own.
+    #[serde(skip)]
     pub warnings: Vec<Warning>,
 }
 
 /// What changes from group to group.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(untagged)]
 pub enum Trend {
     /// With the sample.
     Samples(SampleTrend),
     /// With the speed.
     Speeds(SpeedTrend),
-    /// How far participants differ; absent without a group above zero.
-    Participants(Option<LevelSpread>),
+    /// How far participants differ.
+    Participants {
+        /// The spread of their levels; absent without a group above zero.
+        #[serde(skip_serializing_if = "Option::is_none")]
+        level_spread: Option<LevelSpread>,
+    },
     /// With the load.
     Loads(LoadTrend),
     /// With the direction of sliding.
     Directions(DirectionTrend),
     /// Nothing beside what [`BothWays`] says of active and passive touch.
-    Touch,
+    Touch {},
 }
 
 /// What changes with the sample.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SampleTrend {
     /// How vibration and friction follow the roughness that is known of the samples.
     pub roughness: RoughnessTrend,
     /// The rank correlation of friction and rms over samples.
+    #[serde(rename = "friction_rms_rank_correlation")]
     pub friction_on_rms: Option<RankCorrelation>,
+    /// Sets of samples below the just-noticeable difference, by name; absent where that is withheld or not asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub below_jnd: Option<Vec<Vec<String>>>,
     /// By how much friction changes with the rms.
+    #[serde(skip)]
     pub friction_change_on_rms: Option<FrictionChange>,
     /// How many samples have one stroke only.
+    #[serde(skip)]
     pub single_strokes: usize,
+    #[serde(skip)]
     pub samples: usize,
 }
 
 /// What changes with the speed.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct SpeedTrend {
     /// The power law of rms on speed; absent for fewer than two speeds.
     pub rms_on_speed: Option<LogFit>,
+    /// Its direction.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms_trend: Option<Direction>,
     /// The strongest candidate of a spatial period; absent where nothing was found.
     pub period: Option<SpatialPeriod>,
 }
@@ -92,14 +117,7 @@ impl SpeedTrend {
     #[must_use]
     pub fn standing_out(&self) -> Option<&SpatialPeriod> {
         let period = self.period.as_ref();
-        period.filter(|period| period.outcome() == Outcome::Met)
-    }
-
-    /// The strongest candidate of a period that does not stand out.
-    #[must_use]
-    pub fn candidate(&self) -> Option<&SpatialPeriod> {
-        let period = self.period.as_ref();
-        period.filter(|period| period.outcome() != Outcome::Met)
+        period.filter(|period| period.outcome == Outcome::Met)
     }
 }
 
@@ -122,7 +140,7 @@ impl Comparison {
             Trend::Speeds(trend) => trend.period.as_ref().map_or(&[], |period| &period.warnings),
             Trend::Loads(trend) => &trend.warnings,
             Trend::Directions(trend) => &trend.warnings,
-            Trend::Samples(_) | Trend::Participants(_) | Trend::Touch => &[],
+            Trend::Samples(_) | Trend::Participants { .. } | Trend::Touch {} => &[],
         };
         of_trend.iter().chain(&self.warnings)
     }
@@ -133,23 +151,40 @@ fn summaries(groups: &[Group]) -> Vec<&Summary> {
 }
 
 /// Which samples are distinguishable in each setting, or why that is withheld.
-#[derive(Clone, Debug)]
-pub struct Discrimination {
-    /// The settings, as the comparisons name them.
-    pub settings: Vec<String>,
-    pub found: Result<AcrossSamples, DiscriminationError>,
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum Discrimination {
+    /// It is known.
+    Found(Box<AcrossSamples>),
+    /// It is withheld.
+    Withheld {
+        /// Why.
+        #[serde(flatten)]
+        why: DiscriminationError,
+        /// Why, in a sentence.
+        sentence: String,
+    },
 }
 
 impl Discrimination {
+    /// What was found; none where it is withheld.
+    fn found(&self) -> Option<&AcrossSamples> {
+        match self {
+            Self::Found(found) => Some(found),
+            Self::Withheld { .. } => None,
+        }
+    }
+
     /// What was found in the setting number `setting`.
     #[must_use]
     pub fn groups(&self, setting: usize) -> Option<&Groups> {
-        self.found.as_ref().ok()?.settings.get(setting)
+        self.found()?.settings.get(setting)
     }
 
     /// What it leaves open.
     pub fn warnings(&self) -> impl Iterator<Item = &Warning> {
-        self.found.iter().flat_map(|found| &found.warnings)
+        self.found().into_iter().flat_map(|found| &found.warnings)
     }
 }
 
@@ -169,13 +204,19 @@ impl Grouping<'_> {
         let comparison = |(setting, groups): Setting| {
             let summaries = summaries(&groups);
             let trend = match by {
-                Factor::Speed => Trend::Speeds(SpeedTrend {
-                    rms_on_speed: rms_on_speed(&summaries),
-                    period: self.period(&groups)?,
-                }),
+                Factor::Speed => {
+                    let fit = rms_on_speed(&summaries);
+                    Trend::Speeds(SpeedTrend {
+                        rms_trend: fit.as_ref().map(LogFit::direction),
+                        rms_on_speed: fit,
+                        period: self.period(&groups)?,
+                    })
+                }
                 Factor::Sample | Factor::File => Trend::Samples(self.samples(&summaries)),
-                Factor::Participant => Trend::Participants(across_participants(&summaries)),
-                Factor::Touch => Trend::Touch,
+                Factor::Participant => Trend::Participants {
+                    level_spread: across_participants(&summaries),
+                },
+                Factor::Touch => Trend::Touch {},
                 Factor::Load => Trend::Loads(self.loads(&groups)),
                 Factor::Direction => Trend::Directions(self.directions(&groups)),
             };
@@ -246,6 +287,7 @@ impl Grouping<'_> {
         SampleTrend {
             roughness: across_roughness(summaries, ra_m),
             friction_on_rms,
+            below_jnd: None,
             friction_change_on_rms,
             single_strokes: summaries.iter().filter(|s| s.strokes < 2).count(),
             samples: summaries.len(),
@@ -358,8 +400,8 @@ impl Grouping<'_> {
         Ok(spatial_period(&parts, Hertz(lowest_hz)))
     }
 
-    /// Which samples of `across` are distinguishable.
-    pub(super) fn discrimination(&self, across: &Across, model: Model) -> Discrimination {
+    /// Which samples of `across` are distinguishable; its comparisons hold the sets below the just-noticeable difference then.
+    pub(super) fn discrimination(&self, across: &mut Across, model: Model) -> Discrimination {
         let texture = |group: &Group| {
             let takes = group.takes.iter().map(|place| &self.takes[*place]);
             let analyses: Vec<_> = takes.filter_map(|take| take.analysis.as_ref()).collect();
@@ -367,13 +409,22 @@ impl Grouping<'_> {
         };
         let all = across.comparisons.iter();
         let textures: Vec<Vec<Texture>> = all
-            .clone()
             .map(|comparison| comparison.groups.iter().filter_map(texture).collect())
             .collect();
-        Discrimination {
-            settings: all.map(|comparison| comparison.setting.clone()).collect(),
-            found: discriminate(&textures, &DiscriminationConfig::usual(model)),
+        let mut found = match discriminate(&textures, &DiscriminationConfig::usual(model)) {
+            Ok(found) => found,
+            Err(why) => {
+                let sentence = why.to_string();
+                return Discrimination::Withheld { why, sentence };
+            }
+        };
+        for (groups, comparison) in found.settings.iter_mut().zip(&mut across.comparisons) {
+            groups.setting.clone_from(&comparison.setting);
+            if let Trend::Samples(trend) = &mut comparison.trend {
+                trend.below_jnd = Some(groups.below_by_name());
+            }
         }
+        Discrimination::Found(Box::new(found))
     }
 
     /// The warning that some recordings stand in no comparison.

@@ -171,13 +171,19 @@ fn speed_text(speed_m_s: f64) -> String {
 }
 
 /// Recordings that have one value of what they are grouped by, with their strokes taken together.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Group {
     /// What their strokes say together.
+    #[serde(flatten)]
     pub summary: Summary,
     /// Their places among the recordings of the study.
+    #[serde(skip)]
     pub takes: Vec<usize>,
+    /// Their names.
+    pub files: Vec<String>,
     /// The class of their sample by the duplex theory; absent where they have several samples, or one of which nothing is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub duplex: Option<Duplex>,
 }
 
@@ -269,6 +275,7 @@ impl Grouping<'_> {
             set_apart(&mut summary, self.lines);
             Ok(Group {
                 summary,
+                files: takes.iter().map(|take| take.name.clone()).collect(),
                 takes: places,
                 duplex,
             })

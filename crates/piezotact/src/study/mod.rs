@@ -170,9 +170,9 @@ pub fn analyse_watched(
     let groups = grouping.groups(by)?;
     let (mut asked, mut discrimination) = (None, None);
     if let Question::Changes { model, .. } = &settings.question {
-        let across = grouping.required_across(by)?;
+        let mut across = grouping.required_across(by)?;
         if matches!(by, Factor::Sample | Factor::File) {
-            discrimination = Some(grouping.discrimination(&across, model.clone()));
+            discrimination = Some(grouping.discrimination(&mut across, model.clone()));
         }
         asked = Some(across);
     }

@@ -105,43 +105,13 @@ impl Rule {
     }
 }
 
-/// "1 pair", "all 6 pairs".
-fn pairs(count: usize) -> String {
-    match count {
-        1 => "1 pair".into(),
-        count => format!("all {count} pairs"),
-    }
-}
-
 impl Discrimination {
-    /// The pairs over which errors are controlled, in words; empty where it is withheld.
-    #[must_use]
-    pub fn family(&self) -> String {
-        let found = self.found.as_ref();
-        found.map_or(String::new(), |found| pairs(found.family))
-    }
-
     /// How it was found, or why it is withheld, in a line.
     #[must_use]
     pub fn line(&self) -> String {
-        match &self.found {
-            Ok(found) => {
-                let model = &found.config.model;
-                format!(
-                    "criteria: distinguishable if the difference exceeds the variability between {} of one sample (permutation test, \
-                 {:.0} % over {}) and {:.1} dB or {:.2} JND; below the JND if it is within {:.2} dB; distances in JND of {:.2} \
-                 dB over {}",
-                    found.units.word(),
-                    found.config.alpha * 100.0,
-                    pairs(found.family),
-                    model.level_jnd_high.0.max(model.level_jnd.0),
-                    model.noticed_jnd(),
-                    model.level_jnd.0,
-                    model.level_jnd.0,
-                    model.band,
-                )
-            }
-            Err(withheld) => withheld.to_string(),
+        match self {
+            Self::Found(found) => found.sentence.clone(),
+            Self::Withheld { sentence, .. } => sentence.clone(),
         }
     }
 }
@@ -215,11 +185,13 @@ impl Trend {
             Self::Speeds(trend) => trend.lines(&[]),
             Self::Loads(trend) => trend.lines(),
             Self::Directions(trend) => trend.lines(),
-            Self::Participants(spread) => {
-                let spread = spread.iter().map(crate::compare::LevelSpread::conclusion);
-                spread.collect()
+            Self::Participants { level_spread } => {
+                let spread = level_spread.iter();
+                spread
+                    .map(crate::compare::LevelSpread::conclusion)
+                    .collect()
             }
-            Self::Touch => Vec::new(),
+            Self::Touch {} => Vec::new(),
         }
     }
 }

@@ -12,13 +12,20 @@ pub use samples::{Judgement, SampleSet, SurfaceSample};
 use crate::number::rounded;
 use serde::{Deserialize, Serialize};
 
-/// Heights on a regular grid: `rows` × `columns` values, row by row, in m. NaN where nothing was measured.
-#[derive(Clone, Debug, PartialEq)]
+/// Heights on a regular grid: `rows` × `columns` values, row by row, in m. NaN where nothing was measured. Documents leave the heights
+/// out, which have a file of their own.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct HeightMap {
+    #[serde(skip)]
     heights_m: Vec<f64>,
+    /// The number of rows.
     rows: usize,
+    /// Points in a row.
     columns: usize,
+    /// The distance of two points in a row, m.
     step_x_m: f64,
+    /// The distance of two rows, m.
     step_y_m: f64,
 }
 

@@ -1,14 +1,18 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
+use serde::Serialize;
+
 use super::related::repeats_itself;
 use super::{
-    Estimator, Excitation, ImpactConfig, ImpactTraces, ImpactWarning, OneClock, TransferError,
-    TransferFunction, TransferWarning, Transient, estimate_without, prepared, transient,
+    Bias, Estimator, Excitation, ImpactConfig, ImpactTraces, ImpactWarning, Limits, OneClock,
+    TransferError, TransferFunction, TransferWarning, Transient, estimate_without, prepared,
+    transient,
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, estimate_impacts};
 use crate::clipping::ClippingWarning;
 use crate::device::{DriveSetup, drive_of_potential};
+use crate::document::Content;
 use crate::integrity::{Pair, SignalWarning, never_changes, said_of_a_pair, transfer_warnings};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
 use crate::recording::{Channel, Recording, RecordingError};
@@ -41,16 +45,27 @@ pub struct BetweenConfig<'a> {
 }
 
 /// A transfer function with the units of its two channels.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct BetweenChannels {
     /// The transfer function, with what the recording gives a warning for.
+    #[serde(flatten)]
     pub function: TransferFunction<Uncalibrated, Uncalibrated>,
+    /// What the confidence limits hold.
+    pub limits: Limits,
+    /// How far H2 lies above H1 from 20 Hz on; absent where no line lies there.
+    pub bias: Option<Bias>,
     /// The unit of the drive.
     pub drive_unit: Unit,
     /// The unit of the response.
     pub response_unit: Unit,
     /// What a report draws of an impact test; absent for other drives.
+    #[serde(skip)]
     pub traces: Option<ImpactTraces>,
+}
+
+impl Content for BetweenChannels {
+    const SCHEMA: &'static str = "transfer";
 }
 
 /// Two channels without a transfer function between them.
@@ -142,6 +157,8 @@ pub fn between_channels(
     warning(&mut function, units, &broken);
     describe(&mut function, recording, config, &broken);
     Ok(BetweenChannels {
+        limits: function.limits(),
+        bias: function.bias(function.tactile_band()),
         function,
         drive_unit,
         response_unit,

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
-use super::{Changed, UncompensatedPrediction, Verification, VerifyError};
-use crate::document::Content;
+use super::{Changed, UncompensatedOutcome, Verification};
+use crate::document::{Content, Named};
 
-/// A verification with its verdict as a yes or no and as a sentence.
+/// A verification with its verdict as a yes or no and as a sentence, which follow from it and change with it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct JudgedVerification<'a> {
@@ -32,54 +32,7 @@ impl<'a> JudgedVerification<'a> {
     }
 }
 
-/// A verification of a further measurement.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct NamedVerification<'a> {
-    /// The name of its file.
-    pub file: &'a str,
-    /// What was found.
-    #[serde(flatten)]
-    pub verification: JudgedVerification<'a>,
-}
-
-/// What a texture before its manipulation differs by from the target.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct NamedChange<'a> {
-    /// The name of its file.
-    pub file: &'a str,
-    /// The difference.
-    #[serde(flatten)]
-    pub changed: &'a Changed,
-}
-
-/// What the texture itself as a drive would give, or why that was not computed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(untagged)]
-pub enum UncompensatedOutcome<'a> {
-    /// What it would give.
-    Predicted(&'a UncompensatedPrediction),
-    /// It could not be computed.
-    NotComputed {
-        /// Why not.
-        not_computed: String,
-    },
-}
-
-impl<'a> From<&'a Result<UncompensatedPrediction, VerifyError>> for UncompensatedOutcome<'a> {
-    fn from(predicted: &'a Result<UncompensatedPrediction, VerifyError>) -> Self {
-        match predicted {
-            Ok(predicted) => Self::Predicted(predicted),
-            Err(error) => Self::NotComputed {
-                not_computed: error.to_string(),
-            },
-        }
-    }
-}
-
-/// How close a measurement came to its target, with the other measurements that were asked for.
+/// How close a measurement came to its target, with the other measurements that were asked for: several values of one command.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct VerifyDocument<'a> {
@@ -88,20 +41,20 @@ pub struct VerifyDocument<'a> {
     pub verification: JudgedVerification<'a>,
     /// What the texture itself as a drive would give; absent without a transfer function.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub uncompensated_predicted: Option<UncompensatedOutcome<'a>>,
+    pub uncompensated_predicted: Option<&'a UncompensatedOutcome>,
     /// Further measurements.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub also: Vec<NamedVerification<'a>>,
+    pub also: Vec<Named<'a, JudgedVerification<'a>>>,
     /// Textures before their manipulation.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub before: Vec<NamedChange<'a>>,
+    pub before: Vec<Named<'a, &'a Changed>>,
 }
 
 impl Content for VerifyDocument<'_> {
     const SCHEMA: &'static str = "verify";
 }
 
-/// A texture that was rendered, played and measured on the twin, and the same texture played as it stands.
+/// A texture that was rendered, played and measured on the twin, and the same texture played as it stands: several values of one command.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct DemoDocument<'a> {

@@ -27,15 +27,12 @@ pub use changed::{Changed, changed};
 pub use clock::{Clock, Lost};
 pub use close::CLOSE_DB;
 pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
-pub use document::{
-    DemoDocument, JudgedVerification, NamedChange, NamedVerification, UncompensatedOutcome,
-    VerifyDocument,
-};
+pub use document::{DemoDocument, JudgedVerification, VerifyDocument};
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
 use serde::{Deserialize, Serialize};
 pub use tones::{Tones, tones};
-pub use uncompensated::{UncompensatedPrediction, predict_uncompensated};
+pub use uncompensated::{UncompensatedOutcome, UncompensatedPrediction, predict_uncompensated};
 pub use verdict::{Verdict, VerifyCriterion};
 pub use warning::VerifyWarning;
 
@@ -130,7 +127,6 @@ pub struct Verification {
     /// The limits.
     pub limits: Limits,
     /// What a person should know before relying on it.
-    #[serde(serialize_with = "crate::warning::serialize_merged")]
     #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }

@@ -37,6 +37,31 @@ pub struct UncompensatedPrediction {
     pub answer_psd: Vec<f64>,
 }
 
+/// What the texture itself as a drive would give, or why that is not computed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(untagged)]
+pub enum UncompensatedOutcome {
+    /// What it would give.
+    Predicted(UncompensatedPrediction),
+    /// It cannot be computed.
+    NotComputed {
+        /// Why not.
+        not_computed: String,
+    },
+}
+
+impl From<Result<UncompensatedPrediction, VerifyError>> for UncompensatedOutcome {
+    fn from(predicted: Result<UncompensatedPrediction, VerifyError>) -> Self {
+        match predicted {
+            Ok(predicted) => Self::Predicted(predicted),
+            Err(error) => Self::NotComputed {
+                not_computed: error.to_string(),
+            },
+        }
+    }
+}
+
 impl UncompensatedPrediction {
     /// The judged band as text: the part of the judged band of `verification` that the transfer function covers.
     #[must_use]

@@ -7,9 +7,14 @@ use serde::{Deserialize, Serialize};
 use super::{Merged, Warning, merged};
 
 /// A list of warnings without duplicates: a warning with the code, subject and values of one already in the list is not added.
+/// Its written form has those of one kind as one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-#[serde(transparent)]
+#[cfg_attr(
+    feature = "schemas",
+    derive(schemars::JsonSchema),
+    schemars(with = "Vec<Merged>")
+)]
+#[serde(into = "Vec<Merged>", from = "Vec<Warning>")]
 pub struct Warnings(Vec<Warning>);
 
 impl Warnings {
@@ -50,6 +55,18 @@ impl Warnings {
     #[must_use]
     pub fn merged(&self) -> Vec<Merged> {
         merged(&self.0)
+    }
+}
+
+impl From<Warnings> for Vec<Merged> {
+    fn from(warnings: Warnings) -> Self {
+        warnings.merged()
+    }
+}
+
+impl From<Vec<Warning>> for Warnings {
+    fn from(warnings: Vec<Warning>) -> Self {
+        Self(warnings)
     }
 }
 

@@ -70,8 +70,11 @@ mod ranges {
     }
 }
 
-/// Writes warnings as they stand in a document: those of one kind as one.
-pub(crate) fn serialize_merged<S: serde::Serializer>(
+/// Writes warnings as they stand in a document, those of one kind as one; for serde's `serialize_with`.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn serialize_merged<S: serde::Serializer>(
     warnings: &[Warning],
     to: S,
 ) -> Result<S::Ok, S::Error> {

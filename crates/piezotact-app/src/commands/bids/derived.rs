@@ -104,10 +104,8 @@ pub(super) fn of_strokes(
     let mut psd = columns(&["frequency", "mean", "sd"]);
     let spectra = &analysis.psd;
     let strokes = spectra.each.len();
-    let lines = spectra
-        .frequencies_hz()
-        .into_iter()
-        .zip(spectra.mean.iter().zip(&spectra.sd));
+    let lines = spectra.frequency_hz.iter().copied();
+    let lines = lines.zip(spectra.mean.iter().zip(&spectra.sd));
     psd.rows = lines
         .map(|(hz, (mean, sd))| {
             vec![

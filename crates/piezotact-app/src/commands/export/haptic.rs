@@ -61,7 +61,8 @@ fn write_clip(
         write_haptic(path, clip)?;
     }
     Ok(Written {
-        rate: None,
+        format: format.name(),
+        rate_hz: None,
         full_scale: None,
         warnings,
     })
@@ -92,7 +93,7 @@ pub(super) fn of_texture(
     written.warnings.extend(losses);
     let warnings = write_clip(&args.out, &clip, format, written.warnings)?.warnings;
     Ok(Written {
-        rate: None,
+        rate_hz: None,
         warnings,
         ..written
     })

@@ -3,14 +3,15 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
-use piezotact::panel::{Cell, PanelAverageDocument, average_of_panel};
+use piezotact::document::Kept;
+use piezotact::panel::{Cell, average_of_panel};
 use piezotact_dataset::{
     PANEL_INDEX, PanelFolder, TransferDocument, TransferFormat, panel_of, write_transfer,
 };
 
 use crate::cli::panel::Average;
 use crate::failure::{Outcome, usage};
-use crate::output::{counted, print, print_document, say_merged};
+use crate::output::{counted, print, print_document, say_warnings};
 use crate::places::outputs;
 
 pub(crate) fn run(args: &Average) -> Outcome {
@@ -20,30 +21,24 @@ pub(crate) fn run(args: &Average) -> Outcome {
     let named = || args.folder.display().to_string();
     let panel = panel_of(&contents).with_context(named)?;
     let cell = chosen(args, panel.cells())?;
-    let mut function =
+    let mut averaged =
         average_of_panel(&panel, cell, args.average.averaging(), args.band).with_context(named)?;
-    let stored = TransferDocument::of(&function, contents.drive_unit, contents.response_unit);
+    let function = &averaged.function;
+    let stored = TransferDocument::of(function, contents.drive_unit, contents.response_unit);
     write_transfer(&args.out, &stored)?;
-    function
-        .about
-        .warnings
-        .extend(TransferFormat::of_ending(&args.out).losses());
-    let people: Vec<&str> = panel
-        .participants()
-        .iter()
-        .map(String::as_str)
-        .filter(|who| panel.of(who, cell).next().is_some())
-        .collect();
-    let averaged = (people, args.average.averaging());
-    let document = PanelAverageDocument::of(&function, averaged, &args.out);
+    let warnings = &mut averaged.function.about.warnings;
+    warnings.extend(TransferFormat::of_ending(&args.out).losses());
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &averaged,
+        });
     }
-    say_merged(&document.warnings);
+    say_warnings(&averaged.function.about.warnings);
     print(&format!(
         "wrote {}: the average of {} at {cell}",
         args.out.display(),
-        counted(document.participants.len(), "participant")
+        counted(averaged.participants.len(), "participant")
     ))
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use anyhow::anyhow;
+use piezotact::document::Kept;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
@@ -13,7 +14,7 @@ use piezotact_bench::procedure::{
 use piezotact_bench::{
     Bench, ExcitationConfig, GateConfig, Placement, ProcedureError, RunPlan, Until,
 };
-use piezotact_dataset::document::{PanelRunCounts, PanelRunDocument};
+use piezotact_dataset::document::{PanelRun, PanelRunCounts};
 use piezotact_dataset::{Adopted, BenchFile, PanelFolder, RunFolder, TransferDocument};
 
 use super::open_or_begin;
@@ -52,16 +53,24 @@ pub(crate) fn run(args: &Run) -> Outcome {
     if args.discard_raw {
         say(&discarded(&raw, &session.recorded)?);
     }
-    let document = PanelRunDocument::of(&session.folder, &args.out, session.counts);
+    let index = &session.folder.index;
+    let done = PanelRun {
+        counts: session.counts,
+        measurements: index.entries.len(),
+        index,
+    };
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &done,
+        });
     }
     print(&format!(
         "wrote {}: {} measurements, {} in all of {}; analyse them with `piezotact panel analyse {}`",
         args.out.display(),
-        document.measured,
-        document.measurements,
-        counted(document.participants.len(), "participant"),
+        done.counts.measured,
+        done.measurements,
+        counted(index.participants.len(), "participant"),
         args.out.display()
     ))
 }
@@ -336,7 +345,7 @@ fn measure(
     })
     .map_err(|error| not_measured(filing, error))?;
     let mut document = TransferDocument {
-        distortion: done.distortion(),
+        distortion: done.distortion.clone(),
         attempts: done.attempts,
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };

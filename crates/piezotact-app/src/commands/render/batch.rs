@@ -1,9 +1,11 @@
 //! Several renderings in one go: what was rendered, what was refused, and what did not come to its end.
 
 use anyhow::anyhow;
+use piezotact::document::Document;
 use piezotact_bench::ProcedureError;
-use piezotact_bench::document::{RefusedRendering, RenderBatchDocument, RenderDocument};
+use piezotact_bench::document::{RefusedRendering, RenderBatchDocument};
 use piezotact_report::rendering::Page;
+use serde_json::Value;
 
 use super::{Done, Job, folder_of};
 use crate::advice::OptionWords;
@@ -11,14 +13,15 @@ use crate::cli::Render;
 use crate::failure::{Failure, Outcome, sentence};
 use crate::invocation::write_report;
 use crate::keeping::{self, Raw};
-use crate::output::{print, print_document, say};
+use crate::output::{print, print_document, print_made, say};
 
 /// The jobs of a command, as they are done.
 pub(super) struct Batch<'a> {
     args: &'a Render,
     jobs: &'a [Job<'a>],
     page: Page,
-    renderings: Vec<RenderDocument>,
+    /// Of several the renderings in their document, of one its document.
+    renderings: Vec<Value>,
     refused: Vec<RefusedRendering>,
     /// What is said of closed loops that did not come to their end.
     unfinished: Vec<String>,
@@ -70,7 +73,11 @@ impl<'a> Batch<'a> {
     }
 
     fn take(&mut self, job: &Job<'_>, done: &Done) -> Outcome {
-        self.renderings.push(done.document(job, self.args));
+        let document = done.document(job, self.args);
+        self.renderings.push(match self.is_several() {
+            true => serde_json::to_value(&document)?,
+            false => serde_json::to_value(Document::of(&document))?,
+        });
         if !self.args.json {
             done.say()?;
         }
@@ -127,7 +134,7 @@ impl<'a> Batch<'a> {
     pub(super) fn print(&mut self) -> Outcome {
         if self.args.json {
             return match self.renderings.as_slice() {
-                [only] if !self.is_several() => print_document(only),
+                [only] if !self.is_several() => print_made(only.clone()),
                 _ => print_document(&RenderBatchDocument {
                     renderings: self.renderings.clone(),
                     refused: self.refused.clone(),

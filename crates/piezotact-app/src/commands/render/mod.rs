@@ -546,7 +546,7 @@ impl Done {
         ))
     }
 
-    fn document(&self, job: &Job<'_>, args: &Render) -> RenderDocument {
+    fn document<'a>(&'a self, job: &'a Job<'_>, args: &Render) -> RenderDocument<'a> {
         let names = RenderNames {
             called: &job.called,
             target: job.target,

@@ -4,11 +4,11 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::Warning;
-use piezotact::quantity::Unit;
+use piezotact::document::Kept;
 use piezotact::recording::Recording;
+use piezotact::run::{Acquired, TwinRecorded};
 use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
 use piezotact_dataset::write_recording;
-use piezotact_twin::document::TwinRecordDocument;
 use piezotact_twin::eeg::{EegProtocol, Task, record};
 use piezotact_twin::{Participant, TwinParameters};
 
@@ -28,24 +28,23 @@ pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {
     let recording = record(parameters, &participant, &protocol, &args.label).map_err(usage)?;
     let warnings = write(&args.out, ending, &recording)?;
     drop(work);
-    let channels: Vec<(String, Unit)> = recording
-        .channels()
-        .iter()
-        .map(|channel| (channel.name.clone(), channel.unit.clone()))
-        .collect();
-    let document = TwinRecordDocument::of_recording(&recording, &channels, &args.out);
     say_warnings(&warnings);
+    let mut acquired = Acquired::of(&recording);
+    acquired.about.warnings.extend(warnings);
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &TwinRecorded(acquired),
+        });
     }
     print(&format!(
         "wrote {}: {:.2}, {} channels, {} trials of the task {} on the {}",
         args.out.display(),
-        document.duration_s,
-        channels.len(),
+        acquired.duration_s,
+        acquired.channels.len(),
         protocol.surfaces.len() * protocol.trials_per_surface,
         protocol.task,
-        document.provenance.source
+        acquired.about.provenance.source
     ))
 }
 

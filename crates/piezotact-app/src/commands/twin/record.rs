@@ -3,16 +3,16 @@
 use std::path::Path;
 
 use anyhow::anyhow;
+use piezotact::document::Kept;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, Seconds};
 use piezotact::recording::{Annotations, Event};
-use piezotact::run::{Judged, RunDocument, RunStart, Sink, SinkError};
+use piezotact::run::{Acquired, Judged, RunDocument, RunStart, Sink, SinkError, TwinRecorded};
 use piezotact::series::Series;
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Placement, RunPlan, StopHandle, Until};
 use piezotact_dataset::JournalSink;
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav_with_sidecar};
-use piezotact_twin::document::TwinRecordDocument;
 use piezotact_twin::{
     ActTouch, ActiveProtocol, Pace, Participant, Sample, ShakerBench, ShakerExcitation,
     ShakerMount, TriboAir, TwinParameters,
@@ -62,18 +62,21 @@ pub(crate) fn run(args: &Record) -> Outcome {
     } else {
         journal(acquirer.as_mut(), &run, &args.out, &stop)?
     };
-    let document = TwinRecordDocument::of(&start, samples, &args.out);
+    let acquired = Acquired::of_run(&start, samples, start.about.warnings.clone());
     if stop.is_stopped() {
-        return Err(stopped(&document, samples).into());
+        return Err(stopped(&acquired, samples, &args.out).into());
     }
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &TwinRecorded(acquired),
+        });
     }
     print(&format!(
         "wrote {}: {:.2} on the {}",
         args.out.display(),
-        document.duration_s,
-        document.provenance.source
+        acquired.duration_s,
+        acquired.about.provenance.source
     ))
 }
 
@@ -104,13 +107,13 @@ fn plan(args: &Record, parameters: &TwinParameters) -> RunPlan {
 }
 
 /// What is said of a run that was stopped by hand.
-fn stopped(document: &TwinRecordDocument<'_>, samples: usize) -> anyhow::Error {
+fn stopped(acquired: &Acquired, samples: usize, out: &Path) -> anyhow::Error {
     match samples {
         0 => anyhow!("stopped by hand: nothing was acquired, and no file was written"),
         _ => anyhow!(
             "stopped by hand after {:.2}; the recording is kept in {}",
-            document.duration_s,
-            document.record.display()
+            acquired.duration_s,
+            out.display()
         ),
     }
 }

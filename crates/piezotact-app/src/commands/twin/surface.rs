@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use piezotact::document::Kept;
 use piezotact_surface::write_sur;
-use piezotact_twin::document::TwinSurfaceDocument;
+use piezotact_twin::document::SimulatedSurface;
 use piezotact_twin::{Patch, SurfaceError};
 
 use super::twin_parameters;
@@ -58,17 +59,24 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .height_map(&patch, args.seed, &sample.name)
         .map_err(usage::<SurfaceError>)?;
     write_sur(&args.out, &map)?;
-    let document =
-        TwinSurfaceDocument::of(&map, (sample, &parameters), (step_m, args.seed), &args.out);
+    let surface = SimulatedSurface {
+        map,
+        sample: sample.name.clone(),
+        seed: args.seed,
+        twin: parameters.provenance(),
+    };
     if args.json {
-        return print_document(&document);
+        return print_document(&Kept {
+            out: &args.out,
+            value: &surface,
+        });
     }
     print(&format!(
         "wrote {}: {} of the twin, {} × {} points, spacing {} µm",
         args.out.display(),
-        document.sample,
-        document.columns,
-        document.rows,
+        surface.sample,
+        surface.map.columns(),
+        surface.map.rows(),
         digits(step_m * 1e6)
     ))
 }

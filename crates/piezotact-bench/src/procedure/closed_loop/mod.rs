@@ -2,21 +2,22 @@
 
 mod measured;
 mod outcome;
+mod result;
 
 use piezotact::clipping::ClippingWarning;
-use piezotact::correct::{CorrectedRendering, LoopStop, LoopWarning};
+use piezotact::correct::{LoopStop, LoopWarning};
 use piezotact::render::RenderWarning;
 use piezotact::resample::ResampleWarning;
 use piezotact::verify::VerifyWarning;
 use std::fmt;
 
 use piezotact::Warning;
-use piezotact::correct::{CorrectConfig, Correction, LineChange};
+use piezotact::correct::{CorrectConfig, Correction};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
-use piezotact::recording::{About, Recording, played_through_its_own};
+use piezotact::recording::{About, played_through_its_own};
 use piezotact::render::{
     Coverage, Inverse, Overload, RenderConfig, RenderError, RenderedDrive, headroom, power_outside,
     render,
@@ -33,6 +34,7 @@ use crate::plan::RunPlan;
 use crate::traits::Bench;
 use measured::{Broken, MeasuredResponse, ResponseMeter, resampled_to};
 pub use outcome::{Gain, GainCriterion, LoopEnd, LoopErrors, LoopFailure, SelectedDrive};
+pub use result::{ClosedLoopResult, Iteration, LoopCloseness};
 
 /// How a texture is rendered in a closed loop.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,93 +51,6 @@ pub struct LoopConfig {
     /// the square root of the time ratio, up to three times.
     pub force_share: f64,
     pub run: RunPlan,
-}
-
-/// One drive of the loop, judged by a measurement that was not used to compute it.
-#[derive(Clone, Debug)]
-pub struct Iteration {
-    /// Its number; 0 is the open loop.
-    pub number: usize,
-    /// The verification of this drive.
-    pub verification: Verification,
-    /// The objective that the loop minimises, dB: for a texture the rms error of the spectrum over the bands that the inverse
-    /// reaches, for a waveform the power of its difference re that of the target (NMSE).
-    pub aim_db: f64,
-    /// The errors of its two measurements; the drive is judged by the second.
-    pub measured: [LoopErrors; 2],
-    /// The share of its samples clipped at the device's limit, 0–1.
-    pub held: f64,
-    /// The change made by the following correction step; none after the last.
-    pub step: Option<LineChange>,
-}
-
-impl ClosedLoopResult {
-    /// The verification of the drive that was kept: from the confirmation measurement, or from the loop if that failed.
-    #[must_use]
-    pub fn best_verification(&self) -> &Verification {
-        let judged = &self.iterations[self.best].verification;
-        self.confirmed.as_ref().unwrap_or(judged)
-    }
-
-    /// What it came to, called `called`, for a texture rendered at `level_db` dB as `drive`.
-    #[must_use]
-    pub fn summary<'a>(
-        &'a self,
-        called: &'a str,
-        level_db: f64,
-        drive: &'a RenderedDrive,
-    ) -> CorrectedRendering<'a> {
-        CorrectedRendering {
-            called,
-            level_db,
-            drive,
-            open: &self.iterations[0].verification,
-            closed: self.best_verification(),
-            is_confirmed: self.confirmed.is_some(),
-            is_close: self.is_close(),
-            is_open_kept: self.kept.keeps_open_loop(),
-            kept: self.kept.to_string(),
-            got_worse: self.got_worse(),
-            gain_db: self.gain.as_ref().and_then(|gain| {
-                let [aim, _] = &gain.criteria;
-                aim.found.zip(aim.interval)
-            }),
-            best: self.best,
-            held: self.iterations[self.best].held,
-            ended: match self.end {
-                LoopEnd::Done => "number reached",
-                LoopEnd::NoBetter => "no improvement",
-                LoopEnd::Worse => "worse",
-                LoopEnd::Broken(_) => "invalid measurement",
-            },
-            bench: self.recording.about.provenance.bench,
-        }
-    }
-}
-
-/// A texture rendered in a closed loop.
-#[derive(Clone, Debug)]
-pub struct ClosedLoopResult {
-    /// All drives that were judged.
-    pub iterations: Vec<Iteration>,
-    /// The number of the drive that is kept.
-    pub best: usize,
-    /// Why this drive was kept.
-    pub kept: SelectedDrive,
-    /// The comparison of the best corrected drive with the open loop; absent if none was judged better than the open loop.
-    pub gain: Option<Gain>,
-    /// Why the loop ended.
-    pub end: LoopEnd,
-    /// The message of the bench if it failed before the end of the loop; the drive that is kept then follows from the
-    /// measurements made until then.
-    pub failed: Option<String>,
-    /// The drive that is kept.
-    pub rendered: RenderedDrive,
-    /// The verification from the confirmation measurement of the drive that is kept, which was not used to choose it; none if
-    /// that measurement was not reliable.
-    pub confirmed: Option<Verification>,
-    /// The recording of the confirmation measurement, or otherwise of the measurement by which the drive was judged.
-    pub recording: Recording,
 }
 
 /// The least improvement of a spectrum, and the change from which it is clearly worse, dB.
@@ -408,6 +323,7 @@ pub fn closed_loop(
         best: best.number,
         kept,
         gain,
+        ended: end.to_string(),
         end,
         failed,
         rendered,

@@ -115,7 +115,7 @@ fn a_line_that_does_not_move_is_no_period() {
             })
             .collect();
         let found = spatial_period(&slidings, Hertz(0.0));
-        declared += usize::from(found.is_some_and(|f| f.outcome() == Outcome::Met));
+        declared += usize::from(found.is_some_and(|f| f.outcome == Outcome::Met));
     }
     assert!(declared * 20 <= studies, "{declared} of {studies}");
 }
@@ -134,16 +134,13 @@ fn loads_that_differ_widen_the_interval_or_leave_it_open() {
     ));
     let [low, high] = near.interval_m.unwrap();
     let own: Vec<f64> = near.groups.iter().filter_map(|g| g.period_m).collect();
-    assert!(near.outcome() == Outcome::Met && own.len() == 3, "{near:?}");
+    assert!(near.outcome == Outcome::Met && own.len() == 3, "{near:?}");
     assert!(
         own.iter().all(|own| low < *own && *own < high),
         "{own:?} {low} {high}"
     );
     let jumps = found(&recordings(&mut noise, &[0.0023, 0.0058], &speeds, 0.0));
-    assert!(
-        jumps.outcome() != Outcome::Met && jumps.jumps(),
-        "{jumps:?}"
-    );
+    assert!(jumps.outcome != Outcome::Met && jumps.jumps(), "{jumps:?}");
     for (group, period) in jumps.groups.iter().zip([0.0023, 0.0058]) {
         assert!((group.strongest_m / period - 1.0).abs() < 0.02, "{group:?}");
     }
@@ -263,7 +260,7 @@ fn a_period_below_the_filter_at_slow_speeds_is_no_shorter() {
     ] {
         let found = ridges(period_m, levels, speeds);
         assert!((found.period_m / period_m - 1.0).abs() < 0.01, "{found:?}");
-        assert_eq!(found.outcome(), Outcome::Met, "{found:?}");
+        assert_eq!(found.outcome, Outcome::Met, "{found:?}");
         assert_eq!(
             (found.speeds_in_reach, found.speeds, found.peaks.len()),
             (reached, speeds.len(), reached)
@@ -274,7 +271,7 @@ fn a_period_below_the_filter_at_slow_speeds_is_no_shorter() {
     // A period in reach at all speeds stays as it is, multiples being known to be none.
     let fine = ridges(0.0005, &comb, &[0.01, 0.02, 0.03]);
     assert!((fine.period_m / 0.0005 - 1.0).abs() < 0.01, "{fine:?}");
-    assert_eq!((fine.outcome(), fine.speeds_in_reach), (Outcome::Met, 3));
+    assert_eq!((fine.outcome, fine.speeds_in_reach), (Outcome::Met, 3));
     assert!(fine.open_multiples_m.is_empty(), "{fine:?}");
 }
 
@@ -286,7 +283,7 @@ fn a_multiple_that_no_two_speeds_hold_leaves_the_period_open() {
         (0.0015, &[0.01, 0.0105], 1),
     ] {
         let found = ridges(period_m, &[1.0, 0.4, 0.3], speeds);
-        assert_eq!(found.outcome(), Outcome::NotDecided, "{found:?}");
+        assert_eq!(found.outcome, Outcome::NotDecided, "{found:?}");
         assert!(found.period_m < 0.6 * period_m, "{found:?}");
         let holds = |m: &f64| (m / period_m - 1.0).abs() < 0.02;
         assert!(found.open_multiples_m.iter().any(holds), "{found:?}");
