@@ -46,6 +46,78 @@ impl Archive<'_> {
         }
         Ok(bytes)
     }
+
+    /// The warning that `main.xml` is not the one that was written, by its checksum.
+    fn changed(&mut self, description: &Description<'_, '_, '_>, main: &[u8]) -> Option<Warning> {
+        let line = self
+            .file(description.text("ChecksumFile")?, LONGEST_XML)
+            .ok()?;
+        let stated = checksum(&String::from_utf8_lossy(&line))?;
+        (stated != digest(main)).then(|| {
+            Warning::from(RecordingWarning::Guessed {
+                what: "the checksum of `main.xml` does not match: it was changed after the file was written; its steps and units \
+                     were used"
+                    .into(),
+            })
+        })
+    }
+
+    /// The bytes of the heights, `expected` of them, for a grid of `columns` × `rows`.
+    fn heights(
+        &mut self,
+        description: &Description<'_, '_, '_>,
+        expected: usize,
+        [columns, rows]: [usize; 2],
+    ) -> Result<Vec<u8>, ReadError> {
+        let source = self.source;
+        let Some(link) = description.text("PointDataLink") else {
+            return Err(source.wrong(
+                "heights in a binary file of the archive",
+                "heights in the XML or none",
+                "export it with binary data",
+            ));
+        };
+        let data = self.file(link, expected as u64)?;
+        if data.len() != expected {
+            return Err(source.wrong(
+                format!("{expected} bytes of heights ({columns} × {rows})"),
+                format!("{}", data.len()),
+                "copy or export it again",
+            ));
+        }
+        if let Some(stated) = description.text("MD5ChecksumPointData").and_then(checksum)
+            && stated != digest(&data)
+        {
+            return Err(source.wrong(
+                format!("heights with the checksum {stated}"),
+                digest(&data),
+                "they are not the heights that were written: copy or export it again",
+            ));
+        }
+        Ok(data)
+    }
+
+    /// Points that the mask `link` of the archive calls not measured become NaN.
+    fn mark_unmeasured(&mut self, link: &str, heights_m: &mut [f64]) -> Result<(), ReadError> {
+        let length = heights_m.len().div_ceil(8);
+        let valid = self.file(link, length as u64)?;
+        if valid.len() != length {
+            return Err(self.source.wrong(
+                format!("{length} bytes that say which points were measured"),
+                format!("{}", valid.len()),
+                "copy or export it again",
+            ));
+        }
+        let bits = valid
+            .iter()
+            .flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1));
+        for (z, bit) in heights_m.iter_mut().zip(bits) {
+            if bit == 0 {
+                *z = f64::NAN;
+            }
+        }
+        Ok(())
+    }
 }
 
 pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
@@ -76,18 +148,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         root: document.root_element(),
     };
 
-    let mut warnings = Vec::new();
-    if let Some(name) = description.text("ChecksumFile")
-        && let Ok(line) = archive.file(name, LONGEST_XML)
-        && let Some(stated) = checksum(&String::from_utf8_lossy(&line))
-        && stated != digest(&main)
-    {
-        warnings.push(Warning::from(RecordingWarning::Guessed {
-            what: "the checksum of `main.xml` does not match: it was changed after the file was written; its steps and units \
-                 were used".into(),
-        }));
-    }
-
+    let warnings = archive.changed(&description, &main).into_iter().collect();
     let feature = description.text("FeatureType").unwrap_or("SUR");
     if !["SUR", "PRF"].contains(&feature) {
         return Err(source.wrong(
@@ -109,19 +170,44 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
         description.step("CY")?
     };
     let height = description.axis("CZ")?;
-    let number = match child(height, "DataType").unwrap_or("") {
-        "I" => Number::I16,
-        "L" => Number::I32,
-        "F" => Number::F32,
-        "D" => Number::F64,
-        other => {
-            return Err(source.wrong(
-                "heights of data type I, L, F or D",
-                format!("`{other}`"),
-                "export it again",
-            ));
-        }
-    };
+    let number = number_of(source, height)?;
+    let [scale_m, offset_m] = scale_of(source, height)?;
+
+    let data = archive.heights(&description, points * number.size(), [columns, rows])?;
+    let mut heights_m = number.decode(&data, Order::Little);
+    for z in &mut heights_m {
+        *z = z.mul_add(scale_m, offset_m);
+    }
+    if let Some(link) = description.text("ValidPointsLink") {
+        archive.mark_unmeasured(link, &mut heights_m)?;
+    }
+    Ok(Read {
+        kind: TopographyKind::X3p,
+        heights_m,
+        columns,
+        step_x_m,
+        step_y_m,
+        warnings,
+    })
+}
+
+/// How the heights are stored.
+fn number_of(source: Source<'_>, height: Node<'_, '_>) -> Result<Number, ReadError> {
+    match child(height, "DataType").unwrap_or("") {
+        "I" => Ok(Number::I16),
+        "L" => Ok(Number::I32),
+        "F" => Ok(Number::F32),
+        "D" => Ok(Number::F64),
+        other => Err(source.wrong(
+            "heights of data type I, L, F or D",
+            format!("`{other}`"),
+            "export it again",
+        )),
+    }
+}
+
+/// What one step of the stored numbers is, and what is added to them, m.
+fn scale_of(source: Source<'_>, height: Node<'_, '_>) -> Result<[f64; 2], ReadError> {
     let real = |name: &str, otherwise: f64| -> Result<f64, ReadError> {
         child(height, name).map_or(Ok(otherwise), |text| {
             text.parse().ok().ok_or_else(|| {
@@ -141,63 +227,7 @@ pub(super) fn read(source: Source<'_>) -> Result<Read, ReadError> {
             "export it again",
         ));
     }
-
-    let Some(link) = description.text("PointDataLink") else {
-        return Err(source.wrong(
-            "heights in a binary file of the archive",
-            "heights in the XML or none",
-            "export it with binary data",
-        ));
-    };
-    let expected = points * number.size();
-    let data = archive.file(link, expected as u64)?;
-    if data.len() != expected {
-        return Err(source.wrong(
-            format!("{expected} bytes of heights ({columns} × {rows})"),
-            format!("{}", data.len()),
-            "copy or export it again",
-        ));
-    }
-    if let Some(stated) = description.text("MD5ChecksumPointData").and_then(checksum)
-        && stated != digest(&data)
-    {
-        return Err(source.wrong(
-            format!("heights with the checksum {stated}"),
-            digest(&data),
-            "they are not the heights that were written: copy or export it again",
-        ));
-    }
-    let mut heights_m = number.decode(&data, Order::Little);
-    for z in &mut heights_m {
-        *z = z.mul_add(scale_m, offset_m);
-    }
-    if let Some(link) = description.text("ValidPointsLink") {
-        let length = points.div_ceil(8);
-        let valid = archive.file(link, length as u64)?;
-        if valid.len() != length {
-            return Err(source.wrong(
-                format!("{length} bytes that say which points were measured"),
-                format!("{}", valid.len()),
-                "copy or export it again",
-            ));
-        }
-        let bits = valid
-            .iter()
-            .flat_map(|byte| (0..8).map(move |bit| byte >> bit & 1));
-        for (z, bit) in heights_m.iter_mut().zip(bits) {
-            if bit == 0 {
-                *z = f64::NAN;
-            }
-        }
-    }
-    Ok(Read {
-        kind: TopographyKind::X3p,
-        heights_m,
-        columns,
-        step_x_m,
-        step_y_m,
-        warnings,
-    })
+    Ok([scale_m, offset_m])
 }
 
 /// The 32 hexadecimal digits that a text begins with; none where a program wrote a placeholder.
