@@ -248,23 +248,17 @@ impl SoundSetup {
                 "none",
             ));
         }
-        let channels = |numbers: &[u32], what: &str| {
-            for (i, number) in numbers.iter().enumerate() {
-                if !(1..=MOST_CHANNELS).contains(number) {
-                    return Err(wrong(
-                        &format!("channels of the {what} from 1 to {MOST_CHANNELS}"),
-                        &number.to_string(),
-                    ));
-                }
-                if numbers[..i].contains(number) {
-                    return Err(wrong(
-                        &format!("each channel of the {what} once"),
-                        &format!("channel {number} twice"),
-                    ));
-                }
-            }
-            Ok(())
-        };
+        self.check_channels()?;
+        self.check_scales()?;
+        self.check_force()?;
+        if let Some(looped) = &self.looped {
+            looped.check()?;
+        }
+        Ok(self)
+    }
+
+    /// Each channel is named once, and each quantity is on one of them.
+    fn check_channels(&self) -> Result<(), AudioError> {
         let played: Vec<u32> = self
             .play
             .drive
@@ -272,13 +266,13 @@ impl SoundSetup {
             .copied()
             .chain(self.play.trigger)
             .collect();
-        channels(&played, "output")?;
+        check_numbers(&played, "output")?;
         let recorded: Vec<u32> = self
             .record
             .iter()
             .map(|recorded| recorded.channel)
             .collect();
-        channels(&recorded, "input")?;
+        check_numbers(&recorded, "input")?;
         if let Some(count) = self.play.channels
             && (count > MOST_CHANNELS || played.iter().any(|channel| *channel > count))
         {
@@ -306,6 +300,11 @@ impl SoundSetup {
                 "none",
             ));
         }
+        Ok(())
+    }
+
+    /// A scale stands on a channel of its quantity alone.
+    fn check_scales(&self) -> Result<(), AudioError> {
         for recorded in &self.record {
             let stated = [
                 (recorded.mv_per_m_s2, Measures::Acceleration, "mv_per_m_s2"),
@@ -325,6 +324,11 @@ impl SoundSetup {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// The force has one source, which runs in real time.
+    fn check_force(&self) -> Result<(), AudioError> {
         if let Some(force) = &self.force {
             if force.serial.is_some() == force.file.is_some() {
                 return Err(wrong(
@@ -359,9 +363,25 @@ impl SoundSetup {
                 "pace = \"asked\"",
             ));
         }
-        if let Some(looped) = &self.looped {
-            looped.check()?;
-        }
-        Ok(self)
+        Ok(())
     }
+}
+
+/// The channels of the `what` lie in range, and each is named once.
+fn check_numbers(numbers: &[u32], what: &str) -> Result<(), AudioError> {
+    for (i, number) in numbers.iter().enumerate() {
+        if !(1..=MOST_CHANNELS).contains(number) {
+            return Err(wrong(
+                &format!("channels of the {what} from 1 to {MOST_CHANNELS}"),
+                &number.to_string(),
+            ));
+        }
+        if numbers[..i].contains(number) {
+            return Err(wrong(
+                &format!("each channel of the {what} once"),
+                &format!("channel {number} twice"),
+            ));
+        }
+    }
+    Ok(())
 }

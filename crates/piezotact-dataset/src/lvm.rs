@@ -443,87 +443,20 @@ fn assemble(
 ) -> Result<Recording, ReadError> {
     let started_at = start_of(&segment);
     let several = segment.joined;
-    let mut empty = Vec::new();
-    let mut groups = Vec::<Group>::new();
-    let mut time = None::<Column>;
-    for field in segment.fields {
-        match field.role {
-            Role::Comment => {}
-            Role::Time if field.values.is_empty() => {}
-            Role::Time => {
-                time = Some(Column {
-                    name: field.name,
-                    unit: Some("s".into()),
-                    values: field.values,
-                });
-            }
-            Role::Channel if field.values.is_empty() => empty.push(field.name),
-            Role::Channel => {
-                let known = groups
-                    .iter_mut()
-                    .find(|group| group.holds(&field, time.as_ref()));
-                let (column, head) = field.split();
-                match known {
-                    Some(group) => {
-                        group.step = group.step.take().or(head.step);
-                        group.columns.push(column);
-                    }
-                    None => groups.push(Group {
-                        time: time.clone(),
-                        columns: vec![column],
-                        ..head
-                    }),
-                }
-            }
-        }
-    }
-    let Some(first) = groups.first() else {
-        return Err(ReadError::content(
-            path,
-            "rows of numbers below the names of the channels",
-            "none",
-            "check the export",
-        ));
-    };
     let rows = segment.rows;
-    if groups.len() > 1 && (several || options.rate.is_some()) {
-        return Err(ReadError::content(
-            path,
-            match several {
-                true => "channels of one rate in all segments",
-                false => "channels of one rate, because one rate is given",
-            },
-            format!("channels on {} sampling clocks", groups.len()),
-            "save channels of different rates in separate files",
-        ));
-    }
-    let longest = groups.iter().flat_map(|group| &group.columns);
-    let longest = longest.map(|column| column.values.len()).max();
-    for group in &groups {
-        let expected = match groups.len() {
-            1 => rows,
-            _ => group.columns[0].values.len(),
-        };
-        let short = group
-            .columns
-            .iter()
-            .find(|column| column.values.len() != expected);
-        if let Some(short) = short.or((longest != Some(rows)).then_some(&first.columns[0])) {
-            return Err(ReadError::content(
-                path,
-                format!("{expected} numbers in every channel on one sampling clock"),
-                format!("{} of `{}`", short.values.len(), short.name),
-                "the file was cut short or the channels differ in length: remove the incomplete rows, or save the channels in \
-                 separate files",
-            ));
-        }
-    }
+    let (groups, empty) = grouped(segment.fields);
+    check_lengths(
+        path,
+        &groups,
+        rows,
+        several || options.rate.is_some(),
+        several,
+    )?;
     if !empty.is_empty() {
-        empty.truncate(6);
         warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
                 "channels without a number were left out: {}",
-                empty.join(", ")
+                empty[..empty.len().min(6)].join(", ")
             ),
         }));
     }
@@ -566,6 +499,96 @@ fn assemble(
     let begins_first = recording.clocks()[0].start_s.0 <= 0.0;
     recording.annotations.started_at = started_at.filter(|_| begins_first);
     Ok(recording)
+}
+
+/// The fields by the clock that they share, and the names of those without a number.
+fn grouped(fields: Vec<Field>) -> (Vec<Group>, Vec<String>) {
+    let mut empty = Vec::new();
+    let mut groups = Vec::<Group>::new();
+    let mut time = None::<Column>;
+    for field in fields {
+        match field.role {
+            Role::Comment => {}
+            Role::Time if field.values.is_empty() => {}
+            Role::Time => {
+                time = Some(Column {
+                    name: field.name,
+                    unit: Some("s".into()),
+                    values: field.values,
+                });
+            }
+            Role::Channel if field.values.is_empty() => empty.push(field.name),
+            Role::Channel => {
+                let known = groups
+                    .iter_mut()
+                    .find(|group| group.holds(&field, time.as_ref()));
+                let (column, head) = field.split();
+                match known {
+                    Some(group) => {
+                        group.step = group.step.take().or(head.step);
+                        group.columns.push(column);
+                    }
+                    None => groups.push(Group {
+                        time: time.clone(),
+                        columns: vec![column],
+                        ..head
+                    }),
+                }
+            }
+        }
+    }
+    (groups, empty)
+}
+
+/// Channels of one clock have as many numbers as each other, and those of all segments one clock.
+fn check_lengths(
+    path: &Path,
+    groups: &[Group],
+    rows: usize,
+    one_clock: bool,
+    several: bool,
+) -> Result<(), ReadError> {
+    let Some(first) = groups.first() else {
+        return Err(ReadError::content(
+            path,
+            "rows of numbers below the names of the channels",
+            "none",
+            "check the export",
+        ));
+    };
+    if groups.len() > 1 && one_clock {
+        return Err(ReadError::content(
+            path,
+            match several {
+                true => "channels of one rate in all segments",
+                false => "channels of one rate, because one rate is given",
+            },
+            format!("channels on {} sampling clocks", groups.len()),
+            "save channels of different rates in separate files",
+        ));
+    }
+    let longest = groups.iter().flat_map(|group| &group.columns);
+    let longest = longest.map(|column| column.values.len()).max();
+    for group in groups {
+        let expected = match groups.len() {
+            1 => rows,
+            _ => group.columns[0].values.len(),
+        };
+        let short = group
+            .columns
+            .iter()
+            .find(|column| column.values.len() != expected);
+        if let Some(short) = short.or((longest != Some(rows)).then_some(&first.columns[0])) {
+            return Err(ReadError::content(
+                path,
+                format!("{expected} numbers in every channel on one sampling clock"),
+                format!("{} of `{}`", short.values.len(), short.name),
+                "the file was cut short or the channels differ in length: remove the incomplete rows, or save the channels in \
+                 separate files",
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The channels that share a clock.

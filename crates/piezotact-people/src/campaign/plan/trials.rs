@@ -308,42 +308,13 @@ impl Place<'_> {
                 question, method, ..
             } => {
                 let choices = question.choices().map(str::to_owned).to_vec();
-                let form = || AnswerForm::OneOf {
-                    choices: choices.clone(),
-                };
-                match method {
-                    Method::Constant { pairs, repeats } => {
-                        let mut all: Vec<[String; 2]> = Vec::new();
-                        for _ in 0..*repeats {
-                            for [first, second] in pairs {
-                                all.push([first.clone(), second.clone()]);
-                                all.push([second.clone(), first.clone()]);
-                            }
-                        }
-                        stream.shuffle(&mut all);
-                        for (i, pair) in all.into_iter().enumerate() {
-                            let stimuli = pair.to_vec();
-                            add(
-                                format!("{name}.{}", i + 1),
-                                Presented::Rendered { stimuli },
-                                form(),
-                            );
-                        }
-                    }
-                    Method::Adaptive(adaptive) => {
-                        for i in 1..=adaptive.rule.at_most() {
-                            let standard = match stream.below(2) {
-                                0 => Interval::First,
-                                _ => Interval::Second,
-                            };
-                            let run = name.to_owned();
-                            add(
-                                format!("{name}.{i}"),
-                                Presented::Chosen { run, standard },
-                                form(),
-                            );
-                        }
-                    }
+                for (at, presented) in comparisons(method, name, stream).into_iter().enumerate() {
+                    let choices = choices.clone();
+                    add(
+                        format!("{name}.{}", at + 1),
+                        presented,
+                        AnswerForm::OneOf { choices },
+                    );
                 }
             }
             TaskKind::Categorise {
@@ -377,6 +348,35 @@ impl Place<'_> {
             }
         }
         Ok(trials)
+    }
+}
+
+/// What the trials of a comparison present, in their order.
+fn comparisons(method: &Method, name: &str, stream: &mut Stream) -> Vec<Presented> {
+    match method {
+        Method::Constant { pairs, repeats } => {
+            let mut all: Vec<[String; 2]> = Vec::new();
+            for _ in 0..*repeats {
+                for [first, second] in pairs {
+                    all.push([first.clone(), second.clone()]);
+                    all.push([second.clone(), first.clone()]);
+                }
+            }
+            stream.shuffle(&mut all);
+            let rendered = |pair: [String; 2]| Presented::Rendered {
+                stimuli: pair.to_vec(),
+            };
+            all.into_iter().map(rendered).collect()
+        }
+        Method::Adaptive(adaptive) => (1..=adaptive.rule.at_most())
+            .map(|_| Presented::Chosen {
+                standard: match stream.below(2) {
+                    0 => Interval::First,
+                    _ => Interval::Second,
+                },
+                run: name.to_owned(),
+            })
+            .collect(),
     }
 }
 
