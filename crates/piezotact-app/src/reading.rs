@@ -3,11 +3,10 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::integrity::warnings_of;
 use piezotact::quantity::{Acceleration, QuantityError, SampleRate, Unit};
-use piezotact::recording::{Recording, RecordingError, RecordingWarning};
+use piezotact::recording::{Recording, RecordingError};
 use piezotact::series::Series;
 use piezotact_dataset::{Contents, ReadOptions, read_recording};
 
@@ -27,6 +26,7 @@ pub(crate) fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
     let options = ReadOptions {
         scale: reading.scale.clone(),
         rate: rate_option(reading.rate)?,
+        ..ReadOptions::default()
     };
     inspected(path, &options)
 }
@@ -43,11 +43,11 @@ pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents>
 /// A drive: its file was written by a program, so that nothing broke on the way to it, and full scale is its unit.
 pub(crate) fn read_drive(path: &Path) -> Outcome<Contents> {
     reading_fits(path)?;
-    let mut contents = read_recording(path, &ReadOptions::default())?;
-    let has_scale =
-        |warning: &Warning| !matches!(warning.kind(), Some(RecordingWarning::Uncalibrated { .. }));
-    contents.recording.about.warnings.retain(has_scale);
-    Ok(contents)
+    let options = ReadOptions {
+        is_drive: true,
+        ..ReadOptions::default()
+    };
+    Ok(read_recording(path, &options)?)
 }
 
 /// The largest drive that the device plays, of full scale: full scale where it is not known.

@@ -65,6 +65,7 @@ fn a_texture_goes_to_a_sound_output_and_back() {
     let options = ReadOptions {
         scale: Some("20 m/s2".parse().unwrap()),
         rate: None,
+        ..ReadOptions::default()
     };
     let original = read_recording(&folder.path("texture.wav"), &options)
         .unwrap()

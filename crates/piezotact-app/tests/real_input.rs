@@ -215,6 +215,7 @@ fn textsense_is_rendered_through_measured_hands() {
     let options = ReadOptions {
         scale: Some(scale),
         rate: None,
+        ..ReadOptions::default()
     };
     let band = Band::new(Hertz(20.0), Hertz(550.0)).unwrap();
     // The strongest axis, near the contact, and a middling one far from it, which has notches.

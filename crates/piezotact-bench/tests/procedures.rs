@@ -11,8 +11,7 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::recording::Recording;
-use piezotact::recording::{Event, EventValue};
+use piezotact::recording::{About, Event, EventValue, Recording};
 use piezotact::render::RenderConfig;
 use piezotact::run::{
     Discard, Ended, Judged, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,
@@ -179,6 +178,10 @@ fn two_clocks_and_drop_outs_are_said() {
     let measured = measured.unwrap();
     assert_eq!(keeper.ended(), [Ended::Completed]);
     assert_eq!(lost(&measured.about.warnings), Some((2, 32)));
+    let losses = &measured.about.provenance.losses;
+    assert_eq!((losses.samples, losses.stretches_s.len()), (32, 2));
+    assert!((losses.longest().0 - 0.005).abs() < 1e-9, "{losses:?}");
+    assert!(losses.playback.is_none() && !losses.is_interrupted);
     let response = measured.series::<Acceleration>(None).unwrap();
     let config = VerifyConfig::over(band(), 5_000.0);
     let v = verify(&target, Measured::alone(&response), &config).unwrap();
@@ -209,11 +212,8 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
         assert!((3.25..3.35).contains(&seconds), "{script}: {seconds}");
         assert_eq!(end.ended, Ended::Failed { said });
         let early = |d: &Warning| matches!(d.kind(), Some(RunWarning::EndedEarly { .. }));
-        assert!(
-            end.warnings.iter().any(early),
-            "{script}: {:?}",
-            end.warnings
-        );
+        let all = end.all_warnings(SampleRate::new(5_000.0).unwrap());
+        assert!(all.iter().any(early), "{script}: {all:?}");
     }
 }
 
@@ -223,7 +223,12 @@ fn an_output_that_runs_dry_is_said() {
         "underruns = [{ at_s = 1, samples = 480 }, { at_s = 2, samples = 96 }]",
         3.0,
     );
-    let warnings = done.unwrap().about.warnings;
+    let About {
+        warnings,
+        provenance,
+        ..
+    } = done.unwrap().about;
+    assert_eq!(provenance.losses.playback.map(|p| p.underruns), Some(2));
     let said = warnings.iter().any(|d| {
         matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
     });

@@ -226,11 +226,14 @@ pub(crate) struct Column {
 
 /// The advice for channels whose unit the file does not name.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum WithoutUnit {
+pub(crate) enum WithoutUnit<'a> {
     /// The header can name it.
     HeaderCan,
     /// Only --scale can.
-    OnlyScale,
+    OnlyScale {
+        /// The channels whose samples are integers, counts of a converter.
+        counts: &'a [String],
+    },
 }
 
 impl Column {
@@ -376,7 +379,7 @@ pub(crate) fn recording_of(
     rate: SampleRate,
     warnings: Vec<Warning>,
     options: &ReadOptions,
-    unnamed: WithoutUnit,
+    unnamed: WithoutUnit<'_>,
 ) -> Result<Recording, ReadError> {
     let clock = Clock::at(rate);
     let columns = columns.into_iter().map(|column| (column, clock)).collect();
@@ -389,7 +392,7 @@ pub(crate) fn recording_of_clocks(
     columns: Vec<(Column, Clock)>,
     mut warnings: Vec<Warning>,
     options: &ReadOptions,
-    unnamed: WithoutUnit,
+    unnamed: WithoutUnit<'_>,
 ) -> Result<Recording, ReadError> {
     let mut channels = Vec::with_capacity(columns.len());
     let (mut without_unit, mut scaled) = (Vec::new(), false);
@@ -415,9 +418,13 @@ pub(crate) fn recording_of_clocks(
             clock,
         ));
     }
-    if unnamed == WithoutUnit::OnlyScale {
-        let uncalibrated = |channel| Warning::from(RecordingWarning::Uncalibrated { channel });
-        warnings.extend(without_unit.drain(..).map(uncalibrated));
+    if let WithoutUnit::OnlyScale { counts } = unnamed {
+        let warning = |channel: String| match counts.contains(&channel) {
+            true => RecordingWarning::Counts { channel },
+            false => RecordingWarning::Uncalibrated { channel },
+        };
+        let unscaled = without_unit.drain(..).filter(|_| !options.is_drive);
+        warnings.extend(unscaled.map(warning).map(Warning::from));
     }
     if let [first, others @ ..] = without_unit.as_slice() {
         let others = if others.is_empty() {

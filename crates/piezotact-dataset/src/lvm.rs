@@ -494,8 +494,13 @@ fn assemble(
         columns.extend(group.columns.into_iter().map(|column| (column, clock)));
     }
     of_rate.append(&mut warnings);
-    let mut recording =
-        recording_of_clocks(path, columns, of_rate, options, WithoutUnit::OnlyScale)?;
+    let mut recording = recording_of_clocks(
+        path,
+        columns,
+        of_rate,
+        options,
+        WithoutUnit::OnlyScale { counts: &[] },
+    )?;
     let begins_first = recording.clocks()[0].start_s.0 <= 0.0;
     recording.annotations.started_at = started_at.filter(|_| begins_first);
     Ok(recording)

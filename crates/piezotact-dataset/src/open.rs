@@ -35,6 +35,8 @@ pub struct ReadOptions {
     pub scale: Option<Measure>,
     /// The rate, for a table without a time column.
     pub rate: Option<SampleRate>,
+    /// Whether it is read as a drive: full scale is its unit, and needs no scale.
+    pub is_drive: bool,
 }
 
 /// What kind of file a recording was read from.
@@ -487,7 +489,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
                 .units
                 .get(&name)
                 .map(|text| measure_or_unit(text));
-            if !known && own.is_none() {
+            if !known && own.is_none() && !options.is_drive {
                 warnings.push(Warning::from(RecordingWarning::Uncalibrated {
                     channel: name.clone(),
                 }));

@@ -8,7 +8,6 @@ mod bench;
 mod lock;
 
 use piezotact::panel::PanelWarning;
-use piezotact::recording::RecordingWarning;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -396,7 +395,7 @@ impl PanelFolder {
             }
             let path = self.path.join(&entry.file);
             let read = self.document(&entry);
-            let Err(error) = read.and_then(|d| function_of_any_unit(d, &path)) else {
+            let Err(error) = read.and_then(|d| function_of_any_unit(&d, &path)) else {
                 continue;
             };
             if path.exists() {
@@ -558,7 +557,7 @@ impl PanelFolder {
             }
             entries.push(Entry {
                 filing: entry.filing.clone(),
-                function: function_of_any_unit(document, &path)?,
+                function: function_of_any_unit(&document, &path)?,
             });
         }
         let mut warnings = Vec::new();
@@ -620,20 +619,10 @@ pub fn panel_of(
 /// # Errors
 /// Those of [`TransferDocument::function`], but for units.
 pub fn function_of_any_unit(
-    mut document: TransferDocument,
+    document: &TransferDocument,
     path: &Path,
 ) -> Result<TransferFunction<Uncalibrated, Uncalibrated>, ReadError> {
-    document.drive_unit = Unit::Other(String::new());
-    document.response_unit = Unit::Other(String::new());
-    let mut function = document.function::<Uncalibrated, Uncalibrated>(path)?;
-    // The caller knows the units, so that ignoring them here is not a guess.
-    let guess =
-        |warning: &Warning| matches!(warning.kind(), Some(RecordingWarning::Guessed { .. }));
-    function
-        .about
-        .warnings
-        .retain(|warning| !guess(warning) || document.about.warnings.contains(warning));
-    Ok(function)
+    document.lines(path)
 }
 
 /// The name of the file of a measurement: readable, and without what a file system refuses.

@@ -183,6 +183,7 @@ fn read_with_documents(
             recording.annotations.events.extend(happened);
         }
         None if ours => {
+            recording.about.provenance.losses.is_interrupted = true;
             recording
                 .about
                 .warnings

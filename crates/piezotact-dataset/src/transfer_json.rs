@@ -10,7 +10,6 @@ use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::About;
 use piezotact::transfer::{
     Confidence, Distortion, Estimator, ImpactTest, Limits, StoredIdentities, TransferFunction,
-    TransferWarning,
 };
 use serde::{Deserialize, Serialize};
 
@@ -196,6 +195,16 @@ impl TransferDocument {
                 ));
             }
         }
+        let mut function = self.lines(path)?;
+        function.about.warnings.extend(unstated);
+        Ok(function)
+    }
+
+    /// The same whatever its units are.
+    pub(crate) fn lines<I: Quantity, O: Quantity>(
+        &self,
+        path: &Path,
+    ) -> Result<TransferFunction<I, O>, ReadError> {
         if let Some(found) = self.impact.as_ref().and_then(ImpactTest::contradiction) {
             return Err(ReadError::content(
                 path,
@@ -276,13 +285,8 @@ impl TransferDocument {
         function.excited = self.excited_hz;
         function.known_input = self.known_input;
         function.impact.clone_from(&self.impact);
-        if function.impact.is_some() {
-            // Hits are counted by other standards than segments of noise.
-            let few = |warning: &Warning| {
-                matches!(warning.kind(), Some(TransferWarning::FewAverages { .. }))
-            };
-            function.about.warnings.retain(|warning| !few(warning));
-        }
+        let few = function.few_averages();
+        function.about.warnings.extend(few);
         // What gives a warning when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.about.warnings);
         function.about.warnings.clone_from(&self.about.warnings);
@@ -290,7 +294,6 @@ impl TransferDocument {
             seen.into_iter()
                 .filter(|warning| !self.about.warnings.contains(warning)),
         );
-        function.about.warnings.extend(unstated);
         function.about.condition = self.about.condition.clone();
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
@@ -303,8 +306,7 @@ impl TransferDocument {
         let limits = self.confidence.as_ref();
         let limits = limits.and_then(|limits| function.warning_of_limits(&limits.low, limits.of));
         for warning in function.warnings_of_its_lines().into_iter().chain(limits) {
-            let is_known = |known: &Warning| known.code == warning.code;
-            if !function.about.warnings.iter().any(is_known) {
+            if !function.about.warnings.contains(&warning) {
                 function.about.warnings.push(warning);
             }
         }

@@ -278,7 +278,7 @@ fn clips_come_back_as_they_were_written() {
     };
     let shares = x.samples().iter().map(|v| v / 2.5).collect();
     let shares = Series::<Drive>::new(shares, x.rate()).unwrap();
-    let made = clip_of(&shares, &metres(2.5), &config, metadata).unwrap();
+    let made = clip_of(&shares, &metres(2.5), &config, metadata, ".haptic").unwrap();
     let said: Vec<String> = made.losses.iter().map(ToString::to_string).collect();
     assert_eq!(said.len(), 3);
     for (said, part) in said
@@ -303,6 +303,7 @@ fn clips_come_back_as_they_were_written() {
     let options = ReadOptions {
         scale: Some(metres(2.5)),
         rate: None,
+        ..ReadOptions::default()
     };
     let contents = recording(&path, &options);
     assert_eq!(contents.kind, FileKind::HAPTIC_CLIP);
@@ -423,6 +424,7 @@ fn our_hjif_conforms_and_holds_the_waveform() {
     let options = ReadOptions {
         scale: Some(metres(2.5)),
         rate: None,
+        ..ReadOptions::default()
     };
     let back = recording(&path, &options).recording;
     let back = back.series::<Acceleration>(None).unwrap();

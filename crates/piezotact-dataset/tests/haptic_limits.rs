@@ -95,6 +95,7 @@ fn hjif_is_read_at_the_rate_it_was_made_at() {
     let options = ReadOptions {
         scale: None,
         rate: SampleRate::new(8000.0).ok(),
+        ..ReadOptions::default()
     };
     let other = read_recording(&path, &options).unwrap().recording;
     let said = other

@@ -201,6 +201,7 @@ fn segments_join_where_nothing_is_missing() {
     let scaled = ReadOptions {
         scale: Some("2 g".parse::<Measure>().unwrap()),
         rate: None,
+        ..ReadOptions::default()
     };
     let read = read(file("10:00:01,5", "0,0").as_bytes(), &scaled).unwrap();
     assert!((read.channels()[0].samples[0] - 3.0 * 9.80665).abs() < 1e-12);
@@ -319,7 +320,14 @@ fn channels_of_two_rates_keep_their_clocks() {
     );
     // One rate cannot be stated for both.
     let rate = SampleRate::new(500.0).ok();
-    let stated = read(text.as_bytes(), &ReadOptions { scale: None, rate });
+    let stated = read(
+        text.as_bytes(),
+        &ReadOptions {
+            scale: None,
+            rate,
+            ..ReadOptions::default()
+        },
+    );
     let said = stated.unwrap_err().to_string();
     assert!(said.contains("2 sampling clocks"), "{said}");
 }

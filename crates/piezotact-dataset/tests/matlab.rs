@@ -254,6 +254,7 @@ fn time_signals_of_others_become_recordings() {
         let scaled = ReadOptions {
             scale: Some("1 N".parse().unwrap()),
             rate: None,
+            ..ReadOptions::default()
         };
         let scaled = read_recording(&path, &scaled).unwrap().recording;
         assert_eq!(

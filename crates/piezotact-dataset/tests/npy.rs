@@ -21,6 +21,7 @@ fn stated() -> ReadOptions {
     ReadOptions {
         rate: Some(SampleRate::new(1000.0).unwrap()),
         scale: Some("2 m/s2".parse().unwrap()),
+        ..ReadOptions::default()
     }
 }
 

@@ -1,15 +1,17 @@
 //! What stands beside a WAV file: believed of the samples that it was written for, and refused with what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::{
+    About, BrokenPlayback, Channel, Condition, Losses, Provenance, Recording, RecordingWarning,
+};
 use piezotact::stroke::StrokeWarning;
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::quantity::SampleRate;
+use piezotact::quantity::{SampleRate, Unit};
 use piezotact_dataset::sidecar::{Sidecar, sidecar_path};
 use piezotact_dataset::wav::{SampleFormat, write_wav, write_wav_with_sidecar};
-use piezotact_dataset::{ReadOptions, read_recording};
+use piezotact_dataset::{ReadOptions, read_recording, write_recording};
 
 fn of_scale(value: f64) -> Sidecar {
     Sidecar {
@@ -64,7 +66,15 @@ fn warnings_about_samples_are_read_again() {
     sidecar.about.warnings = vec![Warning::from(StrokeWarning::NothingCut)];
     write_wav_with_sidecar(&path, &[&samples], 5_000, SampleFormat::Float32, &sidecar).unwrap();
     let rate = SampleRate::new(1_000.0).ok();
-    let read = read_recording(&path, &ReadOptions { scale: None, rate }).unwrap();
+    let read = read_recording(
+        &path,
+        &ReadOptions {
+            scale: None,
+            rate,
+            ..ReadOptions::default()
+        },
+    )
+    .unwrap();
     let expected = [
         Warning::from(StrokeWarning::NothingCut),
         Warning::from(RecordingWarning::RateNotUsed {
@@ -297,4 +307,50 @@ fn the_sidecar_of_the_readme_is_read() {
         ),
         (1, Some(0.4))
     );
+}
+
+/// What a recording lacks of its run comes back from a Parquet file and from the sidecar of a WAV file.
+#[test]
+fn losses_come_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let losses = Losses {
+        samples: 25,
+        stretches_s: vec![[0.5, 0.505]],
+        playback: Some(BrokenPlayback {
+            played: 900,
+            expected: 1000,
+            underruns: 2,
+        }),
+        is_interrupted: false,
+    };
+    let samples: Vec<f64> = (0..5000).map(|i| (f64::from(i) / 10.0).sin()).collect();
+    let provenance = Provenance {
+        losses: losses.clone(),
+        ..Provenance::default()
+    };
+    let channel = Channel {
+        name: "acc".into(),
+        unit: Unit::MetrePerSecondSquared,
+        samples: samples.clone(),
+    };
+    let rate = SampleRate::new(5000.0).unwrap();
+    let recording = Recording::new(
+        vec![channel],
+        rate,
+        Condition::default(),
+        provenance.clone(),
+    )
+    .unwrap();
+    let stored = folder.path().join("r.parquet");
+    write_recording(&stored, &recording).unwrap();
+    let wav = folder.path().join("r.wav");
+    let sidecar = Sidecar {
+        about: About::new(Condition::default(), provenance),
+        ..of_scale(1.0)
+    };
+    write_wav_with_sidecar(&wav, &[&samples], 5000, SampleFormat::Float32, &sidecar).unwrap();
+    for path in [stored, wav] {
+        let read = read_recording(&path, &ReadOptions::default()).unwrap();
+        assert_eq!(read.recording.about.provenance.losses, losses, "{path:?}");
+    }
 }

@@ -364,7 +364,7 @@ pub fn clip_file(clip: &HapticClip) -> impl Serialize {
     }
 }
 
-/// The clip of a texture `x`, in shares of a full scale that stands for `full_scale`, with what a clip does not carry. An
+/// The clip of a texture `x`, in shares of a full scale that stands for `full_scale`, with what a clip does not carry in `format`. An
 /// amplitude beyond full scale is written as 1, and said.
 ///
 /// # Errors
@@ -374,11 +374,12 @@ pub fn clip_of<Q: Quantity>(
     full_scale: &Measure,
     config: &EnvelopeConfig,
     metadata: HapticMetadata,
+    format: &str,
 ) -> Result<Exported<HapticClip>, EnvelopeError> {
     let envelopes = analyse(x, 1.0, config)?;
     let mut losses = vec![
         loses(
-            ".haptic",
+            format,
             format!(
                 "the waveform, only its amplitude and centroid, {:.0} times per second (two textures with equal level and \
                  centroid become identical)",
@@ -386,7 +387,7 @@ pub fn clip_of<Q: Quantity>(
             ),
         ),
         loses(
-            ".haptic",
+            format,
             format!(
                 "frequencies in Hz (0 and 1 correspond to {} here, and to the range of the actuator on another player)",
                 config.range.band()
@@ -402,7 +403,7 @@ pub fn clip_of<Q: Quantity>(
         }));
     }
     if full_scale.unit != Unit::FullScale {
-        losses.push(loses(".haptic", scale_text(full_scale)));
+        losses.push(loses(format, scale_text(full_scale)));
     }
     Ok(Exported {
         content: HapticClip {

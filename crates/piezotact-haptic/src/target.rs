@@ -34,6 +34,8 @@ pub struct Asked<'a> {
     pub scale: Option<&'a Measure>,
     /// The rate at which it is played.
     pub rate: Option<SampleRate>,
+    /// Whether it is read as a drive, which needs no scale.
+    pub is_drive: bool,
 }
 
 /// A clip as a recording of one channel, at the rate asked for or 8 kHz.
@@ -221,7 +223,7 @@ fn recording(
     let channels = named
         .into_iter()
         .map(|(name, mut samples)| {
-            if asked.scale.is_none() {
+            if asked.scale.is_none() && !asked.is_drive {
                 warnings.push(Warning::from(RecordingWarning::Uncalibrated {
                     channel: name.clone(),
                 }));

@@ -1,7 +1,6 @@
 //! Chapter 6: three surfaces touched freely by ten people, the forces on the device in two tasks, and the EEG in all three.
 
 use piezotact::Warning;
-use piezotact::compare::CompareWarning;
 use piezotact::compare::{Periods, Sliding, SpatialPeriod, Summary, spatial_period};
 use piezotact::figure::Line;
 use piezotact::quantity::{Acceleration, Force, Hertz};
@@ -271,14 +270,8 @@ fn harmonics(free: &[Free], passive: Option<&SpatialPeriod>) -> Finding {
         [] => String::new(),
         few => format!(" (fewer than two: {})", few.join(", ")),
     };
-    let clear = |found: &&SpatialPeriod| {
-        let unsure = |warning: &Warning| {
-            matches!(warning.kind(), Some(CompareWarning::NoCommonPeriod { .. }))
-        };
-        !found.warnings.iter().any(unsure)
-    };
     let period = passive
-        .filter(clear)
+        .filter(|found| found.is_common())
         .map_or("no clear period".into(), |found| {
             format!("period {:.3} mm", found.period_m * 1e3)
         });

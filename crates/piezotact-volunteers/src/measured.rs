@@ -82,7 +82,7 @@ pub fn take(
             .chain(&analysis.warnings)
             .cloned(),
     );
-    warnings.extend(segmentation.rejection_warning());
+    warnings.extend(segmentation.own_warnings(recording.rate()));
     let taken = Taken {
         condition: recording.about.condition.clone(),
         segmentation,

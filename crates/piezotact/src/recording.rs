@@ -3,6 +3,7 @@
 mod about;
 mod annotations;
 mod clock;
+mod losses;
 mod rehearsal;
 mod warning;
 
@@ -24,7 +25,8 @@ pub use about::About;
 pub(crate) use about::MergedAbout;
 pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
 pub use clock::Clock;
-pub use rehearsal::{RehearsalWarning, played_through_its_own};
+pub use losses::{BrokenPlayback, Losses};
+pub use rehearsal::{RehearsalWarning, played_through_its_own, rehearsed_on};
 
 /// How the finger meets the surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -220,6 +222,12 @@ pub struct Provenance {
     /// The source of a texture and the manipulations applied to it; absent if there were none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lineage: Option<Lineage>,
+    /// How many participants a transfer function is the average of; absent for that of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub averaged_people: Option<usize>,
+    /// What the recording lacks of its run. A transfer function has none: what was lost is left out of it.
+    #[serde(skip_serializing_if = "Losses::are_none")]
+    pub losses: Losses,
 }
 
 impl Provenance {

@@ -6,6 +6,7 @@
 
 mod coverage;
 mod error;
+mod findings;
 mod frame;
 mod inverse;
 mod level;
@@ -16,6 +17,7 @@ mod warning;
 pub(crate) use coverage::runs;
 pub use coverage::{Coverage, coverage};
 pub use error::RenderError;
+pub use findings::{RenderFindings, TurnedDown};
 pub(crate) use frame::{Frame, fade_ends};
 pub use inverse::{Inverse, InverseConfig, InversePlan, Limiting, PhaseForm, invert};
 pub use level::at_fitting_level;
@@ -25,8 +27,6 @@ pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least
 pub use rendering::{Rendering, warnings_of_played};
 pub use warning::RenderWarning;
 
-use crate::clipping::ClippingWarning;
-use crate::transfer::TransferWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::device::{DeviceDescription, DriveSetup, GainName};
@@ -35,7 +35,6 @@ use crate::quantity::{Band, Decibels, Drive, Quantity, SampleRate, Seconds};
 use crate::recording::About;
 use crate::series::Series;
 use crate::transfer::TransferFunction;
-use crate::warning::Warning;
 
 /// What to do with a drive that the device cannot play.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -133,6 +132,22 @@ pub fn render<O: Quantity>(
     function: &TransferFunction<Drive, O>,
     config: &RenderConfig,
 ) -> Result<RenderedDrive, RenderError> {
+    let (mut rendered, findings) = render_with_findings(target, function, config)?;
+    rendered.about.warnings = findings.warnings(config.inverse.band, &rendered.headroom);
+    Ok(rendered)
+}
+
+/// As [`render`], with what gives warnings beside a drive that has none yet: for whoever settles a part of it.
+///
+/// Source: as [`render`].
+///
+/// # Errors
+/// Those of [`render`].
+pub fn render_with_findings<O: Quantity>(
+    target: &Series<O>,
+    function: &TransferFunction<Drive, O>,
+    config: &RenderConfig,
+) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let (rate, band) = (target.rate(), config.inverse.band);
     let frame = Frame::of(target, config)?;
     let padded = frame.padded(&frame.faded(target)?);
@@ -154,69 +169,33 @@ pub fn render<O: Quantity>(
             let kept = coverage::limited(function, config, Some(&limiting))?;
             let fits_at_db = room.fits_at(&samples).0;
             samples = fitting;
-            let warning = Warning::from(RenderWarning::TurnedDown {
+            let found = TurnedDown {
                 share: kept.given_up_share - inverse.given_up_share,
                 bands: coverage::without(&kept.bands.given_up, &inverse.bands.given_up),
                 fits_at_db,
-            });
-            turned_down = Some((warning, kept.bands));
+            };
+            turned_down = Some((found, kept.bands));
         }
     }
 
-    let mut warnings: Vec<Warning> = function
-        .low_coherence(band, config.lowest_coherence)
-        .into_iter()
-        .collect();
-    warnings.extend(function.not_excited(band));
-    // Warnings about the transfer function apply to everything derived from it.
-    warnings.extend(
-        function
-            .about
-            .warnings
-            .iter()
-            .filter(|warning| {
-                !matches!(
-                    warning.kind(),
-                    Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotExcited { .. })
-                )
-            })
-            .cloned(),
-    );
+    let mut findings = RenderFindings::of(function, config);
     if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
-        warnings.push(Warning::from(RenderWarning::RatesDiffer {
-            target_hz: rate.hz(),
-            transfer_hz: function.rate.hz(),
-        }));
-    }
-    if function.drive.is_none() {
-        warnings.push(Warning::from(RenderWarning::DeviceNotDescribed));
+        findings.rates_hz = Some([rate.hz(), function.rate.hz()]);
     }
     if !inverse.bands.given_up.is_empty() {
-        warnings.push(Warning::from(RenderWarning::GivenUp {
-            bands: inverse.bands.given_up.clone(),
-            share: inverse.given_up_share,
-        }));
+        findings.given_up = Some((inverse.bands.given_up.clone(), inverse.given_up_share));
     }
     let coverage = match turned_down {
-        Some((warning, coverage)) => {
-            warnings.push(warning);
+        Some((found, coverage)) => {
+            findings.turned_down = Some(found);
             coverage
         }
         None => inverse.bands,
     };
-    warnings.extend(plan.outside(&padded, band));
+    findings.power_outside = plan.outside(&padded);
     let headroom = headroom(&samples, config.output_rate, function.drive.as_ref());
-    let too_steep = headroom.slew_warning(function.drive.as_ref());
-    let refused_steep = too_steep
-        .as_ref()
-        .filter(|_| config.steep == Overload::Refuse)
-        .and_then(|warning| match warning.kind()? {
-            RenderWarning::SlewLimited {
-                asked_v_per_s,
-                limit_v_per_s,
-            } => Some((asked_v_per_s, limit_v_per_s)),
-            _ => None,
-        });
+    findings.too_steep = headroom.too_steep(function.drive.as_ref());
+    let refused_steep = (findings.too_steep).filter(|_| config.steep == Overload::Refuse);
     if headroom.peak > headroom.limit {
         match config.clipping {
             Overload::Refuse => {
@@ -230,12 +209,7 @@ pub fn render<O: Quantity>(
                     },
                 });
             }
-            Overload::Allow => {
-                warnings.push(Warning::from(ClippingWarning::DriveClipped {
-                    limited_by: headroom.limited_by.to_string(),
-                    fraction: headroom.clipped_fraction,
-                }));
-            }
+            Overload::Allow => findings.is_clipped = true,
         }
     }
     if let Some((asked_v_per_s, limit_v_per_s)) = refused_steep {
@@ -246,12 +220,11 @@ pub fn render<O: Quantity>(
         });
     }
     cut(&mut samples, headroom.limit);
-    warnings.extend(too_steep);
     let mut provenance = function.about.provenance.clone();
     // A transfer function measured by playing through another one stands for that one.
     let known = std::iter::once(function.checksum()).chain(provenance.answered_with.take());
     provenance.made_with = known.collect();
-    Ok(RenderedDrive {
+    let rendered = RenderedDrive {
         drive: Series::new(samples, config.output_rate)?,
         setup: function.drive.clone(),
         about: About {
@@ -263,17 +236,18 @@ pub fn render<O: Quantity>(
                 config.inverse.regularisation,
                 config.modelling_delay
             )),
-            warnings,
+            warnings: Vec::new(),
         },
         config: config.clone(),
         aim: None,
         headroom,
         coverage,
-    })
+    };
+    Ok((rendered, findings))
 }
 
-/// The warning about the share of the power of `target` (as recorded, with the fades of `config`) outside the band, if it is a
-/// tenth or more: the same warning as [`render`] returns. A target resampled to a lower rate before would show a smaller share.
+/// The share of the power of `target` (as recorded, with the fades of `config`) outside the band, 0–1, if it is a tenth or more: the
+/// same as in [`RenderFindings::power_outside`]. A target resampled to a lower rate before would show a smaller share.
 ///
 /// Source: decision 0028 of this project: a tenth is 0.4 dB of level.
 ///
@@ -283,7 +257,7 @@ pub fn render<O: Quantity>(
 pub fn power_outside<O: Quantity>(
     target: &Series<O>,
     config: &RenderConfig,
-) -> Result<Option<Warning>, RenderError> {
+) -> Result<Option<f64>, RenderError> {
     let frame = Frame::of(target, config)?;
     let padded = frame.padded(&frame.faded(target)?);
     let band = config.inverse.band;

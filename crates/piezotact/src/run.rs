@@ -23,20 +23,6 @@ use crate::recording::{
 };
 use crate::warning::Warning;
 
-/// The stretches without measured samples in a recording with `warnings`, as `[start, end]` in s: samples that its device or its
-/// journal lost.
-///
-/// Source: the warnings [`RunWarning::SamplesLost`] and [`RunWarning::JournalDamaged`].
-#[must_use]
-pub fn lost_s(warnings: &[Warning]) -> Vec<[f64; 2]> {
-    let of = |warning: &Warning| match warning.kind() {
-        Some(RunWarning::SamplesLost { places_s, .. }) => places_s,
-        Some(RunWarning::JournalDamaged { lost_s, .. }) => lost_s,
-        _ => Vec::new(),
-    };
-    warnings.iter().flat_map(of).collect()
-}
-
 /// What is known of a run before its first sample.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -205,9 +191,25 @@ pub struct RunEnd {
     pub ended: Ended,
     /// The provenance of the start, completed with what became known during the run, such as the sensors' noise at rest.
     pub provenance: Provenance,
-    /// What a person should know before relying on it.
+    /// What a person should know before relying on it, beside how it ended ([`Self::all_warnings`]).
     #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
+}
+
+impl RunEnd {
+    /// What to know of a run at `rate`: its warnings, and that it ended before its planned end where it did.
+    #[must_use]
+    pub fn all_warnings(&self, rate: SampleRate) -> Vec<Warning> {
+        let mut warnings = self.warnings.clone();
+        if self.ended != Ended::Completed {
+            let early = RunWarning::EndedEarly {
+                ended: self.ended.clone(),
+                after_s: self.samples as f64 / rate.hz(),
+            };
+            warnings.push(early.into());
+        }
+        warnings
+    }
 }
 
 /// One document of a run.
@@ -277,7 +279,8 @@ impl RunCollector {
             .collect();
         let mut about = start.about;
         if let Some(end) = self.end {
-            (about.provenance, about.warnings) = (end.provenance, end.warnings);
+            about.warnings = end.all_warnings(start.rate_hz);
+            about.provenance = end.provenance;
         }
         let mut recording = Recording::on_clocks(channels, start.rate_hz, &start.clocks, about)?;
         recording.annotations = start.annotations;

@@ -114,10 +114,11 @@ pub fn shares_of_full_scale(
             converted: at_rate.warning,
         });
     }
+    let recorded = signal.rate();
     // A mean that begins and ends would be a step at both ends of what is resampled: it is removed first.
     let first = about_mean(&signal)?;
     let at_rate = converted(what, first.shares, rate)?;
-    let (shares, full_scale) = if at_rate.warning.is_some() {
+    let (shares, full_scale) = if at_rate.series.rate() != recorded {
         let again = about_mean(&at_rate.series)?;
         (again.shares, first.full_scale * again.full_scale)
     } else {

@@ -25,6 +25,7 @@ mod warning;
 pub use at_rest::{AtRest, AtRestCriterion, AtRestError, at_rest};
 pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
 pub use bias::Bias;
+pub use broken::pair_warnings;
 pub(crate) use bundle::level_db;
 pub use bundle::{
     BundleAverage, BundleError, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out,
@@ -47,6 +48,7 @@ pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
 pub use warning::TransferWarning;
 
+use judge::{Found, Unexcited};
 use std::marker::PhantomData;
 use std::ops::Range;
 
@@ -57,7 +59,7 @@ use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::fourier;
 use crate::number::rounded;
-use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
@@ -136,63 +138,74 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         estimator: Estimator,
         rate: SampleRate,
     ) -> Result<Self, TransferError> {
-        let response = spectra.ratio(estimator);
+        let (mut function, found) = Self::of_spectra(spectra, estimator, rate)?;
+        let warnings = found.warnings(&function);
+        function.about.warnings.extend(warnings);
+        Ok(function)
+    }
+
+    /// The transfer function that `spectra` estimate, and what its lines show.
+    fn of_spectra(
+        spectra: &CrossSpectra<I, O>,
+        estimator: Estimator,
+        rate: SampleRate,
+    ) -> Result<(Self, Found), TransferError> {
         let mut function = Self::from_lines(
-            response,
+            spectra.ratio(estimator),
             spectra.coherence(),
             spectra.resolution_hz,
             rate,
             estimator,
             spectra.averages,
         )?;
+        let few = function.few_averages();
+        function.about.warnings.extend(few);
         function.effective_averages = spectra.effective_averages;
         let excited = spectra.excited();
         function.excited =
             judge::excited_band(&excited, &spectra.drive_power, spectra.resolution_hz);
-        function
-            .about
-            .warnings
-            .extend(judge::gaps(&excited, &function));
-        function.about.warnings.extend(judge::tone(&function));
-
-        if let Some(relation) = spectra.relation().filter(|found| !found.is_shown()) {
-            // The delay between two unrelated signals is the position of a random peak: it is not reported.
-            function
-                .about
-                .warnings
-                .push(Warning::from(TransferWarning::Unrelated {
-                    coherence: relation.coherence,
-                    limit: relation.limit,
-                    averages: relation.averages,
-                }));
-            return Ok(function);
-        }
-        function.about.warnings.extend(judge::weak(&function));
-        function
-            .about
-            .warnings
-            .extend(judge::step_of_lines(&function));
-        let from_force = I::UNIT == Unit::Newton && O::UNIT == Unit::MetrePerSecondSquared;
-        let inverted = function.inverted_polarity().filter(|_| from_force);
-        let found = [judge::unresolved(&function), inverted];
-        function.about.warnings.extend(found.into_iter().flatten());
-        Ok(function)
+        let found = Found::of(spectra, &function);
+        Ok((function, found))
     }
 
-    /// The transfer function that `spectra` estimate of the two signals they come from.
+    /// The transfer function that `spectra` estimate of the two signals they come from, of which the band `driven` is known to be
+    /// driven, and what its lines show.
     fn estimated(
         spectra: &CrossSpectra<I, O>,
         estimator: Estimator,
-        drive: &Series<I>,
-        response: &Series<O>,
-    ) -> Result<Self, TransferError> {
-        let mut function = Self::from_spectra(spectra, estimator, drive.rate())?;
-        judge::timing(&mut function, drive, response);
-        function
-            .about
-            .warnings
-            .extend(broken::warnings(drive, response));
-        Ok(function)
+        (drive, response): (&Series<I>, &Series<O>),
+        driven: Option<Band>,
+    ) -> Result<(Self, Found), TransferError> {
+        let (mut function, mut found) = Self::of_spectra(spectra, estimator, drive.rate())?;
+        judge::timing(&function, &mut found, drive, response);
+        if let Some(driven) = driven {
+            let inside = judge::driven_within(function.excited, driven, function.resolution_hz);
+            function.excited = Some(inside);
+            found.narrow(inside);
+        }
+        let warnings = found.warnings(&function);
+        function.about.warnings.extend(warnings);
+        Ok((function, found))
+    }
+
+    /// The warnings about its averages and coherence, which those of another estimate of the same system do not share.
+    fn warnings_of_estimate(&self) -> Vec<Warning> {
+        let mut warnings = coherence_warnings(&self.coherence, self.resolution_hz);
+        warnings.extend(self.few_averages());
+        warnings.extend(judge::weak_warning(self));
+        warnings
+    }
+
+    /// The warning that few segments were averaged. Hits are counted by other standards, and 0 stands for a number that a file does
+    /// not state.
+    #[must_use]
+    pub fn few_averages(&self) -> Option<Warning> {
+        let is_few = (1..RECOMMENDED_SEGMENTS).contains(&self.averages);
+        let few = TransferWarning::FewAverages {
+            averages: self.averages,
+            recommended: RECOMMENDED_SEGMENTS,
+        };
+        (is_few && self.impact.is_none()).then(|| few.into())
     }
 
     /// A transfer function from its lines: complex values and coherence from 0 Hz in steps of
@@ -235,14 +248,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         if response.iter().all(|h| h.norm_sqr() == 0.0) {
             return Err(TransferError::Zero);
         }
-        let mut warnings = coherence_warnings(&coherence, resolution_hz);
-        // 0 stands for a number that the file does not state.
-        if averages > 0 && averages < RECOMMENDED_SEGMENTS {
-            warnings.push(Warning::from(TransferWarning::FewAverages {
-                averages,
-                recommended: RECOMMENDED_SEGMENTS,
-            }));
-        }
+        let warnings = coherence_warnings(&coherence, resolution_hz);
         Ok(Self {
             response,
             coherence,
@@ -341,42 +347,22 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             .filter(move |(_, frequency_hz)| band.contains(*frequency_hz))
     }
 
+    /// The parts of the band `asked` that were not excited, and their share of it, 0–1; none where what was excited is not known.
+    fn unexcited(&self, asked: Band) -> Unexcited {
+        let outside = |excited| judge::outside(excited, asked, self.resolution_hz);
+        self.excited.map(outside).unwrap_or_default()
+    }
+
+    /// The share of the band `asked` that was not excited, 0–1; 0 where what was excited is not known.
+    #[must_use]
+    pub fn unexcited_share(&self, asked: Band) -> f64 {
+        self.unexcited(asked).1
+    }
+
     /// The warning about the part of the band `asked` that was not excited, if there is one.
     #[must_use]
     pub fn not_excited(&self, asked: Band) -> Option<Warning> {
-        judge::outside(self.excited?, asked, self.resolution_hz)
-    }
-
-    /// Sets the excited band when it is known: lines outside it count as not excited, even if the ends of a drive have power
-    /// there, and gaps in the drive are only reported within it.
-    pub fn set_driven_band(&mut self, band: Band) {
-        // The lowest line of a band lies up to one line spacing above its lower end.
-        let low = |found: Band| match found.low().0 - band.low().0 <= self.resolution_hz {
-            true => Band::new(band.low(), found.high()).unwrap_or(found),
-            false => found,
-        };
-        let inside = self
-            .excited
-            .and_then(|found| low(found).common(band))
-            .unwrap_or(band);
-        self.excited = Some(inside);
-        let warnings = std::mem::take(&mut self.about.warnings);
-        let trimmed = warnings
-            .into_iter()
-            .filter_map(|warning| match warning.kind() {
-                Some(TransferWarning::NotExcited { bands, .. }) => {
-                    judge::not_driven_within(&bands, inside)
-                }
-                _ => Some(warning),
-            });
-        self.about.warnings = trimmed.collect();
-    }
-
-    /// The warning about the sign of one of two channels, for a transfer function from a force to the acceleration of a passive
-    /// finger: with a wrong sign the force appears to take power out of the finger.
-    #[must_use]
-    pub fn inverted_polarity(&self) -> Option<Warning> {
-        judge::inverted(self)
+        judge::not_excited(self.unexcited(asked))
     }
 
     /// The largest magnitude in `band`, in units of `O` per `I`; 0 when no line lies in it.
@@ -466,26 +452,32 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         })
     }
 
+    /// The share of the lines in `band` whose coherence is below `least_coherence`, 0–1; 0 when no line lies in it.
+    #[must_use]
+    pub fn low_coherence_share(&self, band: Band, least_coherence: f64) -> f64 {
+        let (mut below, mut lines) = (0, 0);
+        for (line, _) in self.lines_in(band) {
+            lines += 1;
+            below += usize::from(self.coherence[line] < least_coherence);
+        }
+        below as f64 / lines.max(1) as f64
+    }
+
     /// The warning about coherence below `least_coherence` in `band`, if there is one.
     #[must_use]
     pub fn low_coherence(&self, band: Band, least_coherence: f64) -> Option<Warning> {
-        let lines: Vec<(f64, f64)> = self
+        let share = self.low_coherence_share(band, least_coherence);
+        let lines = self
             .lines_in(band)
-            .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz))
-            .collect();
-        let below = lines
-            .iter()
-            .filter(|(coherence, _)| *coherence < least_coherence)
-            .count();
-        let (lowest, at_hz) = lines.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        (below > 0).then(|| {
-            Warning::from(TransferWarning::LowCoherence {
-                asked: least_coherence,
-                lowest,
-                at_hz,
-                share: below as f64 / lines.len() as f64,
-            })
-        })
+            .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz));
+        let (lowest, at_hz) = lines.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let low = TransferWarning::LowCoherence {
+            asked: least_coherence,
+            lowest,
+            at_hz,
+            share,
+        };
+        (share > 0.0).then(|| low.into())
     }
 }
 
@@ -527,10 +519,23 @@ pub fn estimate<I: Quantity, O: Quantity>(
     config: &WelchConfig,
     estimator: Estimator,
 ) -> Result<TransferFunction<I, O>, TransferError> {
-    estimate_without(drive, response, config, estimator, &[])
+    let mut function = estimate_without(drive, response, config, estimator, Known::default())?;
+    let broken = pair_warnings(drive, response);
+    function.about.warnings.extend(broken);
+    Ok(function)
 }
 
-/// As [`estimate`], without the segments that touch one of the stretches `lost_s`, from when to when in s.
+/// What is known of two signals beside their samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Known<'a> {
+    /// From when to when samples are lost, s: segments that touch these stretches are left out.
+    pub lost_s: &'a [[f64; 2]],
+    /// The band that is driven: lines outside it count as not excited, even if the ends of a drive have power there, and gaps in the
+    /// drive are only reported within it. Absent where it is not known.
+    pub driven: Option<Band>,
+}
+
+/// As [`estimate`], with what is `known` of the signals beside their samples, and without the warnings of [`pair_warnings`].
 ///
 /// Source: as [`estimate`]; decision 0043 of this project: straight lines in the place of samples are no measurement.
 ///
@@ -542,20 +547,33 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
     response: &Series<O>,
     config: &WelchConfig,
     estimator: Estimator,
-    lost_s: &[[f64; 2]],
+    known: Known<'_>,
 ) -> Result<TransferFunction<I, O>, TransferError> {
+    Ok(estimate_with_findings(drive, response, config, estimator, known)?.0)
+}
+
+/// As [`estimate_without`], with what the lines show.
+fn estimate_with_findings<I: Quantity, O: Quantity>(
+    drive: &Series<I>,
+    response: &Series<O>,
+    config: &WelchConfig,
+    estimator: Estimator,
+    known: Known<'_>,
+) -> Result<(TransferFunction<I, O>, Found), TransferError> {
     let rate = drive.rate();
     if let Some(Transient { hits, share }) = transient(drive.samples(), rate) {
         return Err(TransferError::Transient { hits, share });
     }
     // With hum, or noise, between them they hold less of the energy: what they are is not decided.
     let pulses = short_pulses(drive.samples(), rate);
-    let lost = |cut: &Range<usize>| touches(cut, lost_s, rate);
+    let lost = |cut: &Range<usize>| touches(cut, known.lost_s, rate);
     let of = config.cuts(drive.samples().len());
     let left_out = of.iter().filter(|cut| lost(cut)).count();
     let left = few_left(of.len(), left_out)?;
     let spectra = cross::cross_spectra_of(drive, response, config, &|cut| !lost(cut))?;
-    let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
+    let signals = (drive, response);
+    let (mut function, found) =
+        TransferFunction::estimated(&spectra, estimator, signals, known.driven)?;
     function.about.provenance.steps.push(format!(
         "transfer function {estimator}, {} window, segments of {} samples, {} % overlap, {} averages",
         config.window.name(),
@@ -569,7 +587,7 @@ pub fn estimate_without<I: Quantity, O: Quantity>(
         Warning::from(ImpactWarning::PulsesInDrive { hits, energy })
     });
     function.about.warnings.extend(pulses);
-    Ok(function)
+    Ok((function, found))
 }
 
 /// Whether the samples `cut` touch one of the stretches `lost_s`.

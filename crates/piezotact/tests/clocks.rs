@@ -7,7 +7,7 @@ use piezotact::Series;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Estimator, OneClock, TransferFunction, TransferWarning, estimate, estimate_without,
+    Estimator, Known, OneClock, TransferFunction, TransferWarning, estimate, estimate_without,
     on_one_clock,
 };
 
@@ -209,9 +209,12 @@ fn segments_that_touch_what_was_lost_are_left_out() {
         }
     }
     let (x, y) = series(&x, &y);
-    let lost = [[3.0, 3.05], [5.0, 5.008]];
+    let known = Known {
+        lost_s: &[[3.0, 3.05], [5.0, 5.008]],
+        driven: None,
+    };
     let across = estimate(&x, &y, &welch(), Estimator::H1).unwrap();
-    let without = estimate_without(&x, &y, &welch(), Estimator::H1, &lost).unwrap();
+    let without = estimate_without(&x, &y, &welch(), Estimator::H1, known).unwrap();
     let left_out = without
         .about
         .warnings
@@ -228,6 +231,6 @@ fn segments_that_touch_what_was_lost_are_left_out() {
         "{before} → {after} dB"
     );
     let long = WelchConfig::hann(16_384);
-    let few = estimate_without(&x, &y, &long, Estimator::H1, &lost).unwrap_err();
+    let few = estimate_without(&x, &y, &long, Estimator::H1, known).unwrap_err();
     assert!(few.to_string().contains("found 1 of 5"), "{few}");
 }

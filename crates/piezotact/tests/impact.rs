@@ -12,8 +12,8 @@ use piezotact::quantity::{Acceleration, Band, Force, Hertz};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
     Estimator, ExponentialWindow, ForceWindow, HitFault, ImpactConfig, ImpactError, ImpactSegment,
-    ImpactWarning, TransferError, TransferFunction, TransferWarning, estimate, estimate_impacts,
-    transient,
+    ImpactWarning, Known, TransferError, TransferFunction, TransferWarning, estimate,
+    estimate_impacts, transient,
 };
 
 use crate::structure::{Noise, NoiseLevels, Pulse, Recorded, db, golden, inertance};
@@ -494,7 +494,10 @@ fn other_things_that_go_wrong_are_named() {
         &response,
         &ImpactConfig::usual(),
         Estimator::H1,
-        &[[1.35, 1.36]],
+        Known {
+            lost_s: &[[1.35, 1.36]],
+            driven: None,
+        },
     );
     let test = found.unwrap().function.impact.unwrap();
     assert_eq!(test.hits[1].faults, [HitFault::LostSamples]);
@@ -542,7 +545,13 @@ fn estimators_and_limits_hold_over_hits() {
     let recorded = Recorded::of(&golden, &golden.hits, golden.seconds);
     let (force, response) = recorded.noisy(golden.noise, &mut Noise(21)).series();
     let of = |estimator| {
-        let found = estimate_impacts(&force, &response, &ImpactConfig::usual(), estimator, &[]);
+        let found = estimate_impacts(
+            &force,
+            &response,
+            &ImpactConfig::usual(),
+            estimator,
+            Known::default(),
+        );
         found.unwrap().function
     };
     let [h1, h2, hv] = [Estimator::H1, Estimator::H2, Estimator::Hv].map(of);

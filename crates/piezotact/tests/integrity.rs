@@ -410,6 +410,7 @@ fn pair<'a>(drive: &'a [f64], response: &'a [f64]) -> Pair<'a> {
         rate: rate(),
         drive_name: "out",
         response_name: "nail",
+        lasts: true,
         drive_limit: Some(1.0),
     }
 }

@@ -49,6 +49,7 @@ fn analysed(
         roles: Roles::guess(&recording).0,
         force_zeros: None,
         cuts: None,
+        untouched: None,
         warnings: Vec::new(),
     };
     let mut config = FeatureConfig::usual(rate, &[all.len()], high_pass).unwrap();

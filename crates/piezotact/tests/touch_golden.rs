@@ -138,6 +138,7 @@ fn features_are_those_of_scipy() {
         roles: Roles::guess(&recording).0,
         force_zeros: None,
         cuts: None,
+        untouched: None,
         warnings: Vec::new(),
     };
     let config = FeatureConfig::usual(rate, &[all.len()], Some(HighPass::gesture())).unwrap();

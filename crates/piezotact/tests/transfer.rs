@@ -14,7 +14,7 @@ use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, Sam
 use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
 use piezotact::transfer::{
-    Blocks, Estimator, Limits, TransferFunction, TransferWarning, best_linear, estimate,
+    Blocks, Estimator, Known, Limits, TransferFunction, TransferWarning, best_linear, estimate,
     estimate_sweeps, max_pair_difference_db, pooled,
 };
 use rand_chacha::ChaCha8Rng;
@@ -524,7 +524,7 @@ fn soak_multisines_tell_noise_from_distortion() {
             &series::<Acceleration>(response),
             BLOCKS,
             1_000,
-            &[],
+            Known::default(),
         )
         .unwrap();
         // White noise of this rms has its power spread evenly over half as many lines as samples.
@@ -582,7 +582,7 @@ fn the_best_linear_approximation_of_multisines_lies_within_its_limits() {
             &series::<Acceleration>(response),
             BLOCKS,
             1_000,
-            &[],
+            Known::default(),
         )
         .unwrap();
         found.function.known_input = true;
@@ -642,7 +642,7 @@ fn sweeps(seed: u64) -> TransferFunction<Drive, Acceleration> {
         blocks,
         2_048,
         Estimator::H1,
-        &[],
+        Known::default(),
     )
     .unwrap()
 }

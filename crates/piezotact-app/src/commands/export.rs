@@ -274,12 +274,15 @@ fn audio(
     let recording = &contents.recording;
     let (about, is_drive) = (&recording.about, full_scale.unit == Unit::FullScale);
     let exported = format!("exported from {}", name(&args.input));
+    let mut provenance = about.provenance.clone().then(exported);
+    let clock = recording.clock_of(channel);
+    provenance.losses = provenance.losses.cut(clock.start_s, shares.duration());
     let sidecar = Sidecar {
         full_scale: Some(full_scale.clone()),
         channels: vec![channel.into()],
         about: About {
             condition: about.condition.clone(),
-            provenance: about.provenance.clone().then(exported),
+            provenance,
             // Those of a drive stand with its rendering.
             warnings: if is_drive {
                 Vec::new()
@@ -289,10 +292,7 @@ fn audio(
         },
         annotations: match recording.clocks() {
             [_] => recording.annotations.clone(),
-            _ => {
-                let start_s = recording.clock_of(channel).start_s;
-                recording.annotations.cut(start_s, shares.duration())
-            }
+            _ => recording.annotations.cut(clock.start_s, shares.duration()),
         },
         rendering: contents.rendering.clone().filter(|_| is_drive),
     };

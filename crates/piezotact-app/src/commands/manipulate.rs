@@ -11,7 +11,7 @@ use piezotact::manipulate::{
 };
 use piezotact::quantity::{Acceleration, Quantity, Seconds};
 use piezotact::recording::{
-    About, Annotations, Condition, Provenance, Recording, RecordingWarning,
+    About, Annotations, Condition, Losses, Provenance, Recording, RecordingWarning,
 };
 use piezotact::roles::Roles;
 use piezotact::series::Series;
@@ -427,6 +427,7 @@ fn write(
             condition: about.condition.clone(),
             provenance: Provenance {
                 lineage: Some(texture.lineage.clone()),
+                losses: Losses::default(),
                 ..about.provenance.clone()
             },
             warnings: texture.warnings.clone(),

@@ -346,14 +346,12 @@ impl Stated<'_> {
         if self.args.seconds.is_none() && end.ended == Ended::Stopped {
             // To be stopped is how it was to end.
             end.ended = Ended::Completed;
-            let early =
-                |warning: &Warning| matches!(warning.kind(), Some(RunWarning::EndedEarly { .. }));
-            end.warnings.retain(|warning| !early(warning));
         }
         let target_n = self.args.load;
         let force = target_n.map(|target_n| self.force.warnings(target_n));
         end.warnings.extend(force.into_iter().flatten());
-        self.warnings.clone_from(&end.warnings);
+        let rate = self.start.as_ref().map(|start| start.rate_hz);
+        self.warnings = rate.map_or_else(Vec::new, |rate| end.all_warnings(rate));
         RunDocument::End(end)
     }
 }

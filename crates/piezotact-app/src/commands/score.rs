@@ -78,6 +78,7 @@ fn test(args: &Score) -> Outcome<Scored> {
     let options = ReadOptions {
         scale: scale.or_else(|| args.reading.scale.clone()),
         rate: rate_option(args.reading.rate)?,
+        ..ReadOptions::default()
     };
     let recording = inspected(&args.test, &options)?.recording;
     let channel = args.test_channel.as_ref().or(args.channel.as_ref());

@@ -7,7 +7,6 @@ use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
 use piezotact::document::Kept;
 use piezotact::number::digits;
 use piezotact::quantity::Volts;
-use piezotact::run::lost_s;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
     BetweenChannels, BetweenConfig, BetweenError, Bias, Estimator, Excitation, ForceWindow,
@@ -88,7 +87,9 @@ fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<
         known_input: args.known_input,
         volts_per_full_scale: args.volts_per_full_scale.map(Volts),
         setup: setup(args, contents.setup.as_ref())?,
-        lost_s: lost_s(&contents.recording.about.warnings),
+        lost_s: (contents.recording.about.provenance.losses)
+            .stretches_s
+            .clone(),
     })
 }
 

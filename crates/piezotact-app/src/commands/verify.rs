@@ -380,6 +380,7 @@ fn measured_options(args: &Verify) -> Outcome<ReadOptions> {
     Ok(ReadOptions {
         scale: scale.or_else(|| args.reading.scale.clone()),
         rate: rate_option(args.reading.rate)?,
+        ..ReadOptions::default()
     })
 }
 

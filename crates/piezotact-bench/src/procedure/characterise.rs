@@ -1,16 +1,15 @@
 //! Characterisation of a device with a finger on it: plays a drive and estimates the transfer function.
 
-use piezotact::Series;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
-use piezotact::recording::Recording;
+use piezotact::recording::{Losses, Recording};
 use piezotact::render::headroom;
-use piezotact::run::lost_s;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Distortion, Estimator, OneClock, SEGMENTS_OF_A_PERIOD, TransferFunction, best_linear,
-    estimate_sweeps, estimate_without, prepared,
+    Distortion, Estimator, Known, OneClock, SEGMENTS_OF_A_PERIOD, TransferFunction, best_linear,
+    estimate_sweeps, estimate_without, pair_warnings, prepared,
 };
+use piezotact::{Series, Warning};
 
 use super::run::excite_and_record;
 use super::{ACCELERATION_CHANNEL, DRIVE_CHANNEL, RunKeeper};
@@ -21,7 +20,7 @@ use crate::plan::RunPlan;
 use crate::traits::Bench;
 
 /// A warning is raised for coherence below this in the excited band.
-pub(super) const LEAST_COHERENCE: f64 = 0.8;
+const LEAST_COHERENCE: f64 = 0.8;
 
 /// The settings of a characterisation.
 #[derive(Clone, Debug, PartialEq)]
@@ -143,7 +142,18 @@ pub fn characterise(
     let (drive, setup) = excite(bench, config)?;
     let excited = (&drive, Some(config.excitation.band));
     let recording = excite_and_record(bench, excited, setup.as_ref(), &config.run, keeper, None)?;
-    transfer_of(recording, setup.as_ref(), config)
+    let mut done = transfer_of(recording, setup.as_ref(), config)?;
+    let low = low_coherence(&done.function, config);
+    done.function.about.warnings.extend(low);
+    Ok(done)
+}
+
+/// The warning about coherence that is low in the part of the excited band in which a device of this kind responds.
+pub(super) fn low_coherence(
+    function: &TransferFunction<Drive, Acceleration>,
+    config: &CharacteriseConfig,
+) -> Option<Warning> {
+    function.low_coherence(judged_band(config)?, LEAST_COHERENCE)
 }
 
 /// The transfer function estimated from a recording of the drive, with the condition and device it is valid for.
@@ -167,26 +177,36 @@ pub fn transfer_of(
         response,
         missing_s: lost,
         warnings: clocks,
-    } = prepared(&drive, response, welch, lost_s(&recording.about.warnings));
+    } = prepared(
+        &drive,
+        response,
+        welch,
+        recording.about.provenance.losses.stretches_s.clone(),
+    );
+    let known = Known {
+        lost_s: &lost,
+        // The onset and end of a drive have power outside its band, which does not count as excited.
+        driven: Some(excitation.band),
+    };
     let (mut function, distortion) = match excitation.blocks(recording.rate())? {
         None => (
-            estimate_without(&drive, &response, welch, *estimator, &lost)?,
+            estimate_without(&drive, &response, welch, *estimator, known)?,
             None,
         ),
         Some(blocks) if blocks.in_a_row == 1 => (
-            estimate_sweeps(&drive, &response, blocks, welch.segment, *estimator, &lost)?,
+            estimate_sweeps(&drive, &response, blocks, welch.segment, *estimator, known)?,
             None,
         ),
         Some(blocks) => {
-            let found = best_linear(&drive, &response, blocks, welch.segment, &lost)?;
+            let found = best_linear(&drive, &response, blocks, welch.segment, known)?;
             (found.function, Some(found.distortion))
         }
     };
+    let broken = pair_warnings(&drive, &response);
+    function.about.warnings.extend(broken);
     function.about.warnings.extend(clocks);
     // The drive is the signal that was sent. What a sweep distorts repeats with every sweep and is no scatter.
     function.known_input = config.excitation.kind != Excitation::Sweep;
-    // The onset and end of a drive have power outside its band, which does not count as excited.
-    function.set_driven_band(excitation.band);
     let estimated = std::mem::take(&mut function.about.provenance.steps);
     function.about.provenance = recording
         .about
@@ -197,6 +217,8 @@ pub fn transfer_of(
     function.about.provenance.measured_at = began;
     // The excited band is stated by the transfer function itself.
     function.about.provenance.excited_hz = None;
+    // What was lost is left out of it.
+    function.about.provenance.losses = Losses::default();
     function.about.provenance.steps.extend(estimated);
     function.about.condition = recording.about.condition.clone();
     function.drive = setup.cloned();
@@ -205,10 +227,6 @@ pub fn transfer_of(
         .warnings
         .extend(recording.about.warnings.clone());
     let judged = judged_band(config);
-    function
-        .about
-        .warnings
-        .extend(judged.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
     function
         .about
         .warnings

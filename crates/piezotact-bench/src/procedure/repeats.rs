@@ -13,7 +13,7 @@ use piezotact::transfer::{
 };
 use serde::{Serialize, Serializer};
 
-use super::characterise::{LEAST_COHERENCE, judged_band};
+use super::characterise::{judged_band, low_coherence};
 use super::run::excite_and_record;
 use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
@@ -215,12 +215,8 @@ pub fn repeated(
         },
     })?;
     let apart_db = band.and_then(|band| max_pair_difference_db(&functions, band));
-    if each.len() > 1 {
-        function
-            .about
-            .warnings
-            .extend(band.and_then(|band| function.low_coherence(band, LEAST_COHERENCE)));
-    }
+    let low = low_coherence(&function, config);
+    function.about.warnings.extend(low);
     function.about.warnings.extend(
         apart_db
             .filter(|db| *db > MOST_APART_DB)

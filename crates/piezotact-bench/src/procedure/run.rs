@@ -5,7 +5,9 @@ use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
-use piezotact::recording::{About, Annotations, Event, EventValue, Provenance, Recording};
+use piezotact::recording::{
+    About, Annotations, BrokenPlayback, Event, EventValue, Provenance, Recording,
+};
 use piezotact::run::{
     Ended, Judged, RunChunk, RunCollector, RunDocument, RunEnd, RunStart, RunWarning, Sink,
 };
@@ -110,7 +112,7 @@ pub(super) fn excite_and_record(
         return Ok(recording);
     }
     let at_rest = bench.acquirer.calibrate()?;
-    let provenance = with_rest(&start, &at_rest);
+    let mut provenance = with_rest(&start, &at_rest);
     let watch = Watch::new(&bench.stop, bench.acquirer.longest_pause());
     let ready = bench.acquirer.ready(run, &watch.stop).and_then(|()| {
         let playback = Playback::Whole(drive.clone());
@@ -175,10 +177,16 @@ pub(super) fn excite_and_record(
     // If a run ended early for a known cause, that cause is reported.
     let early = outcome.is_err() || bench.stop.is_stopped() || run_of.refused.is_some();
     if played < expected && !early || progress.underruns > 0 {
+        let underruns = progress.underruns;
+        provenance.losses.playback = Some(BrokenPlayback {
+            played,
+            expected,
+            underruns,
+        });
         warnings.push(Warning::from(RunWarning::PlaybackIncomplete {
             played,
             expected,
-            underruns: progress.underruns,
+            underruns,
         }));
     }
     run_of.end(outcome, &bench.stop, run, (provenance, warnings))?;
@@ -615,8 +623,10 @@ impl<'a> Run<'a> {
         outcome: Result<(), ProcedureError>,
         stop: &StopHandle,
         run: &RunPlan,
-        (provenance, mut warnings): (Provenance, Vec<Warning>),
+        (mut provenance, mut warnings): (Provenance, Vec<Warning>),
     ) -> Result<usize, ProcedureError> {
+        provenance.losses.samples = self.gaps.iter().sum();
+        provenance.losses.stretches_s.clone_from(&self.places_s);
         let acquired_s = self.at_s();
         let enough = matches!(run.until, Until::Duration(_)) && !self.goes_on(run.until);
         let ended = match &outcome {
@@ -636,15 +646,6 @@ impl<'a> Run<'a> {
             }
             .into()
         }));
-        if ended != Ended::Completed {
-            warnings.push(
-                RunWarning::EndedEarly {
-                    ended: ended.clone(),
-                    after_s: acquired_s,
-                }
-                .into(),
-            );
-        }
         let kind = match ended {
             Ended::Stopped => Some(STOPPED),
             Ended::Refused => Some(REFUSED),

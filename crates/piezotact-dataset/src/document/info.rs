@@ -2,13 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use piezotact::Warning;
 use piezotact::device::{DeviceDescription, DriveSetup};
 use piezotact::document::Content;
 use piezotact::quantity::{Acceleration, Band, Drive, Quantity, SampleRate, Seconds, Unit};
-use piezotact::recording::{
-    Annotations, Clock, Condition, Provenance, Recording, RecordingWarning,
-};
+use piezotact::recording::{Annotations, Clock, Condition, Provenance, Recording};
 use piezotact::render::Rendering;
 use piezotact::statistics::{mean, peak, standard_deviation};
 use piezotact::transfer::{
@@ -352,14 +349,11 @@ impl RunInfo {
             }
         };
         let about = &contents.recording.about;
-        let is_cut = |warning: &Warning| {
-            matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. }))
-        };
         Self::Read {
             file,
             kind: contents.kind.to_string(),
             duration_s: contents.recording.duration(),
-            ended: match about.warnings.iter().any(is_cut) {
+            ended: match about.provenance.losses.is_interrupted {
                 true => "interrupted",
                 false => "ended",
             },

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
 use piezotact::quantity::SampleRate;
-use piezotact::recording::{BenchKind, Channel, EventValue, RecordingWarning, StartTime};
+use piezotact::recording::{BenchKind, Channel, EventValue, Losses, RecordingWarning, StartTime};
 
 use super::brainvision_write::SIMULATED;
 use super::content::{Content, Line, Marked, Part, Place};
@@ -162,6 +162,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         })
         .collect();
     Content {
+        losses: Losses::default(),
         kind: EegKind::BrainVision,
         lines,
         parts,

@@ -5,7 +5,7 @@ use std::path::Path;
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    BenchKind, Channel, Clock, Condition, Event, EventValue, Provenance, Recording,
+    BenchKind, Channel, Clock, Condition, Event, EventValue, Losses, Provenance, Recording,
     RecordingWarning, StartTime,
 };
 
@@ -56,6 +56,8 @@ pub(super) struct Content {
     pub(super) events: Vec<Marked>,
     pub(super) started_at: Option<StartTime>,
     pub(super) warnings: Vec<Warning>,
+    /// What the file lacks of its run.
+    pub(super) losses: Losses,
     /// The bench, where the file says that no person took part.
     pub(super) bench: Option<BenchKind>,
 }
@@ -134,6 +136,8 @@ impl Content {
             // What is of the whole file stands once.
             if number == 0 {
                 recording.about.warnings.clone_from(&self.warnings);
+                let losses = &mut recording.about.provenance.losses;
+                losses.clone_from(&self.losses);
             }
             let length_s = recording.duration();
             let outside = recording.annotations.outside(length_s);

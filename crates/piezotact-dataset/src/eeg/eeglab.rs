@@ -6,7 +6,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, RecordingWarning};
+use piezotact::recording::{Channel, Losses, RecordingWarning};
 
 use super::content::{Content, Line, Marked, Part, Place};
 use super::{EegFile, EegKind, in_folder_of};
@@ -112,6 +112,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
             per_unit: 1,
         });
     Content {
+        losses: Losses::default(),
         kind: EegKind::Eeglab,
         lines: lines.collect(),
         parts,

@@ -88,6 +88,7 @@ fn asked<'a>(source: &'a str, options: &'a ReadOptions) -> Asked<'a> {
         source,
         scale: options.scale.as_ref(),
         rate: options.rate,
+        is_drive: options.is_drive,
     }
 }
 

@@ -446,6 +446,7 @@ mod tests {
             assert!(
                 matches!(&recording.about.warnings[..], [warning] if matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. })))
             );
+            assert!(recording.about.provenance.losses.is_interrupted);
         }
     }
 

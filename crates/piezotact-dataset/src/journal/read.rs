@@ -111,8 +111,10 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
                     channel.extend(new);
                 }
             }
+            // The checksum says that the block is whole: what cannot be read in it was written by another version.
             Block::End(text) => {
-                end = serde_json::from_str::<(StartDocument, EndDocument)>(&text).ok()
+                let stored: Result<(StartDocument, EndDocument), _> = serde_json::from_str(&text);
+                end = Some(stored.map_err(|error| of_another_version(path, &error))?);
             }
         }
     }
@@ -131,6 +133,9 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let damages = (damages + usize::from(header == Header::Damaged)).max(lost.len());
     let mut recording = assemble(path, &start, samples)?;
     recording.annotations.events.extend(events);
+    let losses = &mut recording.about.provenance.losses;
+    losses.stretches_s.extend(&lost);
+    losses.is_interrupted = !whole;
     recording.about.warnings = warnings;
     recording.about.warnings.extend((damages > 0).then(|| {
         Warning::from(RunWarning::JournalDamaged {
@@ -162,6 +167,19 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         played: start.drive,
         samples: None,
     })
+}
+
+/// The error about an end document that is whole and cannot be read.
+fn of_another_version(path: &Path, error: &serde_json::Error) -> ReadError {
+    let version = env!("CARGO_PKG_VERSION");
+    ReadError::content(
+        path,
+        format!("the journal of a recording with an end document that version {version} reads"),
+        format!("one of another version ({error})"),
+        format!(
+            "read it with the version that recorded it, or record again with version {version}"
+        ),
+    )
 }
 
 /// So many samples of each channel are filled in for damaged blocks between two whole ones at most; more is no gap: half an hour
@@ -227,4 +245,88 @@ pub(super) fn chunks_of(file: File) -> impl Iterator<Item = Result<RunChunk, Err
             }
         }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use piezotact::quantity::{SampleRate, Unit};
+    use piezotact::recording::{About, Annotations, BrokenPlayback, Losses};
+
+    use super::super::frames::block_bytes;
+    use super::*;
+
+    fn start() -> StartDocument {
+        StartDocument {
+            format: StartDocument::FORMAT,
+            rate_hz: SampleRate::new(100.0).unwrap(),
+            channels: vec![("acc".into(), Unit::MetrePerSecondSquared)],
+            about: About::default(),
+            annotations: Annotations::default(),
+            clocks: Vec::new(),
+            setup: None,
+            rendering: None,
+            label: None,
+            drive: None,
+        }
+    }
+
+    fn chunk(first: u64) -> Block {
+        Block::Chunk(RunChunk {
+            first,
+            channels: vec![(0..100).map(f64::from).collect()],
+            ..RunChunk::default()
+        })
+    }
+
+    /// A journal whose end document was written, but that did not become a Parquet file.
+    fn ended(path: &Path, end: &str) -> Result<Stored, ReadError> {
+        let begun = serde_json::to_string(&start()).unwrap();
+        let blocks = [
+            Block::Start(begun.clone()),
+            chunk(0),
+            chunk(150),
+            Block::End(end.replace("START", &begun)),
+        ];
+        let mut bytes = MAGIC.to_vec();
+        for block in &blocks {
+            bytes.extend(block_bytes(block).unwrap());
+        }
+        std::fs::write(path, bytes).unwrap();
+        read_run_journal(path)
+    }
+
+    /// Warnings without a sentence are of an earlier version. Such a recording ended, and is not read as an interrupted one.
+    #[test]
+    fn an_end_document_of_another_version_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet.part");
+        for key in ["doubts", "warnings"] {
+            let earlier = format!(r#"[START, {{"samples": 250, "{key}": [{{"code": "x"}}]}}]"#);
+            let said = ended(&path, &earlier).err().unwrap().to_string();
+            for part in ["r.parquet.part", env!("CARGO_PKG_VERSION"), "record again"] {
+                assert!(said.contains(part), "no `{part}` in {said}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_a_damaged_journal_lost_is_stated() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("r.parquet.part");
+        let whole = ended(&path, r#"[START, {"samples": 250}]"#).ok().unwrap();
+        let losses = whole.recording.about.provenance.losses;
+        assert_eq!(losses.stretches_s, [[1.0, 1.5]]);
+        assert!(!losses.is_interrupted && losses.samples == 0);
+        let losses = Losses {
+            samples: 3,
+            playback: Some(BrokenPlayback {
+                played: 1,
+                expected: 2,
+                underruns: 3,
+            }),
+            ..losses
+        };
+        let text = serde_json::to_string(&losses).unwrap();
+        assert_eq!(serde_json::from_str::<Losses>(&text).unwrap(), losses);
+    }
 }

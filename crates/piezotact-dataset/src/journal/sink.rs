@@ -71,7 +71,8 @@ impl JournalSink {
             return writer.discard_empty();
         }
         let provenance = end.provenance.clone();
-        let kept = writer.finish_as(provenance, end.warnings.clone(), Some(end.ended.clone()))?;
+        let warnings = end.all_warnings(writer.rate());
+        let kept = writer.finish_as(provenance, warnings, Some(end.ended.clone()))?;
         self.moved.extend(kept);
         Ok(())
     }

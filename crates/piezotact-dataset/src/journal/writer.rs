@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
+use piezotact::quantity::SampleRate;
 use piezotact::recording::{Clock, Event, Provenance};
 use piezotact::run::{Ended, Judged, RunChunk};
 
@@ -250,6 +251,11 @@ impl JournalWriter {
     pub fn discard_empty(self) -> Result<(), WriteError> {
         drop(self.file);
         std::fs::remove_file(&self.journal).map_err(WriteError::io(&self.journal))
+    }
+
+    /// The rate of the run.
+    pub(super) fn rate(&self) -> SampleRate {
+        self.start.rate_hz
     }
 
     /// Puts the finished file in its place, and takes the journal away.

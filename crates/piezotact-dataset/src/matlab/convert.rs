@@ -241,7 +241,7 @@ pub(crate) fn recording_of(
         rate,
         warnings,
         options,
-        WithoutUnit::OnlyScale,
+        WithoutUnit::OnlyScale { counts: &[] },
     )
 }
 

@@ -89,15 +89,8 @@ impl Parts {
             .filter(|((_, whole), column)| *whole && column.unit.is_none())
             .map(|(_, column)| column.name.clone())
             .collect();
-        let unnamed = WithoutUnit::OnlyScale;
-        let mut recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
-        for warning in &mut recording.about.warnings {
-            if let Some(RecordingWarning::Uncalibrated { channel }) = warning.kind()
-                && counts.contains(&channel)
-            {
-                *warning = RecordingWarning::Counts { channel }.into();
-            }
-        }
+        let unnamed = WithoutUnit::OnlyScale { counts: &counts };
+        let recording = recording_of(path, self.columns, rate, of_rate, &options, unnamed)?;
         let mut stored = Stored::from(recording);
         if let Some(sidecar) = sidecar {
             sidecar.describe(&mut stored);

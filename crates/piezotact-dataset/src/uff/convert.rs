@@ -136,7 +136,13 @@ pub(crate) fn recording_of(
             columns.push((column, clock));
         }
     }
-    let mut recording = table_of(path, columns, warnings, options, WithoutUnit::OnlyScale)?;
+    let mut recording = table_of(
+        path,
+        columns,
+        warnings,
+        options,
+        WithoutUnit::OnlyScale { counts: &[] },
+    )?;
     if start_s(first).0 == 0.0 && recording.clocks()[0].start_s.0 <= 0.0 {
         recording.annotations.started_at = start_time(first.date());
     }

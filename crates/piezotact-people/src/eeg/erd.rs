@@ -14,7 +14,7 @@ use super::epochs::Epochs;
 use super::tfr::{Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
 
 /// A bias of so many percentage points is a warning.
-const BIAS_POINTS: f64 = 1.0;
+pub(super) const BIAS_POINTS: f64 = 1.0;
 /// So many standard deviations of the wavelet are what it reaches: 0.2 % of its energy lies beyond them.
 const REACH: f64 = 2.0;
 
@@ -124,7 +124,24 @@ pub fn desynchronisation(
 ) -> Result<Erd, ErdError> {
     let checked = checked(plan, epochs, config)?;
     let trials = plan.trials(epochs, &config.windows())?;
-    power_first(epochs, config, (&trials, 0), checked)
+    let mut found = power_first(epochs, config, (&trials, 0), checked)?;
+    let bias = found.ratio_bias();
+    found.warnings.extend(bias);
+    Ok(found)
+}
+
+impl Erd {
+    /// The warning about the channel whose percentage is biased most, where that is much.
+    fn ratio_bias(&self) -> Option<Warning> {
+        let (channel, bias_points) = most_biased(&self.channels)?;
+        let is_biased = self.config.mode == Mode::Percent && bias_points > BIAS_POINTS;
+        let bias = EegWarning::RatioBias {
+            channel,
+            bias_points,
+            epochs: self.epochs,
+        };
+        is_biased.then(|| bias.into())
+    }
 }
 
 /// The change of mean power from the windows of baseline and window, which stand at `first` and behind it.
@@ -132,7 +149,7 @@ fn power_first(
     epochs: &Epochs,
     config: &ErdConfig,
     (trials, first): (&TrialPowers, usize),
-    (smear_s, mut warnings): (f64, Vec<Warning>),
+    (smear_s, warnings): (f64, Vec<Warning>),
 ) -> Result<Erd, ErdError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
@@ -149,19 +166,6 @@ fn power_first(
             window_power,
             bias_points: 100.0 * variance / (baseline_power * baseline_power),
         });
-    }
-    if let Some((channel, bias_points)) = most_biased(&channels)
-        && bias_points > BIAS_POINTS
-        && config.mode == Mode::Percent
-    {
-        warnings.push(
-            EegWarning::RatioBias {
-                channel,
-                bias_points,
-                epochs: epochs.count(),
-            }
-            .into(),
-        );
     }
     Ok(Erd {
         config: *config,

@@ -2,7 +2,7 @@
 
 use piezotact::panel::{
     Cell, CellAverage, CellSpread, Cleaning, CleaningCurves, Curve, Filing, PanelAnalysis,
-    PanelWarning, RepeatCurve,
+    RepeatCurve,
 };
 use piezotact::quantity::{Band, Degrees, Newtons, Unit};
 use piezotact::transfer::BundleAverage;
@@ -106,17 +106,12 @@ fn zipped(frequencies_hz: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
 
 /// The counterpart of figures 67 and 76: everybody, and the average.
 pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, DrawError> {
-    let odd = |who: &str| {
-        page.said.warnings.iter().any(|warning| {
-            matches!(warning.kind(), Some(PanelWarning::OddOneOut { participant, at, .. }) if participant == who && at.example == spread.cell.to_string())
-        })
-    };
     let mut lines = Vec::new();
     let mut outside = Vec::new();
     for person_there in &spread.people {
         let who = &person_there.participant;
         let points = person(page, who, spread.cell).unwrap_or_default();
-        if odd(who) {
+        if person_there.is_odd {
             outside.push(Line::new(who.as_str(), OUTSIDE, points));
         } else {
             lines.push(Line::new("", SINGLE, points).thin());

@@ -3,14 +3,12 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::number::counted;
 use piezotact::quantity::{Acceleration, Band, Drive, Newtons, Quantity};
-use piezotact::recording::Recording;
+use piezotact::recording::{BrokenPlayback, Recording};
 use piezotact::render::Rendering;
-use piezotact::run::RunWarning;
 use piezotact::score::{Measurement, Target, judged_measurement};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, peak};
@@ -141,23 +139,26 @@ impl BenchStimulator<'_> {
 /// Refuses a playing of which samples were not played in time, as the participant felt something else, and one of which samples were not
 /// recorded, as what was felt is not known. What was recorded is kept.
 fn whole(recording: &Recording) -> Result<(), PlayError> {
-    let warnings = recording.about.warnings.iter();
-    let broken = warnings.filter_map(Warning::kind).find_map(|kind| match kind {
-        RunWarning::PlaybackIncomplete {
-            played,
-            expected,
-            underruns,
-        } => Some(format!(
+    let losses = &recording.about.provenance.losses;
+    let why = if let Some(BrokenPlayback {
+        played,
+        expected,
+        underruns,
+    }) = losses.playback
+    {
+        format!(
             "the playback was interrupted: {played} of {expected} samples were played, and the output was interrupted {}; close other programs",
             counted(underruns, "time")
-        )),
-        RunWarning::SamplesLost { samples, .. } => Some(format!(
+        )
+    } else if losses.samples > 0 {
+        format!(
             "{} of each channel were lost while it was recorded; close other programs",
-            counted(samples as usize, "sample")
-        )),
-        _ => None,
-    });
-    broken.map_or(Ok(()), |why| Err(PlayError::Device(why)))
+            counted(losses.samples as usize, "sample")
+        )
+    } else {
+        return Ok(());
+    };
+    Err(PlayError::Device(why))
 }
 
 fn prepared<'a>(

@@ -10,9 +10,7 @@ use std::time::Duration;
 use piezotact::quantity::{Acceleration, Drive, Quantity as _};
 use piezotact::recording::{Recording, StartTime, Touch};
 use piezotact::roles::Roles;
-use piezotact::run::{
-    Ended, Judged, RunCollector, RunDocument, RunEnd, RunStart, RunWarning, Sink,
-};
+use piezotact::run::{Ended, Judged, RunCollector, RunDocument, RunEnd, RunStart, Sink};
 use piezotact::run::{RunChunk, SinkError};
 use piezotact::stroke::{Expected, Judging, SegmentError, segment};
 use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
@@ -343,8 +341,6 @@ impl OfTouch {
         {
             // To be stopped is how it was to end.
             end.ended = Ended::Completed;
-            end.warnings
-                .retain(|warning| !matches!(warning.kind(), Some(RunWarning::EndedEarly { .. })));
         }
         RunDocument::End(end)
     }

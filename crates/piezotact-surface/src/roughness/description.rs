@@ -1,8 +1,7 @@
 //! How large a surface is and how its roughness was computed, in words.
 
 use super::{
-    ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard,
-    Roughness, SurfaceWarning,
+    ArealRoughness, Cutoff, Ends, Form, ProfileFilter, ProfileRoughness, ProfileStandard, Roughness,
 };
 use piezotact::number::digits_that_count;
 
@@ -102,13 +101,9 @@ fn of_profile(r: &ProfileRoughness) -> String {
         ProfileStandard::Iso4287 => "ISO 4287",
         ProfileStandard::Iso21920 => "ISO 21920-2",
     };
-    let unsettled = r
-        .warnings
-        .iter()
-        .any(|warning| matches!(warning.kind(), Some(SurfaceWarning::CutoffUnsettled { .. })));
     let why = match r.config.cutoff {
         Cutoff::Stated(_) => "stated",
-        _ if unsettled => "the closest value in the table of ISO 4288 for this length",
+        _ if !r.cutoff_settled => "the closest value in the table of ISO 4288 for this length",
         Cutoff::Iso4288 => "chosen by ISO 4288 from Ra",
         Cutoff::Iso4288Periodic => "chosen by ISO 4288 from RSm",
     };

@@ -107,6 +107,8 @@ pub struct ProfileRoughness {
     pub config: ProfileConfig,
     /// The cut-off λc, m; absent when the whole profile was one section.
     pub cutoff_m: Option<f64>,
+    /// Whether the search for the cut-off settled on one; true where it was stated.
+    pub cutoff_settled: bool,
     /// The filter λs for short waves, m; absent when none was used.
     pub lambda_s_m: Option<f64>,
     /// The number of sections.
@@ -211,6 +213,7 @@ fn by_the_table(
         Search::Settled(row) => Ok(split(row)?.evaluate(config)),
         Search::Unsettled(row) => {
             let mut roughness = split(row)?.evaluate(config);
+            roughness.cutoff_settled = false;
             roughness
                 .warnings
                 .push(Warning::from(SurfaceWarning::CutoffUnsettled {
@@ -352,6 +355,7 @@ impl Split {
             material: material_ratio(&self.roughness.heights_m()[evaluated.clone()]),
             config: config.clone(),
             cutoff_m: self.cutoff_m,
+            cutoff_settled: true,
             lambda_s_m: self.lambda_s_m,
             sections,
             evaluation_length_m: evaluated.len() as f64 * step_m,

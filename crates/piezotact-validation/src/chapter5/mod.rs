@@ -3,7 +3,6 @@
 mod panels;
 
 use panels::Panels;
-use piezotact::panel::PanelWarning;
 use piezotact::panel::{
     Artefact, ArtefactConfig, Cell, Dip, Entry, Filing, PairDistances, Panel, artefact_of,
     repeatability,
@@ -175,25 +174,18 @@ pub(super) fn chapter5(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
             (of_entries.map(|d| ("shaker", d)))
                 .chain(of_devices.map(|d| ("device", d)))
                 .chain(of_repeats.map(|d| ("repeats", d)))
-                .chain(of_panel(&panels.fingers.warnings).map(|d| ("panel on the shaker", d)))
+                .chain((panels.fingers.warnings.iter()).map(|d| ("panel on the shaker", d)))
                 .chain(
                     averaged
                         .warnings
                         .iter()
                         .map(|d| ("rendering with the average", d)),
                 )
-                .chain(of_panel(&panels.devices.warnings).map(|d| ("panel on the device", d))),
+                .chain((panels.devices.warnings.iter()).map(|d| ("panel on the device", d))),
         ),
         figures,
         missing: Vec::new(),
     })
-}
-
-/// The warnings of a panel itself: those of its members are said one by one.
-fn of_panel(warnings: &[piezotact::Warning]) -> impl Iterator<Item = &piezotact::Warning> {
-    let of_members =
-        |d: &&piezotact::Warning| matches!(d.kind(), Some(PanelWarning::OfMembers { .. }));
-    warnings.iter().filter(move |d| !of_members(d))
 }
 
 fn shaken(

@@ -63,9 +63,9 @@ impl ByBlocks {
         })
     }
 
-    /// The step of the half of a block that is furthest in the drive from where the line leads, if there is one: samples are missing between it and the
-    /// blocks of the line.
-    fn stray_step(&self, both: &Prepared) -> Result<Option<AlignWarning>, AlignError> {
+    /// The step of the half of a block that is furthest in the drive from where the line leads, if there is one, and when, s: samples are missing
+    /// between it and the blocks of the line.
+    fn stray_step(&self, both: &Prepared) -> Result<Option<[f64; 2]>, AlignError> {
         let blocks = Blocks::of(both, self.line.drift_ppm())?;
         let own = self.placed.found.iter().zip(&self.used);
         let used: Vec<&Found> = own.filter_map(|(one, used)| used.then_some(one)).collect();
@@ -97,26 +97,17 @@ impl ByBlocks {
             .copied()
             .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
         Ok(furthest.zip(middle_s).map(|((at_s, by_s), middle_s)| {
+            let strays = strays.iter().map(|(at_s, _)| *at_s);
             match at_s < middle_s {
                 // The line is that of what comes behind.
-                true => AlignWarning::Step {
-                    at_s: strays
-                        .iter()
-                        .map(|(at_s, _)| *at_s)
-                        .filter(|at_s| *at_s < middle_s)
-                        .fold(at_s, f64::max)
-                        + quarter_s,
-                    by_s: -by_s,
-                },
-                false => AlignWarning::Step {
-                    at_s: strays
-                        .iter()
-                        .map(|(at_s, _)| *at_s)
-                        .filter(|at_s| *at_s >= middle_s)
-                        .fold(at_s, f64::min)
-                        - quarter_s,
-                    by_s,
-                },
+                true => {
+                    let last_s = strays.filter(|at_s| *at_s < middle_s).fold(at_s, f64::max);
+                    [last_s + quarter_s, -by_s]
+                }
+                false => {
+                    let first_s = strays.filter(|at_s| *at_s >= middle_s).fold(at_s, f64::min);
+                    [first_s - quarter_s, by_s]
+                }
             }
         }))
     }
@@ -124,7 +115,7 @@ impl ByBlocks {
     /// Where blocks lie further from the line than noise explains.
     ///
     /// Formula: the error of the envelope's maximum is √((1 − ρ²)/(B·T·ρ²))/(2π·B/√12) for the band B, the block T and the correlation ρ.
-    fn scatter(&self, both: &Prepared) -> Option<AlignWarning> {
+    fn scatter(&self, both: &Prepared) -> Option<Scatter> {
         let width_hz = both.config.band.high().0 - both.config.band.low().0;
         let cells = width_hz * both.config.block_s.0;
         let own = self.placed.found.iter().zip(&self.used);
@@ -143,7 +134,7 @@ impl ByBlocks {
         }
         let [spread_s, expected_s] = [squares, expected].map(|sum| (sum / count).sqrt());
         let limit_s = LEAST_SCATTER_S.max(SCATTER * expected_s);
-        (spread_s > limit_s).then_some(AlignWarning::Scatter {
+        (spread_s > limit_s).then_some(Scatter {
             spread_s,
             expected_s,
             largest_s,
@@ -158,10 +149,13 @@ impl ByBlocks {
 
 pub(super) fn by_blocks(both: &Prepared) -> Result<Alignment, AlignError> {
     let found = ByBlocks::of(both, None)?;
-    let mut warnings = missed(&found.placed, both, &[]);
-    warnings.extend(found.stray_step(both)?);
+    let more = missed(&found.placed, both, &[]);
+    let off = Off {
+        step: found.stray_step(both)?,
+        ..Off::default()
+    };
     let line = (AlignedBy::Blocks, found.line);
-    Ok(alignment(both, line, Some(&found), &[], warnings))
+    Ok(alignment(both, line, Some(&found), &[], (off, more)))
 }
 
 pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, AlignError> {
@@ -180,14 +174,23 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
             AlignError::FewBlocks { .. } => AlignError::OneBurst { which: burst.which },
             other => other,
         })?;
-        let mut warnings = missed(&found.placed, both, &spans);
-        warnings.extend(found.stray_step(both)?);
+        let more = missed(&found.placed, both, &spans);
+        let off = Off {
+            step: found.stray_step(both)?,
+            ..Off::default()
+        };
         let line = (AlignedBy::Blocks, found.line);
-        return Ok(alignment(both, line, Some(&found), &seen.bursts, warnings));
+        return Ok(alignment(
+            both,
+            line,
+            Some(&found),
+            &seen.bursts,
+            (off, more),
+        ));
     };
     let worst = |line: &Line| line.half_at(0.0).max(line.half_at(both.recorded_length_s));
     let blocks = blocks.ok();
-    let apart = blocks
+    let apart_s = blocks
         .as_ref()
         .and_then(|found| apart(both, &found.line, &line));
     let (by, line) = match &blocks {
@@ -201,26 +204,24 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
         let phases = blocks.phase_times(&placed.repeating, offset);
         Ok((placed, phases))
     });
-    let mut warnings: Vec<AlignWarning> = apart.into_iter().collect();
-    if let Ok((placed, phases)) = &placed {
-        warnings.extend(missed(placed, both, &spans));
-        warnings.extend(phases.iter().filter_map(|run| wandering(run)).reduce(
-            |one, other| match (&one, &other) {
-                (AlignWarning::Uneven { by_s: a }, AlignWarning::Uneven { by_s: b }) if b > a => {
-                    other
-                }
-                _ => one,
-            },
-        ));
-    } else {
-        warnings.push(AlignWarning::BetweenNotSeen {});
-    }
+    let (more, uneven_s) = match &placed {
+        Ok((placed, phases)) => {
+            let runs = phases.iter().filter_map(|run| wandering(run));
+            (missed(placed, both, &spans), runs.reduce(f64::max))
+        }
+        Err(_not_placed) => (vec![AlignWarning::BetweenNotSeen], None),
+    };
+    let off = Off {
+        apart_s,
+        uneven_s,
+        ..Off::default()
+    };
     Ok(alignment(
         both,
         (by, line),
         blocks.as_ref(),
         &seen.bursts,
-        warnings,
+        (off, more),
     ))
 }
 
@@ -262,8 +263,8 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignWarning
     warning.into_iter().collect()
 }
 
-/// Where the lines of blocks and of bursts disagree.
-fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignWarning> {
+/// By how much the lines of blocks and of bursts disagree, s.
+fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<f64> {
     let ends_s = [0.0, both.recorded_length_s];
     let far = ends_s.map(|at_s| {
         let by_s = (blocks.at(at_s) - bursts.at(at_s)).abs();
@@ -271,41 +272,73 @@ fn apart(both: &Prepared, blocks: &Line, bursts: &Line) -> Option<AlignWarning> 
         let sure_s = 2.0 * (blocks.half_at(at_s) + bursts.half_at(at_s));
         (by_s > CERTAIN_S + sure_s).then_some(by_s)
     });
-    let far = far.into_iter().flatten().reduce(f64::max);
-    far.map(|by_s| AlignWarning::Apart { by_s })
+    far.into_iter().flatten().reduce(f64::max)
 }
 
-/// Phases that move against the line.
-fn wandering(run: &[[f64; 2]]) -> Option<AlignWarning> {
+/// By how much phases move against the line, s.
+fn wandering(run: &[[f64; 2]]) -> Option<f64> {
     let times = || run.iter().map(|[time_s, _]| *time_s);
     let by_s = times().fold(f64::MIN, f64::max) - times().fold(f64::MAX, f64::min);
     let error_s = run.iter().map(|[_, error_s]| *error_s).fold(0.0, f64::max);
-    (by_s > CERTAIN_S.max(PHASE_ERRORS * error_s)).then_some(AlignWarning::Uneven { by_s })
+    (by_s > CERTAIN_S.max(PHASE_ERRORS * error_s)).then_some(by_s)
 }
 
-/// By how much times may be off for what gives a warning, s.
-fn wider_s(warning: &AlignWarning) -> f64 {
-    match warning {
-        AlignWarning::Step { by_s, .. }
-        | AlignWarning::Apart { by_s }
-        | AlignWarning::Uneven { by_s } => by_s.abs(),
+/// By what times are off, as far as it was found.
+#[derive(Default)]
+struct Off {
+    /// When the places of blocks step, and by how much, s.
+    step: Option<[f64; 2]>,
+    scatter: Option<Scatter>,
+    /// By how much blocks and bursts disagree, s.
+    apart_s: Option<f64>,
+    /// By how much phases move against the line, s.
+    uneven_s: Option<f64>,
+}
+
+/// How blocks scatter about their line, s.
+struct Scatter {
+    spread_s: f64,
+    expected_s: f64,
+    largest_s: f64,
+    variation_s: f64,
+}
+
+impl Off {
+    /// By how much times may be off, s.
+    fn wider_s(&self) -> f64 {
+        let step_s = self.step.map(|[_, by_s]| by_s.abs());
         // Of a staircase the ends lie twice as far from its line as its steps.
-        AlignWarning::Scatter { largest_s, .. } => 2.0 * largest_s,
-        _ => 0.0,
+        let scatter_s = self.scatter.as_ref().map(|found| 2.0 * found.largest_s);
+        let parts = [step_s, self.apart_s, self.uneven_s, scatter_s];
+        parts.into_iter().flatten().fold(0.0, f64::max)
     }
-}
 
-/// By how much the line may bend over the recording for what gives a warning, s.
-fn bent_s(warning: &AlignWarning) -> f64 {
-    match warning {
+    /// By how much the line may bend over the recording, s.
+    fn bent_s(&self) -> f64 {
+        let step_s = self.step.map(|[_, by_s]| by_s.abs());
         // Blocks behind a larger step are not followed, and the line is not drawn with them.
-        AlignWarning::Step { by_s, .. } if by_s.abs() > NEAR_S => 0.0,
-        AlignWarning::Step { by_s, .. }
-        | AlignWarning::Apart { by_s }
-        | AlignWarning::Uneven { by_s } => 1.5 * by_s.abs(),
+        let near_s = step_s.filter(|by_s| *by_s <= NEAR_S);
         // Blocks that hold a lost sample show a part of its step.
-        AlignWarning::Scatter { variation_s, .. } => 1.5 * variation_s,
-        _ => 0.0,
+        let scatter_s = self.scatter.as_ref().map(|found| found.variation_s);
+        let parts = [near_s, self.apart_s, self.uneven_s, scatter_s];
+        1.5 * parts.into_iter().flatten().fold(0.0, f64::max)
+    }
+
+    /// The warnings about it, among `more`.
+    fn warnings(&self, more: Vec<AlignWarning>) -> Vec<AlignWarning> {
+        let apart = self.apart_s.map(|by_s| AlignWarning::Apart { by_s });
+        let uneven = self.uneven_s.map(|by_s| AlignWarning::Uneven { by_s });
+        let step = self
+            .step
+            .map(|[at_s, by_s]| AlignWarning::Step { at_s, by_s });
+        let scatter = self.scatter.as_ref().map(|found| AlignWarning::Scatter {
+            spread_s: found.spread_s,
+            expected_s: found.expected_s,
+            largest_s: found.largest_s,
+            variation_s: found.variation_s,
+        });
+        let of_line = [uneven, step, scatter].into_iter().flatten();
+        apart.into_iter().chain(more).chain(of_line).collect()
     }
 }
 
@@ -315,27 +348,22 @@ fn alignment(
     (by, line): (AlignedBy, Line),
     blocks: Option<&ByBlocks>,
     bursts: &[Burst],
-    more: Vec<AlignWarning>,
+    (mut off, more): (Off, Vec<AlignWarning>),
 ) -> Alignment {
     let length_s = both.recorded_length_s;
-    let mut warnings = more;
     if let Some(found) = blocks {
-        let is_said = warnings
-            .iter()
-            .any(|warning| matches!(warning, AlignWarning::Step { .. }));
-        let step = step(&found.placed.found).filter(|_| !is_said);
-        warnings.extend(step.map(|[at_s, by_s]| AlignWarning::Step { at_s, by_s }));
+        off.step = off.step.or_else(|| step(&found.placed.found));
         if by == AlignedBy::Blocks {
-            warnings.extend(found.scatter(both));
+            off.scatter = found.scatter(both);
         }
     }
-    // What is said to be off is within the interval.
-    let wider_s = warnings.iter().map(wider_s).fold(0.0, f64::max);
+    let mut warnings = off.warnings(more);
+    // What is off is within the interval.
+    let wider_s = off.wider_s();
     let half = |at_s: f64| line.half_at(at_s) + wider_s;
     let uncertainty_s = half(0.0).max(half(length_s));
     let (offset_s, drift_ppm) = (line.at(0.0), line.drift_ppm());
-    let bent_s = warnings.iter().map(bent_s).fold(0.0, f64::max);
-    let wider_ppm = 1e6 * bent_s / length_s;
+    let wider_ppm = 1e6 * off.bent_s() / length_s;
     let [low_ppm, high_ppm] = line.drift_interval_ppm();
     let covered_s = [
         offset_s.max(0.0),

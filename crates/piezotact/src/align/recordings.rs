@@ -10,8 +10,7 @@ use crate::number::plus;
 use crate::quantity::{Drive, Hertz, Quantity as _, SampleRate, Seconds, Unit};
 use crate::recording::{Annotations, Channel, Clock, Event, Recording};
 use crate::resample::Resampler;
-use crate::sound::SoundWarning;
-use crate::warning::Warning;
+use crate::warning::Warnings;
 
 /// The label of the time of the first sample on the clock of the drive, s.
 pub const FIRST_SAMPLE: &str = "first_sample_on_drive_s";
@@ -155,16 +154,9 @@ pub fn align_recordings(
         );
     }
     let about = [compared.drive.0, of.0].map(|named| &named.recording.about.warnings);
-    let mut warnings: Vec<Warning> = Vec::new();
-    // That the clocks differ is what is corrected here.
-    let of_clocks =
-        |warning: &Warning| matches!(warning.kind(), Some(SoundWarning::ClocksApart { .. }));
-    for warning in about.into_iter().flatten().chain(&alignment.warnings) {
-        if !warnings.contains(warning) && !of_clocks(warning) {
-            warnings.push(warning.clone());
-        }
-    }
-    alignment.warnings = warnings;
+    let before = about.into_iter().flatten();
+    let warnings: Warnings = before.chain(&alignment.warnings).cloned().collect();
+    alignment.warnings = warnings.into();
     Ok(AlignDocument {
         drive: signal(compared.drive),
         recording: signal(of),

@@ -120,6 +120,14 @@ pub struct SpatialPeriod {
 }
 
 impl SpatialPeriod {
+    /// Whether the spectra agree on it: every criterion is met, but for multiples that may be the period instead.
+    #[must_use]
+    pub fn is_common(&self) -> bool {
+        let others = self.criteria.iter();
+        let others = others.filter(|criterion| criterion.what != PeriodCriterion::Multiples);
+        Outcome::of_all(others.map(|criterion| criterion.outcome)) == Outcome::Met
+    }
+
     /// Whether the groups show different periods.
     #[must_use]
     pub fn jumps(&self) -> bool {
@@ -360,9 +368,7 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
         criteria,
         warnings: Vec::new(),
     };
-    let others = found.criteria.iter();
-    let others = others.filter(|c| c.what != PeriodCriterion::Multiples);
-    if Outcome::of_all(others.map(|c| c.outcome)) != Outcome::Met {
+    if !found.is_common() {
         found
             .warnings
             .push(Warning::from(CompareWarning::NoCommonPeriod {

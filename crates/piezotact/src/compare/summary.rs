@@ -198,13 +198,15 @@ pub fn summarise(
             recommended: RECOMMENDED_STROKES,
         }));
     }
-    warnings.extend(pooled(name, members, speed_m_s));
+    let pooled = pooled(members, speed_m_s);
+    warnings.extend(pooled.iter().map(|what| {
+        Warning::from(CompareWarning::Pooled {
+            group: name.into(),
+            what: (*what).into(),
+        })
+    }));
     let rms = over(&|s| s.rms)?;
-    if rms.sd > 0.5 * rms.mean
-        && warnings
-            .iter()
-            .all(|warning| !matches!(warning.kind(), Some(CompareWarning::Pooled { .. })))
-    {
+    if rms.sd > 0.5 * rms.mean && pooled.is_empty() {
         warnings.push(Warning::from(CompareWarning::Scattered {
             group: name.into(),
             share: rms.sd / rms.mean,
@@ -250,18 +252,8 @@ pub fn summarise(
     })
 }
 
-/// The warnings that recordings are averaged together that differ in speed, touch, participant or load.
-fn pooled(
-    name: &str,
-    members: &[(&Analysis, &Condition)],
-    speed_m_s: Option<Statistics>,
-) -> Vec<Warning> {
-    let differ = |what: &str| {
-        Warning::from(CompareWarning::Pooled {
-            group: name.into(),
-            what: what.into(),
-        })
-    };
+/// In what recordings that are averaged together differ: speed, samples, touch, participants or load.
+fn pooled(members: &[(&Analysis, &Condition)], speed_m_s: Option<Statistics>) -> Vec<&'static str> {
     let mut stated: Vec<f64> = members.iter().filter_map(|(_, c)| c.speed_m_s).collect();
     stated.sort_by(f64::total_cmp);
     let apart = match stated.as_slice() {
@@ -272,24 +264,24 @@ fn pooled(
     let touch = members
         .windows(2)
         .any(|pair| pair[0].1.touch != pair[1].1.touch);
-    let mut warnings = Vec::new();
+    let mut differ = Vec::new();
     if apart || scattered {
-        warnings.push(differ("speed"));
+        differ.push("speed");
     }
     if members
         .windows(2)
         .any(|pair| pair[0].1.sample != pair[1].1.sample)
     {
-        warnings.push(differ("samples"));
+        differ.push("samples");
     }
     if touch {
-        warnings.push(differ("touch (active and passive)"));
+        differ.push("touch (active and passive)");
     }
     if members
         .windows(2)
         .any(|pair| pair[0].1.participant != pair[1].1.participant)
     {
-        warnings.push(differ("participants"));
+        differ.push("participants");
     }
     let mut loads: Vec<f64> = members
         .iter()
@@ -299,9 +291,9 @@ fn pooled(
     if let [lightest, .., heaviest] = loads.as_slice()
         && *heaviest > OTHER_SPEED * lightest
     {
-        warnings.push(differ("load"));
+        differ.push("load");
     }
-    warnings
+    differ
 }
 
 fn strongest(psd: &StrokeSpectra, band: Band) -> f64 {

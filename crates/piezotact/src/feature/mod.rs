@@ -362,12 +362,7 @@ pub fn analyse(
             .iter()
             .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
         let fraction = clipped.fold(0.0, f64::max);
-        let known = recording
-            .about
-            .warnings
-            .iter()
-            .any(|warning| matches!(warning.kind(), Some(ClippingWarning::Clipped { .. })));
-        if fraction > 0.0 && !known {
+        if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
                 signal: format!("`{name}` in a stroke"),
                 fraction,

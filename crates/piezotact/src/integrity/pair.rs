@@ -51,6 +51,8 @@ pub struct Pair<'a> {
     pub response_name: &'a str,
     /// The largest drive that can be played, in the drive's unit; absent where it is not known.
     pub drive_limit: Option<f64>,
+    /// Whether the drive lasts: of hits, what is dead or limited is found hit by hit.
+    pub lasts: bool,
 }
 
 /// The floor of a response while its drive goes on, re the usual level: −20 dB.
@@ -93,12 +95,12 @@ pub fn transfer_warnings(pair: &Pair<'_>) -> Vec<Warning> {
             delay_s: copy.later as f64 / rate.hz(),
         });
     }
-    warnings.extend(dead(pair));
+    warnings.extend(pair.lasts.then(|| dead(pair)).flatten());
     if let Some(hum) = hum_beside(drive, response, rate) {
         warnings.push(hum.warning(response_name.clone()));
     }
     let fraction = limited(response).share();
-    if fraction > 0.0 {
+    if pair.lasts && fraction > 0.0 {
         warnings.push(SignalWarning::ClippedTransfer {
             channel: response_name,
             fraction,
@@ -106,7 +108,7 @@ pub fn transfer_warnings(pair: &Pair<'_>) -> Vec<Warning> {
         });
     }
     let fraction = limited(drive).share();
-    if fraction > CRESTS {
+    if pair.lasts && fraction > CRESTS {
         warnings.push(SignalWarning::ClippedTransfer {
             channel: drive_name.clone(),
             fraction,

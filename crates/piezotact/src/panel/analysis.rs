@@ -7,6 +7,7 @@ use super::average::{averages, of_members};
 use super::learning::curves;
 use super::levels::Levels;
 use super::spread::{ENOUGH_FOR_RESAMPLES, all_together, by_cell, falls, worst};
+use super::together::Sign;
 use super::trend::{by_angle, by_load};
 use super::{
     AngleEffect, Cell, CellAverage, CellPenalties, CellSpread, Completeness, Criterion,
@@ -129,8 +130,8 @@ impl PanelAnalysis {
 }
 
 /// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
-pub(super) fn with_opposite_names(error: PanelError, opposites: &[Warning]) -> PanelError {
-    match (error, opposites.first()) {
+pub(super) fn with_opposite_names(error: PanelError, opposite: Option<&Sign<'_>>) -> PanelError {
+    match (error, opposite.and_then(Sign::warning)) {
         (PanelError::Ensemble(BundleError::Cancel { .. }), Some(warning)) => PanelError::Opposite {
             what: warning.to_string(),
         },
@@ -161,8 +162,9 @@ pub fn analyse<I: Quantity, O: Quantity>(
         });
     }
     let (band, seed) = (config.band, config.seed);
-    let opposites = panel.opposites(band);
-    let named = |error| with_opposite_names(error, &opposites);
+    let signs = panel.signs(band);
+    let opposites: Vec<&Sign<'_>> = signs.iter().filter(|sign| sign.is_opposite()).collect();
+    let named = |error| with_opposite_names(error, opposites.first().copied());
     let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
     let mut warnings = panel.warnings.clone();
     if people < ENOUGH_FOR_RESAMPLES {
@@ -173,7 +175,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
     }
     let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;
     let (repeatability, mixed) = repeatability(panel, band, &config.bands)?;
-    warnings.extend(opposites.iter().cloned());
+    warnings.extend(opposites.iter().filter_map(|sign| sign.warning()));
     warnings.extend(panel.unsound(band, None));
     warnings.extend(mixed);
     warnings.extend(odd);
@@ -185,7 +187,7 @@ pub fn analyse<I: Quantity, O: Quantity>(
         config: config.clone(),
         participants: panel.participants().to_vec(),
         attendances: panel.attendances(),
-        members: panel.members(band, None),
+        members: panel.members_by(&signs, band, None),
         complete: panel.complete().len(),
         measurements: panel.entries().len(),
         cells: panel.cells().to_vec(),

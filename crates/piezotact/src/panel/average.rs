@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
 use super::levels::Levels;
+use super::together::Sign;
 use super::{Cell, Panel, PanelError};
 use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
@@ -300,7 +301,7 @@ fn verdict<I: Quantity, O: Quantity>(
     // Where nothing was excited nothing is known, even if the numbers there agree.
     let excited = functions
         .iter()
-        .filter(|f| f.not_excited(band).is_none())
+        .filter(|f| f.unexcited_share(band) <= 0.0)
         .count();
     let all = Limit::AtLeast {
         met: 1.0,
@@ -492,20 +493,9 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
     averaging: BundleAverage,
     band: Band,
 ) -> Result<PanelAverage<I, O>, PanelError> {
-    let opposites: Vec<Warning> = panel
-        .opposites(band)
-        .into_iter()
-        .filter(|warning| {
-            let inside = |e: &super::Entry<I, O>| e.filing.cell.is(cell);
-            let named = match warning.kind() {
-                Some(PanelWarning::OppositeSign { measurement, .. }) => measurement,
-                _ => return false,
-            };
-            let names = |e: &super::Entry<I, O>| named == e.filing.to_string();
-            panel.entries().iter().any(|e| inside(e) && names(e))
-        })
-        .collect();
-    let named = |error| super::analysis::with_opposite_names(error, &opposites);
+    let mut opposites = panel.signs(band);
+    opposites.retain(|sign| sign.is_opposite() && sign.of.cell.is(cell));
+    let named = |error| super::analysis::with_opposite_names(error, opposites.first());
     let mut people = Vec::new();
     let mut functions = Vec::new();
     for who in panel.participants() {
@@ -530,7 +520,10 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
         .about
         .warnings
         .extend(panel.unsound(band, Some(cell)));
-    averaged.about.warnings.extend(opposites.iter().cloned());
+    averaged
+        .about
+        .warnings
+        .extend(opposites.iter().filter_map(Sign::warning));
     let measured = panel.entries().iter().filter(|e| e.filing.cell.is(cell));
     averaged.about.provenance.steps.push(format!(
         "average of {} measurements at {cell} of participants {}; the measurements of each participant were averaged first",
@@ -549,6 +542,7 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
             Criterion::thesis_2024(),
         )
         .map_err(named)?;
+        averaged.about.provenance.averaged_people = Some(people.len());
         averaged
             .about
             .warnings

@@ -4,14 +4,14 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use super::together::Sign;
 use super::{Cell, Entry, Filing, Panel, SAME};
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::quantity::{Band, Quantity};
-use crate::transfer::{TransferFunction, TransferWarning};
-use crate::warning::Warning;
+use crate::transfer::TransferFunction;
 
 /// Coherence below this counts as low where an average is to be relied on.
-const LOW_COHERENCE: f64 = 0.8;
+pub(super) const LOW_COHERENCE: f64 = 0.8;
 /// The share of lines with low coherence from which on a warning is raised, 0–1.
 const LOW_SHARE: f64 = 0.1;
 /// A warning is raised when more than this share of the other measurements in a cell have the opposite sign, 0–1.
@@ -209,51 +209,34 @@ pub(super) fn against_first<I: Quantity, O: Quantity>(
     ]
 }
 
-/// The share of the band that was excited. Members with a part that was not excited give a warning.
+/// The share of the band that was excited: not decided where a part was not.
 pub(super) fn excited<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberCriterion>, Option<Warning>) {
-    let warning = function.not_excited(band);
+) -> Criterion<MemberCriterion> {
+    let missing = function.unexcited_share(band);
     let limit = Limit::AtLeast {
         met: 1.0,
         not_met: 0.0,
     };
-    let missing = warning.as_ref().map_or(0.0, share);
     let mut found = criterion(MemberCriterion::Excited, 1.0 - missing, limit);
-    if warning.is_some() {
+    if missing > 0.0 {
         found.outcome = Outcome::NotDecided;
     }
-    (found, warning)
+    found
 }
 
-/// The share of lines of the band with low coherence. Members with more than a tenth give a warning.
+/// The share of lines of the band with low coherence: not met from a tenth on.
 pub(super) fn low_coherence<I: Quantity, O: Quantity>(
     function: &TransferFunction<I, O>,
     band: Band,
-) -> (Criterion<MemberCriterion>, Option<Warning>) {
-    let warning = function.low_coherence(band, LOW_COHERENCE);
+) -> Criterion<MemberCriterion> {
     let limit = Limit::AtMost {
         met: LOW_SHARE,
         not_met: 1.0,
     };
-    let found = criterion(
-        MemberCriterion::LowCoherence,
-        warning.as_ref().map_or(0.0, share),
-        limit,
-    );
-    let warning = warning.filter(|_| found.outcome != Outcome::Met);
-    (found, warning)
-}
-
-/// The share of the band that a warning is about, 0–1.
-pub(super) fn share(warning: &Warning) -> f64 {
-    match warning.kind() {
-        Some(
-            TransferWarning::NotExcited { share, .. } | TransferWarning::LowCoherence { share, .. },
-        ) => share,
-        _ => 0.0,
-    }
+    let share = function.low_coherence_share(band, LOW_COHERENCE);
+    criterion(MemberCriterion::LowCoherence, share, limit)
 }
 
 /// The share of the other measurements of a cell with the opposite sign: `against` of `of`.
@@ -277,11 +260,20 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// the band; the shares of the band's lines that were not excited, and whose coherence is below 0.8.
     #[must_use]
     pub fn members(&self, band: Band, cell: Option<Cell>) -> Vec<Member> {
+        self.members_by(&self.signs(band), band, cell)
+    }
+
+    /// As [`Self::members`], with the signs over `band` that were found before.
+    pub(super) fn members_by(
+        &self,
+        signs: &[Sign<'_>],
+        band: Band,
+        cell: Option<Cell>,
+    ) -> Vec<Member> {
         let Some(first) = self.entries().first() else {
             return Vec::new();
         };
         let chosen = |e: &&Entry<I, O>| cell.is_none_or(|cell| e.filing.cell.is(cell));
-        let signs = self.signs(band);
         self.entries()
             .iter()
             .filter(chosen)
@@ -297,8 +289,8 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
                 criteria.extend(against_first(&first.function, &entry.function));
                 let sign = signs.iter().find(|sign| sign.of.is(&entry.filing));
                 criteria.extend(sign.map(|sign| sign.criterion.clone()));
-                criteria.push(excited(&entry.function, band).0);
-                criteria.push(low_coherence(&entry.function, band).0);
+                criteria.push(excited(&entry.function, band));
+                criteria.push(low_coherence(&entry.function, band));
                 Member {
                     filing: entry.filing.clone(),
                     criteria,

@@ -60,6 +60,9 @@ pub struct ParticipantDistance {
     pub db_max: f64,
     /// Where it is, Hz.
     pub at_hz: f64,
+    /// Whether it is an outlier among four people or more: far beyond the distances of the others.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_odd: bool,
 }
 
 /// How far people lie apart in a part of the band.
@@ -192,7 +195,7 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
         let curves: Vec<&[f64]> = inside.iter().map(|(_, own)| own.db.as_slice()).collect();
         let bundle = bundle(&functions, band)?;
         let mean_db = mean_curve(&curves);
-        let people: Vec<ParticipantDistance> = inside
+        let mut people: Vec<ParticipantDistance> = inside
             .iter()
             .map(|(person, own)| {
                 distance(
@@ -203,7 +206,7 @@ pub(super) fn by_cell<I: Quantity, O: Quantity>(
                 )
             })
             .collect();
-        warnings.extend(odd_ones(&people, *cell));
+        warnings.extend(odd_ones(&mut people, *cell));
         let mut parts = Vec::with_capacity(bands.len());
         for part in bands {
             if let Some(mut spread) = in_part(*part, &bundle, &curves) {
@@ -246,18 +249,23 @@ fn distance(who: &str, own: &[f64], mean: &[f64], frequencies_hz: &[f64]) -> Par
         db_rms: rms(&off),
         db_max,
         at_hz,
+        is_odd: false,
     }
 }
 
-fn odd_ones(people: &[ParticipantDistance], cell: Cell) -> Vec<Warning> {
+/// Marks the outliers among `people`, each with its warning.
+fn odd_ones(people: &mut [ParticipantDistance], cell: Cell) -> Vec<Warning> {
     if people.len() < ENOUGH_FOR_OUTLIERS {
         return Vec::new();
     }
     let distances: Vec<f64> = people.iter().map(|p| p.db_rms).collect();
     let usual_db_rms = crate::statistics::median(&mut distances.clone()).unwrap_or(f64::NAN);
+    for p in &mut *people {
+        p.is_odd = robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER;
+    }
     people
         .iter()
-        .filter(|p| robust_score(&distances, p.db_rms, LEAST_SPREAD_DB) > OUTLIER)
+        .filter(|p| p.is_odd)
         .map(|p| {
             Warning::from(PanelWarning::OddOneOut {
                 participant: p.participant.clone(),

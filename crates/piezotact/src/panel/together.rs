@@ -3,7 +3,7 @@
 use crate::panel::PanelWarning;
 use std::collections::BTreeMap;
 
-use super::membership::{self, MemberCriterion, share};
+use super::membership::{self, LOW_COHERENCE, MemberCriterion};
 use super::{Cell, Entry, Filing, Panel, PanelError};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
@@ -197,6 +197,25 @@ pub(super) struct Sign<'a> {
     others: usize,
 }
 
+impl Sign<'_> {
+    /// Whether most others have the opposite sign.
+    pub(super) fn is_opposite(&self) -> bool {
+        self.criterion.outcome != Outcome::Met
+    }
+
+    /// The warning about it; `None` where no other has the opposite sign.
+    pub(super) fn warning(&self) -> Option<Warning> {
+        let first = self.against.first()?;
+        let opposite = PanelWarning::OppositeSign {
+            measurement: self.of.to_string(),
+            count: self.against.len(),
+            of: self.others,
+            such_as: Example::from(first.to_string()),
+        };
+        Some(opposite.into())
+    }
+}
+
 impl<I: Quantity, O: Quantity> Panel<I, O> {
     /// The warning about twins of different seeds: other people, under the same names.
     pub(super) fn of_several_twins(&self) -> Option<Warning> {
@@ -235,23 +254,6 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             }));
         }
         warnings
-    }
-
-    /// The warnings about measurements whose sign is opposite to most others' in their cell, over `band`.
-    pub(super) fn opposites(&self, band: Band) -> Vec<Warning> {
-        let signs = self.signs(band).into_iter();
-        let reported = signs.filter(|sign| sign.criterion.outcome != Outcome::Met);
-        reported
-            .filter_map(|sign| {
-                let first = sign.against.first()?;
-                Some(Warning::from(PanelWarning::OppositeSign {
-                    measurement: sign.of.to_string(),
-                    count: sign.against.len(),
-                    of: sign.others,
-                    such_as: Example::from(first.to_string()),
-                }))
-            })
-            .collect()
     }
 
     /// For every measurement, the number of others in its cell with the opposite sign over `band`, by cell.
@@ -296,24 +298,32 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         };
         let mut warnings = Vec::new();
         for coherence in [false, true] {
-            let all: Vec<(String, Vec<Warning>)> = inside()
+            let all: Vec<(String, f64, Option<Warning>)> = inside()
                 .map(|e| {
-                    let (_, found) = if coherence {
-                        membership::low_coherence(&e.function, band)
-                    } else {
-                        membership::excited(&e.function, band)
+                    let of = &e.function;
+                    let (share, found) = match coherence {
+                        true => (
+                            of.low_coherence_share(band, LOW_COHERENCE),
+                            membership::low_coherence(of, band),
+                        ),
+                        false => (of.unexcited_share(band), membership::excited(of, band)),
                     };
-                    (e.filing.to_string(), found.into_iter().collect())
+                    let warning = || match coherence {
+                        true => of.low_coherence(band, LOW_COHERENCE),
+                        false => of.not_excited(band),
+                    };
+                    let raised = (found.outcome != Outcome::Met).then(warning).flatten();
+                    (e.filing.to_string(), share, raised)
                 })
                 .collect();
             let worst = all
                 .iter()
-                .flat_map(|(_, found)| found)
-                .max_by(|a, b| share(a).total_cmp(&share(b)));
-            warnings.extend(worst.cloned());
+                .filter(|(.., raised)| raised.is_some())
+                .max_by(|a, b| a.1.total_cmp(&b.1));
+            warnings.extend(worst.and_then(|(.., raised)| raised.clone()));
             warnings.extend(super::average::of_members(
                 all.iter()
-                    .map(|(name, found)| (name.clone(), found.as_slice())),
+                    .map(|(name, _, raised)| (name.clone(), raised.as_slice())),
             ));
         }
         warnings

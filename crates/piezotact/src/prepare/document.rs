@@ -6,10 +6,9 @@ use crate::criterion::Outcome;
 use crate::document::{Content, FailedFile};
 use crate::lineage::Mode;
 use crate::quantity::Band;
-use crate::recording::RehearsalWarning;
-use crate::score::warnings_of_feeling;
+use crate::score::not_felt;
 use crate::verify::{Verdict, Verification};
-use crate::warning::{Warning, Warnings};
+use crate::warning::Warnings;
 
 use super::PrepareWarning;
 
@@ -75,9 +74,8 @@ impl State {
     /// What became of a drive that was measured as `verification` says.
     #[must_use]
     pub fn of(verification: &Verification) -> Self {
-        let rehearsed = |warning: &Warning| warning.kind::<RehearsalWarning>().is_some();
         match verification.verdict {
-            _ if verification.warnings.iter().any(rehearsed) => Self::Rehearsed,
+            _ if verification.is_rehearsal => Self::Rehearsed,
             Verdict::Passed => Self::Passed,
             Verdict::PassedInPart { .. } => Self::PassedInPart,
             Verdict::NotPassed => Self::NotPassed,
@@ -179,11 +177,12 @@ impl Prepared {
     pub fn measured(mut self, measured: String, verification: Verification) -> Self {
         self.state = State::of(&verification);
         self.sentence = verification.sentence();
-        let not_felt = warnings_of_feeling(&verification);
-        if !not_felt.is_empty() {
+        let levels = verification.sensation_db.unwrap_or([f64::INFINITY; 2]);
+        if levels.iter().any(|db| *db <= 0.0) {
             self.sentence += "; at this level it lies below the detection threshold";
         }
-        self.warnings.extend(not_felt);
+        self.warnings
+            .extend(not_felt(["the reference", "the test"], levels));
         self.measured = Some(measured);
         self.warnings.extend(verification.warnings.iter().cloned());
         self.verification = Some(verification);

@@ -18,18 +18,24 @@ pub enum RehearsalWarning {
     PlayedThroughItsOwn { transfer: Checksum },
 }
 
-/// The warning about a recording from a bench made of the same transfer function with which its drive was
-/// made: `drive` is the drive's provenance, `recording` the recording's. `None` if they differ, or if either
-/// is unknown.
+/// The transfer function with which a drive was made and through which it was played, where it is one: `drive` is the drive's
+/// provenance, `recording` the recording's. `None` if they differ, or if either is unknown.
 ///
 /// Source: decisions 0027 and 0030 of this project: an inverse crime shows nothing of a device.
 #[must_use]
-pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Option<Warning> {
+pub fn rehearsed_on(drive: &Provenance, recording: &Provenance) -> Option<Checksum> {
     let transfer = recording.answered_with?;
-    drive
-        .made_with
-        .contains(&transfer)
-        .then(|| RehearsalWarning::PlayedThroughItsOwn { transfer }.into())
+    drive.made_with.contains(&transfer).then_some(transfer)
+}
+
+/// The warning about a recording from a bench made of the same transfer function with which its drive was made; `None` where
+/// [`rehearsed_on`] is.
+///
+/// Source: as [`rehearsed_on`].
+#[must_use]
+pub fn played_through_its_own(drive: &Provenance, recording: &Provenance) -> Option<Warning> {
+    let transfer = rehearsed_on(drive, recording)?;
+    Some(RehearsalWarning::PlayedThroughItsOwn { transfer }.into())
 }
 
 #[cfg(test)]

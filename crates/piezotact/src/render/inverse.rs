@@ -1,6 +1,5 @@
 //! Inversion of transfer functions: the drive whose response is a target.
 
-use crate::render::RenderWarning;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +9,6 @@ use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::spectrum::{WelchConfig, WelchPlan};
 use crate::statistics::rms;
 use crate::transfer::TransferFunction;
-use crate::warning::Warning;
 
 /// The regularisation of an inverse: the share of the target, 0–1, that it aims for in every line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -237,16 +235,13 @@ impl InversePlan {
         }
     }
 
-    /// The warning about the share of the power of `target` (the last inverted one) outside the `band` of its inversion, if it is
-    /// a tenth or more.
-    pub(crate) fn outside(&self, target: &[f64], band: Band) -> Option<Warning> {
+    /// The share of the power of `target` (the last inverted one) outside the band of its inversion, 0–1, if it is a tenth or
+    /// more.
+    pub(crate) fn outside(&self, target: &[f64]) -> Option<f64> {
         // By Parseval, over all samples and in the lines of positive frequencies.
         let power = 0.5 * (target.len() as f64 * rms(target)).powi(2);
         let share = 1.0 - self.in_band / power.max(f64::MIN_POSITIVE);
-        (share >= 0.1).then_some(Warning::from(RenderWarning::PowerOutsideBand {
-            share,
-            band,
-        }))
+        (share >= 0.1).then_some(share)
     }
 
     /// The same of a target at `rate` that was not inverted.
@@ -255,13 +250,13 @@ impl InversePlan {
         target: &[f64],
         rate: SampleRate,
         band: Band,
-    ) -> Option<Warning> {
+    ) -> Option<f64> {
         let n = self.transform.length();
         let spectrum = self.transform.forward(target);
         let inside = |line: &usize| band.contains(*line as f64 * rate.hz() / n as f64);
         let lines = (0..spectrum.len()).filter(inside);
         self.in_band = lines.map(|line| spectrum[line].norm_sqr()).sum();
-        self.outside(target, band)
+        self.outside(target)
     }
 
     /// The drive whose response is `target`; see [`invert`].

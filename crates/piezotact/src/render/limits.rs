@@ -56,14 +56,22 @@ impl Headroom {
         )
     }
 
+    /// The slope at the actuator and what the amplifier of `setup` follows, V/s, where the slope is beyond it.
+    #[must_use]
+    pub fn too_steep(&self, setup: Option<&DriveSetup>) -> Option<(f64, f64)> {
+        let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
+        (asked > limit).then_some((asked, limit))
+    }
+
     /// The warning about a slope that the amplifier of `setup` cannot follow, if there is one.
     #[must_use]
     pub fn slew_warning(&self, setup: Option<&DriveSetup>) -> Option<Warning> {
-        let (asked, limit) = (self.slope_v_per_s?, setup?.slew_limit_v_per_s());
-        (asked > limit).then_some(Warning::from(RenderWarning::SlewLimited {
-            asked_v_per_s: asked,
-            limit_v_per_s: limit,
-        }))
+        let (asked_v_per_s, limit_v_per_s) = self.too_steep(setup)?;
+        let slow = RenderWarning::SlewLimited {
+            asked_v_per_s,
+            limit_v_per_s,
+        };
+        Some(slow.into())
     }
 }
 

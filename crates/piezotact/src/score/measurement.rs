@@ -1,9 +1,10 @@
 //! A measurement held against its target, with what both files say.
 
 use super::with_perceptible_difference;
-use crate::clipping::{ClippingWarning, clipping};
-use crate::quantity::{Acceleration, Band, Decibels, Drive};
-use crate::recording::Recording;
+use crate::clipping::clipping;
+use crate::integrity::inspect;
+use crate::quantity::{Acceleration, Band, Decibels, Drive, Seconds};
+use crate::recording::{Recording, RehearsalWarning, rehearsed_on};
 use crate::render::Rendering;
 use crate::resample::{CommonRate, ResampleError, to_common_rate};
 use crate::series::Series;
@@ -73,6 +74,8 @@ pub fn judged_measurement(
     // Clipping is looked for at the rate it was acquired with.
     let clipped = measured.rendering.map(|r| r.headroom.clipped_fraction);
     let clipping = clipping(&measured.response, measured.drive, clipped);
+    let lost = longest_loss(measured.recording, &measured.response);
+    let own = longest_loss(target.recording, target.texture);
     let CommonRate {
         first: texture,
         second: response,
@@ -93,27 +96,30 @@ pub fn judged_measurement(
         clipping,
     };
     let mut verification = with_perceptible_difference(verify(&texture, compared, &config)?);
-    let known = [
-        &measured.recording.about.warnings,
-        &target.recording.about.warnings,
-    ];
-    verification = verification.with_known_losses(known[0], known[1]);
-    // What clipped is said by the verification, with what was measured of it.
-    warnings.retain(|warning| match warning.kind() {
-        Some(ClippingWarning::Clipped { .. }) => {
-            let of = |one: &Warning| (one.code.clone(), one.fields.get("signal").cloned());
-            let same = |other: &Warning| of(other) == of(warning);
-            !verification.warnings.iter().any(same)
-        }
-        of_the_drive => of_the_drive.is_none(),
-    });
-    warnings.retain(|warning| !verification.warnings.say(warning));
+    // What the target lacks itself is not lost by the rendering.
+    if lost.0 > own.0 {
+        verification = verification.with_samples_lost(lost);
+    }
+    let made = measured.rendering.map(|made| &made.about.provenance);
+    let played = &measured.recording.about.provenance;
+    let rehearsed = made.and_then(|made| rehearsed_on(made, played));
+    verification.is_rehearsal = rehearsed.is_some();
+    warnings.extend(rehearsed.map(|transfer| RehearsalWarning::PlayedThroughItsOwn { transfer }));
     verification.warnings.put_first(warnings);
     Ok(JudgedMeasurement {
         verification,
         config,
         texture,
     })
+}
+
+/// The longest stretch that `recording` lost, or in which `series`, the channel of it that is compared, falls to its floor, s.
+fn longest_loss(recording: &Recording, series: &Series<Acceleration>) -> Seconds {
+    let gaps = inspect(series).gaps;
+    let seen = gaps
+        .iter()
+        .map(|span| series.rate().duration_of(span.len()).0);
+    Seconds(seen.fold(recording.about.provenance.losses.longest().0, f64::max))
 }
 
 /// What gives a warning before anything is compared: of both recordings, of the rendering, and whether they belong together.
@@ -134,4 +140,135 @@ fn warnings_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Warni
     }
     warnings.extend(rendering.about.warnings.iter().cloned());
     warnings
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::{Rng, SeedableRng};
+
+    use super::*;
+    use crate::criterion::Outcome;
+    use crate::quantity::{Force, Hertz, Quantity, SampleRate, Unit};
+    use crate::recording::{Channel, Condition, Provenance};
+    use crate::verify::VerifyCriterion;
+
+    const RATE_HZ: f64 = 5000.0;
+    const COUNT: usize = 15_000;
+
+    /// Noise with a spectrum that falls, 1 m/s² rms, in the middle of a recording with 0.3 s of silence before and after.
+    fn texture(seed: u64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut slow = 0.0;
+        let noise = (0..COUNT).map(|_| {
+            slow = 0.8 * slow + uniform(&mut rng);
+            slow
+        });
+        let mut samples: Vec<f64> = noise.collect();
+        let level = crate::statistics::rms(&samples);
+        samples.iter_mut().for_each(|v| *v /= level);
+        samples
+    }
+
+    fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+        (rng.next_u64() >> 11) as f64 * 2f64.powi(-52) - 1.0
+    }
+
+    /// What a sensor with 5 mm/s² of noise reads of `delivered`.
+    fn read(delivered: &[f64], seed: u64) -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let silence = [0.0; 1500];
+        let all = silence.iter().chain(delivered).chain(&silence);
+        all.map(|v| v + 0.009 * uniform(&mut rng)).collect()
+    }
+
+    fn zeroed(mut samples: Vec<f64>, from: usize, count: usize) -> Vec<f64> {
+        samples[from..from + count].fill(0.0);
+        samples
+    }
+
+    fn recording(acceleration: Vec<f64>, force: Vec<f64>) -> Recording {
+        let channel = |name: &str, unit: Unit, samples| Channel {
+            name: name.into(),
+            unit,
+            samples,
+        };
+        Recording::new(
+            vec![
+                channel("acc", Acceleration::UNIT, acceleration),
+                channel("fz", Force::UNIT, force),
+            ],
+            SampleRate::new(RATE_HZ).unwrap(),
+            Condition::default(),
+            Provenance::default(),
+        )
+        .unwrap()
+    }
+
+    /// The criterion on drop-outs, and the verdict, of `measured` held against `target`.
+    fn compared(measured: &Recording, target: &Recording) -> (Outcome, Verification) {
+        let texture: Series<Acceleration> = target.series(Some("acc")).unwrap();
+        let compared = judged_measurement(
+            Target {
+                name: "target.wav",
+                recording: target,
+                texture: &texture,
+            },
+            Measurement {
+                recording: measured,
+                response: measured.series(Some("acc")).unwrap(),
+                drive: None,
+                rendering: None,
+            },
+            Band::new(Hertz(30.0), Hertz(500.0)).unwrap(),
+            &[],
+        );
+        let verification = compared.unwrap().verification;
+        let criterion = verification.criterion(VerifyCriterion::DropOut);
+        (criterion.unwrap().outcome, verification)
+    }
+
+    fn force() -> Vec<f64> {
+        let mut rng = ChaCha8Rng::seed_from_u64(9);
+        let all = 0..COUNT + 3000;
+        all.map(|_| 0.5 + 0.05 * uniform(&mut rng)).collect()
+    }
+
+    /// A force that falls to zero for 0.3 s does not say that the vibration was not delivered; 0.1 s of zeros of the acceleration do,
+    /// unless the target holds them.
+    #[test]
+    fn only_a_drop_out_of_the_compared_channel_counts() {
+        let of_target = texture(3);
+        let target = recording(of_target.clone(), force()[..COUNT].to_vec());
+        let whole = compared(&recording(read(&of_target, 1), force()), &target);
+        assert_eq!(whole.0, Outcome::Met, "{}", whole.1.sentence());
+
+        let force_lost = recording(read(&of_target, 1), zeroed(force(), 6000, 1500));
+        let (outcome, verification) = compared(&force_lost, &target);
+        assert_eq!(outcome, Outcome::Met, "{}", verification.sentence());
+        assert_eq!(verification.verdict, whole.1.verdict);
+
+        let acceleration_lost = recording(zeroed(read(&of_target, 1), 6000, 500), force());
+        let (outcome, verification) = compared(&acceleration_lost, &target);
+        assert_ne!(outcome, Outcome::Met, "{}", verification.sentence());
+
+        let of_target = zeroed(of_target, 4500, 500);
+        let target = recording(of_target.clone(), force()[..COUNT].to_vec());
+        let (outcome, verification) = compared(&acceleration_lost, &target);
+        assert_eq!(outcome, Outcome::Met, "{}", verification.sentence());
+    }
+
+    /// What device or journal lost counts wherever it is, unless the target lacks as much.
+    #[test]
+    fn reported_losses_count() {
+        let of_target = texture(3);
+        let mut target = recording(of_target.clone(), force()[..COUNT].to_vec());
+        let mut measured = recording(read(&of_target, 1), force());
+        measured.about.provenance.losses.stretches_s = vec![[1.0, 1.008]];
+        assert_eq!(compared(&measured, &target).0, Outcome::Met);
+        measured.about.provenance.losses.stretches_s = vec![[1.0, 1.008], [2.0, 2.025]];
+        assert_ne!(compared(&measured, &target).0, Outcome::Met);
+        target.about.provenance.losses.stretches_s = vec![[0.5, 0.53]];
+        assert_eq!(compared(&measured, &target).0, Outcome::Met);
+    }
 }

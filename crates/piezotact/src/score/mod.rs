@@ -23,7 +23,7 @@ pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{
     JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
 };
-pub use perceptible::{warnings_of_feeling, with_perceptible_difference};
+pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
@@ -203,6 +203,9 @@ pub struct Score {
     pub rate_hz: f64,
     /// The segments averaged, of the one that has fewer.
     pub segments: usize,
+    /// Whether level or spectrum of one of the two change over time by more than chance explains.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_nonstationary: bool,
     /// How it was computed.
     pub config: ScoreConfig,
     /// Where the just noticeable differences come from.
@@ -397,6 +400,7 @@ fn scored(
         literature,
         rate_hz,
         segments,
+        is_nonstationary: wanders,
         config: config.clone(),
         jnd_source: config.model().jnd_source(),
         warnings,
@@ -560,14 +564,24 @@ fn warnings_about(
                 fraction,
             }));
         }
-        if excitation.total() <= 1.0 {
-            warnings.push(Warning::from(ScoreWarning::NotFelt {
-                signal: what.into(),
-                level_db: level_db(excitation.total()),
-            }));
-        }
+        warnings.extend(not_felt([what], [level_db(excitation.total())]));
     }
     warnings
+}
+
+/// The warnings about those vibrations of `names` that are not felt: their levels `sensation_db`, dB re the detection threshold, are
+/// not above 0 dB.
+///
+/// Source: as [`score`].
+#[must_use]
+pub fn not_felt<const N: usize>(names: [&str; N], sensation_db: [f64; N]) -> Vec<Warning> {
+    let levels = names.into_iter().zip(sensation_db);
+    let below = levels.filter(|(_, level_db)| *level_db <= 0.0);
+    let warning = |(signal, level_db): (&str, f64)| {
+        let signal = signal.to_owned();
+        ScoreWarning::NotFelt { signal, level_db }.into()
+    };
+    below.map(warning).collect()
 }
 
 /// The short-time levels of both; `None` where either is too short.

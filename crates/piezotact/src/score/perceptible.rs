@@ -1,39 +1,27 @@
 //! Adds the perceptible difference to a verification, so that score and verification never contradict each other.
 
-use super::{Score, ScoreConfig, ScoreWarning, Verdict, score_alone};
+use super::{Score, ScoreConfig, Verdict, score_alone};
 use crate::criterion::Criterion;
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::series::Series;
 use crate::verify::{Verification, VerifyCriterion};
-use crate::warning::Warning;
 
 /// `verification` with the perceptible difference between target and measurement as a further criterion, in JND, if the
 /// score is decided: a rendering that can be distinguished from its target does not pass, and for one that does not pass the
-/// result states when the difference is below one JND. Nothing is added for quantities other than accelerations, for recordings
+/// result states when the difference is below one JND. The levels re the detection threshold are kept. Nothing is added for quantities other than accelerations, for recordings
 /// too short to be scored, or if the score is not decided.
 ///
 /// Source: [`super::score`] over the band of the verification, of the two as they are compared there.
 #[must_use]
-pub fn with_perceptible_difference(verification: Verification) -> Verification {
-    match criterion(&verification) {
+pub fn with_perceptible_difference(mut verification: Verification) -> Verification {
+    let Some((found, config)) = scored(&verification) else {
+        return verification;
+    };
+    verification.sensation_db = Some([found.reference_sensation_db, found.test_sensation_db]);
+    match criterion(&found, &config) {
         Some(criterion) => verification.with(criterion),
         None => verification,
     }
-}
-
-/// The warnings that target or measurement of `verification`, as they were compared, lie below the detection threshold: what meets every
-/// criterion there is not felt.
-///
-/// Source: [`super::score`], as [`with_perceptible_difference`].
-#[must_use]
-pub fn warnings_of_feeling(verification: &Verification) -> Vec<Warning> {
-    let warnings = scored(verification).map(|(found, _)| found.warnings);
-    let not_felt = |warning: &Warning| matches!(warning.kind(), Some(ScoreWarning::NotFelt { .. }));
-    warnings
-        .unwrap_or_default()
-        .into_iter()
-        .filter(not_felt)
-        .collect()
 }
 
 /// The score of what `verification` compared, and how it was computed.
@@ -52,8 +40,7 @@ fn scored(verification: &Verification) -> Option<(Score, ScoreConfig)> {
     Some((found, config))
 }
 
-fn criterion(verification: &Verification) -> Option<Criterion<VerifyCriterion>> {
-    let (found, config) = scored(verification)?;
+fn criterion(found: &Score, config: &ScoreConfig) -> Option<Criterion<VerifyCriterion>> {
     if matches!(found.verdict, Verdict::NotDecided { .. }) {
         return None;
     }

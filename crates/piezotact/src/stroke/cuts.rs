@@ -1,6 +1,5 @@
 //! Manual cuts: strokes that a person adds, changes or excludes after the automatic segmentation.
 
-use crate::stroke::StrokeWarning;
 use serde::{Deserialize, Serialize};
 
 use super::criteria::{JudgedPart, StrokeCriterion};
@@ -95,13 +94,6 @@ impl Cuts {
                 }
             }
         }
-        // Warnings about the automatic cuts are settled by the manual ones.
-        segmentation.warnings.retain(|warning| {
-            !matches!(
-                warning.kind(),
-                Some(StrokeWarning::NothingCut | StrokeWarning::LongStroke { .. })
-            )
-        });
         segmentation.strokes.sort_by_key(|s| s.steady.start);
         segmentation.rejected.sort_by_key(|r| r.interval.start);
         segmentation.cuts = Some(self.source.clone());
@@ -138,6 +130,7 @@ mod tests {
             roles: Roles::default(),
             force_zeros: None,
             cuts: None,
+            untouched: None,
             warnings: Vec::new(),
         };
         let cut = |from: f64, to: f64| Cut::Stroke {

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::clipping::flat_top_fraction;
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::quantity::{Newtons, Seconds};
+use crate::quantity::{Newtons, SampleRate, Seconds};
 use crate::roles::Roles;
 use crate::statistics::mean;
 use crate::warning::Warning;
@@ -218,8 +218,9 @@ pub fn segment_by_force(
     cutter.reject_quiet(&mut strokes, &mut rejected);
     rejected.extend(cutter.light_touches(&contacts));
     force_tolerance(&cutter, &mut strokes, &mut rejected);
-    warnings.extend(cutter.warnings(&strokes, &friction, &rejected));
-    Ok(Segmentation {
+    let largest_n = cutter.level_n.iter().copied().fold(0.0, f64::max);
+    let is_untouched = strokes.is_empty() && rejected.is_empty();
+    let mut found = Segmentation {
         strokes,
         rejected,
         rule: Rule::Force(rule.clone()),
@@ -229,8 +230,30 @@ pub fn segment_by_force(
             zeros: zeros(frames, &force, &tangential_zeros),
         }),
         cuts: None,
+        untouched: is_untouched.then_some([largest_n, rule.on_n.0]),
         warnings,
-    })
+    };
+    found.warnings.extend(found.untouched_warning());
+    found.warnings.extend(cutter.warnings(&friction));
+    Ok(found)
+}
+
+/// The warnings about strokes at `rate` that are much longer than the others, or than any slide.
+pub(super) fn long_strokes(strokes: &[Stroke], rate: SampleRate) -> Vec<Warning> {
+    let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
+    let usual = quantile(&lengths, 0.5);
+    let warning = |(stroke, length): (&Stroke, &f64)| {
+        let length_s = length / rate.hz();
+        let is_long = strokes.len() > 2 && *length > LONG * usual || length_s > LONGEST_S;
+        is_long.then(|| {
+            Warning::from(StrokeWarning::LongStroke {
+                at_s: stroke.contact.start as f64 / rate.hz(),
+                length_s,
+                usual_s: usual / rate.hz(),
+            })
+        })
+    };
+    strokes.iter().zip(&lengths).filter_map(warning).collect()
 }
 
 /// The force, positive in contact, and the sign by which it was multiplied; with a warning when the sign is −1.
@@ -514,35 +537,11 @@ impl Cutter<'_> {
         ))
     }
 
-    fn warnings(
-        &self,
-        strokes: &[Stroke],
-        friction: &[f64],
-        rejected: &[Rejected],
-    ) -> Vec<Warning> {
+    fn warnings(&self, friction: &[f64]) -> Vec<Warning> {
         let mut warnings = Vec::new();
-        if strokes.is_empty() && rejected.is_empty() {
-            warnings.push(Warning::from(StrokeWarning::NoContact {
-                largest_n: self.level_n.iter().copied().fold(0.0, f64::max),
-                threshold_n: self.rule.on_n.0,
-            }));
-        }
         let unseen = self.floor.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
             warnings.push(Warning::from(StrokeWarning::SlidingAssumed));
-        }
-        let lengths: Vec<f64> = strokes.iter().map(|s| s.contact.len() as f64).collect();
-        let usual = quantile(&lengths, 0.5);
-        for stroke in strokes {
-            let length = stroke.contact.len() as f64;
-            let length_s = length / self.signals.rate.hz();
-            if (strokes.len() > 2 && length > LONG * usual) || length_s > LONGEST_S {
-                warnings.push(Warning::from(StrokeWarning::LongStroke {
-                    at_s: stroke.contact.start as f64 / self.signals.rate.hz(),
-                    length_s,
-                    usual_s: usual / self.signals.rate.hz(),
-                }));
-            }
         }
         let coefficient = quantile(friction, 0.5);
         if coefficient > HIGH_FRICTION {

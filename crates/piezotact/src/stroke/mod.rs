@@ -364,7 +364,10 @@ pub struct Segmentation {
     /// The file of manual cuts that were applied.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cuts: Option<String>,
-    /// What a person should know before relying on it.
+    /// The largest force and the least of a contact, N, where nothing touches; absent elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub untouched: Option<[f64; 2]>,
+    /// What a person should know before relying on it, beside [`Self::own_warnings`].
     #[serde(alias = "doubts")]
     pub warnings: Vec<Warning>,
 }
@@ -400,10 +403,37 @@ impl ForceZeros {
 }
 
 impl Segmentation {
+    /// The warnings that follow from its parts, of a recording at `rate`: nothing was cut, strokes are long, parts were rejected. What
+    /// a person cut is long on purpose.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn own_warnings(&self, rate: SampleRate) -> Vec<Warning> {
+        let of_rule = match &self.rule {
+            _ if self.cuts.is_some() => Vec::new(),
+            Rule::Whole => vec![StrokeWarning::NothingCut.into()],
+            Rule::Force(_) => force::long_strokes(&self.strokes, rate),
+            Rule::Speed(_) => Vec::new(),
+        };
+        of_rule
+            .into_iter()
+            .chain(self.rejection_warning())
+            .collect()
+    }
+
+    /// The warning that nothing touches; `None` where something does, or no force was looked at.
+    pub(crate) fn untouched_warning(&self) -> Option<Warning> {
+        let [largest_n, threshold_n] = self.untouched?;
+        let untouched = StrokeWarning::NoContact {
+            largest_n,
+            threshold_n,
+        };
+        Some(untouched.into())
+    }
+
     /// The warning about rejected parts, with the count of every reason; `None` if nothing was rejected. Motions without contact
     /// are not counted when there are no more of them than strokes: the surface moves back.
-    #[must_use]
-    pub fn rejection_warning(&self) -> Option<Warning> {
+    pub(crate) fn rejection_warning(&self) -> Option<Warning> {
         let mut reasons = Counts::default();
         let untouched = |r: &&Rejected| r.reason == Reason::NoContact;
         let ways_back = self.rejected.iter().filter(untouched).count() <= self.strokes.len();
@@ -475,7 +505,7 @@ pub fn segment(
     Ok(segmentation)
 }
 
-/// The whole recording as one stroke, with the warning that nothing was cut.
+/// The whole recording as one stroke.
 ///
 /// Source: for recordings that hold nothing but the sliding, or no channel to cut by.
 ///
@@ -501,7 +531,8 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
         roles: Roles::default(),
         force_zeros: None,
         cuts: None,
-        warnings: vec![Warning::from(StrokeWarning::NothingCut)],
+        untouched: None,
+        warnings: Vec::new(),
     })
 }
 

@@ -175,6 +175,7 @@ pub fn segment_by_speed(
         roles: Roles::default(),
         force_zeros: held.map(|held| held.zeros),
         cuts: None,
+        untouched: None,
         warnings,
     })
 }

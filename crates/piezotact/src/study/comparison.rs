@@ -18,7 +18,7 @@ use crate::feature::vibrations;
 use crate::quantity::{Band, Hertz};
 use crate::recording::Touch;
 use crate::statistics::{Direction, LogFit, RankCorrelation};
-use crate::stroke::{Reason, StrokeWarning};
+use crate::stroke::Reason;
 use crate::warning::Warning;
 
 /// The band over which active and passive touch are compared, Hz.
@@ -458,12 +458,10 @@ impl Grouping<'_> {
 
 /// Why a recording has no strokes, where that is known.
 pub(super) fn why_without_strokes(take: &AnalysedRecording) -> Option<Warning> {
-    take.warnings().into_iter().find(|warning| {
-        matches!(
-            warning.kind(),
-            Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
-        )
-    })
+    let found = &take.segmentation;
+    found
+        .untouched_warning()
+        .or_else(|| found.rejection_warning())
 }
 
 /// How many contacts were rejected for stick-slip.

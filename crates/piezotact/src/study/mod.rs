@@ -13,6 +13,7 @@ mod words;
 
 use std::collections::BTreeMap;
 
+use comparison::why_without_strokes;
 pub use comparison::{
     Across, BothWays, Comparison, Discrimination, SampleTrend, SpeedTrend, Trend,
 };
@@ -29,7 +30,6 @@ use crate::document::FailedFile;
 use crate::feature::{self, FeatureConfig};
 use crate::filter::HighPass;
 use crate::quantity::{Band, Hertz, Unit};
-use crate::stroke::StrokeWarning;
 use crate::surface::SampleSet;
 use crate::warning::{Merged, Warning, merged_of};
 use grouping::{Grouping, lines_of_all, usual};
@@ -245,15 +245,7 @@ fn features(
     if takes.iter().any(|take| take.analysis.is_some()) {
         return Ok(());
     }
-    let because = takes
-        .iter()
-        .flat_map(AnalysedRecording::warnings)
-        .find(|warning| {
-            matches!(
-                warning.kind(),
-                Some(StrokeWarning::NoContact { .. } | StrokeWarning::Rejected { .. })
-            )
-        });
+    let because = takes.iter().find_map(why_without_strokes);
     Err(StudyError::NoStrokes {
         found: Box::new(NoStrokes {
             recordings: takes.iter().map(|take| take.name.clone()).collect(),

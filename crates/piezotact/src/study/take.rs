@@ -276,8 +276,7 @@ fn with_cuts(
             segmentation.warnings.push(Warning::from(warning));
         }
     }
-    segmentation
-        .warnings
-        .extend(segmentation.rejection_warning());
+    let own = segmentation.own_warnings(recording.rate());
+    segmentation.warnings.extend(own);
     segmentation
 }

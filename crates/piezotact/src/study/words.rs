@@ -5,8 +5,7 @@ use super::{
     StudyAnalysis, Trend,
 };
 use crate::compare::{
-    CommonLine, CompareWarning, Confounder, DirectionContrast, FrictionChange, Groups,
-    unless_confounded,
+    CommonLine, Confounder, DirectionContrast, FrictionChange, Groups, unless_confounded,
 };
 use crate::number::digits;
 use crate::statistics::RankCorrelation;
@@ -359,33 +358,25 @@ impl StudyAnalysis {
             .collect()
     }
 
-    /// What spatial periods leave open, setting by setting; those without a common period in one sentence.
+    /// What spatial periods leave open, setting by setting.
     fn warnings_of_speeds(&self, words: &dyn Fn(&Warning) -> String) -> Vec<String> {
-        let (mut sentences, mut aperiodic) = (Vec::new(), Vec::new());
         let across_speeds = self.across(super::Factor::Speed);
-        for comparison in across_speeds {
-            let Trend::Speeds(trend) = &comparison.trend else {
-                continue;
-            };
+        let warnings = across_speeds.iter().flat_map(|comparison| {
             let setting = match comparison.setting.as_str() {
                 "" => "across speeds",
                 setting => setting,
             };
-            for warning in trend.period.iter().flat_map(|period| &period.warnings) {
-                match warning.kind() {
-                    Some(CompareWarning::NoCommonPeriod { .. }) if across_speeds.len() > 1 => {
-                        aperiodic.push(setting);
-                    }
-                    _ => sentences.push(format!("{setting}: {}", words(warning))),
-                }
-            }
-        }
-        if !aperiodic.is_empty() {
-            sentences.push(format!(
-                "{}: no spatial period is clear at every speed: the surface may have none, or the stated speeds were not reached",
-                aperiodic.join(", ")
-            ));
-        }
-        sentences
+            let period = match &comparison.trend {
+                Trend::Speeds(trend) => trend.period.as_ref(),
+                _ => None,
+            };
+            let found = period.into_iter().flat_map(|period| &period.warnings);
+            found.map(move |warning| (Some(setting), warning))
+        });
+        let settings = (across_speeds.len(), "settings");
+        merged_of(warnings)
+            .iter()
+            .map(|warning| warning.text_of(settings, words))
+            .collect()
     }
 }

@@ -4,18 +4,18 @@ use serde::Serialize;
 
 use super::related::repeats_itself;
 use super::{
-    Bias, Estimator, Excitation, ImpactConfig, ImpactTraces, ImpactWarning, Limits, OneClock,
-    TransferError, TransferFunction, TransferWarning, Transient, estimate_without, prepared,
-    transient,
+    Bias, Estimator, Excitation, Found, ImpactConfig, ImpactTraces, ImpactWarning, Known, Limits,
+    OneClock, TransferError, TransferFunction, TransferWarning, Transient, estimate_with_findings,
+    prepared, transient,
 };
 #[cfg(feature = "modal")]
-use super::{ImpactEstimate, estimate_impacts};
+use super::{ImpactEstimate, impact::impacts};
 use crate::clipping::ClippingWarning;
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::document::Content;
-use crate::integrity::{Pair, SignalWarning, never_changes, said_of_a_pair, transfer_warnings};
+use crate::integrity::{Pair, never_changes, said_of_a_pair, transfer_warnings};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
-use crate::recording::{Channel, Recording, RecordingError};
+use crate::recording::{Channel, Losses, Recording, RecordingError};
 use crate::series::{Series, SeriesError};
 use crate::spectrum::WelchConfig;
 use crate::warning::Warning;
@@ -131,30 +131,22 @@ pub fn between_channels(
             });
         }
     }
-    let (mut function, traces) = estimated(&drive, response.clone(), config)?;
+    let known = Known {
+        lost_s: &config.lost_s,
+        driven: recording.about.provenance.excited_hz,
+    };
+    let Estimated {
+        mut function,
+        found,
+        traces,
+    } = estimated(&drive, response.clone(), config, known)?;
     // What a drive that repeats itself distorts repeats too: it is no scatter.
     function.known_input =
         config.known_input && !repeats_itself(drive.samples(), config.welch.segment);
-    if let Some(band) = recording.about.provenance.excited_hz {
-        function.set_driven_band(band);
-    }
     let units = [&drive_unit, &response_unit];
-    let mut broken = broken(config, [&drive, &response], &drive_unit);
-    if function.impact.is_some() {
-        // What else is said of a pair holds for drives that last; overloads of hits are found hit by hit.
-        broken.retain(|warning| {
-            let said = warning.kind();
-            matches!(
-                said,
-                Some(
-                    SignalWarning::Copied { .. }
-                        | SignalWarning::DriveBeyondLimit { .. }
-                        | SignalWarning::MainsHum { .. }
-                )
-            )
-        });
-    }
-    warning(&mut function, units, &broken);
+    let lasts = function.impact.is_none();
+    let broken = broken(config, [&drive, &response], &drive_unit, lasts);
+    warning(&mut function, &found, units, &broken);
     describe(&mut function, recording, config, &broken);
     Ok(BetweenChannels {
         limits: function.limits(),
@@ -166,34 +158,35 @@ pub fn between_channels(
     })
 }
 
-/// A transfer function, and what a report draws of it where it is that of an impact test.
-type Estimated = (
-    TransferFunction<Uncalibrated, Uncalibrated>,
-    Option<ImpactTraces>,
-);
+/// A transfer function, what its lines show, and what a report draws of it where it is that of an impact test.
+struct Estimated {
+    function: TransferFunction<Uncalibrated, Uncalibrated>,
+    found: Found,
+    traces: Option<ImpactTraces>,
+}
 
 /// The estimate for what the drive is taken for.
 fn estimated(
     drive: &Series<Uncalibrated>,
     response: Series<Uncalibrated>,
     config: &BetweenConfig<'_>,
+    known: Known<'_>,
 ) -> Result<Estimated, TransferError> {
     #[cfg(feature = "modal")]
-    if let Some(estimated) = of_impacts(drive, &response, config)? {
+    if let Some(estimated) = of_impacts(drive, &response, config, known)? {
         return Ok(estimated);
     }
     let OneClock {
         response,
         missing_s,
         warnings: clocks,
-    } = prepared(drive, response, &config.welch, config.lost_s.clone());
-    let mut function = estimate_without(
-        drive,
-        &response,
-        &config.welch,
-        config.estimator,
-        &missing_s,
-    )?;
+    } = prepared(drive, response, &config.welch, known.lost_s.to_vec());
+    let known = Known {
+        lost_s: &missing_s,
+        ..known
+    };
+    let (mut function, found) =
+        estimate_with_findings(drive, &response, &config.welch, config.estimator, known)?;
     function.about.warnings.extend(clocks);
     if config.excitation == Excitation::Found {
         let pulses = transient(response.samples(), response.rate());
@@ -203,7 +196,11 @@ fn estimated(
             }),
         );
     }
-    Ok((function, None))
+    Ok(Estimated {
+        function,
+        found,
+        traces: None,
+    })
 }
 
 /// The estimate where the drive is taken for hits.
@@ -212,6 +209,7 @@ fn of_impacts(
     drive: &Series<Uncalibrated>,
     response: &Series<Uncalibrated>,
     config: &BetweenConfig<'_>,
+    known: Known<'_>,
 ) -> Result<Option<Estimated>, TransferError> {
     let found = match config.excitation {
         Excitation::Found => transient(drive.samples(), drive.rate()),
@@ -223,18 +221,16 @@ fn of_impacts(
     let ImpactEstimate {
         mut function,
         traces,
-    } = estimate_impacts(
-        drive,
-        response,
-        &config.impact,
-        config.estimator,
-        &config.lost_s,
-    )?;
+    } = impacts(drive, response, &config.impact, config.estimator, known)?;
     let guessed = found.map(|Transient { hits, share }| {
         Warning::from(ImpactWarning::TakenAsImpact { hits, share })
     });
     function.about.warnings.extend(guessed);
-    Ok(Some((function, Some(traces))))
+    Ok(Some(Estimated {
+        function,
+        found: Found::default(),
+        traces: Some(traces),
+    }))
 }
 
 /// The drive, as a share of full scale where volts per full scale are stated, and its unit.
@@ -262,6 +258,7 @@ fn broken(
     config: &BetweenConfig<'_>,
     [drive, response]: [&Series<Uncalibrated>; 2],
     drive_unit: &Unit,
+    lasts: bool,
 ) -> Vec<Warning> {
     let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
     transfer_warnings(&Pair {
@@ -271,18 +268,18 @@ fn broken(
         drive_name: config.drive,
         response_name: config.response,
         drive_limit: (*drive_unit == Unit::FullScale).then_some(limit),
+        lasts,
     })
 }
 
 /// Warnings the transfer function for what is broken in its signals and for units that are no drive and response.
 fn warning(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
+    found: &Found,
     [drive_unit, response_unit]: [&Unit; 2],
     broken: &[Warning],
 ) {
     let warnings = &mut function.about.warnings;
-    // The channels here have names and units, not types.
-    warnings.retain(|warning| warning.kind::<SignalWarning>().is_none());
     warnings.extend(broken.iter().cloned());
     let sends = matches!(response_unit, Unit::FullScale | Unit::Volt);
     if *drive_unit == Unit::MetrePerSecondSquared && sends {
@@ -295,7 +292,8 @@ fn warning(
     let at_one_point = function.impact.is_none();
     let from_force = *drive_unit == Unit::Newton;
     if at_one_point && from_force && *response_unit == Unit::MetrePerSecondSquared {
-        let inverted = function.inverted_polarity();
+        let inverted = found.is_inverted(function);
+        let inverted = inverted.then(|| TransferWarning::PolarityInverted.into());
         function.about.warnings.extend(inverted);
     }
 }
@@ -315,6 +313,8 @@ fn describe(
     function.about.provenance.measured_at = began;
     // The transfer function says itself which band was excited.
     function.about.provenance.excited_hz = None;
+    // What was lost is left out of it.
+    function.about.provenance.losses = Losses::default();
     function.about.provenance.steps.extend(estimated);
     function.about.condition = about.condition.clone();
     function.drive.clone_from(&config.setup);

@@ -6,8 +6,11 @@ use crate::series::Series;
 use crate::warning::Warning;
 
 /// The warnings about a drive and its response, named by their quantities. A drive in digital samples is limited at full
-/// scale.
-pub(super) fn warnings<I: Quantity, O: Quantity>(
+/// scale. For a drive that lasts.
+///
+/// Source: [`transfer_warnings`].
+#[must_use]
+pub fn pair_warnings<I: Quantity, O: Quantity>(
     drive: &Series<I>,
     response: &Series<O>,
 ) -> Vec<Warning> {
@@ -18,5 +21,6 @@ pub(super) fn warnings<I: Quantity, O: Quantity>(
         drive_name: I::NAME,
         response_name: O::NAME,
         drive_limit: (I::UNIT == Unit::FullScale).then_some(1.0),
+        lasts: true,
     })
 }

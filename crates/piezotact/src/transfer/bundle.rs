@@ -258,6 +258,8 @@ pub fn average<I: Quantity, O: Quantity>(
         },
         other => BundleError::Transfer(other),
     })?;
+    let few = averaged.few_averages();
+    averaged.about.warnings.extend(few);
     let people = people_of(functions);
     averaged.effective_averages = match people {
         0 | 1 => functions.iter().map(|f| f.effective_averages).sum(),

@@ -85,6 +85,9 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
     }
     let blocks = Blocks::of(drive.samples(), response.samples(), config, rate)?;
     let course = blocks.course()?;
+    if course.drift_ppm.is_none() && course.steps.is_empty() {
+        return None;
+    }
     let mut warnings = Vec::new();
     if let Some([ppm, uncertainty]) = course.drift_ppm {
         warnings.push(Warning::from(TransferWarning::ClocksDiffer {
@@ -97,9 +100,6 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
             count: *missing,
             at_s: at / rate.hz(),
         }));
-    }
-    if warnings.is_empty() {
-        return None;
     }
     let reach = blocks.span as f64;
     let missing_s = course.steps.iter().map(|[at, _]| {

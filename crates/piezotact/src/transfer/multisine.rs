@@ -10,7 +10,7 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::cross::EXCITED;
 use super::periodic::{Blocks, Record, Transformed, smoothed};
-use super::{CrossSpectra, Estimator, TransferError, TransferFunction};
+use super::{CrossSpectra, Estimator, Known, TransferError, TransferFunction};
 use crate::quantity::{Band, Hertz, Quantity};
 use crate::series::Series;
 
@@ -188,7 +188,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
     response: &Series<O>,
     blocks: Blocks,
     segment: usize,
-    lost_s: &[[f64; 2]],
+    known: Known<'_>,
 ) -> Result<BestLinear<I, O>, TransferError> {
     if blocks.in_a_row < 2 || blocks.rows < 2 {
         return Err(crate::spectrum::EstimateError::Config {
@@ -204,7 +204,7 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         }
         .into());
     }
-    let transformed = Transformed::of(drive, response, blocks, lost_s)?;
+    let transformed = Transformed::of(drive, response, blocks, known.lost_s)?;
     let blocks = Blocks {
         rows: transformed.drive.len(),
         ..blocks
@@ -230,7 +230,9 @@ pub fn best_linear<I: Quantity, O: Quantity>(
         drive.rate(),
         segment,
     )?;
-    let mut function = TransferFunction::estimated(&spectra, Estimator::H1, drive, response)?;
+    let signals = (drive, response);
+    let (mut function, _) =
+        TransferFunction::estimated(&spectra, Estimator::H1, signals, known.driven)?;
     function.about.provenance.steps.push(format!(
         "best linear approximation from {} realisations of {} periods of {:.3}, neighbouring lines averaged to steps of {:.3} Hz: {} averages",
         blocks.rows,

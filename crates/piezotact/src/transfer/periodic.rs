@@ -4,7 +4,9 @@
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::{CrossSpectra, Estimator, TransferError, TransferFunction, TransferWarning, touches};
+use super::{
+    CrossSpectra, Estimator, Known, TransferError, TransferFunction, TransferWarning, touches,
+};
 use crate::fourier::RealTransform;
 use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
@@ -188,8 +190,8 @@ pub(super) fn smoothed<I: Quantity, O: Quantity>(
     Ok(spectra)
 }
 
-/// The transfer function from `drive` to `response` over sweeps, on lines rate/`segment` apart, without those that touch one of the
-/// stretches `lost_s`, in s.
+/// The transfer function from `drive` to `response` over sweeps, on lines rate/`segment` apart, with what is `known` beside the
+/// samples.
 ///
 /// Formula: H1 = ΣX*Y/ΣX*X over the sweeps and over neighbouring lines; coherence likewise, so that it says whether the
 /// sweeps agree.
@@ -206,9 +208,9 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
     blocks: Blocks,
     segment: usize,
     estimator: Estimator,
-    lost_s: &[[f64; 2]],
+    known: Known<'_>,
 ) -> Result<TransferFunction<I, O>, TransferError> {
-    let transformed = Transformed::of(drive, response, blocks, lost_s)?;
+    let transformed = Transformed::of(drive, response, blocks, known.lost_s)?;
     let rows = transformed.drive.iter().zip(&transformed.response);
     let records: Vec<Record<'_>> = rows
         .flat_map(|(x, y)| x.iter().map(Vec::as_slice).zip(y.iter().map(Vec::as_slice)))
@@ -220,7 +222,9 @@ pub fn estimate_sweeps<I: Quantity, O: Quantity>(
         drive.rate(),
         segment,
     )?;
-    let mut function = TransferFunction::estimated(&spectra, estimator, drive, response)?;
+    let signals = (drive, response);
+    let (mut function, _) =
+        TransferFunction::estimated(&spectra, estimator, signals, known.driven)?;
     function.about.provenance.steps.push(format!(
         "transfer function {estimator:?} of {} sweeps of {:.3}, neighbouring lines averaged to steps of {:.3} Hz: {} averages",
         records.len(),

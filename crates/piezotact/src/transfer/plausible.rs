@@ -1,8 +1,7 @@
 //! Transfer functions that no measurement gives: lines beyond half the rate, magnitudes of no device, more averages than segments,
 //! and responses that come before their drive.
 
-use super::judge::step_of_lines;
-use super::{Confidence, TransferError, TransferFunction, TransferWarning};
+use super::{Confidence, Delay, TransferError, TransferFunction, TransferWarning};
 use crate::quantity::Quantity;
 use crate::warning::Warning;
 
@@ -50,10 +49,9 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The warnings that its lines raise wherever they come from: a response that comes before its drive, a phase that is missing.
     #[must_use]
     pub fn warnings_of_its_lines(&self) -> Vec<Warning> {
-        let acausal =
-            |warning: &Warning| matches!(warning.kind(), Some(TransferWarning::Acausal { .. }));
-        let step = step_of_lines(self).filter(acausal);
-        step.into_iter().chain(self.without_phase()).collect()
+        let early = self.delay().filter(Delay::is_early);
+        let acausal = early.map(|delay| delay.acausal());
+        acausal.into_iter().chain(self.without_phase()).collect()
     }
 
     /// The warning that only magnitudes are known. A device whose magnitude changes with frequency turns the phase (Bode); one that

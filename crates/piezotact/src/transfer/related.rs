@@ -7,10 +7,11 @@ use piezotact_fourier::ComplexPlanner;
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{ContinuousCDF, Gamma};
 
-use super::{CrossSpectra, TransferFunction};
+use super::{CrossSpectra, TransferFunction, TransferWarning};
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::statistics::mean;
+use crate::warning::Warning;
 
 /// The significance level of a relation: the share of unrelated pairs taken for related ones.
 const FALSE_RELATED: f64 = 0.05;
@@ -165,6 +166,21 @@ impl Delay {
     #[must_use]
     pub fn agrees(&self, other: &Self) -> bool {
         (self.delay_s - other.delay_s).abs() <= self.reach_s + other.reach_s
+    }
+
+    /// Whether the response comes before its drive by more than may be the uncertainty.
+    #[must_use]
+    pub fn is_early(&self) -> bool {
+        self.delay_s < -self.reach_s
+    }
+
+    /// The warning about a response that comes first.
+    pub(super) fn acausal(&self) -> Warning {
+        TransferWarning::Acausal {
+            lead_s: -self.delay_s,
+            reach_s: self.reach_s,
+        }
+        .into()
     }
 }
 

@@ -1,13 +1,12 @@
 //! Repeats of one measurement: the pooled estimate, and the difference between repeats.
 
-use crate::transfer::TransferWarning;
 use num_complex::Complex;
 
 use super::bundle::{level_db, same_lines};
 use super::{BundleError, TransferFunction};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
-use crate::warning::{Warning, Warnings};
+use crate::warning::Warnings;
 
 /// The pooled estimate of repeats with one drive, in units of `O` per `I`: the result as if they had been recorded in one
 /// recording. Coherence falls where they disagree. Condition, device and provenance are those of the first.
@@ -68,28 +67,23 @@ pub fn pooled<I: Quantity, O: Quantity>(
             .fold(0usize, |sum, r| sum.saturating_add(r.averages)),
     )
     .map_err(BundleError::Transfer)?;
+    let few = one.few_averages();
+    one.about.warnings.extend(few);
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();
     one.excited = first.excited;
     one.known_input = repeats.iter().all(|r| r.known_input);
     one.about.condition.clone_from(&first.about.condition);
     one.drive.clone_from(&first.drive);
     one.about.provenance.clone_from(&first.about.provenance);
-    // Warnings that follow from the estimate itself are evaluated again for the pooled estimate.
-    let own = |warning: &&Warning| {
-        !matches!(
-            warning.kind(),
-            Some(
-                TransferWarning::FewAverages { .. }
-                    | TransferWarning::LowCoherence { .. }
-                    | TransferWarning::ImpossibleCoherence { .. }
-            )
-        )
-    };
     let mut warnings: Warnings = std::mem::take(&mut one.about.warnings)
         .into_iter()
         .collect();
-    let theirs = repeats.iter().flat_map(|r| &r.about.warnings).filter(own);
-    warnings.extend(theirs.cloned());
+    // What follows from the estimate itself is evaluated again for the pooled one.
+    for repeat in repeats {
+        let own = repeat.warnings_of_estimate();
+        let theirs = repeat.about.warnings.iter();
+        warnings.extend(theirs.filter(|warning| !own.contains(warning)).cloned());
+    }
     one.about.warnings = warnings.into();
     one.about.provenance = one
         .about

@@ -126,12 +126,39 @@ pub struct Verification {
     pub mode: Mode,
     /// The limits.
     pub limits: Limits,
+    /// Whether the drive was played through the transfer function that it was made with: no evidence.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_rehearsal: bool,
+    /// The levels of target and measurement re the detection threshold, dB; absent where the perceptible difference was not
+    /// computed.
+    #[serde(skip)]
+    pub sensation_db: Option<[f64; 2]>,
     /// What a person should know before relying on it.
     #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 
+/// A waveform whose correlation with its target is below this has the opposite sign.
+const INVERTED: f64 = -0.5;
+
+/// Whether `compared` of `all` samples of a target lack a part of it: aligning loses up to 1 % at the ends.
+fn is_cut(compared: usize, all: usize) -> bool {
+    compared * 100 < all * 99
+}
+
 impl Verification {
+    /// Whether the measurement follows its target with the opposite sign.
+    #[must_use]
+    pub fn is_inverted(&self) -> bool {
+        self.waveform_correlation < INVERTED
+    }
+
+    /// Whether more than 1 % of the target was not measured.
+    #[must_use]
+    pub fn is_cut(&self) -> bool {
+        is_cut(self.compared.len(), self.target.len())
+    }
+
     /// The band that is judged, as text: all of it, or the part that the inverse declared achievable.
     #[must_use]
     pub fn judged_band(&self) -> String {
@@ -342,15 +369,14 @@ pub fn verify<Q: Quantity>(
             share: lines.without_target as f64 / all as f64,
         }));
     }
-    // Aligning loses up to 1 % at the ends.
-    if compared.len() * 100 < target.samples().len() * 99 {
+    if is_cut(compared.len(), target.samples().len()) {
         warnings.push(Warning::from(VerifyWarning::Cut {
             compared_s: rate.duration_of(compared.len()).0,
             target_s: target.duration().0,
         }));
     }
     warnings.extend(measured.clipping.warnings);
-    if waveform_correlation < -0.5 {
+    if waveform_correlation < INVERTED {
         warnings.push(Warning::from(VerifyWarning::Inverted {
             correlation: waveform_correlation,
         }));
@@ -441,6 +467,8 @@ pub fn verify<Q: Quantity>(
         verdict,
         mode: config.mode,
         limits: config.limits.clone(),
+        is_rehearsal: false,
+        sensation_db: None,
         warnings,
     })
 }

@@ -1,35 +1,14 @@
 //! The verdict of a verification, and the criteria from which it follows.
 
 use crate::number::plus;
-use crate::recording::RehearsalWarning;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use super::Verification;
 use crate::criterion::{Criterion, Limit, Outcome};
-use crate::integrity::SignalWarning;
 use crate::lineage::Mode;
 use crate::quantity::{Decibels, Seconds};
-use crate::run::RunWarning;
-use crate::warning::Warning;
-
-/// The longest lost stretch in the warnings about a recording: lost samples reported by a device, or drop-outs of a channel to
-/// its floor.
-fn longest_loss(warnings: &[Warning]) -> Option<Seconds> {
-    let lost = warnings.iter().filter_map(|warning| {
-        let reported = match warning.kind() {
-            Some(RunWarning::SamplesLost { longest_s, .. }) => Some(longest_s),
-            _ => None,
-        };
-        let seen = match warning.kind() {
-            Some(SignalWarning::DropOuts { longest_s, .. }) => Some(longest_s),
-            _ => None,
-        };
-        reported.or(seen)
-    });
-    lost.reduce(f64::max).map(Seconds)
-}
 
 /// The verdict of a verification.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -331,17 +310,6 @@ impl Verification {
         ))
     }
 
-    /// The same verification with the losses that the warnings `measured` about the measurement report: the longest lost stretch
-    /// counts unless the warnings `target` about the target have one as long.
-    #[must_use]
-    pub fn with_known_losses(self, measured: &[Warning], target: &[Warning]) -> Self {
-        let of_the_target = longest_loss(target).map_or(0.0, |known| known.0);
-        match longest_loss(measured) {
-            Some(longest) if longest.0 > of_the_target => self.with_samples_lost(longest),
-            _ => self,
-        }
-    }
-
     /// One line with the verdict and its reasons: every criterion that is not met or not decided, otherwise the main ones.
     #[must_use]
     pub fn sentence(&self) -> String {
@@ -396,8 +364,7 @@ impl Verification {
             }
             _ => "",
         };
-        let own = |warning: &Warning| warning.kind::<RehearsalWarning>().is_some();
-        let rehearsed = if self.warnings.iter().any(own) {
+        let rehearsed = if self.is_rehearsal {
             "; this was a rehearsal through the transfer function that the drive was rendered with, so it is no evidence"
         } else {
             ""

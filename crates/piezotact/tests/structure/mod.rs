@@ -7,7 +7,7 @@ use num_complex::Complex;
 use piezotact::quantity::{Acceleration, Force, SampleRate};
 use piezotact::series::Series;
 use piezotact::transfer::{
-    Estimator, ImpactConfig, ImpactEstimate, TransferError, estimate_impacts,
+    Estimator, ImpactConfig, ImpactEstimate, Known, TransferError, estimate_impacts,
 };
 use serde::Deserialize;
 
@@ -167,7 +167,7 @@ impl Recorded {
         config: &ImpactConfig,
     ) -> Result<ImpactEstimate<Force, Acceleration>, TransferError> {
         let (force, response) = self.series();
-        estimate_impacts(&force, &response, config, Estimator::H1, &[])
+        estimate_impacts(&force, &response, config, Estimator::H1, Known::default())
     }
 }
 

@@ -219,13 +219,9 @@ impl Study {
             }
             let state = self.state(&plan)?;
             unknown += not_known(&state);
-            for warning in state.warnings() {
-                match warning.kind() {
-                    Some(CampaignWarning::Virtual { sessions, judge }) => {
-                        *by_judge.entry(judge).or_default() += sessions;
-                    }
-                    _ => warnings.push(warning),
-                }
+            warnings.extend(state.warnings_but_of_judge());
+            if let Some(judge) = state.participant().judge {
+                *by_judge.entry(judge.name().into()).or_default() += 1;
             }
         }
         let virtual_volunteers = by_judge.into_iter();

@@ -6,7 +6,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use anyhow::anyhow;
 use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, Measure, Uncalibrated};
-use piezotact::recording::{Recording, RecordingWarning};
+use piezotact::recording::Recording;
 use piezotact::series::Series;
 use piezotact_dataset::haptic::{
     HapticKind, haptic_kind_of_file, read_haptic, write_ahap, write_haptic, write_hjif,
@@ -112,15 +112,13 @@ fn clip_at(
         description,
         ..HapticMetadata::default()
     };
-    let clip = clip_of(shares, full_scale, &EnvelopeConfig::texture()?, metadata)?;
-    let losses = clip.losses.into_iter().map(|loss| match loss.kind() {
-        Some(RecordingWarning::FormatLoses { what, .. }) if format == Format::Ahap => {
-            let format = "AHAP".into();
-            RecordingWarning::FormatLoses { format, what }.into()
-        }
-        _ => loss,
-    });
-    Ok((clip.content, losses.collect()))
+    let config = EnvelopeConfig::texture()?;
+    let written_as = match format {
+        Format::Ahap => "AHAP",
+        _ => ".haptic",
+    };
+    let clip = clip_of(shares, full_scale, &config, metadata, written_as)?;
+    Ok((clip.content, clip.losses))
 }
 
 /// The device that a file is for: of the transfer function, or as far as the drive says it.

@@ -56,7 +56,7 @@ fn new_of(
     let mut filed: Vec<(Filing, TransferDocument)> = Vec::new();
     for (path, mut document) in documents {
         let filing = filing_of(args, path, &mut document, folder, &filed)?;
-        let function = function_of_any_unit(document.clone(), path)?;
+        let function = function_of_any_unit(&document, path)?;
         let entry = Entry { filing, function };
         if let Some(same) = entries[..there].iter().find(|one| is_same(one, &entry)) {
             say(&format!(

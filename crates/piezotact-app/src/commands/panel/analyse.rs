@@ -87,7 +87,7 @@ fn cleaned(args: &Analyse, panel: AnyPanel) -> Outcome<(AnyPanel, Option<Cleanin
     let Some(path) = &args.control else {
         return Ok((panel, None));
     };
-    let control = function_of_any_unit(read_transfer(path)?, path)?;
+    let control = function_of_any_unit(&read_transfer(path)?, path)?;
     let config = ArtefactConfig::usual(args.band);
     let cleaned = without_artefact(&panel, control, &config);
     let (panel, cleaning) = cleaned.with_context(|| path.display().to_string())?;

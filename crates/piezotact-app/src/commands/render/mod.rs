@@ -232,6 +232,7 @@ impl Job<'_> {
         let options = ReadOptions {
             scale: args.scale.clone(),
             rate: rate_option(args.target_rate)?,
+            ..ReadOptions::default()
         };
         let contents = inspected(self.target, &options)?;
         let texture = texture(self.target, &contents.recording, args.channel.as_deref())?;

@@ -4,7 +4,7 @@ use piezotact::Warning;
 use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
-use piezotact::recording::{BenchKind, Recording, RecordingWarning, StartTime};
+use piezotact::recording::{BenchKind, BrokenPlayback, Recording, RecordingWarning, StartTime};
 use piezotact::resample::resample_over;
 use piezotact::run::{RunStart, RunWarning, Sink, SinkError};
 use piezotact::series::Series;
@@ -247,15 +247,9 @@ impl ResponseMeter<'_> {
 
     /// Checks that a run was complete, independent of its response.
     fn undisturbed(&self, recording: &Recording, clipping: &Clipping) -> Result<(), LoopFailure> {
-        let incomplete = |warning: &&Warning| {
-            matches!(
-                warning.kind(),
-                Some(RunWarning::PlaybackIncomplete { .. } | RunWarning::SamplesLost { .. })
-            ) || matches!(warning.kind(), Some(RecordingWarning::Interrupted { .. }))
-        };
-        if let Some(warning) = recording.about.warnings.iter().find(incomplete) {
+        if let Some(warning) = incomplete(recording) {
             return Err(LoopFailure::Playback {
-                warning: Box::new(warning.clone()),
+                warning: Box::new(warning),
             });
         }
         self.held(recording)?;
@@ -315,4 +309,33 @@ impl ResponseMeter<'_> {
         }
         Ok(())
     }
+}
+
+/// What `recording` lacks of its run: of the drive that was played, of the samples, or of its end.
+fn incomplete(recording: &Recording) -> Option<Warning> {
+    let losses = &recording.about.provenance.losses;
+    if let Some(BrokenPlayback {
+        played,
+        expected,
+        underruns,
+    }) = losses.playback
+    {
+        let cut = RunWarning::PlaybackIncomplete {
+            played,
+            expected,
+            underruns,
+        };
+        return Some(cut.into());
+    }
+    if losses.samples > 0 {
+        let lost = RunWarning::SamplesLost {
+            gaps: losses.stretches_s.len(),
+            samples: losses.samples,
+            longest_s: losses.longest().0,
+            places_s: losses.stretches_s.clone(),
+        };
+        return Some(lost.into());
+    }
+    let read_s = recording.duration().0;
+    (losses.is_interrupted).then(|| RecordingWarning::Interrupted { read_s }.into())
 }

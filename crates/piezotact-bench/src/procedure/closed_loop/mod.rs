@@ -19,8 +19,8 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::recording::{About, played_through_its_own};
 use piezotact::render::{
-    Coverage, Inverse, Overload, RenderConfig, RenderError, RenderedDrive, headroom, power_outside,
-    render,
+    Coverage, Inverse, Overload, RenderConfig, RenderError, RenderFindings, RenderedDrive,
+    headroom, power_outside, render_with_findings,
 };
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
@@ -86,29 +86,20 @@ pub fn closed_loop(
 ) -> Result<ClosedLoopResult, ProcedureError> {
     let recorded = target;
     let (target, converted) = at_a_common_rate(target, bench, config)?;
-    let mut first = opened(&target, function, config)?;
+    let (mut first, mut findings) = opened(&target, function, config)?;
     if converted.is_some() {
         // Content removed by a lower rate still belongs to the texture.
-        first.about.warnings.retain(|warning| {
-            !matches!(warning.kind(), Some(RenderWarning::PowerOutsideBand { .. }))
-        });
-        first
-            .about
-            .warnings
-            .extend(power_outside(recorded, &config.render)?);
+        findings.power_outside = power_outside(recorded, &config.render)?;
     }
-    first.about.warnings.extend(converted);
     // A transfer function that does not say its device is used on this one.
     let mut function = function.clone();
     if function.drive.is_none() {
         function.drive = bench.player.calibrate()?;
-        if function.drive.is_some() {
-            first.about.warnings.retain(|warning| {
-                !matches!(warning.kind(), Some(RenderWarning::DeviceNotDescribed))
-            });
-        }
+        findings.is_device_unknown = function.drive.is_none();
     }
     first.setup.clone_from(&function.drive);
+    first.about.warnings = findings.warnings(config.render.inverse.band, &first.headroom);
+    first.about.warnings.extend(converted);
     let mut correction = Correction::new(&target, &function, &config.render, &config.correct)?;
     let reached = correction.inverse_coverage().reached.clone();
     let mut drive = correction.drive()?;
@@ -476,27 +467,23 @@ fn at_a_common_rate(
     Ok((lower, Some(warning)))
 }
 
-/// The open loop's drive with its metadata, without the warnings about fitting, which the loop decides.
+/// The open loop's drive with what gives warnings, but not whether it fits, which the loop decides.
 fn opened(
     target: &Series<Acceleration>,
     function: &TransferFunction<Drive, Acceleration>,
     config: &LoopConfig,
-) -> Result<RenderedDrive, RenderError> {
+) -> Result<(RenderedDrive, RenderFindings), RenderError> {
     let mut open = config.render.clone();
     open.clipping = Overload::Allow;
     open.steep = Overload::Allow;
     if open.inverse.inverse == Inverse::DriveLimited {
         open.inverse.inverse = Inverse::Constant;
     }
-    let mut first = render(target, function, &open)?;
+    let (mut first, mut findings) = render_with_findings(target, function, &open)?;
     first.config = config.render.clone();
-    // Warnings about clipping during the measurement of the transfer function are kept.
-    first.about.warnings.retain(|warning| {
-        let clipped = matches!(warning.kind(), Some(ClippingWarning::DriveClipped { .. }));
-        let slewed = matches!(warning.kind(), Some(RenderWarning::SlewLimited { .. }));
-        !clipped && !slewed
-    });
-    Ok(first)
+    findings.is_clipped = false;
+    findings.too_steep = None;
+    Ok((first, findings))
 }
 
 /// Why a drive that does not fit is not played, with the level at which it does.
@@ -550,18 +537,25 @@ fn judged(
     };
     let verification = verify(target, measured, &verify_config)
         .map_err(|error| impossible("a measurement that can be compared", &error))?;
-    let wrong = |warning: &&Warning| {
-        matches!(
-            warning.kind(),
-            Some(VerifyWarning::Inverted { .. } | VerifyWarning::Cut { .. })
-        )
-    };
-    match verification.warnings.iter().find(wrong) {
+    match wrong(&verification) {
         Some(warning) => Err(Broken::Unbelievable(LoopFailure::Response {
-            warning: Box::new(warning.clone()),
+            warning: Box::new(warning.into()),
         })),
         None => Ok(verification),
     }
+}
+
+/// Why a measured response cannot be that of the drive: it ends too early, or is inverted.
+fn wrong(verification: &Verification) -> Option<VerifyWarning> {
+    let seconds = |samples: usize| samples as f64 / verification.rate_hz;
+    if verification.is_cut() {
+        return Some(VerifyWarning::Cut {
+            compared_s: seconds(verification.compared.len()),
+            target_s: seconds(verification.target.len()),
+        });
+    }
+    let correlation = verification.waveform_correlation;
+    (verification.is_inverted()).then_some(VerifyWarning::Inverted { correlation })
 }
 
 /// The first rendering with the loop's drive in its place.

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::Seconds;
-use piezotact::recording::{Channel, RecordingWarning};
+use piezotact::recording::{Channel, Losses, RecordingWarning};
 
 pub use write::write_edf;
 
@@ -133,7 +133,12 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         let read_s = header.record_s * header.records as f64;
         warnings.push(Warning::from(RecordingWarning::Interrupted { read_s }));
     }
+    let losses = Losses {
+        is_interrupted: header.stopped,
+        ..Losses::default()
+    };
     Content {
+        losses,
         kind: kind_of(&header),
         lines,
         parts,

@@ -82,6 +82,7 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
         }));
     }
     recording.about.warnings = warnings;
+    recording.about.provenance.losses.is_interrupted = file.is_interrupted;
     Ok(recording)
 }
 

@@ -61,6 +61,8 @@ pub struct XdfStream {
 pub struct XdfFile {
     /// Its streams in the order of their headers.
     pub streams: Vec<XdfStream>,
+    /// Whether it was cut short: a stream has no end, or the last part of the file is incomplete.
+    pub is_interrupted: bool,
     /// What a person should know about the reading.
     pub warnings: Vec<Warning>,
 }
@@ -127,7 +129,11 @@ fn parse_xdf(path: &Path, bytes: &[u8]) -> Result<XdfFile, ReadError> {
         );
         warnings.push(Warning::from(RecordingWarning::Guessed { what }));
     }
-    Ok(XdfFile { streams, warnings })
+    Ok(XdfFile {
+        streams,
+        is_interrupted: stored.incomplete,
+        warnings,
+    })
 }
 
 /// Leaves out what an outlet that ended sent after its end: samples beyond the count of the footer, where the last clock offset is

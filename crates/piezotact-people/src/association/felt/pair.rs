@@ -7,8 +7,8 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::discrimination::{DiscriminationWarning, Model};
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
-use piezotact::score::{Difference, Extent, Score, ScoreConfig, ScoreWarning, score};
-use piezotact::spectrum::{SpectrumWarning, WelchConfig};
+use piezotact::score::{Difference, Extent, Score, ScoreConfig, not_felt, score};
+use piezotact::spectrum::{RECOMMENDED_SEGMENTS, SpectrumWarning, WelchConfig};
 use serde::{Deserialize, Serialize};
 
 use super::super::confused::PairOutcome;
@@ -335,9 +335,8 @@ pub(super) fn compared(
         [FeltCriterion::Spectrum, FeltCriterion::SpectrumWithin],
     );
     criteria.extend(of_spectrum);
-    let warnings = as_felt.warnings.iter();
-    let warnings = warnings.filter_map(|warning| warning_about(warning, [&a.sample, &b.sample]));
-    let warnings = warnings.chain(common.warning).collect();
+    let mut warnings = warnings_about(&as_felt, [&a.sample, &b.sample]);
+    warnings.extend(common.warning);
     Ok((
         FeltComparison {
             participant: participant.map(Into::into),
@@ -351,18 +350,16 @@ pub(super) fn compared(
     ))
 }
 
-/// A warning about a score as one about the samples `names`; `None` for one that no verdict here depends on.
-fn warning_about(warning: &Warning, names: [&String; 2]) -> Option<Warning> {
-    if let Some(ScoreWarning::NotFelt { signal, level_db }) = warning.kind() {
-        let [first, second] = names.map(Clone::clone);
-        let signal = if signal == "the reference" {
-            first
-        } else {
-            second
-        };
-        return Some(ScoreWarning::NotFelt { signal, level_db }.into());
-    }
-    let of_feeling = warning.kind::<DiscriminationWarning>().is_some();
-    let of_spectrum = warning.kind::<SpectrumWarning>().is_some();
-    (of_feeling || of_spectrum).then(|| warning.clone())
+/// The warnings about the score of the samples `names` on which its verdicts depend.
+fn warnings_about(found: &Score, names: [&str; 2]) -> Vec<Warning> {
+    let segments = found.segments;
+    let short = SpectrumWarning::ShortSignal { segments };
+    let short = (segments < RECOMMENDED_SEGMENTS).then(|| short.into());
+    let levels = [found.reference_sensation_db, found.test_sensation_db];
+    let changes = (found.is_nonstationary).then(|| DiscriminationWarning::NotStationary.into());
+    let of_both = short.into_iter().chain(not_felt(names, levels));
+    of_both
+        .chain(found.config.model().warnings())
+        .chain(changes)
+        .collect()
 }

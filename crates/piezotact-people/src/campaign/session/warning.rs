@@ -84,6 +84,20 @@ impl State<'_> {
     /// What to know before relying on the answers.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = self.warnings_but_of_judge();
+        let judge = self.participant.judge;
+        warnings.extend(judge.map(|judge| {
+            Warning::from(CampaignWarning::Virtual {
+                sessions: 1,
+                judge: judge.name().to_owned(),
+            })
+        }));
+        warnings
+    }
+
+    /// As [`Self::warnings`], without the one that a virtual volunteer answered.
+    #[must_use]
+    pub fn warnings_but_of_judge(&self) -> Vec<Warning> {
         let failed = self.catches().into_iter();
         let failed = failed.filter(|count| count.failed > count.allowed);
         let mut warnings: Vec<CampaignWarning> = failed
@@ -113,11 +127,7 @@ impl State<'_> {
             _ => {}
         }
         warnings.extend(self.orders_corrected(&session));
-        if let Some(judge) = self.participant.judge {
-            warnings.push(CampaignWarning::Virtual {
-                sessions: 1,
-                judge: judge.name().to_owned(),
-            });
+        if self.participant.judge.is_some() {
             return warnings.into_iter().map(Warning::from).collect();
         }
         let played = self.trials.iter().flat_map(|trial| &trial.evidence);

@@ -132,7 +132,6 @@ impl Ica {
             .collect();
         let white = combined(&whitening, &centred, k);
         let (turn, iterations, changes) = turned(&white, config);
-        let change = changes.iter().copied().fold(0.0, f64::max);
         let unmixing = product(&turn, &whitening, k, k, n);
         let mixing = product(&colouring, &transposed(&turn, k, k), n, k, k);
         let mut ica = Self {
@@ -156,15 +155,19 @@ impl Ica {
             };
             ica.warnings.push(warning.into());
         }
-        if change > config.tolerance {
-            let warning = EegWarning::NotConverged {
-                iterations,
-                change,
-                wanted: config.tolerance,
-            };
-            ica.warnings.push(warning.into());
-        }
         Ok(ica)
+    }
+
+    /// The warning that components still changed in the last iteration.
+    #[must_use]
+    pub fn not_converged(&self) -> Option<Warning> {
+        let change = self.changes.iter().copied().fold(0.0, f64::max);
+        let unsettled = EegWarning::NotConverged {
+            iterations: self.iterations,
+            change,
+            wanted: self.config.tolerance,
+        };
+        (change > self.config.tolerance).then(|| unsettled.into())
     }
 
     /// Components in the order of what they explain, each with its largest weight positive.
@@ -573,9 +576,10 @@ mod tests {
         assert!(with(|c| c.components = 0).is_err() && with(|c| c.max_iterations = 0).is_err());
         assert!(with(|c| c.tolerance = f64::NAN).is_err());
         let early = with(|c| c.max_iterations = 1).unwrap();
+        let unsettled = early.not_converged().unwrap();
         assert!(matches!(
-            early.warnings[0].kind(),
-            Some(EegWarning::NotConverged { .. })
+            unsettled.kind(),
+            Some(EegWarning::NotConverged { iterations: 1, .. })
         ));
         assert!(early.without(&epochs, &[4]).is_err());
     }

@@ -4,7 +4,7 @@ use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
 
-use super::people::People;
+use super::people::{People, unequal};
 use super::{
     ALL_SURFACES, Gradient, GroupConfig, GroupCriterion, LEVEL, TaskChanges, TaskContrast,
 };
@@ -55,7 +55,7 @@ pub(super) fn contrasts(
             found[i].holm_over = over;
         }
     }
-    let withheld = config.unit == Mode::Percent && people.unequal_epochs().is_some();
+    let withheld = config.unit == Mode::Percent && unequal(&people.epochs()).is_some();
     for one in &mut found {
         one.criteria = criteria(one, config);
         if withheld {

@@ -6,6 +6,7 @@ use piezotact::number::{counted, digits, p_text, plus, rounded};
 use piezotact::page::{Block, Cell, Column, Page, Table};
 
 use super::contrasts::unit_of;
+use super::people::unequal;
 use super::{ALL_SURFACES, EegStats, Gradient, LEVEL, Shown, TaskClusters, TaskContrast};
 use crate::eeg::cluster::Tried;
 use crate::eeg::erd::Mode;
@@ -193,8 +194,7 @@ impl EegStats {
     /// Why nothing is decided in percent, where that is so.
     #[must_use]
     pub fn withheld_sentence(&self) -> Option<&'static str> {
-        let code = "eeg_epochs_unequal";
-        let unequal = self.warnings.iter().any(|warning| warning.code == code);
+        let unequal = unequal(&self.epochs).is_some();
         (unequal && self.config.unit == Mode::Percent).then_some(
             "Contrasts in percent are not decided: tasks have quite different numbers of epochs, and the bias of a percentage follows that number; \
              compare in dB, or equal numbers of epochs",

@@ -183,7 +183,9 @@ impl<'a> People<'a> {
     /// What to know of the documents.
     pub(super) fn warnings(&self) -> Vec<Warning> {
         let documents = &self.documents;
-        let mut warnings: Vec<Warning> = self.unequal_epochs().into_iter().collect();
+        let epochs = self.epochs();
+        let unequal = unequal(&epochs).map(unequal_warning);
+        let mut warnings: Vec<Warning> = unequal.into_iter().collect();
         let incomplete: Vec<String> = self
             .participants
             .iter()
@@ -255,16 +257,23 @@ impl<'a> People<'a> {
     /// The warnings of the documents, each once with those whom it is about; of biased baselines the worst.
     fn of_documents(&self) -> Vec<Warning> {
         let mut found: Vec<(Warning, Vec<String>)> = Vec::new();
-        let mut worst: Option<(f64, &Warning, String)> = None;
+        let mut worst: Option<(f64, Warning, String)> = None;
         for document in &self.documents {
             let who = document.subject.to_string();
-            for warning in &document.warnings {
-                if let Some(EegWarning::RatioBias { bias_points, .. }) = warning.kind() {
-                    if worst.as_ref().is_none_or(|(most, ..)| bias_points > *most) {
-                        worst = Some((bias_points, warning, who.clone()));
-                    }
-                    continue;
-                }
+            let biased = document.ratio_bias().zip(document.most_biased());
+            if let Some((warning, change)) = &biased
+                && worst
+                    .as_ref()
+                    .is_none_or(|(most, ..)| change.bias_points > *most)
+            {
+                worst = Some((change.bias_points, warning.clone(), who.clone()));
+            }
+            let own = biased.map(|(warning, _)| warning);
+            for warning in document
+                .warnings
+                .iter()
+                .filter(|one| Some(*one) != own.as_ref())
+            {
                 match found.iter_mut().find(|(known, _)| known == warning) {
                     Some((_, whom)) if whom.last() == Some(&who) => {}
                     Some((_, whom)) => whom.push(who.clone()),
@@ -281,7 +290,7 @@ impl<'a> People<'a> {
             }
             .into(),
         };
-        let worst = worst.map(|(_, warning, who)| (warning.clone(), vec![who]));
+        let worst = worst.map(|(_, warning, who)| (warning, vec![who]));
         found.into_iter().chain(worst).map(named).collect()
     }
 }
@@ -324,20 +333,23 @@ impl People<'_> {
         };
         self.tasks.iter().filter_map(of).collect()
     }
+}
 
-    /// A warning where tasks have quite different numbers of epochs.
-    pub(super) fn unequal_epochs(&self) -> Option<Warning> {
-        let all = self.epochs();
-        let most = all.iter().max_by(|a, b| a.mean.total_cmp(&b.mean))?;
-        let fewest = all.iter().min_by(|a, b| a.mean.total_cmp(&b.mean))?;
-        let warning = EegWarning::UnequalEpochs {
-            most: most.task.clone(),
-            most_epochs: most.mean,
-            fewest: fewest.task.clone(),
-            fewest_epochs: fewest.mean,
-        };
-        (most.mean > UNEQUAL * fewest.mean).then(|| warning.into())
+/// The tasks with the most and the fewest epochs, where they are quite different.
+pub(super) fn unequal(epochs: &[TaskEpochs]) -> Option<[&TaskEpochs; 2]> {
+    let most = epochs.iter().max_by(|a, b| a.mean.total_cmp(&b.mean))?;
+    let fewest = epochs.iter().min_by(|a, b| a.mean.total_cmp(&b.mean))?;
+    (most.mean > UNEQUAL * fewest.mean).then_some([most, fewest])
+}
+
+fn unequal_warning([most, fewest]: [&TaskEpochs; 2]) -> Warning {
+    EegWarning::UnequalEpochs {
+        most: most.task.clone(),
+        most_epochs: most.mean,
+        fewest: fewest.task.clone(),
+        fewest_epochs: fewest.mean,
     }
+    .into()
 }
 
 /// A participant without the prefix that BIDS puts before a label.

@@ -8,12 +8,13 @@ mod page;
 use piezotact::Warning;
 use piezotact::document::Content;
 use piezotact::quantity::{Band, SampleRate};
+use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 
 use super::EegWarning;
 use super::clean::EyeComponents;
 use super::epochs::{CutConfig, Epochs};
-use super::erd::{Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
+use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
 use super::filter::Pass;
 use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
@@ -355,49 +356,15 @@ pub fn person(
                 .regions
                 .extend(regions.map(|region| in_region(region, &changes)));
             found.electrodes.extend(changes);
-            found.warnings.extend(erd.warnings.iter().map(|warning| {
-                let place = format!("{surface}, {}", band.name);
-                located(warning, &place)
-            }));
+            found.warnings.extend(erd.warnings.iter().cloned());
         }
         found.warnings.extend(bursts(&measured, own.count()));
         found.add_map(&plan, measured.map, surface);
     }
-    found.warnings = once(&found.warnings);
+    let all = std::mem::take(&mut found.warnings);
+    let once: Warnings = all.into_iter().chain(found.ratio_bias()).collect();
+    found.warnings = once.into();
     Ok(found)
-}
-
-/// A warning about a channel with the surface and band in which it is.
-fn located(warning: &Warning, place: &str) -> Warning {
-    match warning.kind() {
-        Some(EegWarning::RatioBias {
-            channel,
-            bias_points,
-            epochs,
-        }) => EegWarning::RatioBias {
-            channel: format!("{channel} ({place})"),
-            bias_points,
-            epochs,
-        }
-        .into(),
-        _ => warning.clone(),
-    }
-}
-
-/// The same of every surface and band once; of biased baselines the worst.
-fn once(warnings: &[Warning]) -> Vec<Warning> {
-    let bias = |warning: &Warning| match warning.kind() {
-        Some(EegWarning::RatioBias { bias_points, .. }) => Some(bias_points),
-        _ => None,
-    };
-    let most = warnings.iter().filter_map(bias).fold(0.0, f64::max);
-    let mut once: Vec<Warning> = Vec::new();
-    for warning in warnings {
-        if bias(warning).is_none_or(|own| own >= most) && !once.contains(warning) {
-            once.push(warning.clone());
-        }
-    }
-    once
 }
 
 fn check(config: &PersonConfig, epochs: &Epochs) -> Result<(), PersonError> {
@@ -560,6 +527,24 @@ fn in_region(region: &Region, changes: &[Change]) -> Change {
 }
 
 impl EegErd {
+    /// The electrode, surface and band whose percentage is biased most, where that is much.
+    pub(super) fn most_biased(&self) -> Option<&Change> {
+        let all = self.electrodes.iter();
+        let most = all.max_by(|a, b| a.bias_points.total_cmp(&b.bias_points));
+        most.filter(|most| self.config.order == Order::PowerFirst && most.bias_points > BIAS_POINTS)
+    }
+
+    /// The warning about it.
+    pub(super) fn ratio_bias(&self) -> Option<Warning> {
+        let most = self.most_biased()?;
+        let bias = EegWarning::RatioBias {
+            channel: format!("{} ({}, {})", most.place, most.surface, most.band),
+            bias_points: most.bias_points,
+            epochs: most.epochs,
+        };
+        Some(bias.into())
+    }
+
     /// Adds the map of one surface, at the times that the ends of epochs do not touch at any frequency.
     fn add_map(&mut self, plan: &TfrPlan, found: ErdMap, surface: &str) {
         self.warnings.extend(found.warnings);

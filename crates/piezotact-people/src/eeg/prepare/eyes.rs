@@ -89,14 +89,8 @@ pub(super) fn without_eyes(
             let settled = all
                 .filter(|(one, _)| one.correlation.abs() >= NEARLY * asked.least_correlation)
                 .all(|(_, change)| *change <= TOLERANCE);
-            let is_of_others = |warning: &Warning| {
-                settled && matches!(warning.kind(), Some(EegWarning::NotConverged { .. }))
-            };
-            warnings.extend(
-                ica.warnings
-                    .into_iter()
-                    .filter(|warning| !is_of_others(warning)),
-            );
+            warnings.extend(ica.not_converged().filter(|_| !settled));
+            warnings.extend(ica.warnings);
             Ok(Cleaned {
                 epochs: clean,
                 components: Some(found),

@@ -10,14 +10,13 @@ use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
 use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactError, ImpactWarning};
 use crate::fourier::RealTransform;
-use crate::integrity::{Pair, SignalWarning, transfer_warnings};
-use crate::quantity::{Band, Hertz, Quantity, SampleRate, Unit};
+use crate::integrity::{SignalWarning, copied};
+use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::EstimateError;
 use crate::statistics::{mean, median};
-use crate::transfer::{
-    CrossSpectra, Estimator, TransferError, TransferFunction, TransferWarning, judge,
-};
+use crate::transfer::judge::{self, Unexcited};
+use crate::transfer::{CrossSpectra, Estimator, Known, TransferError, TransferFunction};
 use crate::warning::Warning;
 
 /// So many hits are recommended.
@@ -59,7 +58,7 @@ struct Windows {
 }
 
 /// The transfer function from the force of a hammer to a response: one complex value a line from 0 Hz in steps of
-/// 1/segment, in units of `O` per `I`; hits in segments that touch one of the stretches `lost_s`, in s, are not used.
+/// 1/segment, in units of `O` per `I`, with what is `known` beside the samples; hits in segments with lost samples are not used.
 ///
 /// Formula: X and Y are the transforms of force and response from just before a hit on, both times exp(−σt) where there is an
 /// exponential window; H1 = ΣX*Y/ΣX*X over the hits, γ² = |ΣX*Y|²/(ΣX*X·ΣY*Y). As Y(jω) of y(t)·exp(−σt) is Y(jω + σ), the
@@ -77,10 +76,24 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
     response: &Series<O>,
     config: &ImpactConfig,
     estimator: Estimator,
-    lost_s: &[[f64; 2]],
+    known: Known<'_>,
+) -> Result<ImpactEstimate<I, O>, TransferError> {
+    let mut found = impacts(force, response, config, estimator, known)?;
+    let copied = copy_warning(force, response);
+    found.function.about.warnings.extend(copied);
+    Ok(found)
+}
+
+/// As [`estimate_impacts`], without the warning that both are one signal.
+pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
+    force: &Series<I>,
+    response: &Series<O>,
+    config: &ImpactConfig,
+    estimator: Estimator,
+    known: Known<'_>,
 ) -> Result<ImpactEstimate<I, O>, TransferError> {
     let rate = force.rate();
-    let signals = same_clock(force, response, lost_s)?;
+    let signals = same_clock(force, response, known.lost_s)?;
     if let ExponentialWindow::Damping(found) = config.exponential
         && !(found.is_finite() && found > 0.0)
     {
@@ -179,23 +192,30 @@ pub fn estimate_impacts<I: Quantity, O: Quantity>(
         };
         function.about.warnings.push(warning.into());
     }
-    function.about.warnings.extend(unexcited(&function));
+    let driven = known
+        .driven
+        .map(|driven| judge::driven_within(function.excited, driven, function.resolution_hz()));
+    let unexcited = unexcited(&function).map(|parts| match driven {
+        Some(inside) => judge::within(&parts, inside),
+        None => parts,
+    });
+    function
+        .about
+        .warnings
+        .extend(unexcited.and_then(judge::not_excited));
     let times: Vec<f64> = used.iter().map(|i| test.hits[*i].at_s).collect();
     let band = function.excited;
     (function.about.warnings).extend(band.and_then(|band| cut.others(band, rate, &times)));
     if test.used() > 1 {
-        function.about.warnings.extend(judge::weak(&function));
+        let weak = judge::weak_warning(&function);
         let related = spectra.relation().filter(|relation| !relation.is_shown());
-        function.about.warnings.extend(related.map(|relation| {
-            TransferWarning::Unrelated {
-                coherence: relation.coherence,
-                limit: relation.limit,
-                averages: relation.averages,
-            }
-            .into()
-        }));
+        let unrelated = related.map(judge::unrelated_warning);
+        function
+            .about
+            .warnings
+            .extend(weak.into_iter().chain(unrelated));
     }
-    function.about.warnings.extend(copied(force, response));
+    function.excited = driven.or(function.excited);
     function.impact = Some(test);
     let traces = cut.traces(&windows, (&segments, rate), (&spectra, highest.0));
     Ok(ImpactEstimate { function, traces })
@@ -491,10 +511,6 @@ fn function_of<I: Quantity, O: Quantity>(
         energies.len(),
     )?;
     function.effective_averages = spectra.effective_averages;
-    // Hits are counted by other standards than segments of noise.
-    let few =
-        |warning: &Warning| matches!(warning.kind(), Some(TransferWarning::FewAverages { .. }));
-    function.about.warnings.retain(|warning| !few(warning));
     Ok(function)
 }
 
@@ -529,10 +545,11 @@ fn excited<I: Quantity, O: Quantity>(
     Band::new(hz(at - below), hz(at + above.max(1) - 1)).ok()
 }
 
-/// The warning about the lines above those that are excited.
-fn unexcited<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Warning> {
+/// The lines above those that are excited.
+fn unexcited<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Option<Unexcited> {
     let whole = Band::new(Hertz(0.0), Hertz(function.highest_hz())).ok()?;
-    judge::outside(function.excited?, whole, function.resolution_hz())
+    let excited = function.excited?;
+    Some(judge::outside(excited, whole, function.resolution_hz()))
 }
 
 /// What limits the test.
@@ -594,17 +611,18 @@ fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
 }
 
 /// The warning that both are one signal. What else is said of a pair holds for drives that last.
-fn copied<I: Quantity, O: Quantity>(force: &Series<I>, response: &Series<O>) -> Vec<Warning> {
-    let found = transfer_warnings(&Pair {
-        drive: force.samples(),
-        response: response.samples(),
-        rate: force.rate(),
-        drive_name: I::NAME,
-        response_name: O::NAME,
-        drive_limit: (I::UNIT == Unit::FullScale).then_some(1.0),
-    });
-    let copy = |warning: &Warning| matches!(warning.kind(), Some(SignalWarning::Copied { .. }));
-    found.into_iter().filter(copy).collect()
+fn copy_warning<I: Quantity, O: Quantity>(
+    force: &Series<I>,
+    response: &Series<O>,
+) -> Option<Warning> {
+    let copy = copied(force.samples(), response.samples())?;
+    let copied = SignalWarning::Copied {
+        channel: O::NAME.into(),
+        of: I::NAME.into(),
+        factor: copy.factor,
+        delay_s: copy.later as f64 / force.rate().hz(),
+    };
+    Some(copied.into())
 }
 
 /// What was done, for the provenance.

@@ -22,6 +22,8 @@ mod warning;
 
 pub use error::ImpactError;
 #[cfg(feature = "modal")]
+pub(super) use estimate::impacts;
+#[cfg(feature = "modal")]
 pub use estimate::{ImpactEstimate, estimate_impacts};
 pub use fault::HitFault;
 pub(crate) use pulses::short_pulses;

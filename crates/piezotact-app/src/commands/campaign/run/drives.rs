@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use piezotact::checksum::Checksum;
 use piezotact::criterion::Outcome;
-use piezotact::panel::PanelWarning;
 use piezotact::prepare::State;
 use piezotact::quantity::{Band, Drive};
 use piezotact::recording::{Recording, StartTime};
@@ -251,10 +250,7 @@ fn take_over(from: &[PathBuf; 3], to: &[PathBuf; 3]) -> Result<(), Failure> {
 
 /// With whose transfer function a drive was rendered.
 fn whose(rendering: &Rendering) -> Whose {
-    let averaged = |warning: &piezotact::Warning| {
-        matches!(warning.kind(), Some(PanelWarning::Averaged { .. }))
-    };
-    if rendering.about.warnings.iter().any(averaged) {
+    if rendering.about.provenance.averaged_people.is_some() {
         return Whose::Average;
     }
     let person = rendering.about.condition.participant.clone();

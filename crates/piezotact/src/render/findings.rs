@@ -1,0 +1,102 @@
+//! What gives warnings about a rendering.
+
+use super::{Headroom, RenderConfig, RenderWarning};
+use crate::clipping::ClippingWarning;
+use crate::quantity::{Band, Drive, Quantity};
+use crate::transfer::TransferFunction;
+use crate::warning::Warning;
+
+/// What gives warnings about a rendering, as it was found: whoever settles a part of it takes it out before the warnings are made.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RenderFindings {
+    /// The warnings about the transfer function, which apply to everything derived from it.
+    pub function: Vec<Warning>,
+    /// The rates of target and transfer function, Hz, where they differ.
+    pub rates_hz: Option<[f64; 2]>,
+    /// Whether the transfer function does not say its device.
+    pub is_device_unknown: bool,
+    /// The parts of the band that are given up, and their share of it, 0–1.
+    pub given_up: Option<(Vec<Band>, f64)>,
+    /// The parts of the band that are turned down so that the drive fits.
+    pub turned_down: Option<TurnedDown>,
+    /// The share of the target's power outside the band, 0–1, where it is a tenth or more.
+    pub power_outside: Option<f64>,
+    /// Whether samples are clipped.
+    pub is_clipped: bool,
+    /// The slope at the actuator and what the amplifier follows, V/s, where it is too steep.
+    pub too_steep: Option<(f64, f64)>,
+}
+
+/// Parts of the band that are turned down so that a drive fits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TurnedDown {
+    /// The parts.
+    pub bands: Vec<Band>,
+    /// Their share of the band, 0–1.
+    pub share: f64,
+    /// The level at which all of the band would fit, dB.
+    pub fits_at_db: f64,
+}
+
+impl RenderFindings {
+    /// What `function` gives over the band of `config`.
+    pub(super) fn of<O: Quantity>(
+        function: &TransferFunction<Drive, O>,
+        config: &RenderConfig,
+    ) -> Self {
+        let band = config.inverse.band;
+        let mut found = Self {
+            is_device_unknown: function.drive.is_none(),
+            ..Self::default()
+        };
+        let over_band = [
+            function.low_coherence(band, config.lowest_coherence),
+            function.not_excited(band),
+        ];
+        found.function.extend(over_band.into_iter().flatten());
+        found.function.extend_from_slice(&function.about.warnings);
+        found
+    }
+
+    /// The warnings about a drive with `headroom` for the part of a texture in `band`.
+    #[must_use]
+    pub fn warnings(self, band: Band, headroom: &Headroom) -> Vec<Warning> {
+        let rates = self
+            .rates_hz
+            .map(|[target_hz, transfer_hz]| RenderWarning::RatesDiffer {
+                target_hz,
+                transfer_hz,
+            });
+        let unknown = self
+            .is_device_unknown
+            .then_some(RenderWarning::DeviceNotDescribed);
+        let given_up = self
+            .given_up
+            .map(|(bands, share)| RenderWarning::GivenUp { bands, share });
+        let turned_down = self.turned_down.map(|found| RenderWarning::TurnedDown {
+            share: found.share,
+            bands: found.bands,
+            fits_at_db: found.fits_at_db,
+        });
+        let outside = self
+            .power_outside
+            .map(|share| RenderWarning::PowerOutsideBand { share, band });
+        let clipped = self.is_clipped.then(|| ClippingWarning::DriveClipped {
+            limited_by: headroom.limited_by.clone(),
+            fraction: headroom.clipped_fraction,
+        });
+        let steep =
+            self.too_steep.map(
+                |(asked_v_per_s, limit_v_per_s)| RenderWarning::SlewLimited {
+                    asked_v_per_s,
+                    limit_v_per_s,
+                },
+            );
+        let first = [rates, unknown, given_up, turned_down, outside];
+        let mut warnings = self.function;
+        warnings.extend(first.into_iter().flatten().map(Warning::from));
+        warnings.extend(clipped.map(Warning::from));
+        warnings.extend(steep.map(Warning::from));
+        warnings
+    }
+}
