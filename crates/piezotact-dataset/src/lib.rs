@@ -54,8 +54,8 @@ pub use journal::{
 pub use naming::{NamePattern, Naming, NamingError, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
-    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelEntry, PanelFolder, PanelIndex,
-    function_of_any_unit, panel_of,
+    Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelFolder, PanelIndex, function_of_any_unit,
+    panel_of,
 };
 pub use recording_file::recording_of_ours;
 pub use sample_set::{known_sample_sets, read_sample_set};

@@ -12,10 +12,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
-use piezotact::panel::{Cell, Entry, Filing, JudgedFiling, Panel, PanelKind};
+use piezotact::panel::{Cell, Entry, FiledMeasurement, Filing, Panel, PanelKind};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::Provenance;
-use piezotact::run::Attempt;
 use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
@@ -32,20 +31,6 @@ use bench::differing;
 /// The name of the index.
 pub const PANEL_INDEX: &str = "panel.json";
 const FORMAT: &str = "piezotact panel 1";
-
-/// One measurement of a panel, as its index lists it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PanelEntry {
-    /// The file in the folder.
-    pub file: String,
-    /// Who, how, which time.
-    #[serde(flatten)]
-    pub filing: Filing,
-    /// The attempts at it with what was judged of each; none where nothing was judged, or nobody knows.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub attempts: Vec<Attempt>,
-}
 
 /// The index of a panel.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,7 +60,7 @@ pub struct PanelIndex {
     /// The angles, degrees.
     pub angles_deg: Vec<f64>,
     /// The measurements.
-    pub entries: Vec<PanelEntry>,
+    pub entries: Vec<FiledMeasurement>,
     /// What was planned and is not measured yet.
     #[serde(default)]
     pub planned: Vec<Filing>,
@@ -231,20 +216,9 @@ impl PanelFolder {
 
     /// The measurements with stored judgements.
     #[must_use]
-    pub fn accepted(&self) -> Vec<&PanelEntry> {
+    pub fn accepted(&self) -> Vec<&FiledMeasurement> {
         let entries = self.index.entries.iter();
         entries.filter(|entry| !entry.attempts.is_empty()).collect()
-    }
-
-    /// The same with what was judged of each.
-    #[must_use]
-    pub fn judged(&self) -> Vec<JudgedFiling<'_>> {
-        let accepted = self.accepted().into_iter();
-        let judged = accepted.map(|entry| JudgedFiling {
-            filing: &entry.filing,
-            attempts: &entry.attempts,
-        });
-        judged.collect()
     }
 
     /// Writes a transfer function and lists it: the file first, then the index.
@@ -274,7 +248,7 @@ impl PanelFolder {
         self.writable()?;
         prepare_json(&self.path.join(&file), &Versioned::of(document))?.commit_new()?;
         let mut next = self.clone();
-        let entry = PanelEntry {
+        let entry = FiledMeasurement {
             file,
             filing: filing.clone(),
             attempts: document.attempts.clone(),
@@ -320,7 +294,7 @@ impl PanelFolder {
         let Some(document) = found else {
             return Ok(Adopted::Nothing);
         };
-        let entry = PanelEntry {
+        let entry = FiledMeasurement {
             file,
             filing: filing.clone(),
             attempts: document.attempts.clone(),
@@ -388,7 +362,7 @@ impl PanelFolder {
     /// [`WriteError`] when a file cannot be renamed, or the index not written.
     pub fn set_aside_unreadable(&mut self, filings: &[Filing]) -> Result<Vec<String>, WriteError> {
         let mut told = Vec::new();
-        let listed: Vec<PanelEntry> = self.index.entries.clone();
+        let listed: Vec<FiledMeasurement> = self.index.entries.clone();
         for entry in listed {
             if !filings.iter().any(|filing| filing.is(&entry.filing)) {
                 continue;
@@ -437,7 +411,7 @@ impl PanelFolder {
         }
     }
 
-    fn list(&mut self, entry: PanelEntry, document: &TransferDocument) {
+    fn list(&mut self, entry: FiledMeasurement, document: &TransferDocument) {
         let index = &mut self.index;
         index
             .kind
@@ -579,7 +553,7 @@ impl PanelFolder {
         })
     }
 
-    fn document(&self, entry: &PanelEntry) -> Result<TransferDocument, ReadError> {
+    fn document(&self, entry: &FiledMeasurement) -> Result<TransferDocument, ReadError> {
         let path = self.path.join(&entry.file);
         if !path.is_file() {
             return Err(ReadError::content(

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use num_complex::Complex;
 use piezotact::criterion::Outcome;
 use piezotact::prepare::{
-    ChosenStroke, PrepareDocument, PrepareWarning, Prepared, State, TextureStrokes, common_level,
+    ChosenStroke, PrepareWarning, Prepared, PreparedDrives, State, TextureStrokes, common_level,
     typical_stroke,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate, Seconds};
@@ -192,8 +192,8 @@ fn prepared(texture: &str, state: State, level_db: f64) -> Prepared {
     }
 }
 
-fn concluded(textures: Vec<Prepared>) -> PrepareDocument {
-    PrepareDocument {
+fn concluded(textures: Vec<Prepared>) -> PreparedDrives {
+    PreparedDrives {
         participant: None,
         transfer: "tf.json".into(),
         bench: None,

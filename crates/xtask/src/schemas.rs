@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
-use piezotact::align::{AlignDocument, BurstDocument};
+use piezotact::align::{AlignedRecording, BurstDocument};
 use piezotact::document::{Content, Kept};
 use piezotact::invocation::{Invocation, Rerun};
 use piezotact::manipulate::ManipulateDocument;
 use piezotact::noise::Noise;
-use piezotact::panel::PanelAverage;
-use piezotact::prepare::PrepareDocument;
+use piezotact::panel::{AnalysedPanel, PanelAverage};
+use piezotact::prepare::PreparedDrives;
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::run::{Played, Recorded, TwinRecorded};
 use piezotact::score::Score;
@@ -21,9 +21,7 @@ use piezotact::transfer::BetweenChannels;
 use piezotact::verify::{DemoDocument, VerifyDocument};
 use piezotact_bench::document::{RenderBatchDocument, RenderDocument};
 use piezotact_bench::procedure::RepeatedCharacterisation;
-use piezotact_dataset::document::{
-    InfoDocument, PanelAddDocument, PanelAnalysisDocument, PanelRun, Written,
-};
+use piezotact_dataset::document::{InfoDocument, PanelAddDocument, PanelRun, Written};
 use piezotact_people::association::Association;
 use piezotact_people::campaign::dictionary::DataDictionary;
 use piezotact_people::campaign::overview::CampaignDesign;
@@ -81,7 +79,7 @@ fn stored(folder: &Path) -> Result<BTreeMap<String, String>> {
 fn all() -> Result<BTreeMap<String, String>> {
     let mut all = BTreeMap::new();
     for (name, text) in [
-        schema::<AlignDocument>()?,
+        schema::<AlignedRecording>()?,
         schema::<AnalysisDocument<'_>>()?,
         schema::<Association>()?,
         schema::<BurstDocument>()?,
@@ -106,11 +104,11 @@ fn all() -> Result<BTreeMap<String, String>> {
         schema::<SoundCalibration>()?,
         schema::<SoundDevices>()?,
         schema::<PanelAddDocument<'_>>()?,
-        schema::<PanelAnalysisDocument<'_>>()?,
+        schema::<AnalysedPanel<'_>>()?,
         schema::<Kept<'_, PanelAverage<Drive, Acceleration>>>()?,
         schema::<Kept<'_, PanelRun<'_>>>()?,
         schema::<Kept<'_, Played>>()?,
-        schema::<PrepareDocument>()?,
+        schema::<PreparedDrives>()?,
         schema::<Kept<'_, Recorded>>()?,
         also_of_files(schema::<Protocol>()?)?,
         schema::<RenderBatchDocument<RenderDocument<'_>>>()?,

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact::align::{AlignConfig, AlignDocument, AlignError, Compared, Named, align_recordings};
+use piezotact::align::{
+    AlignConfig, AlignError, AlignedRecording, Compared, Named, align_recordings,
+};
 use piezotact::quantity::{Band, Seconds};
 use piezotact_dataset::{Contents, write_measurement};
 use piezotact_report::report::{csv, html};
@@ -135,7 +137,7 @@ fn refused(args: &Arguments, error: AlignError) -> Failure {
 fn write(
     args: &Arguments,
     out: &Path,
-    found: &AlignDocument,
+    found: &AlignedRecording,
     compared: &Compared<'_>,
     [drive, recorded]: [&Contents; 2],
 ) -> Outcome {
@@ -149,7 +151,7 @@ fn write(
 }
 
 /// The conclusion first, then what was written.
-fn say(args: &Arguments, found: &AlignDocument) -> Outcome {
+fn say(args: &Arguments, found: &AlignedRecording) -> Outcome {
     print(&found.alignment.sentence())?;
     print(&found.alignment.covered_sentence())?;
     say_warnings(&found.alignment.warnings);

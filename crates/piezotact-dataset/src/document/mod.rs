@@ -13,7 +13,7 @@ pub use info::{
     ChannelSummary, ClockSummary, DeviceInfo, InfoDocument, PanelIndexInfo, RecordingInfo, RunInfo,
     RunsInfo, TransferInfo, clock_summaries,
 };
-pub use panel::{PanelAddDocument, PanelAnalysisDocument, PanelRun, PanelRunCounts};
+pub use panel::{PanelAddDocument, PanelRun, PanelRunCounts};
 
 /// A file for other programs that was written.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -51,7 +51,7 @@ fn around(label: impl Into<String>, lines: &[Line]) -> Axis {
 
 /// The scale of all magnitudes, as they are compared: around all participants in all conditions, and `lines`.
 fn magnitude(page: &Page<'_>, lines: &[Line]) -> Axis {
-    let spreads = page.said.spreads.iter();
+    let spreads = page.analysed.analysis.spreads.iter();
     let ends = spreads.flat_map(|one| one.bundle.lowest_db.iter().chain(&one.bundle.highest_db));
     let points = lines
         .iter()
@@ -62,7 +62,7 @@ fn magnitude(page: &Page<'_>, lines: &[Line]) -> Axis {
 /// Magnitudes over the band that is analysed.
 fn magnitudes(page: &Page<'_>, lines: Vec<Line>) -> Result<String, DrawError> {
     let y = magnitude(page, &lines);
-    let mut chart = Chart::new(frequency(page.said.config.band), y, lines);
+    let mut chart = Chart::new(frequency(page.analysed.analysis.config.band), y, lines);
     chart.legend = Legend::Beside;
     chart.svg(HEIGHT)
 }
@@ -121,9 +121,14 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
         first.label = "each participant".into();
     }
     lines.extend(outside);
-    let average = page.said.averages.iter().find(|a| a.cell.is(spread.cell));
+    let average = page
+        .analysed
+        .analysis
+        .averages
+        .iter()
+        .find(|a| a.cell.is(spread.cell));
     if let Some(average) = average {
-        let db = average_db(average, page.said.config.averaging);
+        let db = average_db(average, page.analysed.analysis.config.averaging);
         lines.push(Line::new(
             "average",
             MEAN,
@@ -132,7 +137,7 @@ pub(super) fn bundle(page: &Page<'_>, spread: &CellSpread) -> Result<String, Dra
     }
     let at_hz = spread.bundle.max_deviation_at_hz;
     let y = magnitude(page, &lines);
-    let mut chart = Chart::new(frequency(page.said.config.band), y, lines);
+    let mut chart = Chart::new(frequency(page.analysed.analysis.config.band), y, lines);
     let bundle = &spread.bundle;
     let widest = bundle
         .frequencies_hz
@@ -211,12 +216,12 @@ pub(super) fn spreads(said: &PanelAnalysis) -> Result<String, DrawError> {
 }
 
 pub(super) fn all(page: &Page<'_>) -> Result<String, DrawError> {
-    let cells = &page.said.cells;
+    let cells = &page.analysed.analysis.cells;
     let colours = Tone::several(cells.len());
     let mut lines = Vec::new();
     for (cell, colour) in cells.iter().zip(colours) {
         let mut first = true;
-        for who in &page.said.participants {
+        for who in &page.analysed.analysis.participants {
             if let Some(points) = person(page, who, *cell) {
                 let label = if first {
                     cell.to_string()
@@ -237,7 +242,7 @@ fn example(page: &Page<'_>, cells: &[(String, Cell)]) -> Option<(String, Vec<Lin
         let there = |(_, cell): &(String, Cell)| page.curves.own_db(who, *cell).is_some();
         cells.iter().all(there)
     };
-    let who = page.said.participants.iter().find(complete)?;
+    let who = page.analysed.analysis.participants.iter().find(complete)?;
     let lines = cells
         .iter()
         .filter_map(|(name, cell)| Some((name.clone(), person(page, who, *cell)?)));
@@ -264,7 +269,7 @@ pub(super) fn person_by_load(
     angle_deg: f64,
 ) -> Result<Option<(String, String)>, DrawError> {
     let there = |cell: &&Cell| (cell.angle_deg.0 - angle_deg).abs() < 1e-9;
-    let cells = page.said.cells.iter().filter(there);
+    let cells = page.analysed.analysis.cells.iter().filter(there);
     let cells: Vec<(String, Cell)> = cells.map(|cell| (cell.load_n.to_string(), *cell)).collect();
     drawn_example(page, &cells)
 }
@@ -275,7 +280,7 @@ pub(super) fn person_by_angle(
     load_n: f64,
 ) -> Result<Option<(String, String)>, DrawError> {
     let there = |cell: &&Cell| (cell.load_n.0 - load_n).abs() < 1e-9;
-    let cells = page.said.cells.iter().filter(there);
+    let cells = page.analysed.analysis.cells.iter().filter(there);
     let cells: Vec<(String, Cell)> = cells
         .map(|cell| (format!("{}°", cell.angle_deg.0), *cell))
         .collect();
@@ -284,7 +289,7 @@ pub(super) fn person_by_angle(
 
 /// The counterpart of figure 70b.
 pub(super) fn averages_by_load(page: &Page<'_>, angle_deg: f64) -> Result<String, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let there = |a: &&CellAverage| (a.cell.angle_deg.0 - angle_deg).abs() < 1e-9;
     let lines = said.averages.iter().filter(there).map(|average| {
         let db = average_db(average, said.config.averaging);
@@ -301,7 +306,7 @@ pub(super) fn repeats(page: &Page<'_>) -> Result<Option<(String, String, String)
     let Some(repeats) = &page.curves.repeats else {
         return Ok(None);
     };
-    let band = page.said.config.band;
+    let band = page.analysed.analysis.config.band;
     let of = |curve: fn(&RepeatCurve) -> &Curve| {
         let named = repeats.each.iter().map(|one| {
             let Filing {
@@ -419,7 +424,7 @@ pub(super) fn artefact(
     page: &Page<'_>,
     (cleaning, curves): (&Cleaning, &CleaningCurves),
 ) -> Result<(String, Option<String>), DrawError> {
-    let band = page.said.config.band;
+    let band = page.analysed.analysis.config.band;
     let control = Line::new("", MEAN, curves.control_db.clone());
     let y = around(
         "magnitude of the control, dB",

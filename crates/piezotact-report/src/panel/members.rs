@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use maud::{Markup, html};
 use piezotact::criterion::{Criterion, Limit, Outcome as Judged};
 use piezotact::page::limit_text;
-use piezotact::panel::{JudgedFiling, Member, MemberCriterion};
+use piezotact::panel::{FiledMeasurement, Member, MemberCriterion};
 use piezotact::run::{Attempt, RunCriterion};
 
 use super::{Page, plural};
@@ -15,7 +15,7 @@ use crate::criteria::{found, named_list, outcome};
 const LISTED: usize = 12;
 
 pub(super) fn section(page: &Page<'_>) -> Markup {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let reported: Vec<&Member> = said
         .members
         .iter()
@@ -53,7 +53,7 @@ pub(super) fn section(page: &Page<'_>) -> Markup {
                     @for one in &partly { tr { td { (one.participant) } td { (named_list(&one.criteria)) } } }
                 }
             }
-            (accepted(&page.accepted))
+            (accepted(&page.analysed.accepted))
         }
     }
 }
@@ -108,7 +108,7 @@ fn by_rule(members: &[Member]) -> Markup {
 }
 
 /// What was judged while measuring: every rule at its worst among the accepted, and what was asked for again.
-fn accepted(entries: &[JudgedFiling<'_>]) -> Markup {
+fn accepted(entries: &[&FiledMeasurement]) -> Markup {
     if entries.is_empty() {
         return html! {};
     }
@@ -119,7 +119,7 @@ fn accepted(entries: &[JudgedFiling<'_>]) -> Markup {
                 .map(move |attempt| (*entry, attempt))
         })
     };
-    let refused: Vec<(JudgedFiling<'_>, &Attempt)> = attempts(false).collect();
+    let refused: Vec<(&FiledMeasurement, &Attempt)> = attempts(false).collect();
     let rules = [
         RunCriterion::Force,
         RunCriterion::Coherence,

@@ -10,8 +10,7 @@ use piezotact::criterion::Outcome as Judged;
 use piezotact::document::Words;
 use piezotact::number::{plus, signed};
 use piezotact::panel::{
-    Cell, CellPenalties, CleanedDip, Cleaning, JudgedFiling, Panel, PanelAnalysis, PanelCurves,
-    PanelKind,
+    AnalysedPanel, Cell, CellPenalties, CleanedDip, Panel, PanelAnalysis, PanelCurves, PanelKind,
 };
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::recording::BenchKind;
@@ -23,22 +22,16 @@ use crate::{DrawError, bench_text, broad_document, figure, origin};
 /// What a report on a panel shows.
 #[derive(Clone, Debug)]
 pub struct Page<'a> {
-    pub said: &'a PanelAnalysis,
+    pub analysed: &'a AnalysedPanel<'a>,
     pub panel: &'a Panel<Uncalibrated, Uncalibrated>,
     /// The curves of its figures.
     pub curves: &'a PanelCurves,
-    /// What they are of; absent where nothing says it.
-    pub kind: Option<PanelKind>,
     /// Which bench measured it; absent where nothing says it.
     pub bench: Option<&'a str>,
-    /// The measurements that were judged when they were made.
-    pub accepted: Vec<JudgedFiling<'a>>,
     /// The unit of the drive.
     pub drive_unit: &'a Unit,
     /// The unit of the response.
     pub response_unit: &'a Unit,
-    /// What a control measurement took away; absent without one.
-    pub cleaning: Option<&'a Cleaning>,
 }
 
 /// The report as HTML, with warnings in `words`.
@@ -46,7 +39,7 @@ pub struct Page<'a> {
 /// # Errors
 /// [`DrawError`] where a figure cannot be drawn.
 pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
-    let title = match page.kind {
+    let title = match page.analysed.kind {
         Some(PanelKind::Device) => "Transfer functions of the device with several fingers",
         Some(PanelKind::Finger) => "Transfer functions of several fingers",
         _ => "A panel of transfer functions",
@@ -54,7 +47,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
     let body = html! {
         h1 { (title) }
         p.soft { (bench_line(page)) }
-        (headline(page.said))
+        (headline(page.analysed.analysis))
         (spread(page)?)
         (load(page)?)
         (angle(page)?)
@@ -62,7 +55,7 @@ pub fn html(page: &Page<'_>, words: &dyn Words) -> Result<String, DrawError> {
         (average(page)?)
         (artefact(page)?)
         (members::section(page))
-        (warnings_section(&page.said.warnings.merged(), words))
+        (warnings_section(&page.analysed.analysis.warnings.merged(), words))
         (methods(page))
     };
     Ok(broad_document(title, &body))
@@ -73,7 +66,7 @@ fn plural(count: usize, what: &str) -> String {
 }
 
 fn bench_line(page: &Page<'_>) -> String {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let kinds: Vec<Option<BenchKind>> = page
         .panel
         .entries()
@@ -265,7 +258,7 @@ fn titled(title: &str, svg: &str, caption: &str) -> Markup {
 }
 
 fn spread(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let mut bundles = Vec::new();
     for spread in &said.spreads {
         bundles.push(titled(
@@ -301,7 +294,7 @@ fn spread(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn load(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     if said.load_steps.is_empty() {
         return Ok(html! {});
     }
@@ -333,7 +326,7 @@ fn load(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn angle(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     if said.angle_effects.is_empty() {
         return Ok(html! {});
     }
@@ -357,7 +350,7 @@ fn angle(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn repeats(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let found = &said.repeatability;
     let drawn = figures::repeats(page)?;
     let measured = found.lying.is_some() || found.put_back.is_some();
@@ -380,7 +373,7 @@ fn repeats(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let Some(cell) = said.judged() else {
         return Ok(html! {});
     };
@@ -413,7 +406,7 @@ fn average(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
-    let Some((cleaning, curves)) = page.cleaning.zip(page.curves.cleaning.as_ref()) else {
+    let Some((cleaning, curves)) = page.analysed.artefact.zip(page.curves.cleaning.as_ref()) else {
         return Ok(html! {});
     };
     let drawn = figures::artefact(page, (cleaning, curves))?;
@@ -453,7 +446,7 @@ fn artefact(page: &Page<'_>) -> Result<Markup, DrawError> {
 }
 
 fn methods(page: &Page<'_>) -> Markup {
-    let said = page.said;
+    let said = page.analysed.analysis;
     let config = &said.config;
     let first = page.panel.entries().first().map(|entry| &entry.function);
     let rows = html! {

@@ -28,7 +28,7 @@ pub use burst::{
     Which, WithBursts, with_bursts,
 };
 pub use error::AlignError;
-pub use recordings::{AlignDocument, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};
+pub use recordings::{AlignedRecording, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};
 pub use tracked::{ClockTracker, ClocksCompared};
 pub use warning::AlignWarning;
 

@@ -1,6 +1,6 @@
 //! What an alignment says: sentences, figures, a table, and the report.
 
-use super::{AlignDocument, AlignedBy, Alignment, BlockPlace, BurstPlace, Which};
+use super::{AlignedBy, AlignedRecording, Alignment, BlockPlace, BurstPlace, Which};
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use crate::number::{counted, digits, plus, rounded};
 use crate::page::{Block, Cell, Column, Number, Page, Table};
@@ -60,7 +60,7 @@ fn name(which: Which) -> &'static str {
     }
 }
 
-impl AlignDocument {
+impl AlignedRecording {
     /// The places of blocks and bursts, one in a row.
     #[must_use]
     pub fn table(&self) -> Table {

@@ -36,7 +36,7 @@ pub struct SignalOf {
 /// A recording on the clock of a drive, as it is handed out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct AlignDocument {
+pub struct AlignedRecording {
     /// The drive.
     pub drive: SignalOf,
     /// The channel of the recording in which it was found.
@@ -48,7 +48,7 @@ pub struct AlignDocument {
     pub out: Option<String>,
 }
 
-impl Content for AlignDocument {
+impl Content for AlignedRecording {
     const SCHEMA: &'static str = "align";
 }
 
@@ -127,7 +127,7 @@ fn signal((named, channel, clock): (Named<'_>, &Channel, Clock)) -> SignalOf {
 pub fn align_recordings(
     compared: &Compared<'_>,
     config: &AlignConfig,
-) -> Result<AlignDocument, AlignError> {
+) -> Result<AlignedRecording, AlignError> {
     let samples = |(_, channel, clock): (Named<'_>, &'_ Channel, Clock)| {
         (channel.samples.clone(), clock.rate_hz)
     };
@@ -157,7 +157,7 @@ pub fn align_recordings(
     let before = about.into_iter().flatten();
     let warnings: Warnings = before.chain(&alignment.warnings).cloned().collect();
     alignment.warnings = warnings.into();
-    Ok(AlignDocument {
+    Ok(AlignedRecording {
         drive: signal(compared.drive),
         recording: signal(of),
         alignment,
@@ -174,7 +174,7 @@ fn on_clock(events: &[Event], start_s: Seconds) -> Vec<Event> {
     moved.collect()
 }
 
-impl AlignDocument {
+impl AlignedRecording {
     /// The recording with all its channels and events on the clock of the drive, each channel at its own nominal rate, in its unit; and the drive in
     /// a channel of its own at the rate of the compared one, silent outside. The events of the drive are there too, and a label says at
     /// which time of the drive the first sample is.

@@ -65,7 +65,7 @@ impl PanelConfig {
 }
 
 /// The complete analysis of a panel.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct PanelAnalysis {
     /// How it was analysed.
@@ -103,7 +103,6 @@ pub struct PanelAnalysis {
     /// How many people an average needs, by cell.
     pub learning: Vec<LearningCurve>,
     /// What a person should know before relying on it.
-    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 

@@ -2,8 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Filing, PanelAnalysis};
-use crate::page::{Cell, Column, Table};
+use super::{Cell, Cleaning, Filing, PanelAnalysis};
+use crate::document::Content;
+use crate::page::{self, Column, Table};
 use crate::quantity::Unit;
 use crate::run::Attempt;
 
@@ -34,13 +35,66 @@ impl PanelKind {
     }
 }
 
-/// A measurement of a panel with what was judged when it was made.
-#[derive(Clone, Copy, Debug)]
-pub struct JudgedFiling<'a> {
+/// One measurement of a panel on disk, as its index lists it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct FiledMeasurement {
+    /// The file in the folder.
+    pub file: String,
     /// Who, how, which time.
-    pub filing: &'a Filing,
-    /// The attempts at it.
-    pub attempts: &'a [Attempt],
+    #[serde(flatten)]
+    pub filing: Filing,
+    /// The attempts at it with what was judged of each; none where nothing was judged, or nobody knows.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub attempts: Vec<Attempt>,
+}
+
+/// What a panel says, with what is known of its measurements: what a report shows and what is handed out as JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct AnalysedPanel<'a> {
+    /// The analysis.
+    #[serde(flatten)]
+    pub analysis: &'a PanelAnalysis,
+    /// What its transfer functions are of; absent where nothing says it.
+    pub kind: Option<PanelKind>,
+    /// The measurements that were judged when they were made.
+    pub accepted: Vec<&'a FiledMeasurement>,
+    /// The load and angle by which it is judged; absent where there is none.
+    pub judged: Option<Cell>,
+    /// Whether the average will do there for a new person: "yes", "no" or "not decided".
+    pub will_the_average_do: Option<&'static str>,
+    /// What a control measurement took out; absent without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub artefact: Option<&'a Cleaning>,
+}
+
+impl Content for AnalysedPanel<'_> {
+    const SCHEMA: &'static str = "panel_analysis";
+}
+
+impl<'a> AnalysedPanel<'a> {
+    /// What `analysis` says of a panel of the `kind`, of which the measurements `accepted` were judged when they were made.
+    ///
+    /// Source: decision 0049 of this project.
+    #[must_use]
+    pub fn of(
+        analysis: &'a PanelAnalysis,
+        kind: Option<PanelKind>,
+        accepted: Vec<&'a FiledMeasurement>,
+        artefact: Option<&'a Cleaning>,
+    ) -> Self {
+        let judged = analysis.judged();
+        let costs = judged.and_then(|cell| analysis.penalties_at(cell));
+        Self {
+            analysis,
+            kind,
+            accepted,
+            judged,
+            will_the_average_do: costs.map(|costs| costs.verdict.outcome.answer()),
+            artefact,
+        }
+    }
 }
 
 impl PanelAnalysis {
@@ -85,7 +139,7 @@ impl PanelAnalysis {
                 let first = [cell.angle_deg.0, cell.load_n.0, band.low().0, band.high().0];
                 let count = [bundle.count as f64];
                 let row = first.into_iter().chain(count).chain(values);
-                table.rows.push(row.map(Cell::from).collect());
+                table.rows.push(row.map(page::Cell::from).collect());
             }
         }
         table

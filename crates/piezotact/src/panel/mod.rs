@@ -32,7 +32,7 @@ pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact
 pub use curves::{
     CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
 };
-pub use document::{JudgedFiling, PanelKind};
+pub use document::{AnalysedPanel, FiledMeasurement, PanelKind};
 pub use learning::{LearningCriterion, LearningCurve, LearningPoint};
 pub use membership::{Completeness, Member, MemberCriterion, ParticipantCriterion};
 pub use placement::{PlacementSpread, SpreadKind, placement_spread};

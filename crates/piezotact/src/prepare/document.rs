@@ -203,7 +203,7 @@ pub struct NotGoodEnough {
 /// The drives of one participant, one for each texture.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct PrepareDocument {
+pub struct PreparedDrives {
     /// The participant; absent if nobody is named.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub participant: Option<String>,
@@ -238,11 +238,11 @@ pub struct PrepareDocument {
     pub warnings: Warnings,
 }
 
-impl Content for PrepareDocument {
+impl Content for PreparedDrives {
     const SCHEMA: &'static str = "prepare";
 }
 
-impl PrepareDocument {
+impl PreparedDrives {
     /// The same with what follows from its textures and recordings: conclusion, sentence, and the warning about levels that differ.
     #[must_use]
     pub fn concluded(mut self) -> Self {

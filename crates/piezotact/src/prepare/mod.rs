@@ -5,7 +5,7 @@ mod document;
 mod page;
 mod warning;
 
-pub use document::{ChosenStroke, NotGoodEnough, PrepareDocument, Prepared, State, TextureStrokes};
+pub use document::{ChosenStroke, NotGoodEnough, Prepared, PreparedDrives, State, TextureStrokes};
 pub use warning::PrepareWarning;
 
 use crate::feature::band_power;

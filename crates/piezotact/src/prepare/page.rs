@@ -1,6 +1,6 @@
 //! Prepared drives as a report.
 
-use super::{PrepareDocument, Prepared, State};
+use super::{Prepared, PreparedDrives, State};
 use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Figure, Line, Tone, range};
 use crate::number::{counted, digits, signed};
@@ -9,7 +9,7 @@ use crate::quantity::{Band, Decibels};
 use crate::verify::Verification;
 use crate::warning::words::percent;
 
-impl PrepareDocument {
+impl PreparedDrives {
     /// One row for each texture: the stroke, the drive and the verdict.
     #[must_use]
     pub fn table(&self) -> Table {

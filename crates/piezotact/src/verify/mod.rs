@@ -30,7 +30,7 @@ pub use config::{Limits, Measured, RenderedBand, VerifyConfig};
 pub use document::{DemoDocument, JudgedVerification, VerifyDocument};
 pub use error::VerifyError;
 pub(crate) use lines::{errors_in_band, rms_of};
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 pub use tones::{Tones, tones};
 pub use uncompensated::{UncompensatedOutcome, UncompensatedPrediction, predict_uncompensated};
 pub use verdict::{Verdict, VerifyCriterion};
@@ -54,7 +54,7 @@ use lines::Pair;
 /// noise and the scatter of the estimates. The other numbers are uncorrected and refer to all of [`band_hz`](Self::band_hz),
 /// except [`error_db_rms_achievable`](Self::error_db_rms_achievable), which refers to the judged bands: the two sets of numbers
 /// differ.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Verification {
     /// The band over which they were compared, Hz.
@@ -68,10 +68,10 @@ pub struct Verification {
     /// The same rms after removing the mean error of the lines: the error of the spectral shape alone, dB.
     pub error_db_rms_level_matched: f64,
     /// The parts of the band that the inverse declared achievable.
-    #[serde(skip_serializing_if = "Vec::is_empty", default)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub achievable_band_hz: Vec<Band>,
     /// The rms error over the achievable parts, as measured, dB.
-    #[serde(skip_serializing_if = "Option::is_none", default)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub error_db_rms_achievable: Option<f64>,
     /// 20·log10 of the measured over the target rms in all of the band, with the sensor's noise, dB; the criterion is [`VerifyCriterion::Level`].
     pub level_error_db: f64,
@@ -134,7 +134,6 @@ pub struct Verification {
     #[serde(skip)]
     pub sensation_db: Option<[f64; 2]>,
     /// What a person should know before relying on it.
-    #[serde(alias = "doubts")]
     pub warnings: Warnings,
 }
 

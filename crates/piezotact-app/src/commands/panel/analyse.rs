@@ -5,11 +5,10 @@ use std::path::Path;
 use anyhow::{Context as _, anyhow};
 use piezotact::criterion::Outcome as Judged;
 use piezotact::panel::{
-    ArtefactConfig, Cell, CellPenalties, Cleaning, FallsWithLoad, Panel, PanelAnalysis,
-    PanelConfig, WorstCase, analyse, panel_curves, without_artefact,
+    AnalysedPanel, ArtefactConfig, Cell, CellPenalties, Cleaning, FallsWithLoad, Panel,
+    PanelAnalysis, PanelConfig, WorstCase, analyse, panel_curves, without_artefact,
 };
 use piezotact::quantity::Uncalibrated;
-use piezotact_dataset::document::PanelAnalysisDocument;
 use piezotact_dataset::{PanelFolder, function_of_any_unit, panel_of, read_transfer};
 use piezotact_report::panel::{Page, html};
 use piezotact_report::report;
@@ -36,23 +35,21 @@ pub(crate) fn run(args: &Analyse) -> Outcome {
     if let Some(path) = &args.csv {
         write_text(path, &report::csv(&said.table())?)?;
     }
+    let kind = folder.index.kind;
+    let analysed = AnalysedPanel::of(&said, kind, folder.accepted(), cleaning.as_ref());
     if let Some(path) = &args.report {
         let page = Page {
-            said: &said,
+            analysed: &analysed,
             panel: &panel,
             curves: &panel_curves(&panel, &said, cleaning.as_ref()).with_context(named)?,
-            kind: folder.index.kind,
             bench: folder.index.bench.as_deref(),
-            accepted: folder.judged(),
             drive_unit: &contents.drive_unit,
             response_unit: &contents.response_unit,
-            cleaning: cleaning.as_ref(),
         };
         write_report(path, &html(&page, &OptionWords)?)?;
     }
     if args.json {
-        let document = PanelAnalysisDocument::of(&said, &folder, cleaning.as_ref());
-        return print_document(&document);
+        return print_document(&analysed);
     }
     say_warnings(&said.warnings);
     print(&words(&said).join("\n"))?;

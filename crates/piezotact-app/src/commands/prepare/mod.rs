@@ -9,7 +9,7 @@ use std::str::FromStr;
 use clap::Args;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::lineage::Mode;
-use piezotact::prepare::{PrepareDocument, State};
+use piezotact::prepare::{PreparedDrives, State};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::warning::Warnings;
 use piezotact_dataset::read_transfer;
@@ -105,7 +105,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let bench = args.bench.as_ref().map(BenchSpec::open).transpose()?;
     let (textures, failures) = Textures::of(args, &function, bench.as_ref())?;
     let drives = Drives::of(args, &textures, &function, bench)?;
-    let mut found = PrepareDocument {
+    let mut found = PreparedDrives {
         participant: textures.participant.clone(),
         transfer: crate::report::name(&args.transfer),
         bench: drives.bench_name.clone(),
@@ -140,7 +140,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
 }
 
 /// Prints what was prepared.
-fn shown(args: &Arguments, found: &PrepareDocument) -> Outcome {
+fn shown(args: &Arguments, found: &PreparedDrives) -> Outcome {
     if args.json {
         return print_document(found);
     }
@@ -172,7 +172,7 @@ fn shown(args: &Arguments, found: &PrepareDocument) -> Outcome {
 }
 
 /// The exit code: that of the worst texture.
-fn outcome(found: &PrepareDocument) -> Outcome {
+fn outcome(found: &PreparedDrives) -> Outcome {
     let is = |state: State| found.textures.iter().any(|one| one.state == state);
     if is(State::NotPassed) || is(State::NotRendered) {
         return Err(Failure::NotPassed);
