@@ -5,7 +5,7 @@ use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::document::{Content, Document};
+use piezotact::document::{Content, Document, Kept};
 pub(crate) use piezotact::number::{counted, difference_db, digits, digits_that_count};
 use piezotact::warning::{Merged, merged};
 use piezotact_dataset::{WriteError, write_atomically};
@@ -44,6 +44,11 @@ pub(crate) fn print(text: &str) -> Outcome {
 /// Prints the document of `content` as readable JSON.
 pub(crate) fn print_document(content: &impl Content) -> Outcome {
     print_made(serde_json::to_value(Document::of(content))?)
+}
+
+/// Prints the document of `value`, which the file `out` holds, as readable JSON.
+pub(crate) fn print_kept(out: &Path, value: &impl Content) -> Outcome {
+    print_document(&Kept { out, value })
 }
 
 /// Prints a document as readable JSON with how it was made.

@@ -9,6 +9,7 @@ mod bias;
 mod broken;
 mod bundle;
 mod clock;
+mod coherence;
 mod confidence;
 mod cross;
 mod estimator;
@@ -31,6 +32,8 @@ pub use bundle::{
     BundleAverage, BundleError, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out,
 };
 pub use clock::{OneClock, on_one_clock, prepared};
+pub(crate) use coherence::COHERENCE_ROUNDING;
+pub use coherence::CoherenceSummary;
 pub use confidence::{Confidence, Limits};
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
 pub use estimator::Estimator;
@@ -53,7 +56,7 @@ use std::marker::PhantomData;
 use std::ops::Range;
 
 use num_complex::Complex;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::checksum::Checksum;
 use crate::device::DriveSetup;
@@ -110,23 +113,6 @@ pub struct TransferFunction<I: Quantity, O: Quantity> {
     #[serde(skip)]
     quantities: PhantomData<(I, O)>,
 }
-
-/// Coherence over a band.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
-pub struct CoherenceSummary {
-    /// The band.
-    pub band_hz: Band,
-    /// The lowest coherence, 0–1.
-    pub lowest: f64,
-    /// Where it is lowest, Hz.
-    pub lowest_at_hz: f64,
-    /// The median coherence, 0–1.
-    pub median: f64,
-}
-
-/// The tolerance for rounding of a coherence above 1; a larger excess is impossible for a pair of signals.
-pub(crate) const COHERENCE_ROUNDING: f64 = 1e-6;
 
 impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     /// The transfer function that `spectra` estimate.
@@ -190,7 +176,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
 
     /// The warnings about its averages and coherence, which those of another estimate of the same system do not share.
     fn warnings_of_estimate(&self) -> Vec<Warning> {
-        let mut warnings = coherence_warnings(&self.coherence, self.resolution_hz);
+        let mut warnings = coherence::impossible(&self.coherence, self.resolution_hz);
         warnings.extend(self.few_averages());
         warnings.extend(judge::weak_warning(self));
         warnings
@@ -248,7 +234,7 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         if response.iter().all(|h| h.norm_sqr() == 0.0) {
             return Err(TransferError::Zero);
         }
-        let warnings = coherence_warnings(&coherence, resolution_hz);
+        let warnings = coherence::impossible(&coherence, resolution_hz);
         Ok(Self {
             response,
             coherence,
@@ -431,77 +417,6 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
         let mut reach: Vec<f64> = self.lines_in(band).map(of).collect();
         median(&mut reach)
     }
-
-    /// The lowest coherence in `band`, where it is in Hz, and the median; `None` when no line lies in it, or there is no coherence.
-    #[must_use]
-    pub fn coherence_in(&self, band: Band) -> Option<CoherenceSummary> {
-        if !self.has_coherence() {
-            return None;
-        }
-        let mut coherence: Vec<f64> = self
-            .lines_in(band)
-            .map(|(k, _)| self.coherence[k])
-            .collect();
-        let lines = self.lines_in(band).map(|(k, hz)| (self.coherence[k], hz));
-        let (lowest, lowest_at_hz) = lines.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        Some(CoherenceSummary {
-            band_hz: band,
-            lowest,
-            lowest_at_hz,
-            median: median(&mut coherence)?,
-        })
-    }
-
-    /// The share of the lines in `band` whose coherence is below `least_coherence`, 0–1; 0 when no line lies in it.
-    #[must_use]
-    pub fn low_coherence_share(&self, band: Band, least_coherence: f64) -> f64 {
-        let (mut below, mut lines) = (0, 0);
-        for (line, _) in self.lines_in(band) {
-            lines += 1;
-            below += usize::from(self.coherence[line] < least_coherence);
-        }
-        below as f64 / lines.max(1) as f64
-    }
-
-    /// The warning about coherence below `least_coherence` in `band`, if there is one.
-    #[must_use]
-    pub fn low_coherence(&self, band: Band, least_coherence: f64) -> Option<Warning> {
-        let share = self.low_coherence_share(band, least_coherence);
-        let lines = self
-            .lines_in(band)
-            .map(|(k, frequency_hz)| (self.coherence[k], frequency_hz));
-        let (lowest, at_hz) = lines.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let low = TransferWarning::LowCoherence {
-            asked: least_coherence,
-            lowest,
-            at_hz,
-            share,
-        };
-        (share > 0.0).then(|| low.into())
-    }
-}
-
-fn coherence_warnings(coherence: &[f64], resolution_hz: f64) -> Vec<Warning> {
-    let possible = -COHERENCE_ROUNDING..=1.0 + COHERENCE_ROUNDING;
-    let impossible: Vec<(usize, f64)> = coherence
-        .iter()
-        .copied()
-        .enumerate()
-        .filter(|(_, found)| !possible.contains(found))
-        .collect();
-    let worst = impossible
-        .iter()
-        .max_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
-    worst
-        .map(|(line, found)| {
-            Warning::from(TransferWarning::ImpossibleCoherence {
-                at_hz: *line as f64 * resolution_hz,
-                found: *found,
-                lines: impossible.len(),
-            })
-        })
-        .into_iter()
-        .collect()
 }
 
 /// The transfer function from `drive` to `response` with its coherence.

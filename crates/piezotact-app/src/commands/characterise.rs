@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
-use piezotact::document::Kept;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::run::RunStart;
 use piezotact::spectrum::WelchConfig;
@@ -24,7 +23,7 @@ use crate::cli::{Characterise, Gate as GateArgs, OnOff};
 use crate::failure::{Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::{self, Earlier, Keeper, Place, Raw, Shown, runs_of};
-use crate::output::{print, print_document, say, say_warnings};
+use crate::output::{print, print_kept, say, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::runs::run_plan;
 
@@ -56,10 +55,7 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
         write_report(report, &transfer::html(&page(&done), &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &done,
-        });
+        return print_kept(&args.out, &done);
     }
     say_warnings(&done.function.about.warnings);
     print(&text(&done, &args.out))

@@ -7,7 +7,6 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::Warning;
-use piezotact::document::Kept;
 use piezotact::quantity::{Measure, SampleRate, Uncalibrated, Unit};
 use piezotact::recording::{About, Recording};
 use piezotact::series::Series;
@@ -22,7 +21,7 @@ use piezotact_dataset::{
 
 use crate::cli::Export;
 use crate::failure::{Failure, Outcome, usage};
-use crate::output::{digits, print, print_document, say_warnings};
+use crate::output::{digits, print, print_kept, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 use crate::report::name;
@@ -124,10 +123,7 @@ pub(crate) fn run(args: &Export) -> Outcome {
     }
     let written = written(args, format)?;
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &written,
-        });
+        return print_kept(&args.out, &written);
     }
     say_warnings(&written.warnings);
     print(&text(&written, &args.out))

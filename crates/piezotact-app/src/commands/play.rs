@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::device::DriveSetup;
-use piezotact::document::Kept;
 use piezotact::integrity::warnings_of;
 use piezotact::quantity::Drive;
 use piezotact::recording::{Provenance, Recording, played_through_its_own};
@@ -18,7 +17,7 @@ use piezotact_dataset::{ReadOptions, read_recording};
 use crate::cli::Play;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown};
-use crate::output::{print, print_document, say_warnings};
+use crate::output::{print, print_kept, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::reading::drive_limit;
 use crate::runs::run_plan;
@@ -47,10 +46,7 @@ pub(crate) fn run(args: &Play) -> Outcome {
         record,
     )?;
     if args.json {
-        return print_document(&Kept {
-            out: &args.record,
-            value: &Played(Acquired::of(&recording)),
-        });
+        return print_kept(&args.record, &Played(Acquired::of(&recording)));
     }
     say_warnings(&recording.about.warnings);
     print(&format!(

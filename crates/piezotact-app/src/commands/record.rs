@@ -6,7 +6,6 @@ use anyhow::anyhow;
 use clap::Args;
 use indicatif::ProgressBar;
 use piezotact::Warning;
-use piezotact::document::Kept;
 use piezotact::quantity::{Degrees, Drive, Newtons, Quantity as _, Seconds};
 use piezotact::recording::{Condition, SlidingDirection, Touch};
 use piezotact::run::{
@@ -25,7 +24,7 @@ use crate::failure::{Failure, Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{began, say_moved};
 use crate::live::{Live, Showing};
-use crate::output::{print, print_document, say_warnings};
+use crate::output::{print, print_kept, say_warnings};
 use crate::places::{has_ending, outputs, recording_files};
 use crate::progress;
 use crate::runs::USUAL_ANGLE_DEG;
@@ -126,10 +125,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let (start, samples, warnings) = recorded(args, bench.acquirer.as_mut(), &plan, &stop)?;
     let recorded = Recorded(Acquired::of_run(&start, samples, warnings));
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &recorded,
-        });
+        return print_kept(&args.out, &recorded);
     }
     let Recorded(acquired) = recorded;
     say_warnings(&acquired.about.warnings);

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
-use piezotact::document::Kept;
 use piezotact::number::digits;
 use piezotact::quantity::Volts;
 use piezotact::spectrum::{EstimateError, WelchConfig};
@@ -21,7 +20,7 @@ use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
 use crate::failure::{Failure, Outcome, usage};
 use crate::invocation::write_report;
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_warnings};
+use crate::output::{print, print_kept, say_warnings};
 use crate::places::outputs;
 use crate::reading::read;
 
@@ -55,10 +54,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         write_report(report, &html(&page, &OptionWords)?)?;
     }
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &found,
-        });
+        return print_kept(&args.out, &found);
     }
     say_warnings(&found.function.about.warnings);
     print(&text(&found, &args.out))

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
-use piezotact::document::Kept;
 use piezotact::panel::{Cell, average_of_panel};
 use piezotact_dataset::{
     PANEL_INDEX, PanelFolder, TransferDocument, TransferFormat, panel_of, write_transfer,
@@ -11,7 +10,7 @@ use piezotact_dataset::{
 
 use crate::cli::panel::Average;
 use crate::failure::{Outcome, usage};
-use crate::output::{counted, print, print_document, say_warnings};
+use crate::output::{counted, print, print_kept, say_warnings};
 use crate::places::outputs;
 
 pub(crate) fn run(args: &Average) -> Outcome {
@@ -29,10 +28,7 @@ pub(crate) fn run(args: &Average) -> Outcome {
     let warnings = &mut averaged.function.about.warnings;
     warnings.extend(TransferFormat::of_ending(&args.out).losses());
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &averaged,
-        });
+        return print_kept(&args.out, &averaged);
     }
     say_warnings(&averaged.function.about.warnings);
     print(&format!(

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use anyhow::anyhow;
-use piezotact::document::Kept;
 use piezotact::panel::{Cell, Filing};
 use piezotact::quantity::{Acceleration, Degrees, Drive, Newtons, Quantity, Seconds};
 use piezotact::spectrum::WelchConfig;
@@ -24,7 +23,7 @@ use crate::commands::characterise::gating;
 use crate::failure::bench_failure;
 use crate::failure::{Failure, Outcome, usage};
 use crate::keeping::{Keeper, Place, Shown, runs_in};
-use crate::output::{counted, print, print_document, say};
+use crate::output::{counted, print, print_kept, say};
 use crate::progress;
 
 /// The folder of the raw recordings in that of a panel.
@@ -60,10 +59,7 @@ pub(crate) fn run(args: &Run) -> Outcome {
         index,
     };
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &done,
-        });
+        return print_kept(&args.out, &done);
     }
     print(&format!(
         "wrote {}: {} measurements, {} in all of {}; analyse them with `piezotact panel analyse {}`",

@@ -4,7 +4,6 @@ use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::Warning;
-use piezotact::document::Kept;
 use piezotact::recording::Recording;
 use piezotact::run::{Acquired, TwinRecorded};
 use piezotact_dataset::eeg::{markers_of, write_brainvision, write_edf};
@@ -15,7 +14,7 @@ use piezotact_twin::{Participant, TwinParameters};
 use crate::cli::twin::{Record, TaskName};
 use crate::failure::{Outcome, usage};
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_warnings};
+use crate::output::{print, print_kept, say_warnings};
 use crate::places::{has_ending, outputs};
 use crate::progress::Work;
 
@@ -32,10 +31,7 @@ pub(super) fn run(args: &Record, parameters: &TwinParameters) -> Outcome {
     let mut acquired = Acquired::of(&recording);
     acquired.about.warnings.extend(warnings);
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &TwinRecorded(acquired),
-        });
+        return print_kept(&args.out, &TwinRecorded(acquired));
     }
     print(&format!(
         "wrote {}: {:.2}, {} channels, {} trials of the task {} on the {}",

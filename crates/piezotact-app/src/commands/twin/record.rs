@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use anyhow::anyhow;
-use piezotact::document::Kept;
 use piezotact::quantity::{Acceleration, Degrees, Newtons, Seconds};
 use piezotact::recording::{Annotations, Event};
 use piezotact::run::{Acquired, Judged, RunDocument, RunStart, Sink, SinkError, TwinRecorded};
@@ -25,7 +24,7 @@ use crate::failure::{Outcome, usage};
 use crate::interrupt;
 use crate::keeping::{Earlier, say_moved};
 use crate::live::{self, Showing};
-use crate::output::{print, print_document};
+use crate::output::{print, print_kept};
 use crate::places::{has_ending, outputs, recording_files};
 
 /// What is usual unless it is stated.
@@ -67,10 +66,7 @@ pub(crate) fn run(args: &Record) -> Outcome {
         return Err(stopped(&acquired, samples, &args.out).into());
     }
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &TwinRecorded(acquired),
-        });
+        return print_kept(&args.out, &TwinRecorded(acquired));
     }
     print(&format!(
         "wrote {}: {:.2} on the {}",

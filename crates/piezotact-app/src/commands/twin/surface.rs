@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use piezotact::document::Kept;
 use piezotact_surface::write_sur;
 use piezotact_twin::document::SimulatedSurface;
 use piezotact_twin::{Patch, SurfaceError};
@@ -11,7 +10,7 @@ use piezotact_twin::{Patch, SurfaceError};
 use super::twin_parameters;
 use crate::commands::roughness::length;
 use crate::failure::{Outcome, usage};
-use crate::output::{digits, print, print_document};
+use crate::output::{digits, print, print_kept};
 use crate::places::{has_ending, outputs};
 
 #[derive(Debug, Args)]
@@ -66,10 +65,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         twin: parameters.provenance(),
     };
     if args.json {
-        return print_document(&Kept {
-            out: &args.out,
-            value: &surface,
-        });
+        return print_kept(&args.out, &surface);
     }
     print(&format!(
         "wrote {}: {} of the twin, {} × {} points, spacing {} µm",
