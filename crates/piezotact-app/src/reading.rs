@@ -23,12 +23,21 @@ pub(crate) fn rate_option(rate_hz: Option<f64>) -> Result<Option<SampleRate>, Fa
 }
 
 pub(crate) fn read(path: &Path, reading: &Reading) -> Outcome<Contents> {
-    let options = ReadOptions {
+    inspected(path, &options_of(reading)?)
+}
+
+/// As [`read`], for what inspects the channels itself.
+pub(crate) fn read_uninspected(path: &Path, reading: &Reading) -> Outcome<Contents> {
+    reading_fits(path)?;
+    Ok(read_recording(path, &options_of(reading)?)?)
+}
+
+fn options_of(reading: &Reading) -> Outcome<ReadOptions> {
+    Ok(ReadOptions {
         scale: reading.scale.clone(),
         rate: rate_option(reading.rate)?,
         ..ReadOptions::default()
-    };
-    inspected(path, &options)
+    })
 }
 
 /// The recording in a file, with the warnings about what broke on its way to the file.
@@ -36,7 +45,7 @@ pub(crate) fn inspected(path: &Path, options: &ReadOptions) -> Outcome<Contents>
     reading_fits(path)?;
     let mut contents = read_recording(path, options)?;
     let found = warnings_of(&contents.recording, drive_limit(contents.setup.as_ref()));
-    contents.recording.about.warnings.extend(found);
+    contents.recording.about.add_warnings(found);
     Ok(contents)
 }
 

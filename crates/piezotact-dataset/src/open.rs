@@ -404,8 +404,7 @@ fn contents_of(mut stored: Stored, kind: FileKind) -> Contents {
     if let Some(rendering) = &stored.rendering {
         let its_own =
             played_through_its_own(&rendering.about.provenance, &recording.about.provenance);
-        let said = its_own.filter(|warning| !recording.about.warnings.contains(warning));
-        recording.about.warnings.extend(said);
+        recording.about.add_warnings(its_own);
     }
     let setup = stored.setup.or_else(|| {
         stored

@@ -102,7 +102,8 @@ impl fmt::Display for Warning {
 }
 
 impl Warning {
-    /// The warning as a variant of the enum `W`; `None` when it is of another one, or lacks a field.
+    /// The warning as a variant of the enum `W`; `None` when it is of another one, or lacks a field. For tests: what a decision needs is
+    /// a field of the result.
     ///
     /// ```
     /// use piezotact::Warning;

@@ -110,7 +110,7 @@ pub(super) fn played(
     let made = rendering.map(|made| &made.about.provenance);
     let mut recording = play(bench, (drive, made), setup, run, (place, &what))?;
     let broken = warnings_of(&recording, drive_limit(setup));
-    recording.about.warnings.extend(broken);
+    recording.about.add_warnings(broken);
     let found = warnings_of_played(drive, setup, rendering, &recording.about.condition);
     recording.about.warnings.extend(found);
     Ok(recording)

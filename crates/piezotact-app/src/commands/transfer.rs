@@ -22,7 +22,7 @@ use crate::invocation::write_report;
 use crate::keeping::Earlier;
 use crate::output::{print, print_kept, say_warnings};
 use crate::places::outputs;
-use crate::reading::read;
+use crate::reading::read_uninspected;
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
     let written: Vec<&Path> = std::iter::once(&args.out)
@@ -30,7 +30,7 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
         .map(PathBuf::as_path)
         .collect();
     outputs(&[&args.recording], &written)?;
-    let contents = read(&args.recording, &args.reading)?;
+    let contents = read_uninspected(&args.recording, &args.reading)?;
     let config = config(args, &contents)?;
     let found = between_channels(&contents.recording, &config);
     let mut found = found.map_err(|error| refused(args, error))?;

@@ -168,12 +168,9 @@ impl Beside {
             })
         });
         recording.about.warnings = about.warnings;
-        for warning in own.into_iter().chain(self.warnings).chain(outside) {
-            // Warnings already stated in the sidecar are not added again.
-            if !recording.about.warnings.contains(&warning) {
-                recording.about.warnings.push(warning);
-            }
-        }
+        // Warnings already stated in the sidecar are not added again.
+        let more = own.into_iter().chain(self.warnings).chain(outside);
+        recording.about.add_warnings(more);
         stored.rendering = self.sidecar.rendering;
     }
 }

@@ -6,6 +6,7 @@ use std::fmt;
 use piezotact::Warning;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{BenchKind, Event, EventValue, Recording};
+use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 
 use super::EegWarning;
@@ -28,20 +29,15 @@ pub struct Segment<'a> {
 
 /// What was found in the file, each once, and whether the twin made it.
 pub(super) fn warnings_of(segments: &[Segment<'_>]) -> Vec<Warning> {
-    let mut warnings: Vec<Warning> = Vec::new();
     let simulated = segments
         .iter()
         .any(|one| one.recording.about.provenance.bench == Some(BenchKind::Twin));
-    warnings.extend(simulated.then(|| EegWarning::Simulated {}.into()));
-    for warning in segments
+    let simulated = simulated.then(|| EegWarning::Simulated {}.into());
+    let of_segments = segments
         .iter()
-        .flat_map(|one| &one.recording.about.warnings)
-    {
-        if !warnings.contains(warning) {
-            warnings.push(warning.clone());
-        }
-    }
-    warnings
+        .flat_map(|one| &one.recording.about.warnings);
+    let all: Warnings = simulated.into_iter().chain(of_segments.cloned()).collect();
+    all.into()
 }
 
 /// What a table states of a channel (BIDS `_channels.tsv`).

@@ -9,7 +9,8 @@ mod warning;
 
 pub use copied::{Copy, copied};
 pub use hum::{Hum, mains_hum};
-pub use pair::{Pair, said_of_a_pair, transfer_warnings};
+pub(crate) use pair::{Broken, warnings_beside};
+pub use pair::{Pair, transfer_warnings};
 pub use warning::SignalWarning;
 
 use crate::clipping::ClippingWarning;
@@ -17,7 +18,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::clipping::limited;
 use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
-use crate::recording::Recording;
+use crate::recording::{Channel, Clock, Recording};
 use crate::series::Series;
 use crate::statistics::{mean, standard_deviation};
 use crate::warning::{Warning, Warnings};
@@ -205,30 +206,33 @@ pub(crate) fn lost_parts(samples: &[f64], rate: SampleRate) -> Vec<Span> {
     gaps
 }
 
-/// The warnings about all channels of `recording`, of each and of pairs, that it does not carry yet. `limit_fraction`
-/// is the largest drive that can be played, of full scale.
+/// The defects of a channel of `recording`. Lines that a drive has are no hum.
+fn defects_of(recording: &Recording, channel: &Channel, clock: Clock) -> Defects {
+    let samples = &channel.samples;
+    let mut defects = inspect_samples(samples, clock.rate_hz, &channel.unit);
+    let excited = |drive: &[f64]| hum::hum_beside(drive, samples, clock.rate_hz).is_none();
+    let mut drives = recording.channels_with_clocks();
+    let is_excited = drives.any(|(drive, of_drive)| {
+        drive.unit == Unit::FullScale && of_drive == clock && excited(&drive.samples)
+    });
+    defects.hum = defects.hum.filter(|_| !is_excited);
+    defects
+}
+
+/// The warnings about all channels of `recording`, of each and of pairs. `limit_fraction` is the largest drive that can be played,
+/// of full scale.
 ///
 /// Source: [`inspect_samples`], [`copied`], [`transfer_warnings`].
 #[must_use]
 pub fn warnings_of(recording: &Recording, limit_fraction: f64) -> Warnings {
     let mut warnings = Warnings::new();
     for (channel, clock) in recording.channels_with_clocks() {
-        let (name, samples) = (&channel.name, &channel.samples);
-        let mut defects = inspect_samples(samples, clock.rate_hz, &channel.unit);
-        let excited = |drive: &[f64]| hum::hum_beside(drive, samples, clock.rate_hz).is_none();
-        let mut drives = recording.channels_with_clocks();
-        let is_excited = drives.any(|(drive, of_drive)| {
-            drive.unit == Unit::FullScale && of_drive == clock && excited(&drive.samples)
-        });
-        // Lines that the drive has are no hum.
-        defects.hum = defects.hum.filter(|_| !is_excited);
-        warnings.extend(defects.warnings(name));
+        let name = &channel.name;
+        warnings.extend(defects_of(recording, channel, clock).warnings(name));
         if channel.unit == Unit::FullScale {
-            let beyond = pair::beyond(samples, name, limit_fraction);
-            warnings.extend(beyond.map(Warning::from));
+            warnings.extend(pair::beyond(&channel.samples, name, limit_fraction));
         }
     }
-    warnings.extend(pair::copies_in(recording));
-    warnings.retain(|warning| !recording.about.warnings.contains(warning));
+    warnings.extend(pair::copies_in(recording, None));
     warnings
 }

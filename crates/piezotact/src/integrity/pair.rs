@@ -1,17 +1,17 @@
 //! Two channels of one recording: copies, and what a broken channel does to a transfer function.
 
-use super::copied::copied;
-use super::hum::hum_beside;
+use super::copied::{Copy, copied};
+use super::hum::{Hum, hum_beside};
 use super::level::{Usual, abrupt, at_the_floor};
-use super::{SignalWarning, Span, inspect_samples, never_changes};
-use crate::clipping::ClippingWarning;
+use super::{Defects, SignalWarning, Span, inspect_samples, never_changes};
 use crate::clipping::limited;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;
 use crate::warning::Warning;
 
-/// The copies among the channels of a recording. A digital drive and the voltage at the amplifier may legitimately be equal.
-pub(super) fn copies_in(recording: &Recording) -> Vec<Warning> {
+/// The copies among the channels of a recording, but for the pair `told`. A digital drive and the voltage at the amplifier may
+/// legitimately be equal.
+pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<Warning> {
     let channels: Vec<_> = recording
         .channels_with_clocks()
         .filter(|(c, _)| !super::commanded(&c.unit) && !never_changes(&c.samples))
@@ -20,7 +20,10 @@ pub(super) fn copies_in(recording: &Recording) -> Vec<Warning> {
     let mut warnings = Vec::new();
     for (i, (copy, clock)) in channels.iter().enumerate().skip(1) {
         let found = channels[..i].iter().find_map(|(of, of_clock)| {
-            if clock != of_clock || sends(&copy.unit) && sends(&of.unit) {
+            let is_told = told.is_some_and(|told| {
+                told.contains(&copy.name.as_str()) && told.contains(&of.name.as_str())
+            });
+            if clock != of_clock || sends(&copy.unit) && sends(&of.unit) || is_told {
                 return None;
             }
             Some((of, copied(&of.samples, &copy.samples)?))
@@ -76,50 +79,106 @@ const TOLERANCE: f64 = 1e-6;
 /// Source: J. J. Bussgang (1952), MIT RLE Technical Report 216, for limited Gaussian signals; the others follow from H1 = Sxy/Sxx.
 #[must_use]
 pub fn transfer_warnings(pair: &Pair<'_>) -> Vec<Warning> {
-    let Pair {
-        drive,
-        response,
-        rate,
-        ..
-    } = *pair;
-    let (drive_name, response_name) = (pair.drive_name.to_owned(), pair.response_name.to_owned());
-    if never_changes(drive) || never_changes(response) || drive.len() != response.len() {
-        return Vec::new();
+    Broken::of(pair).warnings(pair)
+}
+
+/// What is broken in a drive and the response to it, as it was found.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Broken {
+    /// The response is the drive once more.
+    copied: Option<Copy>,
+    /// The response is dead while the drive goes on.
+    dead: Option<SignalWarning>,
+    /// Lines of the mains in the response.
+    hum: Option<Hum>,
+    /// The shares of drive and response at a limit, 0–1; 0 for what is limited on purpose.
+    clipped: [f64; 2],
+    /// The drive is beyond its limit.
+    beyond: Option<SignalWarning>,
+}
+
+impl Broken {
+    pub(crate) fn of(pair: &Pair<'_>) -> Self {
+        let (drive, response) = (pair.drive, pair.response);
+        if never_changes(drive) || never_changes(response) || drive.len() != response.len() {
+            return Self::default();
+        }
+        let of_drive = Some(limited(drive).share()).filter(|share| *share > CRESTS);
+        let clipped = [of_drive.unwrap_or(0.0), limited(response).share()];
+        let limit = pair.drive_limit;
+        Self {
+            copied: copied(drive, response),
+            dead: pair.lasts.then(|| dead(pair)).flatten(),
+            hum: hum_beside(drive, response, pair.rate),
+            clipped: if pair.lasts { clipped } else { [0.0; 2] },
+            beyond: limit.and_then(|limit| beyond(drive, pair.drive_name, limit)),
+        }
     }
-    let mut warnings = Vec::new();
-    if let Some(copy) = copied(drive, response) {
-        warnings.push(SignalWarning::Copied {
-            channel: response_name.clone(),
-            of: drive_name.clone(),
+
+    /// The warnings about a transfer function from the drive to the response of `pair`.
+    pub(crate) fn warnings(&self, pair: &Pair<'_>) -> Vec<Warning> {
+        let [drive, response] = [pair.drive_name, pair.response_name].map(str::to_owned);
+        let copied = self.copied.map(|copy| SignalWarning::Copied {
+            channel: response.clone(),
+            of: drive.clone(),
             factor: copy.factor,
-            delay_s: copy.later as f64 / rate.hz(),
+            delay_s: copy.later as f64 / pair.rate.hz(),
         });
-    }
-    warnings.extend(pair.lasts.then(|| dead(pair)).flatten());
-    if let Some(hum) = hum_beside(drive, response, rate) {
-        warnings.push(hum.warning(response_name.clone()));
-    }
-    let fraction = limited(response).share();
-    if pair.lasts && fraction > 0.0 {
-        warnings.push(SignalWarning::ClippedTransfer {
-            channel: response_name,
-            fraction,
-            off_db: Some(20.0 * (1.0 - fraction).max(1e-3).log10()),
+        let hum = self.hum.as_ref().map(|hum| hum.warning(response.clone()));
+        let [of_drive, of_response] = self.clipped;
+        let response_clipped = (of_response > 0.0).then(|| SignalWarning::ClippedTransfer {
+            channel: response,
+            fraction: of_response,
+            off_db: Some(20.0 * (1.0 - of_response).max(1e-3).log10()),
         });
-    }
-    let fraction = limited(drive).share();
-    if pair.lasts && fraction > CRESTS {
-        warnings.push(SignalWarning::ClippedTransfer {
-            channel: drive_name.clone(),
-            fraction,
+        let drive_clipped = (of_drive > 0.0).then(|| SignalWarning::ClippedTransfer {
+            channel: drive,
+            fraction: of_drive,
             off_db: None,
         });
+        let (dead, beyond) = (self.dead.clone(), self.beyond.clone());
+        let all = [copied, dead, hum, response_clipped, drive_clipped, beyond];
+        all.into_iter().flatten().map(Warning::from).collect()
     }
-    warnings.extend(
-        pair.drive_limit
-            .and_then(|limit| beyond(drive, &drive_name, limit)),
-    );
-    warnings.into_iter().map(Warning::from).collect()
+
+    /// `defects` of the channel `name` without what is told of the pair.
+    fn beside(&self, pair: &Pair<'_>, name: &str, mut defects: Defects) -> Defects {
+        let [of_drive, of_response] = self.clipped.map(|share| share > 0.0 || !pair.lasts);
+        if name == pair.drive_name && of_drive || name == pair.response_name && of_response {
+            defects.clipped_fraction = 0.0;
+        }
+        if name == pair.response_name {
+            if self.dead.is_some() {
+                defects.frozen.clear();
+                defects.gaps.clear();
+            }
+            defects.hum = defects.hum.filter(|_| self.hum.is_none());
+        }
+        defects
+    }
+}
+
+/// The warnings about all channels of `recording`, of each and of pairs, but for what is `broken` in `pair` of them and told of both
+/// together. `limit_fraction` is the largest drive that can be played, of full scale.
+pub(crate) fn warnings_beside(
+    recording: &Recording,
+    limit_fraction: f64,
+    (pair, broken): (&Pair<'_>, &Broken),
+) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for (channel, clock) in recording.channels_with_clocks() {
+        let name = &channel.name;
+        let defects = super::defects_of(recording, channel, clock);
+        warnings.extend(broken.beside(pair, name, defects).warnings(name));
+        let is_told = name == pair.drive_name && broken.beyond.is_some();
+        if channel.unit == Unit::FullScale && !is_told {
+            let beyond = beyond(&channel.samples, name, limit_fraction);
+            warnings.extend(beyond.map(Warning::from));
+        }
+    }
+    let pair = [pair.drive_name, pair.response_name];
+    warnings.extend(copies_in(recording, broken.copied.map(|_| pair)));
+    warnings
 }
 
 /// The warning about a drive beyond `limit`.
@@ -178,42 +237,4 @@ fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
         share,
         low_db,
     })
-}
-
-/// Whether the warnings about a pair of channels, `broken`, already cover `warning` about one of them.
-///
-/// Source: house rule; one finding is said once.
-#[must_use]
-pub fn said_of_a_pair(warning: &Warning, broken: &[Warning]) -> bool {
-    use SignalWarning::{
-        ClippedTransfer, Copied, DriveBeyondLimit, DropOuts, Frozen, MainsHum, ResponseDead,
-    };
-    let clipped = match warning.kind() {
-        Some(ClippingWarning::Clipped { signal, .. }) => Some(signal),
-        _ => None,
-    };
-    let one: Option<SignalWarning> = warning.kind();
-    broken
-        .iter()
-        .filter_map(Warning::kind)
-        .any(|other| match (&one, other) {
-            (None, ClippedTransfer { channel, .. }) => clipped.as_ref() == Some(&channel),
-            (
-                Some(Frozen { channel, .. } | DropOuts { channel, .. }),
-                ResponseDead { channel: other, .. },
-            )
-            | (Some(MainsHum { channel, .. }), MainsHum { channel: other, .. })
-            | (Some(DriveBeyondLimit { channel, .. }), DriveBeyondLimit { channel: other, .. }) => {
-                *channel == other
-            }
-            (
-                Some(Copied { channel, of, .. }),
-                Copied {
-                    channel: other,
-                    of: original,
-                    ..
-                },
-            ) => (*channel == other && *of == original) || (*channel == original && *of == other),
-            _ => false,
-        })
 }

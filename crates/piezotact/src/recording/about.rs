@@ -39,6 +39,15 @@ impl About {
         }
     }
 
+    /// Adds those of `more` that it does not carry yet.
+    pub fn add_warnings(&mut self, more: impl IntoIterator<Item = Warning>) {
+        for warning in more {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+    }
+
     /// Serialises it without an empty list of warnings, for documents that are written before any warning can exist; for serde's
     /// `serialize_with`.
     ///

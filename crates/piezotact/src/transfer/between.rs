@@ -10,10 +10,9 @@ use super::{
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, impact::impacts};
-use crate::clipping::ClippingWarning;
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::document::Content;
-use crate::integrity::{Pair, never_changes, said_of_a_pair, transfer_warnings};
+use crate::integrity::{Broken, Pair, never_changes, warnings_beside};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
 use crate::recording::{Channel, Losses, Recording, RecordingError};
 use crate::series::{Series, SeriesError};
@@ -101,7 +100,8 @@ pub enum BetweenError {
     Transfer(#[from] TransferError),
 }
 
-/// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive.
+/// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive, with the warnings
+/// about all its channels: what is broken in the two is told of them together.
 ///
 /// Formula: that of [`estimate_without`], after [`prepared`] brought both on one clock.
 ///
@@ -145,9 +145,22 @@ pub fn between_channels(
         config.known_input && !repeats_itself(drive.samples(), config.welch.segment);
     let units = [&drive_unit, &response_unit];
     let lasts = function.impact.is_none();
-    let broken = broken(config, [&drive, &response], &drive_unit, lasts);
-    warning(&mut function, &found, units, &broken);
-    describe(&mut function, recording, config, &broken);
+    let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
+    let pair = Pair {
+        drive: drive.samples(),
+        response: response.samples(),
+        rate: response.rate(),
+        drive_name: config.drive,
+        response_name: config.response,
+        drive_limit: (drive_unit == Unit::FullScale).then_some(limit),
+        lasts,
+    };
+    let broken = Broken::of(&pair);
+    function.about.warnings.extend(broken.warnings(&pair));
+    warning(&mut function, &found, units);
+    describe(&mut function, recording, config);
+    let beside = warnings_beside(recording, limit, (&pair, &broken));
+    function.about.add_warnings(beside);
     Ok(BetweenChannels {
         limits: function.limits(),
         bias: function.bias(function.tactile_band()),
@@ -253,34 +266,13 @@ fn excited(
     }
 }
 
-/// What is broken in the two signals, told of them together.
-fn broken(
-    config: &BetweenConfig<'_>,
-    [drive, response]: [&Series<Uncalibrated>; 2],
-    drive_unit: &Unit,
-    lasts: bool,
-) -> Vec<Warning> {
-    let limit = config.setup.as_ref().map_or(1.0, DriveSetup::drive_limit);
-    transfer_warnings(&Pair {
-        drive: drive.samples(),
-        response: response.samples(),
-        rate: response.rate(),
-        drive_name: config.drive,
-        response_name: config.response,
-        drive_limit: (*drive_unit == Unit::FullScale).then_some(limit),
-        lasts,
-    })
-}
-
-/// Warnings the transfer function for what is broken in its signals and for units that are no drive and response.
+/// Warns of units that are no drive and response, and of a sign that is reversed.
 fn warning(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     found: &Found,
     [drive_unit, response_unit]: [&Unit; 2],
-    broken: &[Warning],
 ) {
     let warnings = &mut function.about.warnings;
-    warnings.extend(broken.iter().cloned());
     let sends = matches!(response_unit, Unit::FullScale | Unit::Volt);
     if *drive_unit == Unit::MetrePerSecondSquared && sends {
         warnings.push(Warning::from(TransferWarning::SwappedUnits {
@@ -303,7 +295,6 @@ fn describe(
     function: &mut TransferFunction<Uncalibrated, Uncalibrated>,
     recording: &Recording,
     config: &BetweenConfig<'_>,
-    broken: &[Warning],
 ) {
     let about = &recording.about;
     let estimated = std::mem::take(&mut function.about.provenance.steps);
@@ -318,15 +309,6 @@ fn describe(
     function.about.provenance.steps.extend(estimated);
     function.about.condition = about.condition.clone();
     function.drive.clone_from(&config.setup);
-    // What the transfer function says of its two channels is not said again of each. Hits at a limit are found hit by hit, and
-    // a force at rest is not one.
-    let by_hit = |warning: &Warning| match warning.kind() {
-        Some(ClippingWarning::Clipped { signal, .. }) => {
-            function.impact.is_some() && (signal == config.drive || signal == config.response)
-        }
-        _ => false,
-    };
-    let more = (about.warnings.iter())
-        .filter(|warning| !said_of_a_pair(warning, broken) && !by_hit(warning));
-    function.about.warnings.extend(more.cloned());
+    let before = about.warnings.iter().cloned();
+    function.about.warnings.extend(before);
 }

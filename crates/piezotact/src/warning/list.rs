@@ -24,16 +24,10 @@ impl Warnings {
         Self::default()
     }
 
-    /// Whether the list contains a warning with the code, subject and values of `warning`.
-    #[must_use]
-    pub fn say(&self, warning: &Warning) -> bool {
-        self.0.iter().any(|known| known.is_equivalent_to(warning))
-    }
-
     /// Adds a warning that is not yet in the list.
     pub fn push(&mut self, warning: impl Into<Warning>) {
         let warning = warning.into();
-        if !self.say(&warning) {
+        if !self.0.iter().any(|known| known.is_equivalent_to(&warning)) {
             self.0.push(warning);
         }
     }
@@ -42,11 +36,6 @@ impl Warnings {
     pub fn put_first(&mut self, first: impl IntoIterator<Item = Warning>) {
         let later = std::mem::replace(self, first.into_iter().collect());
         self.extend(later);
-    }
-
-    /// Keeps those for which `keep` holds.
-    pub fn retain(&mut self, keep: impl FnMut(&Warning) -> bool) {
-        self.0.retain(keep);
     }
 
     /// Merges warnings of one kind into one.
