@@ -63,4 +63,4 @@ pub use transfer_file::{
     TransferFormat, holds_transfer, read_transfer, stored_transfer, transfer_formats,
     write_transfer, write_transfer_as,
 };
-pub use transfer_json::{ConfidenceColumns, TransferDocument};
+pub use transfer_json::{ConfidenceColumns, MeasuredFor, TransferDocument};

@@ -14,7 +14,6 @@ use std::path::{Path, PathBuf};
 use piezotact::Warning;
 use piezotact::panel::{Cell, Entry, FiledMeasurement, Filing, Panel, PanelKind};
 use piezotact::quantity::{Uncalibrated, Unit};
-use piezotact::recording::Provenance;
 use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +21,7 @@ use crate::error::{ReadError, WriteError};
 use crate::lock::Lock;
 use crate::sidecar::{prepare_json, write_json};
 use crate::transfer_file::read_transfer;
-use crate::transfer_json::TransferDocument;
+use crate::transfer_json::{MeasuredFor, TransferDocument};
 use crate::version::Versioned;
 
 pub use bench::BenchFile;
@@ -259,10 +258,13 @@ impl PanelFolder {
         Ok(())
     }
 
-    /// The provenance step of a measurement of a campaign: how it was measured, and its filing.
+    /// What the file of a measurement states of a panel that was begun with `bench`.
     #[must_use]
-    pub fn campaign_step(bench: &str, filing: &Filing) -> String {
-        format!("measured for a panel with {bench}, as {filing}")
+    pub fn measured_for(bench: &str, filing: &Filing) -> MeasuredFor {
+        MeasuredFor {
+            bench: bench.into(),
+            filing: filing.clone(),
+        }
     }
 
     /// Lists a file that a session which broke off has left behind, when it is there, can be read, and says in its
@@ -276,8 +278,7 @@ impl PanelFolder {
         let Some(bench) = self.index.bench.as_ref().filter(|_| !known) else {
             return Ok(Adopted::Nothing);
         };
-        let step = Self::campaign_step(bench, filing);
-        let of_campaign = |provenance: &Provenance| provenance.steps.contains(&step);
+        let asked = Self::measured_for(bench, filing);
         let found = read_transfer(&self.path.join(&file))
             .ok()
             .filter(|document| {
@@ -286,7 +287,7 @@ impl PanelFolder {
                     .load_n
                     .zip(at.angle_deg)
                     .map(|(load_n, angle_deg)| Cell { load_n, angle_deg });
-                of_campaign(&document.about.provenance)
+                document.measured_for.as_ref() == Some(&asked)
                     && at.participant.as_ref() == Some(&filing.participant)
                     && cell.is_some_and(|cell| cell.is(filing.cell))
                     && self.same_units(document).is_ok()

@@ -366,5 +366,6 @@ pub(crate) fn from_lines(
         identities: None,
         attempts: Vec::new(),
         distortion: None,
+        measured_for: None,
     })
 }

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
+use piezotact::panel::Filing;
 use piezotact::quantity::{Band, Quantity, SampleRate, Unit};
 use piezotact::recording::About;
 use piezotact::transfer::{
@@ -75,6 +76,19 @@ pub struct TransferDocument {
     /// Noise and distortion, where multisines separated them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub distortion: Option<Distortion>,
+    /// The panel for which it was measured; absent elsewhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measured_for: Option<MeasuredFor>,
+}
+
+/// For which panel, and as which measurement of it, a transfer function was measured.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct MeasuredFor {
+    /// What all measurements of the panel have in common.
+    pub bench: String,
+    /// The participant, load, angle, placement and repeat.
+    #[serde(flatten)]
+    pub filing: Filing,
 }
 
 /// The limits of every line as they stand in a file.
@@ -156,6 +170,7 @@ impl TransferDocument {
             identities: None,
             attempts: Vec::new(),
             distortion: None,
+            measured_for: None,
         }
     }
 
@@ -290,10 +305,7 @@ impl TransferDocument {
         // What gives a warning when it was measured, and what can be seen now, each once.
         let seen = std::mem::take(&mut function.about.warnings);
         function.about.warnings.clone_from(&self.about.warnings);
-        function.about.warnings.extend(
-            seen.into_iter()
-                .filter(|warning| !self.about.warnings.contains(warning)),
-        );
+        function.about.add_warnings(seen);
         function.about.condition = self.about.condition.clone();
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
@@ -305,11 +317,10 @@ impl TransferDocument {
             })?;
         let limits = self.confidence.as_ref();
         let limits = limits.and_then(|limits| function.warning_of_limits(&limits.low, limits.of));
-        for warning in function.warnings_of_its_lines().into_iter().chain(limits) {
-            if !function.about.warnings.contains(&warning) {
-                function.about.warnings.push(warning);
-            }
-        }
+        let of_lines = function.warnings_of_its_lines();
+        function
+            .about
+            .add_warnings(of_lines.into_iter().chain(limits));
         Ok(function)
     }
 }

@@ -294,6 +294,7 @@ fn document() -> TransferDocument {
         confidence: None,
         attempts: Vec::new(),
         distortion: None,
+        measured_for: None,
         averages: 12,
         rate_hz: Some(SampleRate::new(10_000.0).unwrap()),
         about: About {

@@ -181,6 +181,7 @@ fn document(response: &[Complex<f64>], rate_hz: f64) -> TransferDocument {
         confidence: None,
         attempts: Vec::new(),
         distortion: None,
+        measured_for: None,
         averages: 40,
         rate_hz: Some(SampleRate::new(rate_hz).unwrap()),
         about: About::new(

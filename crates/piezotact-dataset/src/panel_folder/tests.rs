@@ -41,8 +41,7 @@ fn a_session_that_breaks_off_leaves_a_panel() {
     // Between the file and the index.
     let of_campaign = |bench: &str, filing: &Filing| {
         let mut document = document(&filing.participant);
-        let step = PanelFolder::campaign_step(bench, filing);
-        document.about.provenance = document.about.provenance.then(step);
+        document.measured_for = Some(PanelFolder::measured_for(bench, filing));
         document
     };
     let left = filing("b", 1);

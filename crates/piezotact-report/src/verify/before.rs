@@ -1,7 +1,7 @@
 //! The textures from which a manipulated target was made.
 
 use maud::{Markup, html};
-use piezotact::lineage::Lineage;
+use piezotact::lineage::{Lineage, Operation};
 use piezotact::quantity::Acceleration;
 use piezotact::series::Series;
 use piezotact::verify::Changed;
@@ -31,12 +31,22 @@ fn made_from<'a>(page: &Page<'a>) -> Option<&'a Lineage> {
     })
 }
 
+/// Whether a step of `lineage` takes a property of the texture called `label`, or of one that was made from it.
+fn takes_from(lineage: &Lineage, label: &str) -> bool {
+    lineage.steps.iter().any(|step| match &step.operation {
+        Operation::RmsOf { of, .. } | Operation::SpectrumOf { of, .. } => {
+            of.source == label || takes_from(of, label)
+        }
+        _ => false,
+    })
+}
+
 /// What the lineage of the target says of a texture called `label`.
 fn place_in(lineage: Option<&Lineage>, label: &str) -> &'static str {
     match lineage {
         None => "the target does not state what it was made from",
         Some(lineage) if lineage.source == label => "source of the target",
-        Some(lineage) if lineage.to_string().contains(label) => "one of its properties was used",
+        Some(lineage) if takes_from(lineage, label) => "one of its properties was used",
         Some(_) => "not named in the processing steps",
     }
 }

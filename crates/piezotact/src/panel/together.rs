@@ -234,26 +234,19 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }))
     }
 
-    /// The warnings about measurements whose provenance names another participant than they are filed under.
+    /// The warnings about measurements of another participant than they are filed under.
     pub(super) fn other_participant_warnings(&self) -> Vec<Warning> {
-        let mut warnings = Vec::new();
-        for entry in &self.entries {
-            let provenance = &entry.function.about.provenance;
-            let texts = std::iter::once(&provenance.source).chain(&provenance.steps);
-            let mut named = texts.filter_map(|text| {
-                let (_, after) = text.split_once("participant ")?;
-                let name = after.split([',', ';']).next()?;
-                Some(name.split(" at ").next()?.trim())
-            });
-            let other = |name: &&str| !name.is_empty() && *name != entry.filing.participant;
-            warnings.extend(named.find(other).map(|found| {
-                Warning::from(PanelWarning::OtherParticipant {
-                    measurement: entry.filing.to_string(),
-                    found: Example::from(found.to_owned()),
-                })
-            }));
-        }
-        warnings
+        let of = |entry: &Entry<I, O>| {
+            let filed = &entry.filing.participant;
+            let stated = entry.function.about.condition.participant.clone();
+            let found = stated.filter(|stated| stated != filed)?;
+            let other = PanelWarning::OtherParticipant {
+                measurement: entry.filing.to_string(),
+                found: Example::from(found),
+            };
+            Some(other.into())
+        };
+        self.entries.iter().filter_map(of).collect()
     }
 
     /// For every measurement, the number of others in its cell with the opposite sign over `band`, by cell.

@@ -343,9 +343,10 @@ fn measure(
     let mut document = TransferDocument {
         distortion: done.distortion.clone(),
         attempts: done.attempts,
+        measured_for: Some(PanelFolder::measured_for(campaign, filing)),
         ..TransferDocument::of(&done.function, Drive::UNIT, Acceleration::UNIT)
     };
-    let step = PanelFolder::campaign_step(campaign, filing);
+    let step = format!("measured for a panel with {campaign}, as {filing}");
     document.about.provenance.steps.push(step);
     Ok(folder.file(filing, &document)?)
 }
