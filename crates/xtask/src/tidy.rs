@@ -6,6 +6,7 @@ mod layers;
 mod options;
 mod programs;
 mod reads;
+mod warning_reads;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -196,7 +197,9 @@ fn findings() -> Result<BTreeSet<String>> {
     arrows(&metadata, &mut findings);
     science_is_pure(&root, &mut findings)?;
     science_is_documented(&root, &mut findings)?;
-    docs::check(&source::read(&root)?, &mut findings)?;
+    let sources = source::read(&root)?;
+    docs::check(&sources, &mut findings)?;
+    warning_reads::check(&sources, &mut findings);
     layers::check(&root, &mut findings)?;
     options::check(&root, &mut findings)?;
     commands::check(&root, &mut findings)?;
