@@ -315,8 +315,11 @@ mod tests {
             mean_n: 0.3,
             target_n: 0.2,
         });
+        let mut provenance = start().about.provenance;
+        provenance.losses.samples = 25;
+        provenance.losses.stretches_s = vec![[0.5, 0.75]];
         writer
-            .finish(start().about.provenance, vec![warning.clone()])
+            .finish(provenance.clone(), vec![warning.clone()])
             .unwrap();
         assert!(!journal_path(&path).exists());
         let recording = read_parquet(&path, None).unwrap().recording;
@@ -328,6 +331,7 @@ mod tests {
             Some("P03")
         );
         assert_eq!(recording.about.warnings, [warning]);
+        assert_eq!(recording.about.provenance.losses, provenance.losses);
         assert_eq!(recording.annotations, start().annotations);
     }
 

@@ -223,6 +223,9 @@ impl AlignedRecording {
         let played = &compared.drive.0.recording.about.provenance;
         let provenance = &mut about.provenance;
         provenance.excited_hz = provenance.excited_hz.or(played.excited_hz);
+        for stretch in &mut provenance.losses.stretches_s {
+            *stretch = stretch.map(|at_s| self.on_drive_s(at_s, clock.start_s, first_s).max(0.0));
+        }
         let step = format!(
             "placed on the clock of the drive {} by channel {}: first sample at {first_s:.6} s of the drive, drift {} ppm corrected",
             self.drive.file,
@@ -236,15 +239,18 @@ impl AlignedRecording {
         Ok(found)
     }
 
+    /// When `recorded_s` of a recording whose compared clock begins at `start` is on the drive, from the first sample at `first_s` on, s.
+    fn on_drive_s(&self, recorded_s: f64, start: Seconds, first_s: f64) -> f64 {
+        let of_own = Seconds(recorded_s - start.0);
+        self.alignment.on_drive(of_own).0 - first_s
+    }
+
     /// What is stated of the recording and of the drive, counted from the first sample at `first_s` of the drive.
     fn annotations(&self, compared: &Compared<'_>, first_s: f64) -> Annotations {
         let (named, _, clock) = compared.recorded;
         let before = &named.recording.annotations;
         let alignment = &self.alignment;
-        let on_drive = |recorded_s: f64| {
-            let of_own = Seconds(recorded_s - clock.start_s.0);
-            alignment.on_drive(of_own).0 - first_s
-        };
+        let on_drive = |recorded_s: f64| self.on_drive_s(recorded_s, clock.start_s, first_s);
         // The first sample is the first whole one of the drive: what happened up to one before it is at 0.
         let own = before.events.iter().map(|event| {
             let from_s = on_drive(event.onset_s.0).max(0.0);
