@@ -9,6 +9,9 @@ use std::path::Path;
 use crate::rows::{Checksums, Rows, differences, file_rows, json_rows, machine, of_table, table};
 use crate::support::Folder;
 
+/// Fields that have another path now: a run of segments in the stored path, and what stands there now.
+const RENAMED: &[(&str, &str)] = &[("findings", "chapters[0].findings")];
+
 /// A chapter of the thesis on the twin.
 const COMMAND: &str = "replay --chapter 6 --out replay";
 
@@ -30,7 +33,7 @@ fn a_chapter_of_the_thesis_gives_the_stored_values() {
     };
     let stored = of_table(&stored["commands"][COMMAND]);
     assert!(!stored.is_empty(), "{} holds no {COMMAND}", file.display());
-    let wrong = differences(&stored, &found, &[], checksums);
+    let wrong = differences(&stored, &found, RENAMED, checksums);
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 

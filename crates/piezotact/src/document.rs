@@ -201,6 +201,26 @@ mod tests {
     }
 
     #[test]
+    fn a_file_stands_beside_the_fields_of_a_result() {
+        let level = Level { level_db: -3.5 };
+        let kept = Kept {
+            out: Path::new("a.json"),
+            value: &level,
+        };
+        let text = serde_json::to_string(&Document::of(&kept)).unwrap();
+        assert_eq!(
+            text,
+            r#"{"schema":"level","version":2,"out":"a.json","level_db":-3.5}"#
+        );
+        let named = Named {
+            file: "b.wav",
+            value: &level,
+        };
+        let text = serde_json::to_string(&named).unwrap();
+        assert_eq!(text, r#"{"file":"b.wav","level_db":-3.5}"#);
+    }
+
+    #[test]
     fn a_document_of_another_kind_or_of_the_future_is_refused_by_name() {
         let refused = |text: &str| read::<Level>(text).unwrap_err().to_string();
         let other = refused(r#"{"schema":"score","version":1,"level_db":1.0}"#);

@@ -93,3 +93,42 @@ impl Content for TwinRecorded {
     const SCHEMA: &'static str = "twin_record";
     const VERSION: u32 = 2;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::{Document, Kept};
+    use crate::run::RunWarning;
+
+    /// Two warnings of one kind are one, and those of the start are not written beside those of the end.
+    #[test]
+    fn a_recording_is_written_without_its_samples_and_with_its_warnings_once() {
+        let mut start = RunStart {
+            label: "touch".into(),
+            rate_hz: SampleRate::new(5000.0).unwrap(),
+            channels: vec![("force".into(), Unit::Newton)],
+            about: About::default(),
+            annotations: Default::default(),
+            clocks: Vec::new(),
+            setup: None,
+            drive: None,
+            expected_s: None,
+        };
+        let warning = |load_n| Warning::from(RunWarning::ForceNotMeasured { load_n });
+        start.about.warnings = vec![warning(0.1)];
+        let warnings = vec![warning(0.2), warning(0.3)];
+        let recorded = Recorded(Acquired::of_run(&start, 7500, warnings));
+        let kept = Kept {
+            out: std::path::Path::new("r.parquet"),
+            value: &recorded,
+        };
+        let text = serde_json::to_string(&Document::of(&kept)).unwrap();
+        assert_eq!(text.matches("\"warnings\":").count(), 1, "{text}");
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(document["schema"], "record");
+        assert_eq!(document["duration_s"], 1.5);
+        assert_eq!(document["channels"], serde_json::json!([["force", "N"]]));
+        assert_eq!(document["warnings"].as_array().unwrap().len(), 1);
+        assert_eq!(document["warnings"][0]["seen"], 2);
+    }
+}
