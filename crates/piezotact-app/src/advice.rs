@@ -1,5 +1,6 @@
 //! The options of the command line with which the advice of a warning or an error is followed.
 
+use piezotact_haptic::HapticError;
 use std::error::Error;
 
 use piezotact::Warning;
@@ -8,10 +9,9 @@ use piezotact::feature::FeatureError;
 use piezotact::recording::RecordingError;
 use piezotact::score::ScoreError;
 use piezotact::stroke::SegmentError;
-use piezotact::transfer::{ImpactError, TransferError};
+use piezotact::transfer::TransferError;
 use piezotact::warning::Merged;
 #[cfg(feature = "haptic")]
-use piezotact_haptic::envelope::EnvelopeError;
 
 /// The options that a warning's advice needs, by code.
 const OPTIONS: [(&str, &str); 42] = [
@@ -94,7 +94,7 @@ pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str>
     }
     match error.downcast_ref() {
         Some(TransferError::Transient { .. }) => return Some("--excitation impact"),
-        Some(TransferError::Impact(ImpactError::NoHit { .. } | ImpactError::NoPulses)) => {
+        Some(TransferError::NoHit { .. } | TransferError::NoPulses) => {
             return Some("--excitation");
         }
         _ => {}
@@ -109,7 +109,7 @@ pub(crate) fn options_for(error: &(dyn Error + 'static)) -> Option<&'static str>
         return Some("manipulate --loop");
     }
     #[cfg(feature = "haptic")]
-    if let Some(EnvelopeError::TooMany { .. }) = error.downcast_ref() {
+    if let Some(HapticError::TooMany { .. }) = error.downcast_ref() {
         return Some("--rate");
     }
     None

@@ -133,11 +133,7 @@ fn pictures(folder: &Path, figures: &[FigurePart]) -> Outcome<Vec<(PathBuf, Vec<
 }
 
 fn made(folder: &Path) -> Outcome {
-    std::fs::create_dir_all(folder).map_err(|error| {
-        anyhow!(
-            "{}: expected a folder that can be made, found: {error}",
-            folder.display()
-        )
-    })?;
+    std::fs::create_dir_all(folder)
+        .map_err(|error| anyhow!("cannot create the folder {}: {error}", folder.display()))?;
     Ok(())
 }

@@ -106,7 +106,7 @@ fn the_drive_is_kept_with_its_bursts_and_its_notes() {
     // Once is enough.
     folder
         .run(&["burst", "with.wav", "--out", "more.wav"])
-        .expect_failure(1, &["with.wav", "without bursts"]);
+        .expect_failure(1, &["with.wav", "has bursts already"]);
 }
 
 #[test]

@@ -243,7 +243,10 @@ fn a_study_is_exported_without_a_fault_and_without_who_somebody_is() {
     let fewer = EXPORT
         .replace("--out bids", "--out again")
         .replace(" S9.parquet", "");
-    run(folder, &fewer).expect_failure(1, &["again: expected no folder", "nothing is overwritten"]);
+    run(folder, &fewer).expect_failure(
+        1,
+        &["cannot write to again: found", "nothing is overwritten"],
+    );
     std::fs::write(folder.path("again/notes.txt"), "mine").unwrap();
     run(folder, &EXPORT.replace("--out bids", "--out again"))
         .expect_failure(1, &["notes.txt beside them", "nothing is overwritten"]);
@@ -366,7 +369,7 @@ fn what_is_imported_is_what_was_exported() {
         1,
         &[
             "imported",
-            "expected no folder",
+            "cannot write to",
             "another answers.csv, which differs from line",
             "nothing is overwritten",
         ],
@@ -636,7 +639,7 @@ fn what_is_no_data_set_of_touch_is_refused_by_name() {
     );
     folder.write("brains/sub-01/meg/sub-01_task-rest_meg.fif", "0");
     run(folder, "bids import brains --out new")
-        .expect_failure(1, &["expected touch data", "data in meg"]);
+        .expect_failure(1, &["has no touch data", "data in meg"]);
     let done = run(folder, "bids check brains --second-opinion none");
     assert_eq!(done.code(), Some(5), "{}", done.out());
     holds(&done.out(), &["nothing could be checked", "1 of meg"]);

@@ -340,7 +340,7 @@ fn data_that_were_changed_are_not_imported() {
     refused("far", &far, &["expected a number in the column `onset`"]);
     // The folder that is read is not written.
     run(folder, "bids import bids --out bids/imported")
-        .expect_failure(1, &["outside the data set"]);
+        .expect_failure(1, &["lies inside the data set"]);
     assert!(!folder.path("bids/imported").exists());
 }
 

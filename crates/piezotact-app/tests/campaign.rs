@@ -380,11 +380,14 @@ fn the_power_for_a_stated_difference_is_shown() {
     let page = std::fs::read_to_string(folder.path("power.html")).unwrap();
     assert!(page.contains("<h2>Power</h2>") && page.matches("<svg").count() >= 3);
     for (rest, words) in [
-        ("--power samples:S4,S5 --shares 75,20", "which never are"),
+        (
+            "--power samples:S4,S5 --shares 75,20",
+            "never occur in one set",
+        ),
         ("--power samples:S2,S3 --shares 75,40", "at most 1"),
         (
             "--power tasks:task2,task3 --shares 75,40",
-            "found task3 alone; compare samples or people",
+            "task3 alone has answers that name a sample; compare samples or people",
         ),
         (
             "--power people:own,averaged --shares 75,40 --spread -1",

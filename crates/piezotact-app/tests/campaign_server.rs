@@ -168,10 +168,7 @@ fn an_address_with_a_password_is_not_repeated() {
         "campaign join postgres://lab:quince@127.0.0.1/touch study".to_owned(),
     ] {
         let refused = run(&folder, &line);
-        refused.expect_failure(
-            2,
-            &["found one with a password; leave it out", "PGPASSWORD"],
-        );
+        refused.expect_failure(2, &["holds a password: leave it out", "PGPASSWORD"]);
         assert!(!refused.err().contains("quince"), "{}", refused.err());
         assert!(!folder.path("study").exists());
     }

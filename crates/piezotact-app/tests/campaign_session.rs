@@ -278,22 +278,22 @@ fn names_that_cannot_be_are_refused_with_those_that_can() {
         (
             "campaign status nowhere",
             1,
-            &["expected a folder with a study"],
+            &["no study is in this folder"],
         ),
         (
             "campaign export nowhere --out x",
             1,
-            &["expected a folder with a study"],
+            &["no study is in this folder"],
         ),
         (
             "campaign verify-journal nowhere",
             1,
-            &["expected a folder with a study"],
+            &["no study is in this folder"],
         ),
         (
             "campaign withdraw nowhere P01",
             1,
-            &["expected a folder with a study"],
+            &["no study is in this folder"],
         ),
         ("campaign withdraw study P09", 1, &["P09"]),
         ("campaign run study P02 naming --age 0", 2, &["--age"]),
@@ -305,7 +305,7 @@ fn names_that_cannot_be_are_refused_with_those_that_can() {
         (
             "campaign new study --protocol protocol.toml --seed 7",
             1,
-            &["expected a folder without a study"],
+            &["a study is in this folder already"],
         ),
         (
             "campaign new other --protocol nothing.toml --seed 7",
@@ -682,11 +682,11 @@ fn an_identity_forges_no_line_and_keeps_a_signed_consent() {
     };
     folder.write("secret.txt", "a");
     let weak = identity("Rosa", &[]);
-    weak.expect_failure(1, &["12 characters or more, found 1"]);
+    weak.expect_failure(1, &["1 characters are too few, 12 are needed"]);
     assert!(!folder.path("study/identity.age").exists());
     folder.write("secret.txt", "four words of wood");
     let refused = identity("Rosa\nP02: Quentin, room 8, no consent signed", &[]);
-    refused.expect_failure(1, &["found U+000A"]);
+    refused.expect_failure(1, &["(U+000A)"]);
     let said = identity("Rosa", &["--signed", "2"]).out();
     assert!(said.contains("the consent is signed"), "{said}");
     let said = identity("Rosa B", &[]).out();

@@ -194,7 +194,7 @@ fn panels_are_other_people_and_stay_the_same() {
     );
     run(&folder, &LINE.replace("K1=S1", "K1")).expect_failure(2, &["such as P60=S2, found `K1`"]);
     let line = "campaign simulate averaged_transfer_function --study av --participants 4 --seed 7 --panel 3..5";
-    run(&folder, line).expect_failure(2, &["found volunteer 3 in both"]);
+    run(&folder, line).expect_failure(2, &["volunteer 3 is in the panel and takes part"]);
 }
 
 /// Nothing is made where the twin has no such sample, and a link that leads nowhere is no folder.

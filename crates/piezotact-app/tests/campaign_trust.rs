@@ -274,10 +274,7 @@ fn links_and_copies_of_a_participant_are_neither_followed_nor_forgotten() {
     std::os::unix::fs::symlink(folder.path("elsewhere"), there.join("P01")).unwrap();
     run(&folder, "campaign run study P01 naming").expect_failure(
         1,
-        &[
-            "participants/P01: expected a folder, found a link",
-            "move the folder to its place",
-        ],
+        &["participants/P01 is a link", "move the folder to its place"],
     );
     assert!(
         std::fs::read_dir(folder.path("elsewhere"))
@@ -330,7 +327,7 @@ fn what_is_no_file_of_the_study_is_neither_waited_for_nor_followed() {
         &folder,
         "campaign new study --protocol isotropic_triplets --seed 7",
     )
-    .expect_failure(1, &["found another file"]);
+    .expect_failure(1, &["is not the protocol of the new study"]);
     // Files of the study are no links.
     let folder = study();
     for file in ["study/campaign.json", "study/protocol.toml"] {

@@ -121,7 +121,7 @@ fn the_gate_names_why_and_stops() {
     .expect_failure(
         1,
         &[
-            "repeat 1 was refused in 2 of 2 attempts",
+            "repeat 1 was rejected in all 2 attempts",
             "the mean force was",
             "0.2 N ± 0 %",
             "hold the finger",
@@ -183,7 +183,7 @@ fn refused_attempts_are_kept_as_they_broke_off() {
         &folder,
         "--seconds 12 --force-tolerance 0.0005 --attempts 2 --record raw.parquet --out tf.json",
     )
-    .expect_failure(1, &["refused in 2 of 2 attempts"]);
+    .expect_failure(1, &["rejected in all 2 attempts"]);
     for file in ["raw.parquet", "raw-again-1.parquet"] {
         let said = folder.run(&["info", file, "--json"]).json();
         assert!(

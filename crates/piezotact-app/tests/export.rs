@@ -445,7 +445,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.haptic",
             &SCALE,
             1,
-            &["expected a duration above 0 s", "0.004 s"],
+            &["a duration above 0 s is needed", "0.004 s"],
         ),
         (
             "loud.csv",
@@ -482,7 +482,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.wav",
             &[],
             1,
-            &["a breakpoint of amplitude", "none"],
+            &["no breakpoint of amplitude"],
         ),
         ("cut.hjif", "out.wav", &[], 1, &["MPEG haptics JSON", "EOF"]),
     ] {

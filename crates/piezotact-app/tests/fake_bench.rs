@@ -279,7 +279,7 @@ fn one_closed_loop_at_a_time_has_the_runs_of_an_output() {
     let second = looped(&folder, &["texture.wav"], "good.toml", "d.wav", &discard);
     let (code, said) = ended(second);
     assert_eq!(code, Some(1), "{said}");
-    let who = format!("process {}, which is still writing to it", first.id());
+    let who = format!("process {} is still writing to it", first.id());
     assert!(
         said.contains(&who) && said.contains("give another output"),
         "{said}"

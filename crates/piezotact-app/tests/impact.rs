@@ -429,8 +429,8 @@ fn what_goes_wrong_with_a_hammer_is_named_with_what_to_do() {
         1,
         &[
             "never.csv",
-            "expected hits",
-            "found none",
+            "no hit was found",
+            "the largest force is",
             "check",
             "--excitation",
         ],

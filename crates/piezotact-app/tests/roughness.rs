@@ -404,7 +404,7 @@ fn what_cannot_be_is_refused() {
         .expect_failure(1, &["an empty file"]);
     folder
         .run(&["roughness", "absent.csv"])
-        .expect_failure(1, &["found none there"]);
+        .expect_failure(1, &["no such file: absent.csv"]);
     let before = folder.names();
     folder
         .run(&[

@@ -41,7 +41,7 @@ impl AudioBench {
     /// Opens the device on `io` and checks the level of its loopback against the calibration.
     ///
     /// # Errors
-    /// Those of [`RunningStreams::open`]; [`AudioError::Calibration`] when the calibration is of another device, or the loopback's level is
+    /// Those of [`RunningStreams::open`]; [`AudioError::Sound`] when the calibration is of another device, or the loopback's level is
     /// off by more than 0.1 dB.
     pub fn open(mut self, io: &mut dyn AudioIo) -> Result<Bench, AudioError> {
         let (called, buffer_frames) = (self.setup.called(), self.setup.buffer_frames);

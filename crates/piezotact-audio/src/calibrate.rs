@@ -1,11 +1,12 @@
 //! Measurements with running streams: tones, the gain of a loopback, and which output arrives at which input.
 
+use piezotact::sound::SoundError;
 use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 use piezotact::fourier::{fade, hann};
 use piezotact::quantity::{Drive, Hertz, SampleRate, Seconds};
 use piezotact::series::Series;
-use piezotact::sound::{Tone, Wire, WiringError, burst_delay, tone, tone_near, wiring};
+use piezotact::sound::{Tone, Wire, burst_delay, tone, tone_near, wiring};
 use piezotact::statistics::peak;
 use piezotact_bench::{Playback, StopHandle};
 
@@ -130,7 +131,7 @@ pub struct Loopback {
 /// played, up to three times where samples are lost or the tone does not arrive: a sound server connects its clients in the first moments.
 ///
 /// # Errors
-/// [`AudioError::Delay`] when the loopback does not hold the tone; [`AudioError::Losses`] when samples were lost in each attempt;
+/// [`AudioError::Sound`] when the loopback does not hold the tone; [`AudioError::Losses`] when samples were lost in each attempt;
 /// [`AudioError::Device`] when the device fails.
 pub fn measured_loopback(
     streams: &mut RunningStreams,
@@ -214,7 +215,7 @@ fn sweep_samples(rate_hz: f64) -> Vec<f64> {
 /// The tone nearest to `frequency`, within 3 %, on the input `channel` (from 1) in `seconds` of recording, with its peak; full scale = 1. Nothing is played.
 ///
 /// # Errors
-/// [`AudioError::Tone`] when the recording is too short; [`AudioError::Losses`] when samples were lost in each of three attempts;
+/// [`AudioError::Sound`] when the recording is too short; [`AudioError::Losses`] when samples were lost in each of three attempts;
 /// [`AudioError::Device`] when the device fails.
 pub fn record_tone(
     streams: &mut RunningStreams,
@@ -259,7 +260,7 @@ pub fn record_tone(
 pub fn wires<E: From<AudioError>>(
     setup: &SoundSetup,
     open: &mut dyn FnMut(&SoundSetup) -> Result<RunningStreams, E>,
-) -> Result<Vec<Result<Wire, WiringError>>, E> {
+) -> Result<Vec<Result<Wire, SoundError>>, E> {
     let mut found = Vec::new();
     for output in &setup.play.drive {
         let mut alone = setup.clone();

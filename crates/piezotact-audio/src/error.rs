@@ -1,6 +1,6 @@
 //! Why a sound device cannot be used.
 
-use piezotact::sound::{CalibrationError, DelayError, ToneError};
+use piezotact::sound::SoundError;
 use piezotact_bench::DeviceError;
 
 /// Why a sound device cannot be used.
@@ -11,7 +11,7 @@ pub enum AudioError {
     Setup(String),
     /// No host of this name.
     #[error(
-        "expected a host that this program was built with ({known}), found `{found}`; `piezotact devices` lists them"
+        "this program was built without the host `{found}` (only {known}): name one that `piezotact devices` lists"
     )]
     NoHost {
         /// The hosts there are.
@@ -24,7 +24,7 @@ pub enum AudioError {
     HostUnavailable { host: String, why: String },
     /// The device is not there. It is never replaced by another.
     #[error(
-        "expected the {direction} device `{wanted}`, found {found}; plug it in, or name one that `piezotact devices` lists"
+        "there is no {direction} device `{wanted}`, only {found}: plug it in, or name one that `piezotact devices` lists"
     )]
     NoDevice {
         direction: &'static str,
@@ -43,7 +43,7 @@ pub enum AudioError {
     },
     /// The device cannot do what the set-up asks for.
     #[error(
-        "expected {wanted} on the {direction} device `{device}`, found {offered}; write what it offers into the set-up"
+        "the {direction} device `{device}` does not offer {wanted}: it offers {offered}; correct the set-up"
     )]
     NotOffered {
         direction: &'static str,
@@ -62,7 +62,7 @@ pub enum AudioError {
     },
     /// The streams run at another rate.
     #[error(
-        "expected {wanted_hz} Hz, found {found_hz:.0} Hz by the clock of this computer: the sound system resamples or stalls; set the device to {wanted_hz} Hz, or write its rate into the set-up"
+        "the sound system runs at {found_hz:.0} Hz by the clock of this computer, not at {wanted_hz} Hz: set both to one rate"
     )]
     EffectiveRate {
         /// The nominal rate, Hz.
@@ -70,18 +70,12 @@ pub enum AudioError {
         /// The measured rate, Hz.
         found_hz: f64,
     },
-    /// The calibration does not hold.
+    /// No tone or loopback in what was recorded, or a calibration that does not hold.
     #[error(transparent)]
-    Calibration(#[from] CalibrationError),
-    /// No tone in what was recorded.
-    #[error(transparent)]
-    Tone(#[from] ToneError),
-    /// No loopback in what was recorded.
-    #[error(transparent)]
-    Delay(#[from] DelayError),
+    Sound(#[from] SoundError),
     /// Samples were lost in every attempt.
     #[error(
-        "expected a measurement without lost samples, found losses in each of {attempts} attempts; close other programs, or use larger buffers"
+        "samples were lost in each of {attempts} attempts: close other programs, or use larger buffers"
     )]
     Losses { attempts: usize },
     /// A device fails while it runs.

@@ -1,5 +1,6 @@
 //! A force from a source of its own beside the recorded channels of a sound device.
 
+use crate::force::ForceError;
 use std::collections::VecDeque;
 use std::time::Instant;
 
@@ -10,7 +11,7 @@ use piezotact_bench::DeviceError;
 use crate::error::AudioError;
 use crate::error::wrong;
 use crate::force::{
-    ForceJoiner, ForceSource, ForceUnit, GrowingFile, GrowingSettings, JoinError, JoinerConfig,
+    ForceJoiner, ForceSource, ForceUnit, GrowingFile, GrowingSettings, JoinerConfig,
     SerialForceCell, SerialSettings,
 };
 use crate::setup::ForceSettings;
@@ -121,7 +122,7 @@ impl JoinedForce {
             match self.joiner.next(more) {
                 Ok(force_n) => self.force_n.extend(force_n),
                 // Until its first reading the source itself says what is wrong with it.
-                Err(JoinError::Stale { .. }) if self.readings == 0 => {}
+                Err(ForceError::Stale { .. }) if self.readings == 0 => {}
                 Err(error) => {
                     let name = self.source.describe().name;
                     return Err(DeviceError::Unusable(format!("{name}: {error}")));
@@ -167,6 +168,6 @@ fn joiner(rate: SampleRate, least_delay_s: f64) -> ForceJoiner {
     })
 }
 
-fn failed(error: crate::force::ForceError) -> DeviceError {
+fn failed(error: ForceError) -> DeviceError {
     DeviceError::Unusable(error.to_string())
 }

@@ -35,6 +35,6 @@ pub use latency::latency_run;
 pub use loop_settings::{LoopFailure, LoopFault, LoopPace, LoopSettings, SilentPart};
 pub use looped::{LoopIo, PlantMaker};
 #[cfg(feature = "hardware")]
-pub use plant::{ForceReading, JackPlant, PlantError, PlantSettings};
+pub use plant::{ForceReading, JackPlant, PlantSettings};
 pub use setup::{ForceSettings, Measures, PlayChannels, RecordedChannel, SoundSetup};
 pub use streams::{Fetched, Loaded, PieceProgress, RunningStreams, StreamChannels};

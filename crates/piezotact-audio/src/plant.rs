@@ -183,7 +183,7 @@ impl JackPlant {
         setup: &SoundSetup,
         settings: &PlantSettings,
         make: impl FnOnce(SampleRate) -> Result<Box<dyn Plant>, DeviceError>,
-    ) -> Result<Self, PlantError> {
+    ) -> Result<Self, AudioError> {
         if setup.host != "jack" {
             let found = format!("host = \"{}\"", setup.host);
             return Err(wrong("a set-up with host = \"jack\"", &found).into());
@@ -315,15 +315,4 @@ impl JackPlant {
             .collect();
         found
     }
-}
-
-/// Why a plant does not run.
-#[derive(Debug, thiserror::Error)]
-pub enum PlantError {
-    /// The sound system.
-    #[error(transparent)]
-    Sound(#[from] AudioError),
-    /// The plant itself.
-    #[error(transparent)]
-    Plant(#[from] DeviceError),
 }

@@ -268,7 +268,7 @@ fn a_wrong_cable_is_found() {
     // A loopback that is not there.
     let silent = setup("gain = 0");
     let error = measured_loopback(&mut opened(&silent), &silent).unwrap_err();
-    assert!(matches!(error, AudioError::Delay(_)), "{error}");
+    assert!(matches!(error, AudioError::Sound(_)), "{error}");
 }
 
 #[test]

@@ -29,9 +29,7 @@ pub enum DeviceError {
     #[error("{0}")]
     Unusable(String),
     /// A step out of order.
-    #[error(
-        "the bench was asked to {asked} before it was {before}; this is a bug in the procedure: report it"
-    )]
+    #[error("internal error: `{asked}` was called before the bench was {before}; please report it")]
     Order {
         /// The step asked for.
         asked: &'static str,
@@ -60,9 +58,7 @@ pub enum DeviceError {
     },
     /// A device lost so many samples that the rest is no measurement.
     #[error(
-        "the {name} lost {samples} samples ({lost_s:.2} s) after {after_s:.2} s, and says so: the computer is too busy, the buffers are \
-            too short, or the sound system has no real-time priority; close other programs, use larger buffers, allow real-time \
-            priority, then measure again"
+        "the {name} lost {samples} samples ({lost_s:.2} s) after {after_s:.2} s, as the computer is too busy: close other programs, use larger buffers, or allow real-time priority"
     )]
     LostSamples {
         name: String,
@@ -151,14 +147,6 @@ pub enum ProcedureError {
         bench: f64,
         name: String,
     },
-    /// What is asked for cannot be.
-    #[error("expected {expected}, found {found}; {todo}")]
-    Impossible {
-        expected: String,
-        /// What was asked for.
-        found: String,
-        todo: String,
-    },
     /// A target cannot be rendered.
     #[error(transparent)]
     Render(#[from] piezotact::render::RenderError),
@@ -169,9 +157,7 @@ pub enum ProcedureError {
     #[error("the measurement was refused: {0}")]
     Refused(Refusal),
     /// A repeat did not pass the gate in any attempt.
-    #[error(
-        "repeat {repeat} was refused in {attempts} of {attempts} attempts; the last time {refusal}"
-    )]
+    #[error("repeat {repeat} was rejected in all {attempts} attempts; in the last, {refusal}")]
     RepeatRefused {
         repeat: usize,
         /// How often it was tried.

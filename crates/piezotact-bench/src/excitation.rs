@@ -1,5 +1,6 @@
 //! Drives that characterise a device.
 
+use crate::DeviceError;
 use std::f64::consts::TAU;
 use std::str::FromStr;
 
@@ -82,11 +83,11 @@ const ONSET_S: f64 = 0.01;
 const GROUP: usize = 4;
 
 fn impossible(expected: &str, found: String, todo: &str) -> ProcedureError {
-    ProcedureError::Impossible {
+    ProcedureError::Device(DeviceError::Impossible {
         expected: expected.into(),
         found,
         todo: todo.into(),
-    }
+    })
 }
 
 /// The distribution of a duration over realisations and periods of a multisine.
@@ -173,7 +174,7 @@ impl ExcitationConfig {
     /// drive, which has no blocks.
     ///
     /// # Errors
-    /// [`ProcedureError::Impossible`] when the duration holds too few, or the rate no whole number of samples.
+    /// [`DeviceError::Impossible`] when the duration holds too few, or the rate no whole number of samples.
     pub fn blocks(&self, rate: SampleRate) -> Result<Option<Blocks>, ProcedureError> {
         match self.kind {
             Excitation::Random => Ok(None),
@@ -238,7 +239,7 @@ impl ExcitationConfig {
 /// The drive that `config` describes, at `rate`, with the stated peak.
 ///
 /// # Errors
-/// [`ProcedureError::Impossible`] when the duration is shorter than a second (6 s for sweeps, 9.04 s for multisines) or longer
+/// [`DeviceError::Impossible`] when the duration is shorter than a second (6 s for sweeps, 9.04 s for multisines) or longer
 /// than 10 minutes, the peak is not from 0.001 to 1, or the band does not fit the rate.
 pub fn excitation(
     config: &ExcitationConfig,

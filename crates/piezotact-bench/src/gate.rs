@@ -1,6 +1,7 @@
 //! The gate: quality checks during a characterisation. A measurement whose force departs from the target load, or whose coherence
 //! falls too low, is stopped at once and repeated.
 
+use crate::DeviceError;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::quantity::{Acceleration, Drive, Hertz, Newtons, SampleRate, Seconds};
 use piezotact::recording::Recording;
@@ -72,7 +73,7 @@ impl Gate {
     /// `segment` samples.
     ///
     /// # Errors
-    /// [`ProcedureError::Impossible`] when a window does not hold five segments.
+    /// [`DeviceError::Impossible`] when a window does not hold five segments.
     pub fn new(
         config: &GateConfig,
         target: Option<Newtons>,
@@ -97,14 +98,14 @@ impl Gate {
                 done: false,
                 worst: Vec::new(),
             }),
-            _ => Err(ProcedureError::Impossible {
+            _ => Err(ProcedureError::Device(DeviceError::Impossible {
                 expected: format!(
                     "segments so short that five fit into the {} that the gate evaluates",
                     config.window
                 ),
                 found: segment.to_string(),
                 todo: "use shorter segments, 2048 is usual at 5 kHz, or turn the gate off".into(),
-            }),
+            })),
         }
     }
 

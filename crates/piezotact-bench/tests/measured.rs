@@ -211,7 +211,10 @@ fn a_drive_beyond_full_scale_clips() {
     let mut refusing = bench(hand(), noise(0.0, 1));
     let drive = tone(2.0, 150.0);
     let refused = play_and_record(&mut refusing, &drive, None, &run("x"), &mut Discard, None);
-    assert!(matches!(refused, Err(ProcedureError::Impossible { .. })));
+    assert!(matches!(
+        refused,
+        Err(ProcedureError::Device(DeviceError::Impossible { .. }))
+    ));
 }
 
 /// Over ten seconds at 5 kHz: four standard errors of an rms from 52 500 independent numbers are 1.2 %.

@@ -449,10 +449,7 @@ pub(crate) fn recording_of_clocks(
         ..Provenance::default()
     };
     let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
-        .map_err(|source| ReadError::Recording {
-            path: path.into(),
-            source,
-        })?;
+        .map_err(ReadError::of(path))?;
     recording.about.warnings = warnings;
     Ok(recording)
 }
@@ -573,10 +570,7 @@ pub(crate) fn rate_of(
     let found_hz = 1.0 / (mean * to_seconds);
     let whole = (found_hz - found_hz.round()).abs() <= ROUNDED * found_hz;
     let rate_hz = if whole { found_hz.round() } else { found_hz };
-    SampleRate::new(rate_hz).map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })
+    SampleRate::new(rate_hz).map_err(ReadError::of(path))
 }
 
 /// Steps that time stamps repeated by a slip of the clock explain.

@@ -31,10 +31,7 @@ pub fn read_device(name_or_file: &str) -> Result<DeviceDescription, ReadError> {
             ReadError::io(path, &error)
         }
     })?;
-    DeviceDescription::from_toml(&text).map_err(|source| ReadError::Device {
-        path: path.into(),
-        source,
-    })
+    DeviceDescription::from_toml(&text).map_err(ReadError::of(path))
 }
 
 #[cfg(test)]

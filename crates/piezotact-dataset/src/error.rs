@@ -2,20 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use piezotact::device::DescriptionError;
-use piezotact::quantity::QuantityError;
-use piezotact::recording::RecordingError;
-use piezotact::surface::SurfaceError;
-use piezotact::transfer::TransferError;
-
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The operating system refuses it.
-    #[error("cannot read {}: {what}", path.display())]
+    #[error("{what}")]
     Io {
         path: PathBuf,
-        /// What the operating system says.
+        /// What the operating system says, with the path.
         what: String,
     },
     /// The content is not what is needed.
@@ -26,38 +20,20 @@ pub enum ReadError {
         found: String,
         todo: String,
     },
-    /// The channels make no recording.
+    /// What it holds makes no recording, transfer function, device, surface or table.
     #[error("{}: {source}", path.display())]
-    Recording {
-        path: PathBuf,
-        source: RecordingError,
-    },
-    /// The lines make no transfer function.
-    #[error("{}: {source}", path.display())]
-    Transfer {
-        path: PathBuf,
-        source: TransferError,
-    },
-    /// The text describes no device.
-    #[error("{}: {source}", path.display())]
-    Device {
-        path: PathBuf,
-        source: DescriptionError,
-    },
-    /// The heights make no surface.
-    #[error("{}: {source}", path.display())]
-    Surface { path: PathBuf, source: SurfaceError },
-    /// The answers make no table.
-    #[error("{}: {source}", path.display())]
-    Answers {
+    Invalid {
         path: PathBuf,
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// An invalid rate, band or measure.
-    #[error("{}: {source}", path.display())]
-    Quantity {
-        path: PathBuf,
-        source: QuantityError,
+    /// A pattern of file names is not valid.
+    #[error(
+        "invalid name pattern `{pattern}` ({why}): write for example '{{sample}}_F{{load:N}}_V{{speed:mm/s}}_{{repeat}}'"
+    )]
+    Pattern {
+        pattern: String,
+        /// What is wrong with it.
+        why: String,
     },
 }
 
@@ -65,22 +41,29 @@ impl ReadError {
     /// What the operating system says of `path`, as `error`.
     #[must_use]
     pub fn io(path: &Path, error: &std::io::Error) -> Self {
+        let file = path.display();
         let what = match error.kind() {
-            std::io::ErrorKind::NotFound => {
-                "expected a file, found none there; check the path".into()
-            }
+            std::io::ErrorKind::NotFound => format!("no such file: {file}; check the path"),
             std::io::ErrorKind::PermissionDenied => {
-                "expected a readable file, found one without permission; check the path".into()
+                format!("permission to read {file} was denied")
             }
-            std::io::ErrorKind::IsADirectory => {
-                "expected a file, found a folder; check the path".into()
-            }
-            std::io::ErrorKind::InvalidInput => error.to_string(),
-            _ => format!("{error}; check the path"),
+            std::io::ErrorKind::IsADirectory => format!("{file} is a folder: give a file"),
+            std::io::ErrorKind::InvalidInput => format!("cannot read {file}: {error}"),
+            _ => format!("cannot read {file}: {error}; check the path"),
         };
         Self::Io {
             path: path.into(),
             what,
+        }
+    }
+
+    /// What makes an error about the content of `path` one of reading it.
+    pub fn of<E: Into<Box<dyn std::error::Error + Send + Sync>>>(
+        path: &Path,
+    ) -> impl FnOnce(E) -> Self {
+        move |error| Self::Invalid {
+            path: path.into(),
+            source: error.into(),
         }
     }
 
@@ -122,15 +105,33 @@ pub enum WriteError {
         todo: String,
     },
     /// Something else stands there, which is not replaced unasked.
-    #[error("{} already exists, and what is written now differs from it {at}: give another name, move it away, or replace it with --force", path.display())]
+    #[error("{} already exists and its content differs {at}: give another name, or replace it with --force", path.display())]
     Differs {
         path: PathBuf,
         /// Where: "from line 3 on".
         at: String,
     },
+    /// Another program uses it.
+    #[error("cannot write {}: {by} is still writing to it; wait until it has finished, or give another output", path.display())]
+    Held {
+        path: PathBuf,
+        /// Who, as far as it is known.
+        by: String,
+    },
 }
 
 impl WriteError {
+    /// The same about `path`, for which a file beside it was to be written.
+    #[must_use]
+    pub fn about(mut self, path: &Path) -> Self {
+        let (Self::Io { path: of, .. }
+        | Self::Content { path: of, .. }
+        | Self::Differs { path: of, .. }
+        | Self::Held { path: of, .. }) = &mut self;
+        *of = path.into();
+        self
+    }
+
     /// What makes an error of the operating system one about `path`.
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |source| Self::Io {

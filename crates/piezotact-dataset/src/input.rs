@@ -54,8 +54,8 @@ mod tests {
     fn devices_and_folders_are_refused_at_once() {
         for (path, part) in [
             ("/dev/zero", "found a device or a pipe"),
-            ("/", "found a folder"),
-            ("/nowhere/at/all", "found none there"),
+            ("/", "is a folder: give a file"),
+            ("/nowhere/at/all", "no such file: /nowhere/at/all"),
         ] {
             let path = Path::new(path);
             for error in [

@@ -51,7 +51,7 @@ pub use journal::{
     EndDocument, JournalSink, JournalWriter, RunFolder, StartDocument, journal_path, keep_before,
     set_aside_path, write_measurement, write_recording,
 };
-pub use naming::{NamePattern, Naming, NamingError, known_naming};
+pub use naming::{NamePattern, Naming, known_naming};
 pub use open::{Contents, FileKind, ReadOptions, read_recording, recording_formats};
 pub use panel_folder::{
     Adopted, BenchFile, PANEL_INDEX, PanelContents, PanelFolder, PanelIndex, function_of_any_unit,

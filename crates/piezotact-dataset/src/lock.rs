@@ -1,5 +1,6 @@
 //! File locks for exclusive writing: the operating system releases a lock when the process that holds it ends for any reason.
 
+use crate::error::WriteError;
 use std::fs::{File, TryLockError};
 use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -17,21 +18,6 @@ pub enum LockFile {
     Stays,
     /// The file is removed at the end; other programs do not wait for the lock.
     Goes,
-}
-
-/// Why there is no lock.
-#[derive(Debug)]
-pub enum LockError {
-    /// Somebody else holds it: who, as far as it is known.
-    Held(String),
-    /// The operating system refuses the file.
-    Io(std::io::Error),
-}
-
-impl From<std::io::Error> for LockError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Io(error)
-    }
 }
 
 /// A held lock: the exclusive right to write, until its last clone is dropped.
@@ -63,7 +49,20 @@ impl PartialEq for Lock {
 
 impl Lock {
     /// The lock of the file at `path`, which is made where it is not there.
-    pub fn take(path: &Path, kind: LockFile) -> Result<Self, LockError> {
+    ///
+    /// # Errors
+    /// [`WriteError::Held`] while another program has it, [`WriteError::Io`].
+    pub fn take(path: &Path, kind: LockFile) -> Result<Self, WriteError> {
+        Self::tried(path, kind)
+            .map_err(WriteError::io(path))?
+            .map_err(|by| WriteError::Held {
+                path: path.into(),
+                by,
+            })
+    }
+
+    /// The lock, or who holds it.
+    fn tried(path: &Path, kind: LockFile) -> std::io::Result<Result<Self, String>> {
         let attempts = match kind {
             LockFile::Stays => ATTEMPTS,
             LockFile::Goes => 1,
@@ -86,9 +85,9 @@ impl Lock {
                     file.set_len(0)?;
                     write!(file, "{}", std::process::id())?;
                     let goes = (kind == LockFile::Goes).then(|| path.to_owned());
-                    return Ok(Self {
+                    return Ok(Ok(Self {
                         _held: Arc::new(Held { _file: file, goes }),
-                    });
+                    }));
                 }
                 Err(TryLockError::WouldBlock) if attempt < attempts => {
                     attempt += 1;
@@ -96,12 +95,12 @@ impl Lock {
                 }
                 Err(TryLockError::WouldBlock) => {
                     let mut holder = String::new();
-                    return Err(LockError::Held(match file.read_to_string(&mut holder) {
+                    return Ok(Err(match file.read_to_string(&mut holder) {
                         Ok(_) if !holder.is_empty() => format!("process {holder}"),
                         _ => "another program".into(),
                     }));
                 }
-                Err(TryLockError::Error(error)) => return Err(error.into()),
+                Err(TryLockError::Error(error)) => return Err(error),
             }
         }
     }
@@ -164,7 +163,7 @@ mod tests {
         drop(first);
         let held = Lock::take(&path, LockFile::Goes).unwrap_err();
         let own = format!("process {}", std::process::id());
-        assert!(matches!(held, LockError::Held(who) if who == own));
+        assert!(matches!(held, WriteError::Held { by, .. } if by == own));
         drop(clone);
         assert!(!path.exists());
         let _again = Lock::take(&path, LockFile::Goes).unwrap();
@@ -172,13 +171,13 @@ mod tests {
         let foreign = folder.path().join("thesis.lock");
         std::fs::write(&foreign, "chapter 6").unwrap();
         let refused = Lock::take(&foreign, LockFile::Goes).unwrap_err();
-        assert!(matches!(refused, LockError::Io(_)));
+        assert!(matches!(refused, WriteError::Io { .. }));
         #[cfg(unix)]
         {
             let link = folder.path().join("link.lock");
             std::os::unix::fs::symlink(&foreign, &link).unwrap();
             let refused = Lock::take(&link, LockFile::Goes).unwrap_err();
-            assert!(matches!(refused, LockError::Io(_)));
+            assert!(matches!(refused, WriteError::Io { .. }));
         }
         assert_eq!(std::fs::read_to_string(&foreign).unwrap(), "chapter 6");
     }

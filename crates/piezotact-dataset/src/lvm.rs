@@ -60,7 +60,7 @@ struct Segment {
 ///
 /// # Errors
 /// [`ReadError::Content`] when a header, a row or a rate is missing, a cell is no number, channels differ in length or
-/// rate, or segments do not follow each other; [`ReadError::Quantity`] when the rate is impossible.
+/// rate, or segments do not follow each other; [`ReadError::Invalid`] when the rate is impossible.
 pub fn parse_lvm(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Recording, ReadError> {
     let text = match std::str::from_utf8(bytes) {
         Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
@@ -478,12 +478,7 @@ fn assemble(
             (Some(time), _) if time.values.len() > 1 => Some(rate_of(path, time, &mut of_rate)),
             (_, Some((step, written))) if step > 0.0 => {
                 of_rate.extend(coarse(step, &written));
-                Some(
-                    SampleRate::new(1.0 / step).map_err(|source| ReadError::Quantity {
-                        path: path.into(),
-                        source,
-                    }),
-                )
+                Some(SampleRate::new(1.0 / step).map_err(ReadError::of(path)))
             }
             _ => None,
         };

@@ -1,5 +1,6 @@
 //! Conditions encoded in file names: `{sample}_F{load:N}_V-{speed:mm/s}mmps_{repeat}`.
 
+use crate::error::ReadError;
 use piezotact::recording::RecordingWarning;
 use std::path::Path;
 use std::str::FromStr;
@@ -38,41 +39,11 @@ enum Part {
     Field { name: String, unit: String },
 }
 
-/// A pattern that cannot be, or a name that does not fit it.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum NamingError {
-    /// The pattern cannot be.
-    #[error(
-        "expected a pattern such as '{{sample}}_F{{load:N}}_V{{speed:mm/s}}_{{repeat}}', found `{pattern}` ({why}); correct it"
-    )]
-    Pattern {
-        pattern: String,
-        /// What is wrong with it.
-        why: String,
-    },
-    /// A name does not fit.
-    #[error("expected a name like `{pattern}`, found `{name}`; {todo}")]
-    Name {
-        pattern: String,
-        name: String,
-        todo: String,
-    },
-    /// A field holds no number.
-    #[error(
-        "expected a number for {{{field}}} in `{name}`, found `{found}`; rename the file or give another --meta"
-    )]
-    Number {
-        field: String,
-        name: String,
-        found: String,
-    },
-}
-
 impl FromStr for NamePattern {
-    type Err = NamingError;
+    type Err = ReadError;
 
-    fn from_str(text: &str) -> Result<Self, NamingError> {
-        let wrong = |why: &str| NamingError::Pattern {
+    fn from_str(text: &str) -> Result<Self, ReadError> {
+        let wrong = |why: &str| ReadError::Pattern {
             pattern: text.into(),
             why: why.into(),
         };
@@ -132,16 +103,17 @@ impl NamePattern {
     /// The information in the name of `path`, without folder and extension.
     ///
     /// # Errors
-    /// [`NamingError::Name`] when it does not fit, [`NamingError::Number`] when a load, speed or angle is none.
-    pub fn read(&self, path: &Path) -> Result<Naming, NamingError> {
+    /// [`ReadError::Content`] when it does not fit, or when a load, speed or angle is none.
+    pub fn read(&self, path: &Path) -> Result<Naming, ReadError> {
         let name = stem(path);
         let mut labels = Vec::new();
         if !fits(&self.parts, &name, &mut labels) {
-            return Err(NamingError::Name {
-                pattern: self.text.clone(),
-                todo: self.change_for(&name),
-                name,
-            });
+            return Err(ReadError::content(
+                path,
+                format!("a name like `{}`", self.text),
+                format!("`{name}`"),
+                self.change_for(&name),
+            ));
         }
         let mut naming = Naming::default();
         for (field, unit, text) in labels {
@@ -150,10 +122,13 @@ impl NamePattern {
                     .parse::<f64>()
                     .ok()
                     .filter(|v| v.is_finite() && *v >= 0.0);
-                value.ok_or_else(|| NamingError::Number {
-                    field: field.clone(),
-                    name: name.clone(),
-                    found: text.clone(),
+                value.ok_or_else(|| {
+                    ReadError::content(
+                        path,
+                        format!("a number for {{{field}}} in `{name}`"),
+                        format!("`{text}`"),
+                        "rename the file or give another --meta",
+                    )
                 })
             };
             let condition = &mut naming.condition;

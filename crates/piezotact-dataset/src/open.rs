@@ -510,21 +510,13 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
         })
         .collect();
     beside.names_fit(channels.iter().map(|channel| channel.name.as_str()))?;
-    let rate = SampleRate::new(f64::from(wav.rate_hz)).map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })?;
+    let rate = SampleRate::new(f64::from(wav.rate_hz)).map_err(ReadError::of(path))?;
     let provenance = Provenance {
         source: path.display().to_string(),
         ..Provenance::default()
     };
-    let mut recording =
-        Recording::new(channels, rate, Condition::default(), provenance).map_err(|source| {
-            ReadError::Recording {
-                path: path.into(),
-                source,
-            }
-        })?;
+    let mut recording = Recording::new(channels, rate, Condition::default(), provenance)
+        .map_err(ReadError::of(path))?;
     recording.about.warnings = warnings;
     let mut stored = Stored {
         recording,

@@ -498,7 +498,7 @@ impl PanelFolder {
     ///
     /// # Errors
     /// [`ReadError::Content`] when a file is missing, naming it and the measurement, or its units are not those of the
-    /// panel, or nothing is listed; [`ReadError::Transfer`] and [`ReadError::Content`] when one cannot be read.
+    /// panel, or nothing is listed; [`ReadError::Invalid`] and [`ReadError::Content`] when one cannot be read.
     pub fn read(&self) -> Result<PanelContents, ReadError> {
         let index_path = self.path.join(PANEL_INDEX);
         let Some(first) = self.index.entries.first() else {

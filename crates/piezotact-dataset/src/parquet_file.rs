@@ -1,7 +1,9 @@
 //! Columns of numbers in Parquet files: written as 64-bit floats, read whatever their width.
 
+use crate::ReadError;
 use std::fs::File;
 use std::io::Write;
+use std::path::Path;
 use std::sync::Arc;
 
 use base64::Engine as _;
@@ -127,22 +129,6 @@ pub(crate) struct Reader {
     inner: SerializedFileReader<File>,
 }
 
-/// What is wrong with the columns of a file.
-pub(crate) enum ColumnsError {
-    /// It cannot be read.
-    Damaged(ParquetError),
-    /// A column has rows without a number.
-    Gaps(String),
-    /// A column holds no numbers.
-    NoNumbers { name: String, found: String },
-}
-
-impl From<ParquetError> for ColumnsError {
-    fn from(error: ParquetError) -> Self {
-        Self::Damaged(error)
-    }
-}
-
 impl Reader {
     pub(crate) fn new(file: File) -> Result<Self, ParquetError> {
         Ok(Self {
@@ -183,22 +169,41 @@ impl Reader {
             .columns()
     }
 
-    /// Every column as 64-bit floats.
-    pub(crate) fn numbers(&self, columns: Columns) -> Result<Vec<Vec<f64>>, ColumnsError> {
-        for column in self.descriptors() {
-            if !holds_numbers(column) {
-                return Err(ColumnsError::NoNumbers {
-                    name: name_of(column),
-                    found: what_is_in(column),
-                });
-            }
+    /// Every column as 64-bit floats; `path` is only named in errors.
+    pub(crate) fn numbers(
+        &self,
+        path: &Path,
+        columns: Columns,
+    ) -> Result<Vec<Vec<f64>>, ReadError> {
+        if let Some(column) = self.descriptors().iter().find(|one| !holds_numbers(one)) {
+            return Err(ReadError::content(
+                path,
+                "numbers",
+                format!("{} in `{}`", what_is_in(column), name_of(column)),
+                "export that column as numbers, or leave it out",
+            ));
         }
+        let (all, gaps) = self.columns().map_err(|error| damaged(path, &error))?;
+        match gaps {
+            Some(name) if columns == Columns::Whole => Err(ReadError::content(
+                path,
+                "a number in every row",
+                format!("gaps in `{name}`"),
+                "fill or cut them",
+            )),
+            _ => Ok(all),
+        }
+    }
+
+    /// Every column, and the first that has rows without a number.
+    fn columns(&self) -> Result<(Vec<Vec<f64>>, Option<String>), ParquetError> {
+        let mut first_gaps = None;
         let mut all = vec![Vec::new(); self.descriptors().len()];
         for group in 0..self.inner.num_row_groups() {
             let group = self.inner.get_row_group(group)?;
             if !group.metadata().columns().iter().all(has_a_place) {
                 let text = "a column with an offset outside the file";
-                return Err(ParquetError::General(text.into()).into());
+                return Err(ParquetError::General(text.into()));
             }
             for (k, numbers) in all.iter_mut().enumerate() {
                 let descriptor = &self.descriptors()[k];
@@ -217,13 +222,23 @@ impl Reader {
                     }
                     _ => 0,
                 };
-                if gaps > 0 && columns == Columns::Whole {
-                    return Err(ColumnsError::Gaps(name_of(descriptor)));
+                if gaps > 0 {
+                    first_gaps.get_or_insert_with(|| name_of(descriptor));
                 }
             }
         }
-        Ok(all)
+        Ok((all, first_gaps))
     }
+}
+
+/// That the file at `path` cannot be read.
+pub(crate) fn damaged(path: &Path, error: &dyn std::fmt::Display) -> ReadError {
+    ReadError::content(
+        path,
+        "a complete Parquet file",
+        format!("one that cannot be read ({error})"),
+        "it was cut short or damaged: copy it again",
+    )
 }
 
 /// Whether the place of a column in its file is one: the library panics on negative ones.
@@ -326,10 +341,13 @@ mod tests {
         bytes
     }
 
-    fn read(bytes: &[u8], columns: Columns) -> Result<Vec<Vec<f64>>, ColumnsError> {
+    fn read(bytes: &[u8], columns: Columns) -> Result<Vec<Vec<f64>>, ReadError> {
+        let path = Path::new("a.parquet");
         let mut file = tempfile::tempfile().unwrap();
         file.write_all(bytes).unwrap();
-        Reader::new(file)?.numbers(columns)
+        Reader::new(file)
+            .map_err(|error| damaged(path, &error))?
+            .numbers(path, columns)
     }
 
     #[test]
@@ -352,7 +370,7 @@ mod tests {
         let back = read(&filled, Columns::FilledUp).ok().unwrap();
         assert_eq!((back[0].len(), back[1].as_slice()), (3000, &[2.0; 7][..]));
         let gaps = read(&filled, Columns::Whole);
-        assert!(matches!(gaps, Err(ColumnsError::Gaps(name)) if name == "b"));
+        assert!(matches!(gaps, Err(ReadError::Content { found, .. }) if found == "gaps in `b`"));
     }
 
     /// The library panics on some damaged metadata: each such place is looked at first.

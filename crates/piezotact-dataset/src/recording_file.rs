@@ -14,7 +14,7 @@ use crate::journal::{
     END_KEY, EndDocument, Fingerprint, START_KEY, StartDocument, UNIT_KEY, fingerprint_of,
     journal_path,
 };
-use crate::parquet_file::{ColumnsError, Reader};
+use crate::parquet_file::{Reader, damaged};
 use crate::sidecar::Rendering;
 use crate::wav::SampleFormat;
 
@@ -80,14 +80,6 @@ fn read_with_documents(
     path: &Path,
     rate: Option<SampleRate>,
 ) -> Result<(Stored, StartDocument, Option<EndDocument>), ReadError> {
-    let damaged = |error: &dyn std::fmt::Display| {
-        ReadError::content(
-            path,
-            "a complete Parquet file",
-            format!("one that cannot be read ({error})"),
-            "it was cut short or damaged: copy it again",
-        )
-    };
     let unlike = |error: &serde_json::Error| {
         ReadError::content(
             path,
@@ -97,7 +89,7 @@ fn read_with_documents(
         )
     };
     let file = crate::input::open_input(path)?;
-    let reader = Reader::new(file).map_err(|error| damaged(&error))?;
+    let reader = Reader::new(file).map_err(|error| damaged(path, &error))?;
     let (start, end) = (reader.stored(START_KEY), reader.stored(END_KEY));
     let start_text = start.clone();
     let start = match start {
@@ -120,23 +112,7 @@ fn read_with_documents(
         .map(|text| serde_json::from_str(&text))
         .transpose()
         .map_err(|error| unlike(&error))?;
-    let samples = reader
-        .numbers(start.columns())
-        .map_err(|error| match error {
-            ColumnsError::Damaged(error) => damaged(&error),
-            ColumnsError::Gaps(name) => ReadError::content(
-                path,
-                "a number in every row",
-                format!("gaps in `{name}`"),
-                "fill or cut them",
-            ),
-            ColumnsError::NoNumbers { name, found } => ReadError::content(
-                path,
-                "numbers",
-                format!("{found} in `{name}`"),
-                "export that column as numbers, or leave it out",
-            ),
-        })?;
+    let samples = reader.numbers(path, start.columns())?;
     if samples.len() != start.channels.len() {
         return Err(ReadError::content(
             path,
@@ -173,7 +149,7 @@ fn read_with_documents(
                 || end.samples != recording.len()
                 || end.fingerprint.is_some_and(|stored| stored != fingerprint)
             {
-                return Err(damaged(&"it does not hold what was recorded"));
+                return Err(damaged(path, &"it does not hold what was recorded"));
             }
             recording
                 .about
@@ -275,10 +251,7 @@ pub(crate) fn assemble(
         .collect();
     let about = start.about.clone();
     let mut recording = Recording::on_clocks(channels, start.rate_hz, &start.clocks, about)
-        .map_err(|source| ReadError::Recording {
-            path: path.into(),
-            source,
-        })?;
+        .map_err(ReadError::of(path))?;
     recording.annotations = start.annotations.clone();
     Ok(recording)
 }

@@ -266,12 +266,8 @@ impl TransferDocument {
         }
         let rate = match self.rate_hz {
             Some(rate) => rate,
-            None => SampleRate::new(2.0 * resolution_hz * (lines.max(2) - 1) as f64).map_err(
-                |source| ReadError::Quantity {
-                    path: path.into(),
-                    source,
-                },
-            )?,
+            None => SampleRate::new(2.0 * resolution_hz * (lines.max(2) - 1) as f64)
+                .map_err(ReadError::of(path))?,
         };
         let response = self
             .real
@@ -287,10 +283,7 @@ impl TransferDocument {
             self.estimator,
             self.averages,
         )
-        .map_err(|source| ReadError::Transfer {
-            path: path.into(),
-            source,
-        })?;
+        .map_err(ReadError::of(path))?;
         if let Some(effective) = self
             .effective_averages
             .filter(|n| n.is_finite() && *n >= 0.0)
@@ -309,12 +302,7 @@ impl TransferDocument {
         function.about.condition = self.about.condition.clone();
         function.drive = self.drive.clone();
         function.about.provenance = self.about.provenance.clone();
-        function
-            .require_possible()
-            .map_err(|source| ReadError::Transfer {
-                path: path.into(),
-                source,
-            })?;
+        function.require_possible().map_err(ReadError::of(path))?;
         let limits = self.confidence.as_ref();
         let limits = limits.and_then(|limits| function.warning_of_limits(&limits.low, limits.of));
         let of_lines = function.warnings_of_its_lines();

@@ -140,7 +140,7 @@ fn what_would_fill_the_memory_or_is_not_played_says_so() {
     let error = read_recording(&path, &ReadOptions::default())
         .unwrap_err()
         .to_string();
-    for part in ["at most 67108864 samples", "200 channels", "lower --rate"] {
+    for part in ["at most 67108864 samples", "200 channels", "lower rate"] {
         assert!(error.contains(part), "{error}");
     }
     // What is not played says so, and not that nothing lasts.

@@ -3,12 +3,12 @@
 //! Source of the structure: Apple, *Representing haptic patterns in AHAP files*; of the conversion: Lofelt
 //! `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/ios/v1.rs`.
 
+use crate::HapticError;
 use crate::envelope::{
     AmplitudePoint, FrequencyPoint, continuous_intensity, sharpness_control, transient_intensity,
 };
 use serde::{Deserialize, Serialize};
 
-use super::FormatError;
 use super::{Exported, HapticClip, json, loses};
 
 /// The control points that one curve holds at most.
@@ -147,8 +147,8 @@ pub struct AhapControlPoint {
 /// Reads an AHAP file strictly: what its structure does not name is refused.
 ///
 /// # Errors
-/// [`FormatError::Content`] when a field is missing, unknown or of another type, each named with its place.
-pub fn parse_ahap(bytes: &[u8]) -> Result<Ahap, FormatError> {
+/// [`HapticError::Content`] when a field is missing, unknown or of another type, each named with its place.
+pub fn parse_ahap(bytes: &[u8]) -> Result<Ahap, HapticError> {
     json(
         bytes,
         "an AHAP file with `Version` and a `Pattern` of `Event`, `Parameter` and `ParameterCurve`",

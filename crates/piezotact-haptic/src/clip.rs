@@ -2,19 +2,18 @@
 //!
 //! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
+use crate::HapticError;
 use piezotact::clipping::ClippingWarning;
 use piezotact::recording::RecordingWarning;
 
 use crate::envelope::{
-    AmplitudePoint, Emphasis, EnvelopeConfig, EnvelopeError, Envelopes, FrequencyPoint,
-    MOST_SAMPLES, analyse,
+    AmplitudePoint, Emphasis, EnvelopeConfig, Envelopes, FrequencyPoint, analyse,
 };
 use piezotact::Warning;
 use piezotact::quantity::{Measure, Quantity, Unit};
 use piezotact::series::Series;
 use serde::{Deserialize, Serialize};
 
-use super::FormatError;
 use super::{Exported, json, loses};
 
 /// The version of a clip's format.
@@ -147,9 +146,9 @@ const AGAIN: &str = "export the clip again";
 /// of the breakpoints of their time, and its envelope reaches to the stated duration.
 ///
 /// # Errors
-/// [`FormatError::Content`] when it is no clip, or of another version, a field is missing or of another type, or a
+/// [`HapticError::Content`] when it is no clip, or of another version, a field is missing or of another type, or a
 /// breakpoint breaks a rule of [`Envelopes`]; each named with its place.
-pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, FormatError> {
+pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, HapticError> {
     let expected = "a `.haptic` clip with `signals.continuous.envelopes.amplitude`, or with `voices` in version 0";
     let stated: Versioned = json(bytes, expected, AGAIN)?;
     match stated.version {
@@ -179,11 +178,11 @@ pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, FormatError> {
             Ok(HapticClip {
                 version,
                 metadata: file.metadata,
-                envelopes: envelopes.map_err(broken)?,
+                envelopes: envelopes?,
                 warnings: Vec::new(),
             })
         }
-        Some(version) if version.major > 1 => Err(FormatError::content(
+        Some(version) if version.major > 1 => Err(HapticError::content(
             "a `.haptic` clip of version 0 or 1",
             format!("version {version}"),
             "export it as version 1.0.0",
@@ -199,39 +198,8 @@ pub fn parse_haptic(bytes: &[u8]) -> Result<HapticClip, FormatError> {
     }
 }
 
-pub(super) fn broken(error: EnvelopeError) -> FormatError {
-    let (expected, found, todo) = match error {
-        EnvelopeError::Empty => (
-            "a breakpoint of amplitude".into(),
-            "none".into(),
-            AGAIN.to_owned(),
-        ),
-        EnvelopeError::Point {
-            envelope,
-            at,
-            expected,
-            found,
-        } => (
-            expected,
-            format!("{found} in breakpoint {at} of the {envelope} envelope"),
-            format!("correct it, or {AGAIN}"),
-        ),
-        EnvelopeError::Wave { expected, found } => (expected, found, AGAIN.to_owned()),
-        EnvelopeError::NoLength { found } => {
-            ("a duration above 0 s".into(), found, AGAIN.to_owned())
-        }
-        EnvelopeError::TooMany { found } => (
-            format!("at most {MOST_SAMPLES} samples in all"),
-            found,
-            "give a lower --rate, or a shorter file".into(),
-        ),
-        other => ("a signal".into(), other.to_string(), AGAIN.to_owned()),
-    };
-    FormatError::content(expected, found, todo)
-}
-
-fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatError> {
-    let wrong = |expected: &str, found: String| Err(FormatError::content(expected, found, AGAIN));
+fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, HapticError> {
+    let wrong = |expected: &str, found: String| Err(HapticError::content(expected, found, AGAIN));
     let mut voices = file.voices.envelopes.into_iter();
     let duration_s = file.metadata.duration;
     let mut amplitude: Vec<AmplitudePoint> = voices
@@ -317,7 +285,7 @@ fn upgraded(version: HapticVersion, file: FileV0) -> Result<HapticClip, FormatEr
             );
         }
     }
-    let envelopes = Envelopes::new(amplitude, frequency).map_err(broken)?;
+    let envelopes = Envelopes::new(amplitude, frequency)?;
     Ok(HapticClip {
         version,
         metadata: HapticMetadata {
@@ -375,7 +343,7 @@ pub fn clip_of<Q: Quantity>(
     config: &EnvelopeConfig,
     metadata: HapticMetadata,
     format: &str,
-) -> Result<Exported<HapticClip>, EnvelopeError> {
+) -> Result<Exported<HapticClip>, HapticError> {
     let envelopes = analyse(x, 1.0, config)?;
     let mut losses = vec![
         loses(

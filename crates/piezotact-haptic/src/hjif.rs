@@ -4,12 +4,12 @@
 //! reference software, MPEGGroup/HapticReferenceSoftware (BSD-3), `source/IOHaptics/src/IOJson.cpp` and
 //! `source/Types/include`; the names of perceptions as in draft-ietf-avtcore-rtp-haptics, section 6.2.
 
+use crate::HapticError;
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Number, Value};
 
-use super::FormatError;
 use super::json;
 
 /// What stands beside the fields that the structure names.
@@ -285,9 +285,9 @@ pub struct HjifSync {
 /// kept: [`Hjif::departures`] lists it.
 ///
 /// # Errors
-/// [`FormatError::Content`] when a field that is needed is missing, or of another type, or names what the structure does
+/// [`HapticError::Content`] when a field that is needed is missing, or of another type, or names what the structure does
 /// not know.
-pub fn parse_hjif(bytes: &[u8]) -> Result<Hjif, FormatError> {
+pub fn parse_hjif(bytes: &[u8]) -> Result<Hjif, HapticError> {
     json(
         bytes,
         "MPEG haptics JSON (HJIF, ISO/IEC 23090-31) with `perceptions`, their `channels`, `bands` and `effects`",

@@ -13,8 +13,10 @@ mod hjif_write;
 mod target;
 
 use piezotact::Warning;
+use piezotact::number::rounded;
 use piezotact::quantity::QuantityError;
 use piezotact::recording::{RecordingError, RecordingWarning};
+use piezotact::series::SeriesError;
 
 pub use ahap::{
     Ahap, AhapControlPoint, AhapCurve, AhapDynamic, AhapEvent, AhapEventType, AhapMetadata,
@@ -51,9 +53,12 @@ impl Mismatch {
     }
 }
 
-/// Why bytes cannot be read as a haptic file, or a file not played.
+/// What to do with a file that cannot be played.
+const AGAIN: &str = "export the file again";
+
+/// Why bytes cannot be read as a haptic file, or a file or signal not be played or exported.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FormatError {
+pub enum HapticError {
     /// The content is not what is needed.
     #[error(transparent)]
     Content(#[from] Mismatch),
@@ -63,9 +68,42 @@ pub enum FormatError {
     /// The channels make no recording.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// No breakpoint of amplitude.
+    #[error("the clip has no breakpoint of amplitude: export it again")]
+    Empty,
+    /// A breakpoint that breaks a rule.
+    #[error(
+        "expected {expected}, found {found} in breakpoint {at} of the {envelope} envelope; correct it or export the clip again",
+        found = rounded(*found)
+    )]
+    Point {
+        envelope: &'static str,
+        /// Which breakpoint, from 0.
+        at: usize,
+        expected: String,
+        found: f64,
+    },
+    /// A signal without length.
+    #[error("the clip lasts {found}: a duration above 0 s is needed")]
+    NoLength { found: String },
+    /// More samples than are made.
+    #[error(
+        "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower rate, or a shorter file",
+        MOST_SAMPLES = envelope::MOST_SAMPLES
+    )]
+    TooMany { found: String },
+    /// A full scale that is no number above zero.
+    #[error(
+        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
+        found = rounded(*found)
+    )]
+    FullScale { found: f64 },
+    /// Samples that make no series.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
 }
 
-impl FormatError {
+impl HapticError {
     fn content(
         expected: impl Into<String>,
         found: impl Into<String>,
@@ -102,7 +140,7 @@ fn json<T: serde::de::DeserializeOwned>(
     bytes: &[u8],
     expected: &str,
     todo: &str,
-) -> Result<T, FormatError> {
+) -> Result<T, HapticError> {
     serde_json::from_slice(without_mark(bytes))
-        .map_err(|error| FormatError::content(expected, error.to_string(), todo))
+        .map_err(|error| HapticError::content(expected, error.to_string(), todo))
 }

@@ -1,19 +1,18 @@
 //! Haptic files as recordings that can be rendered: played at a stated rate by the science, and scaled here.
 
+use crate::HapticError;
 use piezotact::recording::RecordingWarning;
 use std::collections::BTreeSet;
 
 use crate::envelope::{
-    Course, EnvelopeError, FrequencyRange, Keyframe, MOST_SAMPLES, PLAYED_AT_HZ, Shape, Wave,
-    WaveKind, mix, mixed_length, synthesise,
+    Course, FrequencyRange, Keyframe, MOST_SAMPLES, PLAYED_AT_HZ, Shape, Wave, WaveKind, mix,
+    mixed_length, synthesise,
 };
 use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz, Measure, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
 
-use super::FormatError;
 use super::HapticClip;
-use super::clip::broken;
 use super::hjif::{
     Hjif, HjifBand, HjifBandType, HjifBaseSignal, HjifChannel, HjifCurveType, HjifEffect,
     HjifEffectType, HjifKeyframe,
@@ -41,11 +40,11 @@ pub struct Asked<'a> {
 /// A clip as a recording of one channel, at the rate asked for or 8 kHz.
 ///
 /// # Errors
-/// [`FormatError`] when it cannot be played.
-pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recording, FormatError> {
+/// [`HapticError`] when it cannot be played.
+pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recording, HapticError> {
     let rate = playing_rate(asked)?;
-    let range = FrequencyRange::texture().map_err(FormatError::from)?;
-    let played = synthesise(&clip.envelopes, range, rate).map_err(broken)?;
+    let range = FrequencyRange::texture()?;
+    let played = synthesise(&clip.envelopes, range, rate)?;
     let mut warnings = clip.warnings;
     warnings.push(Warning::from(RecordingWarning::Guessed {
         what: format!(
@@ -62,8 +61,8 @@ pub fn recording_of_clip(clip: HapticClip, asked: &Asked<'_>) -> Result<Recordin
 /// The channels of an HJIF file as those of a recording, at the rate asked for, that of the file, or 8 kHz.
 ///
 /// # Errors
-/// [`FormatError`] when it cannot be played.
-pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, FormatError> {
+/// [`HapticError`] when it cannot be played.
+pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, HapticError> {
     let own = own_rate(file);
     let rate = match asked.rate.or(own) {
         Some(rate) => rate,
@@ -86,7 +85,7 @@ pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, Fo
     }
     let ticks = f64::from(file.timescale.unwrap_or(DEFAULT_TICKS));
     if ticks <= 0.0 {
-        return Err(FormatError::content(
+        return Err(HapticError::content(
             "a timescale of 1 tick a second or more",
             "0",
             "export it again",
@@ -151,23 +150,23 @@ pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, Fo
     let mut longest = 0;
     for (_, waves) in &named {
         let length = mixed_length(waves, rate).map_err(|error| match error {
-            EnvelopeError::NoLength { .. } if notes.contains(NOT_PLAYED) => FormatError::content(
+            HapticError::NoLength { .. } if notes.contains(NOT_PLAYED) => HapticError::content(
                 "basic effects, or references to such in the library",
                 NOT_PLAYED,
                 "export it again without composites",
             ),
-            error => broken(error),
+            error => error,
         })?;
         longest = longest.max(length);
     }
     let all = longest.saturating_mul(named.len());
     if all > MOST_SAMPLES {
         let found = format!("{all} ({} channels of {longest} at {rate})", named.len());
-        return Err(broken(EnvelopeError::TooMany { found }));
+        return Err(HapticError::TooMany { found });
     }
     let mut channels = Vec::with_capacity(named.len());
     for (name, waves) in named {
-        let played = mix(&waves, rate).map_err(broken)?;
+        let played = mix(&waves, rate)?;
         let mut samples = played.into_samples();
         samples.resize(longest, 0.0);
         channels.push((name, samples));
@@ -203,9 +202,9 @@ fn own_rate(file: &Hjif) -> Option<SampleRate> {
     SampleRate::new(f64::from(first)).ok()
 }
 
-fn playing_rate(asked: &Asked<'_>) -> Result<SampleRate, FormatError> {
+fn playing_rate(asked: &Asked<'_>) -> Result<SampleRate, HapticError> {
     asked.rate.map_or_else(
-        || SampleRate::new(PLAYED_AT_HZ).map_err(FormatError::from),
+        || SampleRate::new(PLAYED_AT_HZ).map_err(HapticError::from),
         Ok,
     )
 }
@@ -216,7 +215,7 @@ fn recording(
     asked: &Asked<'_>,
     mut warnings: Vec<Warning>,
     step: String,
-) -> Result<Recording, FormatError> {
+) -> Result<Recording, HapticError> {
     let (unit, factor) = asked.scale.map_or((Unit::FullScale, 1.0), |scale| {
         (scale.unit.clone(), scale.value)
     });
@@ -243,8 +242,7 @@ fn recording(
         ..Provenance::default()
     }
     .then(step);
-    let mut recording = Recording::new(channels, rate, Condition::default(), provenance)
-        .map_err(FormatError::from)?;
+    let mut recording = Recording::new(channels, rate, Condition::default(), provenance)?;
     recording.about.warnings = warnings;
     Ok(recording)
 }
@@ -257,7 +255,7 @@ struct Playing<'a> {
 }
 
 impl Playing<'_> {
-    fn wave(&self, effect: &HjifEffect, notes: &mut BTreeSet<String>) -> Result<Wave, FormatError> {
+    fn wave(&self, effect: &HjifEffect, notes: &mut BTreeSet<String>) -> Result<Wave, HapticError> {
         let frames = effect.keyframes.as_deref().unwrap_or(&[]);
         let shape = match effect.base_signal.unwrap_or_default() {
             HjifBaseSignal::Sine => Shape::Sine,
@@ -311,12 +309,12 @@ impl Playing<'_> {
         }
     }
 
-    fn limits(&self) -> Result<Band, FormatError> {
+    fn limits(&self) -> Result<Band, HapticError> {
         let (low, high) = (
             self.band.lower_frequency_limit,
             self.band.upper_frequency_limit,
         );
-        Band::new(Hertz(f64::from(low)), Hertz(f64::from(high))).map_err(FormatError::from)
+        Band::new(Hertz(f64::from(low)), Hertz(f64::from(high))).map_err(HapticError::from)
     }
 
     /// A block: as many coefficients as a power of two, or these with their scale and their number of bits after them.
@@ -324,7 +322,7 @@ impl Playing<'_> {
         &self,
         frames: &[HjifKeyframe],
         notes: &mut BTreeSet<String>,
-    ) -> Result<WaveKind, FormatError> {
+    ) -> Result<WaveKind, HapticError> {
         let mut coefficients: Vec<f64> = frames
             .iter()
             .map(|frame| f64::from(frame.amplitude_modulation.unwrap_or(0.0)))
@@ -341,11 +339,11 @@ impl Playing<'_> {
             );
         }
         let rate = SampleRate::new(f64::from(self.band.upper_frequency_limit));
-        let rate = rate.map_err(FormatError::from)?;
+        let rate = rate?;
         if coefficients.is_empty() {
-            return Err(broken(EnvelopeError::NoLength {
+            return Err(HapticError::NoLength {
                 found: "a block of wavelets without coefficients".into(),
-            }));
+            });
         }
         Ok(WaveKind::Wavelet { rate, coefficients })
     }

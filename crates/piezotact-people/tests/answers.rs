@@ -1,6 +1,7 @@
 //! The answers of sessions as rows.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact_people::campaign::session::SessionError;
 use std::collections::BTreeSet;
 
 use piezotact::Warning;
@@ -12,7 +13,7 @@ use piezotact_people::association::{
 use piezotact_people::campaign::dictionary::{ANSWER_COLUMNS, dictionary};
 use piezotact_people::campaign::plan::TrialKind;
 use piezotact_people::campaign::protocol::{LIBRARY, OrderKey, Protocol, TaskKind};
-use piezotact_people::campaign::session::{AnswerError, CampaignWarning, Command, Refusal};
+use piezotact_people::campaign::session::{CampaignWarning, Command, Refusal};
 use piezotact_people::campaign::store;
 
 use crate::sitting::{Sitting, evidence, library, planned};
@@ -252,7 +253,7 @@ fn the_wrong_sample_on_the_tray_is_the_one_that_is_put_in_order() {
     let tray = [presented[0].clone(), presented[1].clone(), wrong.clone()];
     let twice = refused_after_checks(&protocol, &plan, &[&tray[0], &tray[0], &tray[1]]);
     assert!(
-        matches!(twice, Refusal::Answer(AnswerError::Twice { .. })),
+        matches!(twice, Refusal::Answer(SessionError::NamedTwice { .. })),
         "{twice:?}"
     );
     sitting.presents_instead(&tray);

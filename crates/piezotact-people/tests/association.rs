@@ -5,9 +5,9 @@ use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, AssociationError, AssociationMatrix,
-    AssociationWarning, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, OrderError,
-    PairOutcome, Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs,
-    kendall_tau_b, ordering,
+    AssociationWarning, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, PairOutcome,
+    Purpose, Selection, Stimulus, associate, association_matrix, confused_pairs, kendall_tau_b,
+    ordering,
 };
 use piezotact_people::interval::{clopper_pearson, clustered_interval};
 use serde_json::Value;
@@ -295,7 +295,7 @@ fn what_is_no_order_is_refused() {
     assert!(
         matches!(
             &twice,
-            OrderError::NoOrder {
+            AssociationError::NoOrder {
                 found: "presented twice",
                 ..
             }
@@ -306,7 +306,7 @@ fn what_is_no_order_is_refused() {
         AnswerTable::new(Declared::plain(&names), placed("P1", "", &names, &names)).unwrap();
     assert!(matches!(
         ordering(&table, &MatrixConfig::default(), "7"),
-        Err(OrderError::NoAnswers { .. })
+        Err(AssociationError::NoOrders { .. })
     ));
 }
 
@@ -401,7 +401,10 @@ fn orders_are_made_of_the_answers_that_count() {
     let one = of(FlaggedTrials::Kept, Some("P2")).unwrap();
     assert_eq!((one.repetitions.len(), one.mean_tau), (1, Some(1.0)));
     let none = of(FlaggedTrials::LeftOut, Some("P1")).unwrap_err();
-    assert!(matches!(none, OrderError::OnlyFlagged { orders: 1, .. }));
+    assert!(matches!(
+        none,
+        AssociationError::OrdersOnlyFlagged { orders: 1, .. }
+    ));
 }
 
 #[test]
@@ -414,7 +417,7 @@ fn orders_of_another_task_than_the_selected_one_are_refused() {
         ..MatrixConfig::default()
     };
     let refused = ordering(&ordered_with_a_flag(), &config, "1").unwrap_err();
-    assert!(matches!(refused, OrderError::OtherTask { .. }));
+    assert!(matches!(refused, AssociationError::OtherTask { .. }));
     let text = refused.to_string();
     assert!(text.contains("task 2") && text.contains("task 1"), "{text}");
 }

@@ -43,7 +43,7 @@ pub use page::{broad_document, document, figure, file_name};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DrawError {
     /// The drawing library failed.
-    #[error("a figure could not be drawn: {reason}")]
+    #[error("a figure or table could not be drawn: {reason}")]
     Drawing {
         /// What the drawing library says.
         reason: String,
@@ -56,9 +56,6 @@ pub enum DrawError {
         /// The text below the figure.
         caption: String,
     },
-    /// A table has no columns.
-    #[error("a table could not be drawn: expected at least one column, found none")]
-    NoColumns,
     /// A table is too broad for a page.
     #[error(
         "a table could not be drawn: expected at most {most} columns, found {found}; write it as CSV"
@@ -67,16 +64,6 @@ pub enum DrawError {
         /// The largest number of columns.
         most: usize,
         /// How many there are.
-        found: usize,
-    },
-    /// A row does not fit the columns.
-    #[error("a table could not be drawn: expected {expected} cells in row {row}, found {found}")]
-    UnevenRow {
-        /// Which row, from 1.
-        row: usize,
-        /// How many columns there are.
-        expected: usize,
-        /// How many cells the row has.
         found: usize,
     },
 }

@@ -117,14 +117,18 @@ fn is_numeric(table: &Table, column: usize) -> bool {
 fn require_even(table: &Table) -> Result<(), DrawError> {
     let columns = table.columns.len();
     if columns == 0 {
-        return Err(DrawError::NoColumns);
+        return Err(DrawError::Drawing {
+            reason: "a table has no column".to_owned(),
+        });
     }
     match table.rows.iter().position(|row| row.len() != columns) {
         None => Ok(()),
-        Some(row) => Err(DrawError::UnevenRow {
-            row: row + 1,
-            expected: columns,
-            found: table.rows[row].len(),
+        Some(row) => Err(DrawError::Drawing {
+            reason: format!(
+                "row {} of a table has {} cells for {columns} columns",
+                row + 1,
+                table.rows[row].len()
+            ),
         }),
     }
 }

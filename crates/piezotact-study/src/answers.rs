@@ -115,10 +115,7 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
         stimuli: plain.chain(stimuli.into_values()).collect(),
         samples,
     };
-    let table = AnswerTable::new(declared, answers).map_err(|source| ReadError::Answers {
-        path: path.into(),
-        source: source.into(),
-    })?;
+    let table = AnswerTable::new(declared, answers).map_err(ReadError::of(path))?;
     Ok(AnswersFile { table, warnings })
 }
 

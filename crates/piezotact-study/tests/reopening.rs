@@ -2,7 +2,8 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use piezotact_people::campaign::chain::Sha;
-use piezotact_people::campaign::session::{Command, Event, ReplayError, Stage, Step};
+use piezotact_people::campaign::session::SessionError;
+use piezotact_people::campaign::session::{Command, Event, Stage, Step};
 use piezotact_people::campaign::store::{
     MemoryStore, NewEvent, Purpose, SessionKey, Store as _, StoreError,
 };
@@ -161,7 +162,7 @@ fn another_plan_or_protocol_is_refused_with_both_choices() {
         );
         let error = refused.unwrap_err();
         assert!(
-            matches!(error, RunError::Replay(ReplayError::Changed { what: found, .. }) if found == what),
+            matches!(error, RunError::Replay(SessionError::Changed { what: found, .. }) if found == what),
             "{error:?}"
         );
         let text = error.to_string();

@@ -103,13 +103,16 @@ fn without_a_drive_or_a_bench_nothing_is_played_or_stored() {
         *tape.missing.borrow_mut() = Some(last.clone());
         let was = said(runner.state());
         let refused = runner.give(present()).unwrap_err();
-        assert!(matches!(refused, RunError::NoDrive(_)), "{refused}");
+        assert!(matches!(refused, RunError::NoDrive { .. }), "{refused}");
         assert!(refused.to_string().contains(&last), "{refused}");
         let instead = Command::PresentInstead {
             names: vec![last; stimuli.len()],
             evidence: Vec::new(),
         };
-        assert!(matches!(runner.give(instead), Err(RunError::NoDrive(_))));
+        assert!(matches!(
+            runner.give(instead),
+            Err(RunError::NoDrive { .. })
+        ));
         assert_eq!(said(runner.state()), was);
         assert!(tape.begun.borrow().is_empty());
         // Others can be presented instead, and are played then.

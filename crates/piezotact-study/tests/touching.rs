@@ -18,8 +18,8 @@ use piezotact_people::campaign::session::{
 };
 use piezotact_people::campaign::store::{MemoryStore, Purpose};
 use piezotact_study::session::{
-    BenchStimulator, Given, Heard, Outside, PlayError, PlayStop, Played, RunError, Runner,
-    Stimulator, Stimuli, StopHandle, TouchBench, TouchEnd, TouchKeeper, events_of,
+    BenchStimulator, Given, Heard, Outside, PlayStop, Played, RunError, Runner, Stimulator,
+    Stimuli, StopHandle, TouchBench, TouchEnd, TouchKeeper, events_of,
 };
 
 use crate::support::{START_MS, done, planned, present, until_presenting};
@@ -38,12 +38,12 @@ struct Sensors {
 }
 
 impl Stimulator for Sensors {
-    fn check(&self, _stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, _stimulus: &str) -> Result<(), RunError> {
         Ok(())
     }
 
-    fn play(&mut self, _played: Played<'_>, _stop: &StopHandle) -> Result<Evidence, PlayError> {
-        Err(PlayError::Device("nothing plays here".to_owned()))
+    fn play(&mut self, _played: Played<'_>, _stop: &StopHandle) -> Result<Evidence, RunError> {
+        Err(RunError::Device("nothing plays here".to_owned()))
     }
 
     fn listen(&mut self, touched: Played<'_>, stop: &StopHandle) -> Result<bool, String> {

@@ -12,6 +12,7 @@ pub mod document;
 mod drag;
 #[cfg(feature = "eeg")]
 pub mod eeg;
+mod error;
 mod finger;
 mod noise;
 mod output;
@@ -33,15 +34,16 @@ mod wander;
 mod world;
 
 pub use acttouch::{ActTouch, ActiveProtocol};
+pub use error::TwinError;
 pub use finger::{Finger, Placement};
 pub use output::OutputStage;
-pub use parameters::{PARAMETERS, ParameterError, Sample, TwinParameters};
+pub use parameters::{PARAMETERS, Sample, TwinParameters};
 pub use participant::{Hand, Participant, Skin};
 pub use passage::record_texture;
 pub use plant::TwinPlant;
 pub use protocol::{Pace, SlidingDirection};
 pub use shaker::{ShakerBench, ShakerExcitation, ShakerMount};
-pub use surface::{Patch, Relief, SurfaceError};
+pub use surface::{Patch, Relief};
 pub use triboair::TriboAir;
 pub use world::TwinBench;
 

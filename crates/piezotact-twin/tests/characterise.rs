@@ -347,7 +347,7 @@ fn a_finger_that_lifts_is_named_and_nothing_comes_of_it() {
     );
     let told = error.to_string();
     assert!(
-        told.contains("refused in 3 of 3 attempts")
+        told.contains("rejected in all 3 attempts")
             && told.contains("from 10 to 20 s")
             && told.contains("put the finger on"),
         "{told}"

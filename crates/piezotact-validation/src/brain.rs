@@ -4,22 +4,21 @@ use std::collections::BTreeMap;
 
 use piezotact::Warning;
 use piezotact::figure::{Line, Mark};
-use piezotact::quantity::{Band, Hertz, QuantityError, SampleRate};
+use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::recording::{EventValue, Recording};
 use piezotact::statistics::{holm, mean};
 use piezotact_people::eeg::cluster::{
-    ClusterConfig, ClusterError, ClusterTest, Grid, GridError, differences, test,
+    ClusterConfig, ClusterError, ClusterTest, Grid, differences, test,
 };
-use piezotact_people::eeg::contrast::{Contrast, ContrastError, paired};
-use piezotact_people::eeg::epochs::{
-    Continuous, CutConfig, CutError, Epochs, EpochsError, Event, cut,
-};
-use piezotact_people::eeg::erd::{ErdConfig, ErdError, Mode, desynchronisation, map};
-use piezotact_people::eeg::reference::{Montage, ReferenceError};
-use piezotact_people::eeg::tfr::{Method, Power, TfrConfig, TfrError, TfrPlan};
+use piezotact_people::eeg::contrast::{Contrast, paired};
+use piezotact_people::eeg::epochs::{Continuous, CutConfig, Epochs, Event, cut};
+use piezotact_people::eeg::erd::{ErdConfig, Mode, desynchronisation, map};
+use piezotact_people::eeg::reference::Montage;
+use piezotact_people::eeg::tfr::{Method, Power, TfrConfig, TfrPlan};
 use piezotact_twin::Participant;
-use piezotact_twin::eeg::{EegError, EegProtocol, REST, Task, record};
+use piezotact_twin::eeg::{EegProtocol, REST, Task, record};
 
+use super::ReplayError;
 use super::claims::{Finding, Holds, below};
 use super::figure::{Counterpart, line, linear, names, side_by_side};
 use piezotact_volunteers::Laboratory;
@@ -80,7 +79,7 @@ struct Session {
 /// The sessions of all participants: one list for each task of [`ORDER`].
 type Sessions = [Vec<Session>; 3];
 
-pub(super) fn brains(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Brains, BrainError> {
+pub(super) fn brains(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Brains, ReplayError> {
     let sessions = recorded(laboratory, surfaces)?;
     let tests = tested(&sessions, laboratory.seed)?;
     Ok(Brains {
@@ -108,7 +107,7 @@ pub(super) fn brains(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Bra
 }
 
 /// All participants in all tasks.
-fn recorded(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Sessions, BrainError> {
+fn recorded(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Sessions, ReplayError> {
     let mut sessions: Sessions = Default::default();
     for participant in 1..=PARTICIPANTS {
         for (task, list) in ORDER.into_iter().zip(&mut sessions) {
@@ -119,7 +118,7 @@ fn recorded(laboratory: &Laboratory, surfaces: [&str; 3]) -> Result<Sessions, Br
 }
 
 /// The cluster tests of [`PAIRS`].
-fn tested(sessions: &Sessions, seed: u64) -> Result<[ClusterTest; 3], BrainError> {
+fn tested(sessions: &Sessions, seed: u64) -> Result<[ClusterTest; 3], ReplayError> {
     let of = |[strong, weak]: [usize; 2]| contrasted(&sessions[strong], &sessions[weak], seed);
     let [first, second, third] = PAIRS;
     Ok([of(first)?, of(second)?, of(third)?])
@@ -130,7 +129,7 @@ fn session(
     participant: u64,
     task: Task,
     surfaces: [&str; 3],
-) -> Result<Session, BrainError> {
+) -> Result<Session, ReplayError> {
     let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
     let protocol = EegProtocol {
         surfaces: surfaces.map(str::to_owned).to_vec(),
@@ -185,7 +184,7 @@ fn session(
 }
 
 /// The trials of a recording, each with its surface.
-fn epochs(recording: &Recording) -> Result<Epochs, BrainError> {
+fn epochs(recording: &Recording) -> Result<Epochs, ReplayError> {
     let channels: Vec<String> = recording
         .channels()
         .iter()
@@ -236,7 +235,7 @@ fn on(sessions: &[Session], surface: &str) -> Vec<f64> {
         .collect()
 }
 
-fn gradient(sessions: &Sessions, surfaces: [&str; 3]) -> Result<Finding, BrainError> {
+fn gradient(sessions: &Sessions, surfaces: [&str; 3]) -> Result<Finding, ReplayError> {
     let means = surfaces.map(|surface| sessions.each_ref().map(|task| mean(&on(task, surface))));
     let order = "on some surface the group means are not in the order control, imagery, natural";
     let steps = means
@@ -251,7 +250,7 @@ fn gradient(sessions: &Sessions, surfaces: [&str; 3]) -> Result<Finding, BrainEr
         })
         .collect();
     let all = sessions.each_ref().map(|task| overall(task));
-    let effect = |[strong, weak]: [usize; 2]| -> Result<String, ContrastError> {
+    let effect = |[strong, weak]: [usize; 2]| -> Result<String, ClusterError> {
         let Contrast {
             difference,
             d_z,
@@ -295,7 +294,7 @@ fn window(changes: &Power) -> std::ops::Range<usize> {
 }
 
 /// The cluster test of two tasks over the window: positive where the first has the stronger desynchronisation.
-fn contrasted(strong: &[Session], weak: &[Session], seed: u64) -> Result<ClusterTest, BrainError> {
+fn contrasted(strong: &[Session], weak: &[Session], seed: u64) -> Result<ClusterTest, ReplayError> {
     let of = |sessions: &[Session]| -> Vec<Vec<f64>> { sessions.iter().map(nodes).collect() };
     let people = differences(&of(strong), &of(weak))?;
     let montage = Montage::ten_ten(&REGION.map(str::to_owned))?;
@@ -455,41 +454,6 @@ fn over_electrodes(tests: &[ClusterTest; 3]) -> Counterpart {
         ),
         lines.collect(),
     )
-}
-
-/// Why an EEG says nothing.
-#[derive(Debug, thiserror::Error)]
-pub enum BrainError {
-    /// The twin refuses.
-    #[error("{0}")]
-    Record(#[from] EegError),
-    /// A number that cannot be.
-    #[error("{0}")]
-    Quantity(#[from] QuantityError),
-    /// There are no epochs.
-    #[error("{0}")]
-    Cut(#[from] CutError),
-    /// Epochs of a surface are missing.
-    #[error("{0}")]
-    Epochs(#[from] EpochsError),
-    /// Power cannot be estimated.
-    #[error("{0}")]
-    Power(#[from] TfrError),
-    /// A change cannot be computed.
-    #[error("{0}")]
-    Change(#[from] ErdError),
-    /// An electrode without a position.
-    #[error("{0}")]
-    Montage(#[from] ReferenceError),
-    /// Nodes that make no grid.
-    #[error("{0}")]
-    Grid(#[from] GridError),
-    /// People who make no test.
-    #[error("{0}")]
-    Cluster(#[from] ClusterError),
-    /// People who make no contrast.
-    #[error("{0}")]
-    Contrast(#[from] ContrastError),
 }
 
 #[cfg(test)]

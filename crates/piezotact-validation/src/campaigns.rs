@@ -3,6 +3,7 @@
 //! Everybody is measured, rendered for and asked as the protocols of the library say; a presentation is one stroke, which counts as often
 //! as the protocol repeats it.
 
+use piezotact_volunteers::VolunteerError;
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
@@ -20,7 +21,7 @@ use piezotact_people::campaign::store::MemoryStore;
 use super::ReplayError;
 use super::claims::{Finding, Holds, above, at_least, at_most, below, least, most, no_exception};
 use super::figure::Counterpart;
-use piezotact_volunteers::{CampaignError, Laboratory, Playings, Simulation};
+use piezotact_volunteers::{Laboratory, Playings, Simulation};
 
 /// The panel of thesis 4.3.2.
 const OF_TEN: RangeInclusive<u64> = 1..=10;
@@ -77,7 +78,7 @@ impl Held {
 
 /// The protocol `name` of the library.
 fn protocol(name: &str) -> Result<(Protocol, Sha), ReplayError> {
-    let missing = || CampaignError::Stimulus {
+    let missing = || VolunteerError::Stimulus {
         stimulus: name.to_owned(),
     };
     let (_, text) = LIBRARY
@@ -105,7 +106,7 @@ fn held(
         ..Simulation::usual(&protocol, sha, laboratory.seed)
     };
     let mut store = MemoryStore::new();
-    let done = simulation.run::<CampaignError>(numbers, &mut store, &mut |_| Ok(()))?;
+    let done = simulation.run::<VolunteerError>(numbers, &mut store, &mut |_| Ok(()))?;
     let (declared, answers) = simulation.answers(&store, &done.plans)?;
     Ok(Held {
         table: AnswerTable::new(declared, answers)?,

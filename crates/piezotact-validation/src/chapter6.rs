@@ -64,7 +64,7 @@ pub(super) fn chapter6(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         figure,
     } = tasks(laboratory, &free)?;
     let campaigns = campaigns::of_chapter_6(laboratory)?;
-    let brains = brains(laboratory, SURFACES)?;
+    let brains = brains(laboratory, SURFACES).map_err(|error| format!("EEG: {error}"))?;
     let mut findings = vec![
         harmonics(&free, period.as_ref()),
         different(&free),

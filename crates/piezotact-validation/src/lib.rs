@@ -17,7 +17,6 @@ mod figure;
 mod measured;
 mod rendering;
 
-pub use brain::BrainError;
 use chapter3::chapter3;
 use chapter4::chapter4;
 use chapter5::chapter5;
@@ -25,15 +24,7 @@ use chapter6::chapter6;
 pub use claims::{CLAIMS, Claim, ClaimRule, Counting, Finding, Verdict};
 pub use figure::Counterpart;
 
-use piezotact::compare::CompareError;
-use piezotact::feature::FeatureError;
-use piezotact::quantity::QuantityError;
-use piezotact::series::SeriesError;
-use piezotact::spectrum::EstimateError;
-
-use piezotact_bench::{DeviceError, ProcedureError};
-use piezotact_twin::ParameterError;
-use piezotact_volunteers::{CampaignError, Laboratory, MeasureError};
+use piezotact_volunteers::Laboratory;
 use serde::Serialize;
 
 /// The chapters that can be measured again.
@@ -81,73 +72,5 @@ fn said_once<'a>(
     piezotact::warning::merged_of(warnings.map(|(of, warning)| (Some(of), warning)))
 }
 
-/// Why a chapter could not be measured.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// A bench refuses.
-    #[error("{0}")]
-    Bench(#[from] ProcedureError),
-    /// A device refuses.
-    #[error("{0}")]
-    Device(#[from] DeviceError),
-    /// The twin has no such sample.
-    #[error("{0}")]
-    Parameter(#[from] ParameterError),
-    /// A recording has no strokes to analyse.
-    #[error("{what}: {error}")]
-    Feature { what: String, error: FeatureError },
-    /// Groups cannot be compared.
-    #[error("{0}")]
-    Compare(#[from] CompareError),
-    /// A spectrum cannot be estimated.
-    #[error("{0}")]
-    Estimate(#[from] EstimateError),
-    /// A texture cannot be rendered.
-    #[error("{0}")]
-    Render(#[from] piezotact::render::RenderError),
-    /// A texture cannot be manipulated.
-    #[error("{0}")]
-    Manipulate(#[from] piezotact::manipulate::ManipulateError),
-    /// A measurement cannot be compared.
-    #[error("{0}")]
-    Verify(#[from] piezotact::verify::VerifyError),
-    /// Transfer functions make no bundle.
-    #[error("{0}")]
-    Ensemble(#[from] piezotact::transfer::BundleError),
-    /// Transfer functions make no panel.
-    #[error("{0}")]
-    Panel(#[from] piezotact::panel::PanelError),
-    /// A number that cannot be.
-    #[error("{0}")]
-    Quantity(#[from] QuantityError),
-    /// Something cannot be measured on the twin.
-    #[error("{0}")]
-    Measure(#[from] MeasureError),
-    /// A campaign with virtual volunteers cannot be done.
-    #[error("{0}")]
-    Campaign(Box<CampaignError>),
-    /// The answers of a campaign make no table.
-    #[error("{0}")]
-    Answers(#[from] piezotact_people::association::AnswerError),
-    /// Samples that make no series.
-    #[error("{0}")]
-    Series(#[from] SeriesError),
-    /// An EEG says nothing.
-    #[error("EEG: {0}")]
-    Brain(Box<BrainError>),
-}
-
-impl From<BrainError> for ReplayError {
-    fn from(error: BrainError) -> Self {
-        Self::Brain(Box::new(error))
-    }
-}
-
-impl From<CampaignError> for ReplayError {
-    fn from(error: CampaignError) -> Self {
-        match error {
-            CampaignError::Measure(inner) => Self::Measure(*inner),
-            other => Self::Campaign(Box::new(other)),
-        }
-    }
-}
+/// Why a chapter could not be measured: what the bench, the twin or the analysis refused.
+pub type ReplayError = Box<dyn std::error::Error + Send + Sync>;

@@ -27,8 +27,7 @@ pub(super) fn target(
 ) -> Result<Series<Acceleration>, ReplayError> {
     let what = recording.about.condition.to_string();
     let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
-    let feature = |error| ReplayError::Feature { what, error };
-    let freed = freed.map_err(feature)?;
+    let freed = freed.map_err(|error| format!("{what}: {error}"))?;
     let stroke = taken.segmentation.strokes.first();
     let samples = match (stroke, freed.channels.first()) {
         (Some(stroke), Some(channel)) => stroke.steady.of(channel).to_vec(),

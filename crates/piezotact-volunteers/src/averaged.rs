@@ -1,5 +1,6 @@
 //! The average transfer function of a panel of people who do not take part (*thesis* 5.2).
 
+use crate::VolunteerError;
 use std::collections::BTreeSet;
 
 use piezotact::panel::{Cell, Entry, Filing, Panel, average_of_panel};
@@ -8,13 +9,13 @@ use piezotact::transfer::{BundleAverage, TransferFunction};
 use piezotact_twin::Participant;
 
 use crate::person::{ANGLE_DEG, LOAD_N, band};
-use crate::{CampaignError, Laboratory, MeasureError, Simulation, characterised, resting};
+use crate::{Laboratory, Simulation, characterised, resting};
 
 /// The average over the people `members`, each measured once on the device.
 pub(super) fn averaged(
     simulation: &Simulation<'_>,
     members: &BTreeSet<u64>,
-) -> Result<TransferFunction<Drive, Acceleration>, CampaignError> {
+) -> Result<TransferFunction<Drive, Acceleration>, VolunteerError> {
     let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
@@ -37,7 +38,7 @@ pub(super) fn averaged(
         };
         entries.push(Entry { filing, function });
     }
-    let panel = Panel::new(entries).map_err(MeasureError::from)?;
+    let panel = Panel::new(entries).map_err(VolunteerError::from)?;
     let average = average_of_panel(&panel, cell, BundleAverage::LogMagnitude, band()?);
-    Ok(average.map_err(MeasureError::from)?.function)
+    Ok(average?.function)
 }

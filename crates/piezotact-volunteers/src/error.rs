@@ -5,53 +5,18 @@ use piezotact::quantity::QuantityError;
 use piezotact::series::SeriesError;
 use piezotact::stroke::SegmentError;
 use piezotact_bench::{DeviceError, ProcedureError};
-use piezotact_people::campaign::plan::PlanError;
+use piezotact_people::campaign::protocol::ProtocolError;
 use piezotact_people::campaign::store::StoreError;
-use piezotact_people::judge::{CuesError, JudgeError};
+use piezotact_people::judge::JudgeError;
 use piezotact_study::session::RunError;
-use piezotact_twin::ParameterError;
+use piezotact_twin::TwinError;
 
-/// Why something cannot be measured on the twin.
+/// Why something cannot be measured on the twin, or a campaign not be simulated.
 #[derive(Debug, thiserror::Error)]
-pub enum MeasureError {
-    /// A bench refuses.
-    #[error("{0}")]
-    Bench(#[from] ProcedureError),
-    /// A device refuses.
-    #[error("{0}")]
-    Device(#[from] DeviceError),
-    /// The twin has no such sample.
-    #[error("{0}")]
-    Parameter(#[from] ParameterError),
-    /// A recording cannot be cut.
-    #[error("{what}: {error}")]
-    Segment { what: String, error: SegmentError },
-    /// A recording has no strokes to analyse.
-    #[error("{what}: {error}")]
-    Feature { what: String, error: FeatureError },
-    /// Transfer functions make no bundle.
-    #[error("{0}")]
-    Ensemble(#[from] piezotact::transfer::BundleError),
-    /// Transfer functions make no panel.
-    #[error("{0}")]
-    Panel(#[from] piezotact::panel::PanelError),
-    /// A number that cannot be.
-    #[error("{0}")]
-    Quantity(#[from] QuantityError),
-    /// Samples that make no series.
-    #[error("{0}")]
-    Series(#[from] SeriesError),
-}
-
-/// Why a campaign cannot be simulated.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    /// The twin refuses.
-    #[error(transparent)]
-    Measure(Box<MeasureError>),
+pub enum VolunteerError {
     /// The protocol has no such session.
     #[error(transparent)]
-    Plan(#[from] PlanError),
+    Plan(#[from] ProtocolError),
     /// The session refuses.
     #[error(transparent)]
     Run(Box<RunError>),
@@ -63,10 +28,10 @@ pub enum CampaignError {
     Cues {
         /// The texture, and whose it is.
         what: String,
-        error: CuesError,
+        error: JudgeError,
     },
     /// No stroke can be used.
-    #[error("{what}: expected a stroke, found none; look at the world of the twin")]
+    #[error("{what}: no stroke can be used; look at the world of the twin")]
     NoStroke {
         /// The texture, and whose it is.
         what: String,
@@ -81,7 +46,7 @@ pub enum CampaignError {
     Average { panel: String },
     /// Somebody of the panel takes part.
     #[error(
-        "expected a panel to which no participant belongs, found volunteer {number} in both; choose other numbers for the panel"
+        "volunteer {number} is in the panel and takes part: choose other numbers for the panel"
     )]
     Overlap {
         /// The number under the seed.
@@ -101,16 +66,43 @@ pub enum CampaignError {
         trial: String,
         why: String,
     },
+    /// A bench refuses.
+    #[error(transparent)]
+    Bench(Box<ProcedureError>),
+    /// A device refuses.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
+    /// The twin has no such sample.
+    #[error(transparent)]
+    Parameter(#[from] TwinError),
+    /// A recording cannot be cut.
+    #[error("{what}: {error}")]
+    Segment { what: String, error: SegmentError },
+    /// A recording has no strokes to analyse.
+    #[error("{what}: {error}")]
+    Feature { what: String, error: FeatureError },
+    /// Transfer functions cannot be estimated or averaged.
+    #[error(transparent)]
+    Transfer(#[from] piezotact::transfer::TransferError),
+    /// Transfer functions make no panel.
+    #[error(transparent)]
+    Panel(#[from] piezotact::panel::PanelError),
+    /// A number that cannot be.
+    #[error(transparent)]
+    Quantity(#[from] QuantityError),
+    /// Samples that make no series.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
 }
 
-impl From<MeasureError> for CampaignError {
-    fn from(error: MeasureError) -> Self {
-        Self::Measure(Box::new(error))
+impl From<RunError> for VolunteerError {
+    fn from(error: RunError) -> Self {
+        Self::Run(Box::new(error))
     }
 }
 
-impl From<RunError> for CampaignError {
-    fn from(error: RunError) -> Self {
-        Self::Run(Box::new(error))
+impl From<ProcedureError> for VolunteerError {
+    fn from(error: ProcedureError) -> Self {
+        Self::Bench(Box::new(error))
     }
 }

@@ -1,5 +1,6 @@
 //! A laboratory on the twin: who sits at the device, and what is measured there first.
 
+use crate::VolunteerError;
 use piezotact::device::DeviceDescription;
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Hertz, Newtons, Seconds};
 use piezotact::run::Discard;
@@ -8,8 +9,6 @@ use piezotact::transfer::{Estimator, TransferFunction};
 use piezotact_bench::procedure::{CharacteriseConfig, characterise};
 use piezotact_bench::{Bench, Excitation, ExcitationConfig, Placement, RunPlan, Until};
 use piezotact_twin::{Participant, TwinBench, TwinParameters};
-
-use crate::MeasureError;
 
 /// A laboratory on the twin: everything in it follows from the parameters and the seed.
 #[derive(Clone, Debug)]
@@ -48,13 +47,13 @@ pub fn resting(label: &str, load_n: f64, angle_deg: f64) -> RunPlan {
 /// The transfer function of the device with the finger on it, from `seconds` of random drive to 1.2 kHz.
 ///
 /// # Errors
-/// [`MeasureError`] where the bench refuses.
+/// [`VolunteerError`] where the bench refuses.
 pub fn characterised(
     bench: &mut Bench,
     run: RunPlan,
     seconds: f64,
     seed: u64,
-) -> Result<TransferFunction<Drive, Acceleration>, MeasureError> {
+) -> Result<TransferFunction<Drive, Acceleration>, VolunteerError> {
     let config = CharacteriseConfig {
         excitation: ExcitationConfig {
             kind: Excitation::Random,

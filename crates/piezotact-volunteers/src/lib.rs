@@ -12,7 +12,7 @@ mod sitting;
 
 use averaged::averaged;
 
-pub use error::{CampaignError, MeasureError};
+pub use error::VolunteerError;
 pub use laboratory::{Laboratory, characterised, resting};
 pub use measured::{Taken, run, take};
 pub use person::{VirtualVolunteer, Whose, volunteer};
@@ -120,10 +120,10 @@ impl Simulation<'_> {
     ///
     /// # Errors
     /// What the twin does not have.
-    pub fn surface(&self, name: &str) -> Result<&Sample, CampaignError> {
+    pub fn surface(&self, name: &str) -> Result<&Sample, VolunteerError> {
         let known = self.surfaces.get(name).map_or(name, String::as_str);
         let sample = self.parameters.sample(known);
-        Ok(sample.map_err(MeasureError::from)?)
+        Ok(sample?)
     }
 
     /// The panel whose average the protocol renders with; `None` where everybody has the own transfer function.
@@ -139,15 +139,15 @@ impl Simulation<'_> {
     /// mean of the logarithms of their gains on the device, 20° and 0.2 N.
     ///
     /// # Errors
-    /// [`CampaignError::Overlap`], and what the twin refuses.
+    /// [`VolunteerError::Overlap`], and what the twin refuses.
     pub fn with_panel(
         self,
         members: impl IntoIterator<Item = u64>,
         numbers: impl IntoIterator<Item = u64>,
-    ) -> Result<Self, CampaignError> {
+    ) -> Result<Self, VolunteerError> {
         let members: BTreeSet<u64> = members.into_iter().collect();
         if let Some(number) = numbers.into_iter().find(|one| members.contains(one)) {
-            return Err(CampaignError::Overlap { number });
+            return Err(VolunteerError::Overlap { number });
         }
         Ok(Self {
             average: Some(averaged(&self, &members)?),
@@ -158,12 +158,12 @@ impl Simulation<'_> {
     /// What the protocol declares, and every confirmed answer of the sessions of `plans` in `store`.
     ///
     /// # Errors
-    /// [`CampaignError::Run`] where what is stored does not belong to them.
+    /// [`VolunteerError::Run`] where what is stored does not belong to them.
     pub fn answers(
         &self,
         store: &dyn Store,
         plans: &[Plan],
-    ) -> Result<(Declared, Vec<Answer>), CampaignError> {
+    ) -> Result<(Declared, Vec<Answer>), VolunteerError> {
         let mut answers = Vec::new();
         for plan in plans {
             let state = state_of(store, self.protocol, plan)?;
@@ -176,8 +176,8 @@ impl Simulation<'_> {
     /// the first who comes. A stroke that is played is 1.
     ///
     /// # Errors
-    /// [`CampaignError::Plan`].
-    pub fn steps(&self) -> Result<Vec<f64>, CampaignError> {
+    /// [`VolunteerError::Plan`].
+    pub fn steps(&self) -> Result<Vec<f64>, VolunteerError> {
         let strokes = match self.protocol.rendering.as_ref().map(|one| one.playing) {
             Some(Playing::Repeated {
                 pause_s,
@@ -216,8 +216,8 @@ impl Simulation<'_> {
     /// interrupted one is continued.
     ///
     /// # Errors
-    /// [`CampaignError`] with the first thing that cannot be, and those of `step`.
-    pub fn run<E: From<CampaignError>>(
+    /// [`VolunteerError`] with the first thing that cannot be, and those of `step`.
+    pub fn run<E: From<VolunteerError>>(
         &self,
         numbers: impl IntoIterator<Item = u64>,
         store: &mut dyn Store,
@@ -235,7 +235,7 @@ impl Simulation<'_> {
                     completed: &completed,
                 };
                 let plan = plan(self.protocol, self.protocol_sha, request);
-                let plan = plan.map_err(CampaignError::from)?;
+                let plan = plan.map_err(VolunteerError::from)?;
                 if is_complete(self.protocol, store, &plan)? {
                     done.taken_up += 1;
                     step(Arrival::TakenUp { plan: &plan })?;
@@ -333,7 +333,11 @@ pub struct Simulated {
 }
 
 /// Whether the session of `plan` is complete in `store`.
-fn is_complete(protocol: &Protocol, store: &dyn Store, plan: &Plan) -> Result<bool, CampaignError> {
+fn is_complete(
+    protocol: &Protocol,
+    store: &dyn Store,
+    plan: &Plan,
+) -> Result<bool, VolunteerError> {
     let key = SessionKey::new(&plan.participant, &plan.session);
     let sessions = store.sessions()?;
     if !sessions.iter().any(|entry| entry.key == key) {
@@ -343,7 +347,7 @@ fn is_complete(protocol: &Protocol, store: &dyn Store, plan: &Plan) -> Result<bo
 }
 
 /// Whether something of the session of `plan` is in `store`.
-fn is_begun(store: &dyn Store, plan: &Plan) -> Result<bool, CampaignError> {
+fn is_begun(store: &dyn Store, plan: &Plan) -> Result<bool, VolunteerError> {
     let key = SessionKey::new(&plan.participant, &plan.session);
     let is_there = store.sessions()?.iter().any(|entry| entry.key == key);
     Ok(is_there && !store.events(&key)?.is_empty())

@@ -1,5 +1,6 @@
 //! From a bench to what its strokes say, as anybody would do it: record, guess the roles, cut, analyse.
 
+use crate::VolunteerError;
 use piezotact::Warning;
 use piezotact::feature::{Analysis, FeatureConfig, analyse};
 use piezotact::filter::HighPass;
@@ -11,7 +12,7 @@ use piezotact::stroke::{Expected, Judging, Reason, Segmentation, segment};
 use piezotact_bench::procedure::record;
 use piezotact_bench::{Acquire, Placement, RunPlan, Until};
 
-use crate::{Laboratory, MeasureError};
+use crate::Laboratory;
 
 /// What a bench gave.
 #[derive(Clone, Debug)]
@@ -41,12 +42,12 @@ pub fn run(laboratory: &Laboratory, label: &str, load_n: Option<f64>) -> RunPlan
 /// Records, cuts and analyses, with PSDs of segments of `segment_samples`.
 ///
 /// # Errors
-/// [`MeasureError`] where the bench or the analysis refuses.
+/// [`VolunteerError`] where the bench or the analysis refuses.
 pub fn take(
     mut acquirer: Box<dyn Acquire>,
     run: &RunPlan,
     segment_samples: usize,
-) -> Result<(Taken, Recording), MeasureError> {
+) -> Result<(Taken, Recording), VolunteerError> {
     let recording = record(acquirer.as_mut(), run)?;
     let what = recording.about.condition.to_string();
     let cut = |judging: Judging| {
@@ -56,7 +57,7 @@ pub fn take(
             speed_m_s: recording.about.condition.speed_m_s,
             judging,
         };
-        segment(&recording, &roles, expected).map_err(|error| MeasureError::Segment {
+        segment(&recording, &roles, expected).map_err(|error| VolunteerError::Segment {
             what: what.clone(),
             error,
         })
@@ -99,8 +100,8 @@ fn analysed(
     recording: &Recording,
     segmentation: &Segmentation,
     segment_samples: usize,
-) -> Result<Analysis, MeasureError> {
-    let feature = |error| MeasureError::Feature {
+) -> Result<Analysis, VolunteerError> {
+    let feature = |error| VolunteerError::Feature {
         what: recording.about.condition.to_string(),
         error,
     };

@@ -1,5 +1,6 @@
 //! A virtual volunteer: the strokes on the real samples, the transfer function, the drives, and the sense of touch.
 
+use crate::VolunteerError;
 use std::collections::BTreeMap;
 
 use piezotact::correct::CorrectConfig;
@@ -27,10 +28,7 @@ use piezotact_twin::{
 };
 
 use crate::sitting::delivered;
-use crate::{
-    CampaignError, Laboratory, LevelRule, MeasureError, Simulation, Taken, characterised, resting,
-    run, take,
-};
+use crate::{Laboratory, LevelRule, Simulation, Taken, characterised, resting, run, take};
 
 /// The band in which textures are rendered and felt, Hz.
 const BAND_HZ: [f64; 2] = [20.0, 1000.0];
@@ -86,12 +84,12 @@ struct Touched {
 /// Volunteer `number` of `simulation`, after the measurement session and with all drives, each verified.
 ///
 /// # Errors
-/// [`CampaignError`] with the first thing that the twin does not have or cannot do.
+/// [`VolunteerError`] with the first thing that the twin does not have or cannot do.
 pub fn volunteer(
     simulation: &Simulation<'_>,
     number: u64,
     whose: Whose,
-) -> Result<VirtualVolunteer, CampaignError> {
+) -> Result<VirtualVolunteer, VolunteerError> {
     let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
@@ -99,7 +97,7 @@ pub fn volunteer(
     let protocol = simulation.protocol;
     if let (Some(panel), None) = (simulation.panel(), &simulation.average) {
         let panel = panel.to_owned();
-        return Err(CampaignError::Average { panel });
+        return Err(VolunteerError::Average { panel });
     }
     let mut touched = BTreeMap::new();
     for name in &protocol.samples {
@@ -148,7 +146,7 @@ fn function(
     laboratory: &Laboratory,
     number: u64,
     whose: Whose,
-) -> Result<TransferFunction<Drive, Acceleration>, MeasureError> {
+) -> Result<TransferFunction<Drive, Acceleration>, VolunteerError> {
     let of = match (whose, simulation.panel(), &simulation.average) {
         (Whose::Of(other), ..) => other,
         (Whose::Own, Some(_), Some(average)) => return Ok(average.clone()),
@@ -164,7 +162,7 @@ fn function(
 }
 
 /// The band in which textures are rendered and felt.
-pub(super) fn band() -> Result<Band, MeasureError> {
+pub(super) fn band() -> Result<Band, VolunteerError> {
     Ok(Band::new(Hertz(BAND_HZ[0]), Hertz(BAND_HZ[1]))?)
 }
 
@@ -174,7 +172,7 @@ fn touch(
     laboratory: &Laboratory,
     number: u64,
     name: &str,
-) -> Result<Touched, CampaignError> {
+) -> Result<Touched, VolunteerError> {
     let sample = simulation.surface(name)?;
     let person = Participant::of(number, simulation.seed, &simulation.parameters);
     let what = || format!("{name}, touched by {}", person.pseudonym());
@@ -187,20 +185,20 @@ fn touch(
         },
     };
     let acttouch = ActTouch::new(&laboratory.parameters, person.clone(), sample, protocol);
-    let acttouch = acttouch.map_err(MeasureError::from)?;
+    let acttouch = acttouch?;
     let asked = run(laboratory, "measurement session", Some(LOAD_N));
     let (taken, recording) = take(acttouch.into_acquirer(), &asked, 1_024)?;
     let strokes = strokes(&taken, &recording)?;
     let cues = strokes.iter().map(|stroke| {
-        Cues::of(stroke, band()?).map_err(|error| CampaignError::Cues {
+        Cues::of(stroke, band()?).map_err(|error| VolunteerError::Cues {
             what: what(),
             error,
         })
     });
-    let cues: Vec<Cues> = cues.collect::<Result<_, CampaignError>>()?;
+    let cues: Vec<Cues> = cues.collect::<Result<_, VolunteerError>>()?;
     let target = typical(&strokes, &cues);
     let (Some(cues), Some(target)) = (mean(&cues), target) else {
-        return Err(CampaignError::NoStroke { what: what() });
+        return Err(VolunteerError::NoStroke { what: what() });
     };
     Ok(Touched {
         cues: cues.on(surface(sample, &taken)),
@@ -213,10 +211,10 @@ fn touch(
 fn strokes(
     taken: &Taken,
     recording: &Recording,
-) -> Result<Vec<Series<Acceleration>>, MeasureError> {
+) -> Result<Vec<Series<Acceleration>>, VolunteerError> {
     let what = recording.about.condition.to_string();
     let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
-    let freed = freed.map_err(|error| MeasureError::Feature { what, error })?;
+    let freed = freed.map_err(|error| VolunteerError::Feature { what, error })?;
     let Some(channel) = freed.channels.first() else {
         return Ok(Vec::new());
     };
@@ -276,8 +274,8 @@ fn prepared(
     touched: &BTreeMap<String, Touched>,
     function: &TransferFunction<Drive, Acceleration>,
     bench: &mut Bench,
-) -> Result<(BTreeMap<String, Verified>, Option<f64>), CampaignError> {
-    let rate = SampleRate::new(DRIVE_RATE_HZ).map_err(MeasureError::from)?;
+) -> Result<(BTreeMap<String, Verified>, Option<f64>), VolunteerError> {
+    let rate = SampleRate::new(DRIVE_RATE_HZ).map_err(VolunteerError::from)?;
     let config = RenderConfig::over(band()?, rate);
     let mut targets = BTreeMap::new();
     for stimulus in stimuli(simulation.protocol) {
@@ -335,8 +333,8 @@ fn target<'a>(
     protocol: &Protocol,
     touched: &'a BTreeMap<String, Touched>,
     stimulus: &str,
-) -> Result<(Series<Acceleration>, &'a Recording), CampaignError> {
-    let unknown = || CampaignError::Stimulus {
+) -> Result<(Series<Acceleration>, &'a Recording), VolunteerError> {
+    let unknown = || VolunteerError::Stimulus {
         stimulus: stimulus.to_owned(),
     };
     let sample = protocol.sample_of(stimulus).ok_or_else(unknown)?;
@@ -363,7 +361,7 @@ fn looped(
     (stimulus, series, recording, level): (&str, &Series<Acceleration>, &Recording, Decibels),
     (function, render): (&TransferFunction<Drive, Acceleration>, &RenderConfig),
     bench: &mut Bench,
-) -> Result<Verified, CampaignError> {
+) -> Result<Verified, VolunteerError> {
     let mut config = LoopConfig {
         render: render.clone(),
         correct: CorrectConfig::usual(Mode::Texture),
@@ -385,7 +383,7 @@ fn looped(
         };
         closed_loop(bench, &wanted, function, &config, &mut Discard, &mut |_| {})
     });
-    let looped = looped.map_err(MeasureError::from)?;
+    let looped = looped?;
     let verification = looped.best_verification().clone();
     // What cannot be compared is not felt either.
     let cues = delivered(&looped.recording, config.judged).ok();
@@ -420,7 +418,7 @@ fn attempted<T>(mut of: impl FnMut(u32) -> Result<T, ProcedureError>) -> Result<
 }
 
 /// A texture as a recording of its own.
-fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, MeasureError> {
+fn alone(series: &Series<Acceleration>, of: &Recording) -> Result<Recording, VolunteerError> {
     let channel = Channel {
         name: ACCELERATION_CHANNEL.into(),
         unit: Unit::MetrePerSecondSquared,
@@ -453,6 +451,7 @@ fn offset(touched: &BTreeMap<String, Touched>, drives: &BTreeMap<String, Verifie
 #[cfg(test)]
 mod tests {
     use super::*;
+    use piezotact_bench::DeviceError;
 
     #[test]
     fn an_unreliable_measurement_is_repeated_and_any_other_error_is_not() {
@@ -475,11 +474,11 @@ mod tests {
         let mut count = 0;
         let ended: Result<(), _> = attempted(|_| {
             count += 1;
-            Err(ProcedureError::Impossible {
+            Err(ProcedureError::Device(DeviceError::Impossible {
                 expected: "a".into(),
                 found: "b".into(),
                 todo: "c".into(),
-            })
+            }))
         });
         assert!(ended.is_err() && count == 1);
     }

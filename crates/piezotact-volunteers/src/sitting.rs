@@ -1,5 +1,7 @@
 //! A virtual volunteer in a session: the same runner and store as with people, and answers from what was delivered.
 
+use crate::VolunteerError;
+use piezotact_study::session::RunError;
 use std::collections::BTreeMap;
 
 use piezotact::quantity::{Acceleration, Band, Degrees, Drive, Newtons};
@@ -21,12 +23,11 @@ use piezotact_people::judge::{
     Sameness, TouchedTexture,
 };
 use piezotact_study::session::{
-    BenchStimulator, Given, Outside, PlayError, PlayStop, Played, Runner, Stimulator, Stimuli,
-    StopHandle,
+    BenchStimulator, Given, Outside, PlayStop, Played, Runner, Stimulator, Stimuli, StopHandle,
 };
 
 use crate::person::{VirtualVolunteer, band};
-use crate::{CampaignError, Laboratory, MeasureError, Playings, Simulation};
+use crate::{Laboratory, Playings, Simulation};
 
 /// When the first session of a simulated campaign begins, in ms since 1970-01-01 00:00 UTC, and how far sessions are apart.
 const FIRST_MS: i64 = 1_700_000_000_000;
@@ -47,14 +48,14 @@ struct Felt<'a> {
 }
 
 impl Stimulator for Felt<'_> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         self.bench.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         let place = (played.trial.to_owned(), played.element);
         let (evidence, recording) = self.bench.play_recorded(played, stop)?;
-        let cues = delivered(&recording, self.band).map_err(PlayError::Device)?;
+        let cues = delivered(&recording, self.band).map_err(RunError::Device)?;
         self.delivered.entry(place).or_default().push(cues);
         Ok(evidence)
     }
@@ -83,7 +84,7 @@ pub(super) fn delivered(recording: &Recording, band: Band) -> Result<Cues, Strin
 }
 
 /// When the last event of the session of `plan` was, in ms; 0 where there is none.
-fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, CampaignError> {
+fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, VolunteerError> {
     let key = SessionKey::new(&plan.participant, &plan.session);
     if !store.sessions()?.iter().any(|entry| entry.key == key) {
         return Ok(0);
@@ -95,14 +96,14 @@ fn last_ms(store: &dyn Store, plan: &Plan) -> Result<i64, CampaignError> {
 /// what was felt and answered in the trials of this run. `trial_over` is called after each trial with the number of trials done.
 ///
 /// # Errors
-/// [`CampaignError`] with the first thing that cannot be.
+/// [`VolunteerError`] with the first thing that cannot be.
 pub fn sit(
     simulation: &Simulation<'_>,
     volunteer: &VirtualVolunteer,
     plan: &Plan,
     store: &mut dyn Store,
     trial_over: &mut dyn FnMut(usize),
-) -> Result<Answers, CampaignError> {
+) -> Result<Answers, VolunteerError> {
     let protocol = simulation.protocol;
     let mut felt = Felt {
         bench: bench(simulation, volunteer)?,
@@ -179,7 +180,7 @@ pub fn sit(
         if let Given::Void { why } = runner.give(command)? {
             let voided = runner.state().current().map_or(0, |(_, of)| of.voided);
             if voided >= MOST_VOID {
-                return Err(CampaignError::Void {
+                return Err(VolunteerError::Void {
                     pseudonym: volunteer.pseudonym.clone(),
                     trial: trial.unwrap_or_default(),
                     why,
@@ -201,11 +202,11 @@ const EXPERIMENTER: &str = "simulation";
 struct Shared<'a, 'b, 'c>(&'a std::cell::RefCell<&'b mut Felt<'c>>);
 
 impl Stimulator for Shared<'_, '_, '_> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         self.0.borrow().check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         self.0.borrow_mut().play(played, stop)
     }
 }
@@ -214,7 +215,7 @@ impl Stimulator for Shared<'_, '_, '_> {
 fn bench(
     simulation: &Simulation<'_>,
     volunteer: &VirtualVolunteer,
-) -> Result<BenchStimulator<'static>, MeasureError> {
+) -> Result<BenchStimulator<'static>, VolunteerError> {
     let laboratory = Laboratory {
         parameters: simulation.parameters.clone(),
         seed: simulation.seed,
@@ -244,8 +245,8 @@ fn bench(
 fn next(
     state: &State<'_>,
     judge: Judge,
-    answer: impl FnOnce(&State<'_>, &Trial, &TrialState) -> Result<Command, CampaignError>,
-) -> Result<Option<Command>, CampaignError> {
+    answer: impl FnOnce(&State<'_>, &Trial, &TrialState) -> Result<Command, VolunteerError>,
+) -> Result<Option<Command>, VolunteerError> {
     Ok(Some(match state.step() {
         Step::Begin => Command::Begin {
             experimenter: EXPERIMENTER.to_owned(),
@@ -284,7 +285,7 @@ struct Scene<'a> {
 
 impl Scene<'_> {
     /// The answer; of a trial that was presented before a cut, first what was felt then once more.
-    fn command(&self, all: &mut Answers) -> Result<Command, CampaignError> {
+    fn command(&self, all: &mut Answers) -> Result<Command, VolunteerError> {
         match self.forgotten() {
             Some(element) => Ok(Command::Play {
                 element,
@@ -312,7 +313,7 @@ impl Scene<'_> {
     }
 
     /// The words of the answer.
-    fn words(&self, all: &mut Answers) -> Result<Vec<String>, CampaignError> {
+    fn words(&self, all: &mut Answers) -> Result<Vec<String>, VolunteerError> {
         let mut random = Random::stream(
             self.simulation.seed,
             self.volunteer.number,
@@ -325,7 +326,7 @@ impl Scene<'_> {
         );
         let mut draw = || random.normal();
         self.answered(&mut draw, all)
-            .map_err(|error| CampaignError::Judge {
+            .map_err(|error| VolunteerError::Judge {
                 trial: self.trial.name.clone(),
                 error,
             })

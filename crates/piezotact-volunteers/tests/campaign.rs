@@ -11,9 +11,8 @@ use piezotact_people::campaign::store::{
 };
 use piezotact_people::judge::Judge;
 use piezotact_study::session::state_of;
-use piezotact_volunteers::{
-    Arrival, CampaignError, Playings, Simulated, Simulation, Whose, sit, volunteer,
-};
+use piezotact_volunteers::VolunteerError;
+use piezotact_volunteers::{Arrival, Playings, Simulated, Simulation, Whose, sit, volunteer};
 
 /// The isotropic protocol of the library with four samples in two sets, played for 8 s.
 fn two_sets() -> Protocol {
@@ -44,7 +43,7 @@ fn quick(protocol: &Protocol, judge: Judge) -> Simulation<'_> {
 
 fn run(simulation: &Simulation<'_>, people: u64, store: &mut MemoryStore) -> Simulated {
     simulation
-        .run::<CampaignError>(1..=people, store, &mut |_| Ok(()))
+        .run::<VolunteerError>(1..=people, store, &mut |_| Ok(()))
         .unwrap()
 }
 
@@ -157,7 +156,7 @@ fn the_steps_of_a_volunteer_are_announced_and_each_is_over_once() {
     assert!(announced.iter().all(|size| *size > 0.0));
     let (mut store, mut over, mut sessions, mut ready) = (MemoryStore::new(), Vec::new(), 0, 0);
     simulation
-        .run::<CampaignError>(1..=1, &mut store, &mut |step| {
+        .run::<VolunteerError>(1..=1, &mut store, &mut |step| {
             match step {
                 Arrival::Ready => ready += 1,
                 Arrival::Trial { trials } => over.push((sessions, trials)),
@@ -178,10 +177,10 @@ fn a_simulation_that_was_stopped_goes_on() {
     let simulation = quick(&protocol, Judge::Thurstone);
     let mut store = MemoryStore::new();
     let mut steps = 0;
-    let stopped = simulation.run::<CampaignError>(1..=2, &mut store, &mut |step| {
+    let stopped = simulation.run::<VolunteerError>(1..=2, &mut store, &mut |step| {
         steps += 1;
         match step {
-            Arrival::Gone => Err(CampaignError::Stimulus {
+            Arrival::Gone => Err(VolunteerError::Stimulus {
                 stimulus: "stopped".to_owned(),
             }),
             _ => Ok(()),
@@ -254,7 +253,7 @@ fn a_session_that_was_stopped_goes_on_after_its_last_event() {
         stops.left = 9;
         times += 1;
         let step = &mut |_: Arrival<'_>| Ok(());
-        if let Ok(done) = simulation.run::<CampaignError>(1..=1, &mut stops, step) {
+        if let Ok(done) = simulation.run::<VolunteerError>(1..=1, &mut stops, step) {
             break done;
         }
     };
@@ -278,12 +277,15 @@ fn what_the_twin_does_not_have_is_refused_in_one_sentence() {
     let average = from_library("averaged_transfer_function").unwrap().unwrap();
     let refused = volunteer(&quick(&average, Judge::Thurstone), 1, Whose::Own).unwrap_err();
     assert!(
-        matches!(refused, CampaignError::Average { .. }),
+        matches!(refused, VolunteerError::Average { .. }),
         "{refused}"
     );
     let refused = quick(&average, Judge::Thurstone).with_panel(3..=5, 1..=4);
     let refused = refused.map(|_| ()).unwrap_err().to_string();
-    assert!(refused.contains("found volunteer 3 in both"), "{refused}");
+    assert!(
+        refused.contains("volunteer 3 is in the panel and takes part"),
+        "{refused}"
+    );
 }
 
 /// The average of others fits nobody as the own function does, and the evidence says so.

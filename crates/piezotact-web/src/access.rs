@@ -4,6 +4,7 @@
 //! the program was started again. A page sends a second mark, derived from the first, with every request that changes something: another
 //! site that makes the browser send the cookie does not know it.
 
+use crate::WebError;
 use std::fmt;
 use std::net::IpAddr;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -147,23 +148,6 @@ impl fmt::Debug for Access {
     }
 }
 
-/// Why a page is not let in.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AccessError {
-    /// Not a code that is valid now.
-    #[error("the code is not valid (any more)")]
-    WrongCode,
-    /// Too many wrong codes.
-    #[error("too many wrong codes: wait a minute")]
-    TooMany,
-    /// Too many passwords wait for their check.
-    #[error("many passwords are tried at this moment: try again in a few seconds")]
-    Busy,
-    /// No random numbers, or the file of pages could not be written.
-    #[error("the page could not be let in: {0}; try again")]
-    NotKept(String),
-}
-
 impl Access {
     /// Whether `kept` is a list of pages that were let in.
     #[must_use]
@@ -174,8 +158,8 @@ impl Access {
     /// Lets in whom `kept` names for the session named `session`, and whoever has one of the new codes.
     ///
     /// # Errors
-    /// [`AccessError::NotKept`] without random numbers.
-    pub fn new(session: &str, kept: Option<&str>, keep: KeepPages) -> Result<Self, AccessError> {
+    /// [`WebError::NotKept`] without random numbers.
+    pub fn new(session: &str, kept: Option<&str>, keep: KeepPages) -> Result<Self, WebError> {
         let known: Option<Pages> = kept.and_then(|kept| serde_json::from_str(kept).ok());
         // Pages of another session stay outside.
         let known = known.filter(|pages| pages.session == session);
@@ -246,8 +230,8 @@ impl Access {
     /// is valid no more.
     ///
     /// # Errors
-    /// [`AccessError::NotKept`] without random numbers.
-    pub fn new_participant_code(&self, now_ms: i64) -> Result<String, AccessError> {
+    /// [`WebError::NotKept`] without random numbers.
+    pub fn new_participant_code(&self, now_ms: i64) -> Result<String, WebError> {
         let new = code()?;
         locked(&self.codes).participant = Some((new.clone(), now_ms));
         Ok(new)
@@ -265,33 +249,33 @@ impl Access {
     /// place of the first. A password takes a tenth of a second and more.
     ///
     /// # Errors
-    /// [`AccessError`].
+    /// [`WebError`].
     pub fn enter(
         &self,
         key: Key<'_>,
         from: IpAddr,
         now_ms: i64,
-    ) -> Result<(Role, String), AccessError> {
+    ) -> Result<(Role, String), WebError> {
         let _network = self.counts(key.tried(), from, now_ms)?;
         self.checks(key, from, now_ms)
     }
 
     /// Counts a try as wrong, until it is found right.
-    fn counts(&self, tried: Tried, from: IpAddr, now_ms: i64) -> Result<Network, AccessError> {
+    fn counts(&self, tried: Tried, from: IpAddr, now_ms: i64) -> Result<Network, WebError> {
         let counted = locked(&self.tries).count(tried, from, now_ms);
-        counted.ok_or(AccessError::TooMany)
+        counted.ok_or(WebError::TooMany)
     }
 
     /// The turn of `from` to have a password checked, when it comes. It is counted as a wrong one.
     ///
     /// # Errors
-    /// [`AccessError`] at once where `from` may try none now.
-    pub(crate) async fn turn(&self, from: IpAddr, now_ms: i64) -> Result<Turn, AccessError> {
+    /// [`WebError`] at once where `from` may try none now.
+    pub(crate) async fn turn(&self, from: IpAddr, now_ms: i64) -> Result<Turn, WebError> {
         let network = self.counts(Tried::Password, from, now_ms)?;
         let turn = self.queue.turn(from, network).await;
         turn.ok_or_else(|| {
             locked(&self.tries).takes_back(Tried::Password, from);
-            AccessError::Busy
+            WebError::Busy
         })
     }
 
@@ -302,18 +286,13 @@ impl Access {
         from: IpAddr,
         now_ms: i64,
         turn: Turn,
-    ) -> Result<(Role, String), AccessError> {
+    ) -> Result<(Role, String), WebError> {
         let entered = self.checks(Key::Password(password), from, now_ms);
         drop(turn);
         entered
     }
 
-    fn checks(
-        &self,
-        key: Key<'_>,
-        from: IpAddr,
-        now_ms: i64,
-    ) -> Result<(Role, String), AccessError> {
+    fn checks(&self, key: Key<'_>, from: IpAddr, now_ms: i64) -> Result<(Role, String), WebError> {
         let role = match key {
             Key::Code(given) => locked(&self.codes).role_of(&given.trim().to_lowercase(), now_ms),
             Key::Password(given) => {
@@ -321,7 +300,7 @@ impl Access {
                 is_it.then_some(Role::Experimenter)
             }
         };
-        let role = role.ok_or(AccessError::WrongCode)?;
+        let role = role.ok_or(WebError::WrongCode)?;
         locked(&self.tries).takes_back(key.tried(), from);
         let mark = hex(&random::<32>()?);
         let mut pages = locked(&self.pages);
@@ -341,9 +320,9 @@ impl Access {
         {
             after.pages.remove(oldest);
         }
-        let json = serde_json::to_string(&after)
-            .map_err(|error| AccessError::NotKept(error.to_string()))?;
-        (self.keep)(&json).map_err(AccessError::NotKept)?;
+        let json =
+            serde_json::to_string(&after).map_err(|error| WebError::NotKept(error.to_string()))?;
+        (self.keep)(&json).map_err(WebError::NotKept)?;
         *pages = after;
         Ok((role, mark))
     }
@@ -379,14 +358,14 @@ fn same(a: &str, b: &str) -> bool {
             == 0
 }
 
-fn random<const N: usize>() -> Result<[u8; N], AccessError> {
+fn random<const N: usize>() -> Result<[u8; N], WebError> {
     let mut bytes = [0; N];
-    getrandom::fill(&mut bytes).map_err(|error| AccessError::NotKept(error.to_string()))?;
+    getrandom::fill(&mut bytes).map_err(|error| WebError::NotKept(error.to_string()))?;
     Ok(bytes)
 }
 
 /// Ten letters of 31: 2^49 codes, of which five can be tried in a minute.
-fn code() -> Result<String, AccessError> {
+fn code() -> Result<String, WebError> {
     let letters =
         random::<10>()?.map(|byte| char::from(ALPHABET[usize::from(byte) % ALPHABET.len()]));
     Ok(letters.iter().collect())
@@ -437,7 +416,7 @@ mod tests {
         // The code of an earlier start is valid no more.
         assert_eq!(
             again.enter(Key::Code(&code), HERE, 0),
-            Err(AccessError::WrongCode)
+            Err(WebError::WrongCode)
         );
     }
 
@@ -449,7 +428,7 @@ mod tests {
         let (_, first) = access.enter(Key::Code(&code), HERE, 0).unwrap();
         assert_eq!(
             access.enter(Key::Code(&code), HERE, 0),
-            Err(AccessError::WrongCode)
+            Err(WebError::WrongCode)
         );
         let code = access.new_participant_code(0).unwrap();
         let (_, second) = access.enter(Key::Code(&code), HERE, 0).unwrap();
@@ -464,12 +443,12 @@ mod tests {
         for _ in 0..MOST_WRONG {
             assert_eq!(
                 access.enter(Key::Code("aaaaaaaaaa"), HERE, 1000),
-                Err(AccessError::WrongCode)
+                Err(WebError::WrongCode)
             );
         }
         assert_eq!(
             access.enter(Key::Code(&right), HERE, 2000),
-            Err(AccessError::TooMany)
+            Err(WebError::TooMany)
         );
         assert!(
             access
@@ -483,7 +462,7 @@ mod tests {
         let password = Password::new("four words of wood").unwrap();
         let (access, _) = access("s", None);
         let code = access.code(Role::Experimenter, 0).unwrap();
-        let wrong = Err(AccessError::WrongCode);
+        let wrong = Err(WebError::WrongCode);
         assert_eq!(access.enter(Key::Password(""), HERE, 0), wrong);
         let access = access.with_password(password);
         assert_eq!(access.code(Role::Experimenter, 0), None);
@@ -515,7 +494,7 @@ mod tests {
         let code = access.new_participant_code(0).unwrap();
         assert_eq!(access.code(Role::Participant, CODE_MS), None);
         let late = access.enter(Key::Code(&code), HERE, CODE_MS);
-        assert_eq!(late, Err(AccessError::WrongCode));
+        assert_eq!(late, Err(WebError::WrongCode));
         let (_, mark) = access.enter(Key::Code(&code), HERE, CODE_MS - 1).unwrap();
         let end = CODE_MS - 1 + PAGE_MS;
         assert_eq!(access.role(&mark, end - 1), Some(Role::Participant));

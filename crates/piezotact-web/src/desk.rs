@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use piezotact_people::campaign::session::{Command, Event, Evidence, Refusal, Stage, Step};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, Heard, PlayError, PlayStop, Played, RunError, Runner, Stimulator, StopHandle, TouchEnd,
+    Given, Heard, PlayStop, Played, RunError, Runner, Stimulator, StopHandle, TouchEnd,
 };
 use tokio::sync::{oneshot, watch};
 
@@ -116,11 +116,11 @@ impl<S> Shown<S> {
 }
 
 impl<S: Stimulator> Stimulator for Shown<S> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         self.inner.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         if let Some(views) = self.screen.0.get() {
             let element = played.element + 1;
             views.send_modify(|view| {
@@ -358,10 +358,9 @@ impl Desk {
                 self.keep(at_ms, format!("void: {why}"));
                 Ok(Reply::Stored)
             }
-            Err(RunError::Store(error @ StoreError::Place { .. })) => {
+            Err(error @ (RunError::Store(StoreError::Place { .. }) | RunError::Salt(_))) => {
                 Ok(Reply::NotStored(error.to_string()))
             }
-            Err(RunError::Salt(error)) => Ok(Reply::NotStored(error.to_string())),
             Err(RunError::Refused(refusal)) => {
                 if let Refusal::TooFew { found, .. } = refusal {
                     let wanted = runner.state().current();
@@ -371,14 +370,14 @@ impl Desk {
                 }
                 Ok(Reply::Refused(refusal.to_string()))
             }
-            Err(RunError::NoDrive(PlayError::NoDrive { .. })) => {
+            Err(RunError::NoDrive { .. }) => {
                 // Its name would tell what is played.
                 self.notice = Some((Word::NoDrive, Text::default()));
                 Ok(Reply::Refused(String::new()))
             }
-            Err(error @ (RunError::NoDrive(_) | RunError::NoBench { .. })) => {
-                Ok(Reply::Refused(error.to_string()))
-            }
+            Err(
+                error @ (RunError::TooLong { .. } | RunError::Device(_) | RunError::NoBench { .. }),
+            ) => Ok(Reply::Refused(error.to_string())),
             Err(error) => Err(error),
         }
     }

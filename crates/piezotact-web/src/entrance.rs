@@ -1,5 +1,6 @@
 //! The way in: which requests are looked at, who sends them, and how a page is let in.
 
+use crate::WebError;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -17,7 +18,7 @@ use axum::routing::MethodRouter;
 use serde::Deserialize;
 use tokio::sync::watch;
 
-use crate::access::{Access, AccessError, Key, Role, is_second_mark};
+use crate::access::{Access, Key, Role, is_second_mark};
 use crate::console::Console;
 use crate::live::Pictures;
 use crate::pages::{self, Door};
@@ -296,18 +297,16 @@ pub(crate) async fn enter(
             )
                 .into_response()
         }
-        Err(AccessError::WrongCode) => refused(StatusCode::FORBIDDEN, wrong),
-        Err(error @ (AccessError::TooMany | AccessError::Busy)) => {
+        Err(WebError::WrongCode) => refused(StatusCode::FORBIDDEN, wrong),
+        Err(error @ (WebError::TooMany | WebError::Busy)) => {
             let (later, word) = match error {
-                AccessError::Busy => ("3", Word::Busy),
+                WebError::Busy => ("3", Word::Busy),
                 _ => ("60", Word::TooMany),
             };
             let page = refused(StatusCode::TOO_MANY_REQUESTS, word);
             ([(RETRY_AFTER, later)], page).into_response()
         }
-        Err(error @ AccessError::NotKept(_)) => {
-            (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response()
-        }
+        Err(error) => (StatusCode::SERVICE_UNAVAILABLE, error.to_string()).into_response(),
     }
 }
 

@@ -28,19 +28,20 @@ use std::sync::{Arc, Mutex};
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::Event;
+use piezotact_people::campaign::text::TextError;
 use piezotact_study::session::PlayStop;
 use tokio::sync::watch;
 
 use beat::Beat;
 
-pub use access::{Access, AccessError, KeepPages, Key, Role};
+pub use access::{Access, KeepPages, Key, Role};
 pub use certificate::{Certificate, CertificateError, VALIDITY};
 pub use console::{
     Answerable, BenchRequest, ConsoleDesk, ConsoleView, Field, FieldKind, MadeFile, Procedure,
 };
 pub use desk::{Desk, Screen, Shown};
 pub use live::{Live, Pictures};
-pub use password::{Password, PasswordError};
+pub use password::Password;
 pub use server::{For, ROUTES, Route};
 pub use study::{Listed, Overview, Standing, StudyPages};
 pub use view::{
@@ -85,15 +86,45 @@ pub enum Reach {
     },
 }
 
-/// A server that could not begin.
-#[derive(Debug, thiserror::Error)]
-pub enum ServeError {
+/// Pages that cannot be served, a page that is not let in, or a password that is not accepted.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WebError {
     /// The system gives no thread, or refuses the socket.
     #[error("the pages could not be served: {0}")]
-    System(#[from] std::io::Error),
+    System(String),
     /// The certificate cannot be used.
-    #[error("the certificate of the pages: {0}; give another one, or none for one of our own")]
+    #[error("the certificate of the pages: {0}; give another one, or none for a self-signed one")]
     Certificate(#[from] CertificateError),
+    /// Not a code that is valid now.
+    #[error("the code is not valid (any more)")]
+    WrongCode,
+    /// Too many wrong codes.
+    #[error("too many wrong codes: wait a minute")]
+    TooMany,
+    /// Too many passwords wait for their check.
+    #[error("many passwords are tried at this moment: try again in a few seconds")]
+    Busy,
+    /// No random numbers, or the file of pages could not be written.
+    #[error("the page could not be let in: {0}; try again")]
+    NotKept(String),
+    /// Too easy to guess.
+    #[error("the password: {0}")]
+    Weak(#[from] TextError),
+    /// Too long to be typed.
+    #[error("a password has at most 1024 bytes: take a shorter one")]
+    Long,
+    /// The text is no hash of a password.
+    #[error("the text is no hash of a password (Argon2): delete it, and set a password again")]
+    NoHash,
+    /// No random numbers, or no memory.
+    #[error("the password could not be hashed: {0}; try again")]
+    NotHashed(String),
+}
+
+impl From<std::io::Error> for WebError {
+    fn from(error: std::io::Error) -> Self {
+        Self::System(error.to_string())
+    }
 }
 
 impl Site {
@@ -179,8 +210,8 @@ impl Site {
     /// Serves the pages at `listener` until the value is dropped.
     ///
     /// # Errors
-    /// [`ServeError`] where the system gives no thread or refuses the socket, and for a certificate that cannot be used.
-    pub fn serve(self, listener: TcpListener, reach: &Reach) -> Result<Served, ServeError> {
+    /// [`WebError`] where the system gives no thread or refuses the socket, and for a certificate that cannot be used.
+    pub fn serve(self, listener: TcpListener, reach: &Reach) -> Result<Served, WebError> {
         let Self { mut pages, ends } = self;
         let at = listener.local_addr()?;
         let tls = match reach {

@@ -1,35 +1,17 @@
 //! The experimenter's password on a network. Only its hash is kept.
 
+use crate::WebError;
 use std::sync::{Mutex, PoisonError};
 
 use argon2::password_hash::phc::{Output, ParamsString, PasswordHash, Salt};
 use argon2::{ARGON2ID_IDENT, Algorithm, Argon2, Block, Params, Version};
-use piezotact_people::campaign::text::{SecretError, check_secret};
+use piezotact_people::campaign::text::check_secret;
 
 /// The most bytes.
 const LONGEST: usize = 1024;
 /// The size of the memory block of a hash, in bytes; a hash uses 19 MiB of it. glibc keeps freed blocks of up to 32 MiB in each thread;
 /// a larger block is returned to the system when the hash is done.
 const LARGE: usize = 33 << 20;
-
-/// A password that is not accepted.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PasswordError {
-    /// Too easy to guess.
-    #[error("the password: {0}")]
-    Weak(#[from] SecretError),
-    /// Too long to be typed.
-    #[error("expected a password of at most 1024 bytes")]
-    Long,
-    /// The text is no hash of a password.
-    #[error(
-        "expected the hash of a password (Argon2), found something else; delete it, and set a password again"
-    )]
-    NoHash,
-    /// No random numbers, or no memory.
-    #[error("the password could not be hashed: {0}; try again")]
-    NotHashed(String),
-}
 
 /// The hash of a password: Argon2id, as a PHC string.
 #[derive(Debug)]
@@ -43,13 +25,13 @@ impl Password {
     /// The hash of a new password.
     ///
     /// # Errors
-    /// [`PasswordError`].
-    pub fn new(password: &str) -> Result<Self, PasswordError> {
+    /// [`WebError`].
+    pub fn new(password: &str) -> Result<Self, WebError> {
         check_secret(password)?;
         if password.len() > LONGEST {
-            return Err(PasswordError::Long);
+            return Err(WebError::Long);
         }
-        let failed = |error: &dyn std::fmt::Display| PasswordError::NotHashed(error.to_string());
+        let failed = |error: &dyn std::fmt::Display| WebError::NotHashed(error.to_string());
         let mut salt = [0; Salt::RECOMMENDED_LENGTH];
         getrandom::fill(&mut salt).map_err(|error| failed(&error))?;
         let argon = Argon2::default();
@@ -68,16 +50,16 @@ impl Password {
     /// The password with the hash `phc`.
     ///
     /// # Errors
-    /// [`PasswordError::NoHash`].
-    pub fn of_hash(phc: &str) -> Result<Self, PasswordError> {
+    /// [`WebError::NoHash`].
+    pub fn of_hash(phc: &str) -> Result<Self, WebError> {
         let phc = phc.trim();
-        let hash = PasswordHash::new(phc).map_err(|_error| PasswordError::NoHash)?;
+        let hash = PasswordHash::new(phc).map_err(|_error| WebError::NoHash)?;
         match hash.algorithm.as_str() {
             "argon2id" => Ok(Self {
                 phc: phc.to_owned(),
                 one: Mutex::new(()),
             }),
-            _ => Err(PasswordError::NoHash),
+            _ => Err(WebError::NoHash),
         }
     }
 
@@ -132,6 +114,7 @@ fn output(
 #[cfg(test)]
 mod tests {
     use argon2::password_hash::{PasswordHasher as _, PasswordVerifier as _};
+    use piezotact_people::campaign::text::TextError;
 
     use super::*;
 
@@ -159,14 +142,10 @@ mod tests {
     #[test]
     fn short_passwords_and_foreign_hashes_are_refused() {
         let short = Password::new("éàü éàü éàü").unwrap_err();
-        assert_eq!(short, PasswordError::Weak(SecretError::Short { found: 11 }));
+        assert_eq!(short, WebError::Weak(TextError::Short { found: 11 }));
         for (even, found) in [("            ", 1), ("abcdabcdabcdabcd", 4)] {
             let refused = Password::new(even).unwrap_err();
-            assert_eq!(
-                refused,
-                PasswordError::Weak(SecretError::Even { found }),
-                "{even}"
-            );
+            assert_eq!(refused, WebError::Weak(TextError::Even { found }), "{even}");
         }
         for phc in [
             "",
@@ -176,7 +155,7 @@ mod tests {
         ] {
             assert_eq!(
                 Password::of_hash(phc).unwrap_err(),
-                PasswordError::NoHash,
+                WebError::NoHash,
                 "{phc}"
             );
         }

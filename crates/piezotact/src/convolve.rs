@@ -2,7 +2,7 @@
 
 mod block;
 
-pub use block::{BlockConvolver, BlockError, LONGEST_BLOCK, Partitions};
+pub use block::{BlockConvolver, LONGEST_BLOCK, Partitions};
 
 use std::collections::VecDeque;
 

@@ -357,7 +357,7 @@ impl<O: Quantity> Correction<O> {
     /// change, and if it still does not fit, the lines that cost most drive are attenuated.
     ///
     /// # Errors
-    /// [`RenderError::Drive`] when the result is not a valid signal.
+    /// [`RenderError::Signal`] when the result is not a valid signal.
     pub fn drive(&mut self) -> Result<Series<Drive>, RenderError> {
         let room = self.room();
         let strength = self.last.strength;

@@ -3,10 +3,10 @@
 //! The gesture of a hand lies below some 5 Hz and dwarfs the vibration that friction makes: it is taken away
 //! before anything is measured, by a filter that is stated with the result.
 
+use crate::series::SeriesError;
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use crate::number::rounded;
 use crate::quantity::{Hertz, SampleRate};
 
 /// A zero-phase Butterworth high-pass: the order of one pass, and where it is 3 dB down. Forwards and backwards
@@ -154,15 +154,15 @@ impl ZeroPhase {
     /// Source: Oppenheim & Schafer, *Discrete-Time Signal Processing*, 3rd ed., section 7.3.
     ///
     /// # Errors
-    /// [`FilterError::Order`] unless the order is even and from 2 to 12, [`FilterError::Cutoff`] unless the
+    /// [`SeriesError::Order`] unless the order is even and from 2 to 12, [`SeriesError::Cutoff`] unless the
     /// cut-off lies above 0 and below half the rate.
-    pub fn high_pass(high_pass: HighPass, rate: SampleRate) -> Result<Self, FilterError> {
+    pub fn high_pass(high_pass: HighPass, rate: SampleRate) -> Result<Self, SeriesError> {
         let HighPass { order, cutoff_hz } = high_pass;
         if !(2..=12).contains(&order) || !order.is_multiple_of(2) {
-            return Err(FilterError::Order { found: order });
+            return Err(SeriesError::Order { found: order });
         }
         if !(cutoff_hz.0 > 0.0 && cutoff_hz.0 < rate.nyquist().0) {
-            return Err(FilterError::Cutoff {
+            return Err(SeriesError::Cutoff {
                 found_hz: cutoff_hz.0,
                 nyquist_hz: rate.nyquist().0,
             });
@@ -251,31 +251,11 @@ fn line_at_start<'a>(samples: impl ExactSizeIterator<Item = &'a f64>) -> f64 {
     sum / count - middle * moment / squares
 }
 
-/// A filter that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FilterError {
-    /// An order that is not even or too high.
-    #[error("expected an even filter order from 2 to 12, found {found}; 4 is usual")]
-    Order { found: usize },
-    /// A cut-off outside the band of the signal.
-    #[error(
-        "expected a cut-off above 0 and below half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another, or none",
-        nyquist_hz = rounded(*nyquist_hz),
-        found_hz = rounded(*found_hz)
-    )]
-    Cutoff {
-        /// What was found, Hz.
-        found_hz: f64,
-        /// Half the rate, Hz.
-        nyquist_hz: f64,
-    },
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn plan(order: usize, cutoff_hz: f64) -> Result<ZeroPhase, FilterError> {
+    fn plan(order: usize, cutoff_hz: f64) -> Result<ZeroPhase, SeriesError> {
         let rate = SampleRate::new(5000.0).unwrap();
         ZeroPhase::high_pass(
             HighPass {

@@ -464,7 +464,7 @@ fn series_of<Q: Quantity>(
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     /// There is no channel.
-    #[error("expected at least one channel, found none; check the export settings")]
+    #[error("the recording has no channel: check the export settings")]
     NoChannel,
     /// Channels of different length.
     #[error(
@@ -479,8 +479,7 @@ pub enum RecordingError {
     },
     /// Channels of two clocks where samples of one index have to belong together.
     #[error(
-        "expected channels of one clock, found `{first}` at {of_first} and `{channel}` at {found}: samples of one index belong \
-            to different times; use channels of one clock, or resample them to one rate and save them together"
+        "`{first}` runs on the clock {of_first}, `{channel}` on {found}: use channels of one clock, or resample them to one rate"
     )]
     Clocks {
         first: String,

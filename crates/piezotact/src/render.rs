@@ -124,7 +124,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 220;
 /// Source: thesis sections 4.1 and 2.5; see [`invert`] for the formula.
 ///
 /// # Errors
-/// Those of [`invert`]; [`RenderError::Rate`] when the band does not fit the output rate;
+/// Those of [`invert`]; [`RenderError::Signal`] when the band does not fit the output rate;
 /// [`RenderError::ExceedsFullScale`] when the drive does not fit the device and clipping is refused,
 /// [`RenderError::ExceedsSlew`] when it is too steep and that is refused.
 pub fn render<O: Quantity>(
@@ -252,7 +252,7 @@ pub fn render_with_findings<O: Quantity>(
 /// Source: decision 0028 of this project: a tenth is 0.4 dB of level.
 ///
 /// # Errors
-/// [`RenderError::Rate`] when what is in the band cannot be brought to the output rate, [`RenderError::Silent`] when the
+/// [`RenderError::Signal`] when what is in the band cannot be brought to the output rate, [`RenderError::Silent`] when the
 /// target holds nothing but its mean.
 pub fn power_outside<O: Quantity>(
     target: &Series<O>,
@@ -300,7 +300,7 @@ fn fitted(
 /// Source: thesis figures 41–42, "wrong rendering strategy".
 ///
 /// # Errors
-/// [`RenderError::Rate`] when the target cannot be brought to the output rate.
+/// [`RenderError::Signal`] when the target cannot be brought to the output rate.
 pub fn uncompensated<O: Quantity>(
     target: &Series<O>,
     output_rate: SampleRate,

@@ -8,10 +8,10 @@ mod warning;
 
 pub use warning::ResampleWarning;
 
+use crate::series::SeriesError;
 use std::f64::consts::PI;
 
-use crate::number::rounded;
-use crate::quantity::{Hertz, Quantity, QuantityError, SampleRate};
+use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::warning::Warning;
 
@@ -63,16 +63,16 @@ impl Resampler {
     /// −120 dB ([`REJECTION_DB`]).
     ///
     /// # Errors
-    /// [`ResampleError::Passband`] when the band does not fit both rates, [`ResampleError::Ratio`] when the
+    /// [`SeriesError::Passband`] when the band does not fit both rates, [`SeriesError::Ratio`] when the
     /// rates have no common cycle that fits into memory.
-    pub fn new(from: SampleRate, to: SampleRate, passband: Hertz) -> Result<Self, ResampleError> {
+    pub fn new(from: SampleRate, to: SampleRate, passband: Hertz) -> Result<Self, SeriesError> {
         let nyquist = if from.hz() < to.hz() {
             from.nyquist()
         } else {
             to.nyquist()
         };
         if !(passband.0 > 0.0 && passband.0 < nyquist.0) {
-            return Err(ResampleError::Passband { passband, from, to });
+            return Err(SeriesError::Passband { passband, from, to });
         }
         // What folds onto the passband starts as far above Nyquist as the passband ends below it.
         let stop_hz = 2.0 * nyquist.0 - passband.0;
@@ -80,13 +80,13 @@ impl Resampler {
         // Kaiser's estimates of length and shape for a given rejection and transition.
         let length_s = (REJECTION_DB - 7.95) / (2.285 * 2.0 * PI * (stop_hz - passband.0));
         let beta = 0.1102 * (REJECTION_DB - 8.7);
-        let (up, down) = ratio(to.hz() / from.hz()).ok_or(ResampleError::Ratio { from, to })?;
+        let (up, down) = ratio(to.hz() / from.hz()).ok_or(SeriesError::Ratio { from, to })?;
         // As many cycles as fill the lanes.
         let cycles = LANES / gcd(up, LANES);
         let (outputs, inputs) = (up * cycles, down * cycles);
         let half_taps = (0.5 * length_s * from.hz()).ceil().max(1.0) as usize;
         if outputs.saturating_mul(2 * half_taps + 2) > LARGEST_TABLE {
-            return Err(ResampleError::Ratio { from, to });
+            return Err(SeriesError::Ratio { from, to });
         }
         let kernel = |t_s: f64| {
             let place = 2.0 * t_s / length_s;
@@ -212,9 +212,9 @@ impl pulp::WithSimd for Cycles<'_> {
 /// Source: J. F. Kaiser (1974); polyphase form, Crochiere and Rabiner, Multirate Digital Signal Processing.
 ///
 /// # Errors
-/// [`ResampleError::Ratio`] when the rates have no common cycle; [`ResampleError::Empty`] when nothing is left;
-/// [`ResampleError::TooLong`] when it would be more than half a thousand million samples.
-pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>, ResampleError> {
+/// [`SeriesError::Ratio`] when the rates have no common cycle; [`SeriesError::TooShort`] when nothing is left;
+/// [`SeriesError::TooLong`] when it would be more than half a thousand million samples.
+pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>, SeriesError> {
     if x.rate() == to {
         return Ok(x.clone());
     }
@@ -226,25 +226,25 @@ pub fn resample<Q: Quantity>(x: &Series<Q>, to: SampleRate) -> Result<Series<Q>,
 /// Source: as [`resample`].
 ///
 /// # Errors
-/// Those of [`resample`]; [`ResampleError::Passband`] when the passband reaches beyond.
+/// Those of [`resample`]; [`SeriesError::Passband`] when the passband reaches beyond.
 pub fn resample_over<Q: Quantity>(
     x: &Series<Q>,
     to: SampleRate,
     passband: Hertz,
-) -> Result<Series<Q>, ResampleError> {
+) -> Result<Series<Q>, SeriesError> {
     if x.rate() == to {
         return Ok(x.clone());
     }
     let wanted = x.duration().0 * to.hz();
     if wanted > MOST_SAMPLES {
-        return Err(ResampleError::TooLong {
+        return Err(SeriesError::TooLong {
             found: wanted,
             duration_s: x.duration().0,
             to,
         });
     }
     let samples = Resampler::new(x.rate(), to, passband)?.process(x.samples());
-    Series::new(samples, to).map_err(|_nothing_left| ResampleError::Empty)
+    Series::new(samples, to).map_err(|_nothing_left| SeriesError::TooShort)
 }
 
 /// A series that was brought to a rate.
@@ -266,7 +266,7 @@ pub fn converted<Q: Quantity>(
     what: &str,
     x: Series<Q>,
     to: SampleRate,
-) -> Result<Converted<Q>, ResampleError> {
+) -> Result<Converted<Q>, SeriesError> {
     let from = x.rate();
     if from == to {
         return Ok(Converted {
@@ -304,7 +304,7 @@ pub struct CommonRate<Q: Quantity> {
 pub fn to_common_rate<Q: Quantity>(
     first: (&str, Series<Q>),
     second: (&str, Series<Q>),
-) -> Result<CommonRate<Q>, ResampleError> {
+) -> Result<CommonRate<Q>, SeriesError> {
     let (from, to) = (first.1.rate(), second.1.rate());
     let lower = if from.hz() > to.hz() { to } else { from };
     let first = converted(first.0, first.1, lower)?;
@@ -357,52 +357,6 @@ pub(crate) fn bessel_i0(x: f64) -> f64 {
         }
     }
     sum
-}
-
-/// Why a rate cannot be changed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ResampleError {
-    /// A rate that cannot be.
-    #[error(transparent)]
-    Rate(#[from] QuantityError),
-    /// The band does not fit.
-    #[error(
-        "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or use a \
-            higher rate"
-    )]
-    Passband {
-        passband: Hertz,
-        /// The rate that goes in.
-        from: SampleRate,
-        /// The rate that comes out.
-        to: SampleRate,
-    },
-    /// No common cycle.
-    #[error(
-        "expected two rates with a simple ratio, found {from} and {to}; use a rate such as 5000, 10000, 44100 or 48000 Hz"
-    )]
-    Ratio {
-        /// The rate that goes in.
-        from: SampleRate,
-        /// The rate that comes out.
-        to: SampleRate,
-    },
-    /// More samples than are made.
-    #[error(
-        "expected at most {MOST_SAMPLES} samples at the new rate, found {found:.0} ({duration_s} s at {to}); cut the signal, or check its rate",
-        duration_s = rounded(*duration_s)
-    )]
-    TooLong {
-        /// How many it would be.
-        found: f64,
-        /// How long it lasts, s.
-        duration_s: f64,
-        /// The rate that comes out.
-        to: SampleRate,
-    },
-    /// Nothing is left.
-    #[error("expected a signal longer than one sample at the new rate, found none; record longer")]
-    Empty,
 }
 
 /// Half the samples that one between them is made of.
@@ -501,7 +455,7 @@ mod tests {
     #[test]
     fn rates_without_a_common_cycle_are_refused() {
         let error = Resampler::new(hz(5000.0), hz(5_000.000_123), Hertz(1000.0)).unwrap_err();
-        assert!(matches!(error, ResampleError::Ratio { .. }), "{error}");
+        assert!(matches!(error, SeriesError::Ratio { .. }), "{error}");
         assert!(Resampler::new(hz(5000.0), hz(1000.0), Hertz(1000.0)).is_err());
     }
 }

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use crate::number::rounded;
+use crate::number::{digits, rounded};
 use crate::quantity::{Decibels, Measure, Quantity, SampleRate, Seconds};
 use crate::statistics::{peak, rms, standard_deviation};
 
@@ -136,12 +136,12 @@ pub fn filled([before, after]: [f64; 2], missing: u64) -> impl Iterator<Item = f
     (1..=missing).map(move |k| before + (after - before) * k as f64 / steps)
 }
 
-/// Samples that make no series.
+/// Samples that make no series, or that cannot be filtered, resampled, convolved or scaled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SeriesError {
     /// There is not one sample.
     #[error(
-        "expected samples of {quantity}, found none; check that the recording was not stopped before it began"
+        "there are no samples of {quantity}: check that the recording was not stopped before it began"
     )]
     Empty {
         /// The quantity that was wanted.
@@ -161,6 +161,99 @@ pub enum SeriesError {
         time: Seconds,
         found: f64,
     },
+    /// An order that is not even or too high.
+    #[error("expected an even filter order from 2 to 12, found {found}; 4 is usual")]
+    Order { found: usize },
+    /// A cut-off outside the band of the signal.
+    #[error(
+        "expected a cut-off above 0 and below half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another, or none",
+        nyquist_hz = rounded(*nyquist_hz),
+        found_hz = rounded(*found_hz)
+    )]
+    Cutoff {
+        /// What was found, Hz.
+        found_hz: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// A rate that cannot be.
+    #[error(transparent)]
+    Rate(#[from] crate::quantity::QuantityError),
+    /// The band does not fit.
+    #[error(
+        "expected a band that ends below half of {from} and of {to}, found one up to {passband}; lower the band's end or use a \
+            higher rate"
+    )]
+    Passband {
+        passband: crate::quantity::Hertz,
+        /// The rate that goes in.
+        from: SampleRate,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// No common cycle.
+    #[error(
+        "expected two rates with a simple ratio, found {from} and {to}; use a rate such as 5000, 10000, 44100 or 48000 Hz"
+    )]
+    Ratio {
+        /// The rate that goes in.
+        from: SampleRate,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// More samples than are made.
+    #[error(
+        "expected at most 536870912 samples at the new rate, found {found:.0} ({duration_s} s at {to}); cut the signal, or check its rate",
+        duration_s = rounded(*duration_s)
+    )]
+    TooLong {
+        /// How many it would be.
+        found: f64,
+        /// How long it lasts, s.
+        duration_s: f64,
+        /// The rate that comes out.
+        to: SampleRate,
+    },
+    /// Nothing is left.
+    #[error("the signal is shorter than one sample at the new rate: record longer")]
+    TooShort,
+    /// A full scale that is no number above zero.
+    #[error(
+        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
+        found = rounded(*found)
+    )]
+    FullScale { found: f64 },
+    /// A drive that is larger than full scale.
+    #[error(
+        "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
+        digits(*peak)
+    )]
+    Drive { peak: f64 },
+    /// A drive of zeros.
+    #[error("the signal is silent: there is nothing to export")]
+    Silence,
+    /// The block has no sample, or too many.
+    #[error(
+        "expected a block of 1 to 65536 samples, found {found}; state how many samples the device takes at a time"
+    )]
+    Block { found: usize },
+    /// The impulse response is empty.
+    #[error("the impulse response has no sample: give its samples")]
+    NoImpulse,
+    /// A sample of the impulse response is no finite number.
+    #[error(
+        "expected finite samples in an impulse response, found {found} at sample {at}; compute it again without"
+    )]
+    ImpulseNotFinite {
+        /// Which one, from 0.
+        at: usize,
+        found: f64,
+    },
+    /// A block, or the partitions of an impulse response, of another length than planned.
+    #[error(
+        "expected {expected}, found {found}; cut both impulse responses for one block, and fill the shorter one with zeros"
+    )]
+    Lengths { expected: String, found: String },
 }
 
 #[cfg(test)]

@@ -1,41 +1,15 @@
 //! A signal in shares of its full scale: what files hold whose samples are limited to ±1.
 
-use crate::number::{digits, rounded};
+use crate::number::digits;
 use crate::quantity::{Measure, SampleRate, Uncalibrated, Unit};
 use crate::recording::RecordingWarning;
-use crate::resample::{ResampleError, converted};
+use crate::resample::converted;
 use crate::series::{Series, SeriesError};
 use crate::statistics::mean;
 use crate::warning::Warning;
 
 /// A mean of at most this share of full scale is neglected: a converter's last bit leaves as much.
 const NO_MEAN_SHARE: f64 = 1e-2;
-
-/// Signals that have no full scale, or that cannot be converted to a rate.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ShareError {
-    /// A full scale that is no number above zero.
-    #[error(
-        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
-        found = rounded(*found)
-    )]
-    FullScale { found: f64 },
-    /// A drive that is larger than full scale.
-    #[error(
-        "expected a drive within ±1 of full scale, found a peak of {}; lower its level",
-        digits(*peak)
-    )]
-    Drive { peak: f64 },
-    /// A drive of zeros.
-    #[error("expected a signal, found silence; there is nothing to export")]
-    Silence,
-    /// A rate that cannot be reached.
-    #[error(transparent)]
-    Rate(#[from] ResampleError),
-    /// Samples that make no series.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
-}
 
 /// A signal in shares of its full scale.
 #[derive(Clone, Debug, PartialEq)]
@@ -86,23 +60,23 @@ impl Shares {
 /// ```
 ///
 /// # Errors
-/// [`ShareError::FullScale`] for a constant signal, [`ShareError::Drive`] for a drive beyond full scale,
-/// [`ShareError::Silence`] for a drive of zeros, [`ShareError::Rate`] where the rate cannot be reached.
+/// [`SeriesError::FullScale`] for a constant signal, [`SeriesError::Drive`] for a drive beyond full scale,
+/// [`SeriesError::Silence`] for a drive of zeros, [`SeriesError::Ratio`] or [`SeriesError::Passband`] where the rate cannot be reached.
 pub fn shares_of_full_scale(
     what: &str,
     signal: Series<Uncalibrated>,
     unit: &Unit,
     rate: Option<SampleRate>,
-) -> Result<Shares, ShareError> {
+) -> Result<Shares, SeriesError> {
     let rate = rate.unwrap_or(signal.rate());
     if *unit == Unit::FullScale {
         let at_rate = converted(what, signal, rate)?;
         let peak = at_rate.series.peak();
         if peak > 1.0 {
-            return Err(ShareError::Drive { peak });
+            return Err(SeriesError::Drive { peak });
         }
         if peak <= 0.0 {
-            return Err(ShareError::Silence);
+            return Err(SeriesError::Silence);
         }
         return Ok(Shares {
             shares: at_rate.series,
@@ -147,13 +121,13 @@ struct AboutMean {
 }
 
 /// `x` without its mean, in shares of the largest magnitude that is left: (x − x̄)/max|x − x̄|.
-fn about_mean(x: &Series<Uncalibrated>) -> Result<AboutMean, ShareError> {
+fn about_mean(x: &Series<Uncalibrated>) -> Result<AboutMean, SeriesError> {
     let mean = mean(x.samples());
     let mut shares: Vec<f64> = x.samples().iter().map(|v| v - mean).collect();
     let full_scale = crate::statistics::peak(&shares);
     // The rounding errors of a constant are not a signal.
     if full_scale <= 1e-12 * mean.abs() || full_scale < f64::MIN_POSITIVE {
-        return Err(ShareError::FullScale { found: 0.0 });
+        return Err(SeriesError::FullScale { found: 0.0 });
     }
     for share in &mut shares {
         *share = (*share / full_scale).clamp(-1.0, 1.0);
@@ -183,8 +157,8 @@ mod tests {
         assert_eq!(found.shares.samples(), [0.5, 0.25]);
         assert_eq!(found.full_scale.value, 1.0);
         assert!(found.warnings("WAV").is_empty());
-        assert_eq!(of(&[0.5, -1.5]), Err(ShareError::Drive { peak: 1.5 }));
-        assert_eq!(of(&[0.0, 0.0]), Err(ShareError::Silence));
+        assert_eq!(of(&[0.5, -1.5]), Err(SeriesError::Drive { peak: 1.5 }));
+        assert_eq!(of(&[0.0, 0.0]), Err(SeriesError::Silence));
     }
 
     /// Shares at another rate, times their full scale, are the signal at that rate without its mean; both changes are said.
@@ -217,7 +191,7 @@ mod tests {
         };
         assert_eq!(
             of(&[0.1 + 0.2, 0.3]),
-            Err(ShareError::FullScale { found: 0.0 })
+            Err(SeriesError::FullScale { found: 0.0 })
         );
         assert!(of(&[1.0, -0.999]).unwrap().warnings("WAV").is_empty());
     }

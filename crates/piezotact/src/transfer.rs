@@ -12,6 +12,7 @@ mod clock;
 mod coherence;
 mod confidence;
 mod cross;
+mod error;
 mod estimator;
 mod impact;
 mod judge;
@@ -23,24 +24,23 @@ mod repeats;
 mod stored;
 mod warning;
 
-pub use at_rest::{AtRest, AtRestCriterion, AtRestError, at_rest};
-pub use between::{BetweenChannels, BetweenConfig, BetweenError, between_channels};
+pub use at_rest::{AtRest, AtRestCriterion, at_rest};
+pub use between::{BetweenChannels, BetweenConfig, between_channels};
 pub use bias::Bias;
 pub use broken::pair_warnings;
 pub(crate) use bundle::level_db;
-pub use bundle::{
-    BundleAverage, BundleError, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out,
-};
+pub use bundle::{BundleAverage, Ensemble, LeaveOneOut, Penalty, average, bundle, leave_one_out};
 pub use clock::{OneClock, on_one_clock, prepared};
 pub(crate) use coherence::COHERENCE_ROUNDING;
 pub use coherence::CoherenceSummary;
 pub use confidence::{Confidence, Limits};
 pub use cross::{CrossPlan, CrossSpectra, cross_spectra};
+pub use error::TransferError;
 pub use estimator::Estimator;
 pub(crate) use impact::short_pulses;
 pub use impact::{
-    Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactError,
-    ImpactSegment, ImpactTest, ImpactTraces, ImpactWarning, Transient, transient,
+    Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactSegment,
+    ImpactTest, ImpactTraces, ImpactWarning, Transient, transient,
 };
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
@@ -61,11 +61,10 @@ use serde::Serialize;
 use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::fourier;
-use crate::number::rounded;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::recording::About;
 use crate::series::{Series, is_sample};
-use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
+use crate::spectrum::{RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 use crate::statistics::median;
 use crate::warning::Warning;
 
@@ -528,101 +527,4 @@ fn few_left(of: usize, left_out: usize) -> Result<Option<Warning>, TransferError
             of,
         }))),
     }
-}
-
-/// Why a transfer function cannot be estimated or read.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum TransferError {
-    /// The spectra cannot be estimated.
-    #[error(transparent)]
-    Estimate(#[from] EstimateError),
-    /// Lines beyond half the rate.
-    #[error(
-        "expected frequencies up to {nyquist_hz} Hz, half the rate, found up to {highest_hz} Hz; correct the rate or the frequencies",
-        nyquist_hz = rounded(*nyquist_hz),
-        highest_hz = rounded(*highest_hz)
-    )]
-    BeyondNyquist {
-        /// The highest line, Hz.
-        highest_hz: f64,
-        /// Half the rate, Hz.
-        nyquist_hz: f64,
-    },
-    /// A magnitude of no device.
-    #[error(
-        "expected a transfer function with its largest magnitude from 1e-30 to 1e12, found up to {largest:e}; check its units, or \
-            measure again"
-    )]
-    Magnitude { largest: f64 },
-    /// More effective averages than averages.
-    #[error(
-        "expected at most {averages} effective averages, as many as segments were averaged, found {effective}; measure again, or \
-            restore the file",
-        effective = rounded(*effective)
-    )]
-    Averages { averages: usize, effective: f64 },
-    /// The lines do not make an axis.
-    #[error(
-        "expected the same number of values and coherences, 2 or more, found {response} and {coherence}; export the transfer function whole"
-    )]
-    Lines {
-        /// The number of complex values.
-        response: usize,
-        /// The number of coherences.
-        coherence: usize,
-    },
-    /// The step between lines is not above zero.
-    #[error(
-        "expected frequencies that rise evenly from 0 Hz, found a step of {found} Hz; export the transfer function on a uniform axis",
-        found = rounded(*found)
-    )]
-    Resolution { found: f64 },
-    /// A line is NaN, infinite, or so large that its square is.
-    #[error(
-        "expected valid response values, found an invalid one at {frequency_hz:.2} Hz (NaN, infinite, or beyond 1e100); measure \
-            again or cut the band"
-    )]
-    NotFinite { frequency_hz: f64 },
-    /// Too many segments contain lost samples.
-    #[error(
-        "expected {FEWEST_LEFT} segments or more without lost samples, found {left} of {of}; close other programs and measure \
-            again, or use shorter segments"
-    )]
-    FewLeft {
-        /// How many are left.
-        left: usize,
-        of: usize,
-    },
-    /// Too many repetitions of a periodic drive contain lost samples.
-    #[error(
-        "expected {needed} sweeps or realisations or more without lost samples, found {left} of {of}; close other programs and \
-            measure again"
-    )]
-    FewRowsLeft {
-        /// How many are needed.
-        needed: usize,
-        /// How many are left.
-        left: usize,
-        of: usize,
-    },
-    /// An impact test cannot be evaluated.
-    #[error(transparent)]
-    Impact(#[from] ImpactError),
-    /// A drive of short pulses, in an estimate for drives that last.
-    #[error(
-        "expected a drive that lasts over the recording, found short pulses ({hits} in {:.2} % of it): a window weights them by their \
-            place in the segment and the responses otherwise, and the estimate is wrong by any amount; evaluate it as an impact test",
-        .share * 100.0
-    )]
-    Transient {
-        /// The number of pulses.
-        hits: usize,
-        /// The share of the recording that they take, 0–1.
-        share: f64,
-    },
-    /// The response is zero at every line.
-    #[error(
-        "expected a response to the drive, found a response of zero at every frequency; check the sensor and the amplifier"
-    )]
-    Zero,
 }

@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use piezotact::align::{
-    AlignConfig, AlignError, AlignedBy, Alignment, BurstConfig, BurstError, Bursts, Which, align,
+    AlignConfig, AlignError, AlignedBy, Alignment, BurstConfig, Bursts, Which, align,
     align_with_bursts, with_bursts,
 };
 use piezotact::quantity::{Band, Drive, Hertz, SampleRate, Seconds};
@@ -633,31 +633,31 @@ fn bursts_that_cannot_be_are_refused() {
     let band = |low, high| Band::new(Hertz(low), Hertz(high)).unwrap();
     assert!(matches!(
         refused(&|c| c.band = band(100.0, 23_000.0)),
-        BurstError::Band { .. }
+        AlignError::BurstBand { .. }
     ));
     assert!(matches!(
         refused(&|c| c.band = band(100.0, 150.0)),
-        BurstError::Short { .. }
+        AlignError::Short { .. }
     ));
     for bad in [0.0, -1.0, 1.1, f64::NAN] {
         assert!(matches!(
             refused(&|c| c.peak = bad),
-            BurstError::Peak { .. }
+            AlignError::Peak { .. }
         ));
     }
     for bad in [-1.0, 1e9, f64::NAN, f64::INFINITY] {
         assert!(matches!(
             refused(&|c| c.duration_s = Seconds(bad)),
-            BurstError::Lengths { .. }
+            AlignError::Lengths { .. }
         ));
         assert!(matches!(
             refused(&|c| c.guard_s = Seconds(bad)),
-            BurstError::Lengths { .. }
+            AlignError::Lengths { .. }
         ));
     }
     let like = with_bursts(&plain, &burst()).unwrap().drive;
     let found = with_bursts(&like, &burst());
-    assert!(matches!(found, Err(BurstError::Alike { .. })), "{found:?}");
+    assert!(matches!(found, Err(AlignError::Alike { .. })), "{found:?}");
     assert!(AlignConfig::usual(rate(100.0), rate(48_000.0)).is_err());
 }
 

@@ -7,8 +7,8 @@
 
 use crate::studies::{Change, Random, sample, spectrum, spectrum_apart};
 use piezotact::compare::{
-    AcrossSamples, DiscriminationConfig, DiscriminationError, Distinguishability, SampleUnit,
-    Texture, discriminate,
+    AcrossSamples, DiscriminationConfig, Distinguishability, SampleUnit, Texture, WithheldCause,
+    discriminate,
 };
 use piezotact::discrimination::{ContactMap, DiscriminationWarning, Model};
 use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
@@ -204,7 +204,7 @@ fn without_a_unit_it_is_withheld_and_below_threshold_it_is_said() {
     );
     counts.unit = Unit::Other("count".into());
     let why = discriminate(&[vec![counts.clone(), counts]], &config()).unwrap_err();
-    assert!(matches!(why, DiscriminationError::NotAnAcceleration { .. }));
+    assert!(matches!(why, WithheldCause::NotAnAcceleration { .. }));
     assert!(
         why.to_string().contains("not computed") && why.to_string().contains("cotton is in count"),
         "{why}"

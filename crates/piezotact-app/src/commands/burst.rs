@@ -1,10 +1,11 @@
 //! `piezotact burst`: a drive with synchronisation bursts before and after it.
 
+use piezotact::align::AlignError;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
-use piezotact::align::{BurstConfig, BurstDocument, BurstError, Bursts, WithBursts, with_bursts};
+use piezotact::align::{BurstConfig, BurstDocument, Bursts, WithBursts, with_bursts};
 use piezotact::quantity::{Band, Drive, Measure, Seconds, Unit};
 use piezotact::series::Series;
 use piezotact_dataset::sidecar::Sidecar;
@@ -79,7 +80,7 @@ fn drive(path: &Path, contents: &Contents) -> Outcome<Series<Drive>> {
     }
     let events = &contents.recording.annotations.events;
     if Bursts::of_events(events).is_some() {
-        return Err(of_file(BurstError::Already.into()));
+        return Err(of_file(AlignError::Already.into()));
     }
     let series = contents.recording.series::<Drive>(None);
     series.map_err(|error| of_file(error.into()))
@@ -100,13 +101,13 @@ fn config(args: &Arguments, drive: &Series<Drive>) -> Outcome<BurstConfig> {
     })
 }
 
-fn refused(args: &Arguments, error: BurstError) -> Failure {
+fn refused(args: &Arguments, error: AlignError) -> Failure {
     match error {
-        BurstError::Peak { found: 0.0 } if args.peak.is_none() => Failure::Data(anyhow!(
+        AlignError::Peak { found: 0.0 } if args.peak.is_none() => Failure::Data(anyhow!(
             "{}: expected a drive above 0 somewhere, found silence; give the drive, or state --peak",
             args.drive.display()
         )),
-        BurstError::Alike { .. } | BurstError::Already | BurstError::Series(_) => {
+        AlignError::Alike { .. } | AlignError::Already | AlignError::Series(_) => {
             Failure::Data(anyhow::Error::new(error).context(args.drive.display().to_string()))
         }
         _ => usage(error),

@@ -13,8 +13,8 @@ use piezotact::series::Series;
 use piezotact_dataset::felt_files;
 use piezotact_people::association::{
     AnswerTable, Association, AssociationConfig, AssociationError, Compared, FeltRecording,
-    FlaggedTrials, Grouping, MatrixConfig, OrderError, Selection, associate, compared,
-    compared_studies, felt_part, felt_samples,
+    FlaggedTrials, Grouping, MatrixConfig, Selection, associate, compared, compared_studies,
+    felt_part, felt_samples,
 };
 use piezotact_people::difference::Difference;
 use piezotact_report::association::{html, svg};
@@ -182,7 +182,12 @@ fn associated(args: &Arguments, source: &Source) -> Outcome<Association> {
         asked.ordering_tasks.retain(has_answers);
     }
     match associate(table, &asked) {
-        Err(AssociationError::Order(_)) if by_itself => {
+        Err(
+            AssociationError::NoOrders { .. }
+            | AssociationError::OtherTask { .. }
+            | AssociationError::OrdersOnlyFlagged { .. }
+            | AssociationError::NoOrder { .. },
+        ) if by_itself => {
             let mut without = config(args);
             without.matrix.selection.without_tasks = asked.ordering_tasks;
             associate(table, &without)
@@ -197,9 +202,8 @@ fn refused(args: &Arguments, error: AssociationError) -> Failure {
     match error {
         AssociationError::NothingSelected { .. }
         | AssociationError::OnlyFlagged { .. }
-        | AssociationError::Order(OrderError::OtherTask { .. } | OrderError::OnlyFlagged { .. }) => {
-            usage(error)
-        }
+        | AssociationError::OtherTask { .. }
+        | AssociationError::OrdersOnlyFlagged { .. } => usage(error),
         error => Failure::Data(Error::new(error).context(args.answers.display().to_string())),
     }
 }

@@ -8,8 +8,8 @@ use piezotact::number::digits;
 use piezotact::quantity::Volts;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenChannels, BetweenConfig, BetweenError, Bias, Estimator, Excitation, ForceWindow,
-    ImpactConfig, ImpactError, ImpactSegment, TransferError, between_channels,
+    BetweenChannels, BetweenConfig, Bias, Estimator, Excitation, ForceWindow, ImpactConfig,
+    ImpactSegment, TransferError, between_channels,
 };
 use piezotact_bench::procedure::usual_segment;
 use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
@@ -174,23 +174,19 @@ fn text(found: &BetweenChannels, out: &Path) -> String {
 }
 
 /// What is refused because of the options is a matter of the command line; else the file is named.
-fn refused(args: &Transfer, error: BetweenError) -> Failure {
+fn refused(args: &Transfer, error: TransferError) -> Failure {
     let file = args.recording.display().to_string();
     match error {
-        BetweenError::SameChannel { .. } => usage(error),
-        BetweenError::NotVolts { .. } => usage(anyhow!(
+        TransferError::SameChannel { .. } => usage(error),
+        TransferError::NotVolts { .. } => usage(anyhow!(
             "{error}; state its unit in the header, or leave --volts-per-full-scale out"
         )),
-        BetweenError::Transfer(TransferError::Estimate(error @ EstimateError::Config { .. })) => {
-            usage(TransferError::Estimate(error))
-        }
-        BetweenError::Transfer(TransferError::Impact(
-            error @ (ImpactError::Segment { .. } | ImpactError::Damping { .. }),
-        )) => usage(error),
-        BetweenError::Transfer(error) => Failure::Data(anyhow::Error::new(error).context(file)),
-        BetweenError::Recording(error) => Failure::Data(anyhow::Error::new(error).context(file)),
-        BetweenError::Series(error) => Failure::Data(error.into()),
-        BetweenError::Constant { .. } => Failure::Data(anyhow!("{file}: {error}")),
+        TransferError::Estimate(EstimateError::Config { .. })
+        | TransferError::Segment { .. }
+        | TransferError::Damping { .. } => usage(error),
+        TransferError::Recording(error) => Failure::Data(anyhow::Error::new(error).context(file)),
+        TransferError::Series(error) => Failure::Data(error.into()),
+        error => Failure::Data(anyhow::Error::new(error).context(file)),
     }
 }
 

@@ -10,9 +10,7 @@ use piezotact::quantity::{Acceleration, Band, Drive, Quantity, Unit};
 use piezotact::recording::{Recording, RecordingError};
 use piezotact::render::Rendering;
 use piezotact::resample::to_common_rate;
-use piezotact::score::{
-    JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
-};
+use piezotact::score::{JudgedMeasurement, Measurement, Target, judged_measurement};
 use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{
@@ -350,10 +348,7 @@ fn judge(
         rendering,
     };
     let found = judged_measurement(target, measurement, args.band, more_warnings);
-    let found = found.map_err(|error| match error {
-        MeasurementError::Rate(error) => of_file(path, error),
-        MeasurementError::Verify(error) => refused(path, error),
-    })?;
+    let found = found.map_err(|error| refused(path, error))?;
     Ok(Judged {
         found,
         drive: drive.map(|drive| (drive, limit)),

@@ -19,12 +19,6 @@ pub enum ForceError {
         /// What the system says.
         reason: String,
     },
-    /// It was not started.
-    #[error("{name} was read before it was started; this is a bug in the procedure: report it")]
-    NotStarted {
-        /// The port or the file.
-        name: String,
-    },
     /// It sends nothing.
     #[error(
         "{name} stops talking: no reading of the force for {} s, after {readings} in all; check its cable and its power, or \
@@ -83,8 +77,7 @@ pub enum ForceError {
         found: String,
     },
     /// The device began again.
-    #[error(
-        "{name} started again: its time went from {} s to {} s; its zero may have changed: check its power, tare it and measure again",
+    #[error("{name} restarted (its time went from {} s back to {} s): tare it and measure again",
         rounded(*from_s),
         rounded(*to_s)
     )]
@@ -116,15 +109,8 @@ pub enum ForceError {
         found: String,
         todo: String,
     },
-}
-
-/// Why a force cannot be placed in time.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum JoinError {
     /// There is no force for frames that were recorded.
-    #[error(
-        "no reading of the force for {} s, while sound was recorded; at most {} s are interpolated: check that the file or port of the force \
-            is there, that it has new readings, and that they have a unit (in the lines, or `unit` in the set-up), then measure again",
+    #[error("no reading of the force for {} s (at most {} s are interpolated): check the force cell and its unit, then measure again",
         rounded(*pause_s),
         rounded(*longest_s)
     )]
@@ -135,9 +121,7 @@ pub enum JoinError {
         longest_s: f64,
     },
     /// Readings come, and their time does not go on.
-    #[error(
-        "expected times of the force that go on, found readings for {} s that all state the same time or an earlier one: the clock of the force \
-            cell, or of the program that writes its file, stands still; correct it, then measure again",
+    #[error("the times of the force readings stand still for {} s: correct the clock of the force cell, then measure again",
         rounded(*pause_s)
     )]
     ClockStands {
@@ -145,8 +129,6 @@ pub enum JoinError {
         pause_s: f64,
     },
     /// Nothing to join.
-    #[error(
-        "expected {expected} before the end of the recording, found none; start the source of the force before the recording"
-    )]
+    #[error("the recording ended without {expected}: start the force cell before the recording")]
     Nothing { expected: &'static str },
 }

@@ -150,9 +150,8 @@ impl ForceSource for GrowingFile {
     }
 
     fn poll(&mut self) -> Result<Vec<ForceReading>, ForceError> {
-        let name = self.name();
         let Some(following) = &mut self.following else {
-            return Err(ForceError::NotStarted { name });
+            return Ok(Vec::new());
         };
         if let Some(failure) = &following.failure {
             return Err(failure.clone());

@@ -1,5 +1,6 @@
 //! Readings of a force on the clock of a sound device.
 
+use crate::force::ForceError;
 use std::collections::VecDeque;
 use std::time::Instant;
 
@@ -8,7 +9,6 @@ use piezotact::quantity::SampleRate;
 use piezotact::run::ForceSourceWarning;
 
 use super::ForceReading;
-use super::error::JoinError;
 use super::late::{ClockSkewEstimator, Mapping};
 
 /// A larger uncertainty of times is a warning, s: a hand moves by 3 Hz, so that within 20 ms its force changes by a few mN.
@@ -211,8 +211,8 @@ impl ForceJoiner {
     /// before both clocks were seen for half a second.
     ///
     /// # Errors
-    /// [`JoinError::Stale`] when no reading came for longer than the longest pause.
-    pub fn next(&mut self, most: usize) -> Result<Vec<f64>, JoinError> {
+    /// [`ForceError::Stale`] when no reading came for longer than the longest pause.
+    pub fn next(&mut self, most: usize) -> Result<Vec<f64>, ForceError> {
         let (Some(frames), Some(device)) = (
             self.frames.mapping(),
             self.device(ClockSkewEstimator::mapping),
@@ -238,23 +238,23 @@ impl ForceJoiner {
     /// The force, N, at the frames that are left, up to `frames` since the start, after the last reading; behind it the force stays.
     ///
     /// # Errors
-    /// [`JoinError::Stale`] when the readings end earlier than the longest pause before the last frame; [`JoinError::Nothing`] when there
+    /// [`ForceError::Stale`] when the readings end earlier than the longest pause before the last frame; [`ForceError::Nothing`] when there
     /// are none at all, or no frame arrived.
-    pub fn finish(&mut self, frames: u64) -> Result<Vec<f64>, JoinError> {
+    pub fn finish(&mut self, frames: u64) -> Result<Vec<f64>, ForceError> {
         self.place_together();
         self.arrived = frames.max(self.given);
-        let frames = self.frames.mapping_by_any().ok_or(JoinError::Nothing {
+        let frames = self.frames.mapping_by_any().ok_or(ForceError::Nothing {
             expected: "frames of sound",
         })?;
-        let device = self
-            .device(ClockSkewEstimator::mapping_by_any)
-            .ok_or(JoinError::Nothing {
-                expected: "readings of the force",
-            })?;
+        let device =
+            self.device(ClockSkewEstimator::mapping_by_any)
+                .ok_or(ForceError::Nothing {
+                    expected: "readings of the force",
+                })?;
         self.state_uncertainty(&frames, device.as_ref());
         let mut force_n = self.interpolate(usize::MAX, &frames, device.as_ref())?;
         let Some(last) = self.waiting.front().copied() else {
-            return Err(JoinError::Nothing {
+            return Err(ForceError::Nothing {
                 expected: "readings of the force",
             });
         };
@@ -452,24 +452,24 @@ impl ForceJoiner {
     }
 
     /// Refuses a time without readings that is too long.
-    fn allow(&self, pause_s: f64) -> Result<(), JoinError> {
+    fn allow(&self, pause_s: f64) -> Result<(), ForceError> {
         if pause_s <= self.config.longest_pause_s {
             return Ok(());
         }
-        Err(JoinError::Stale {
+        Err(ForceError::Stale {
             pause_s,
             longest_s: self.config.longest_pause_s,
         })
     }
 
     /// Whether a reading came lately, by the arrivals of frames.
-    fn check_pause(&self) -> Result<(), JoinError> {
+    fn check_pause(&self) -> Result<(), ForceError> {
         let first_s = self.arrived_s - self.arrived as f64 / self.config.rate.hz();
         let last_s = self.last_reading_s.unwrap_or(first_s);
         self.allow(self.arrived_s - last_s)?;
         let stood_s = self.went_on_s.map_or(0.0, |on_s| self.arrived_s - on_s);
         match self.has_device_times && stood_s > self.config.longest_pause_s {
-            true => Err(JoinError::ClockStands { pause_s: stood_s }),
+            true => Err(ForceError::ClockStands { pause_s: stood_s }),
             false => Ok(()),
         }
     }
@@ -479,7 +479,7 @@ impl ForceJoiner {
         most: usize,
         frames: &Mapping,
         device: Option<&Mapping>,
-    ) -> Result<Vec<f64>, JoinError> {
+    ) -> Result<Vec<f64>, ForceError> {
         let mut force_n = Vec::new();
         while self.given < self.arrived && force_n.len() < most {
             let t_s = self.frame_s(frames, self.given);

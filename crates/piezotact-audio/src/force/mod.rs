@@ -19,7 +19,7 @@ use std::time::Instant;
 
 use piezotact::Warning;
 
-pub use error::{ForceError, JoinError};
+pub use error::ForceError;
 pub use growing::{Columns, GrowingFile, GrowingSettings, TimeUnit};
 pub use joiner::{ForceJoiner, JoinerConfig};
 pub use serial::{SerialForceCell, SerialSettings};

@@ -6,8 +6,8 @@ mod script;
 mod world;
 
 pub use script::{
-    Breach, DropOut, FakeDevice, FakeScript, Fault, Half, Late, LostHalf, Pace, ScriptError,
-    TimeOrigin, Underrun,
+    Breach, DropOut, FakeDevice, FakeScript, Fault, Half, Late, LostHalf, Pace, TimeOrigin,
+    Underrun,
 };
 
 use crate::error::DeviceError;

@@ -1,5 +1,6 @@
 //! The script of a fake bench: its settings and faults as a plain value.
 
+use crate::DeviceError;
 use piezotact::quantity::{QuantityError, SampleRate};
 use serde::{Deserialize, Serialize};
 
@@ -245,46 +246,29 @@ impl Default for FakeDevice {
     }
 }
 
-/// Why a script is not valid.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ScriptError {
-    /// The text says nothing.
-    #[error(
-        "expected a script of a fake with at least one setting, found none; write for example `seed = 1` for a bench without faults"
-    )]
-    Empty,
-    /// The text is no script.
-    #[error("expected a script of a fake in TOML, found: {0}")]
-    Text(String),
-    /// A number that cannot be.
-    #[error(
-        "expected {what} from {low} to {high}, found {found}; write another number in the script"
-    )]
-    Number {
-        what: String,
-        /// The smallest that can be.
-        low: f64,
-        /// The largest that can be.
-        high: f64,
-        found: f64,
-    },
-}
-
 impl FakeScript {
     /// The script in a TOML `text`.
     ///
     /// # Errors
-    /// [`ScriptError::Empty`] when it says nothing, [`ScriptError::Text`] when it is no script, and those of [`Self::checked`].
-    pub fn from_toml(text: &str) -> Result<Self, ScriptError> {
+    /// [`DeviceError::Impossible`] when it says nothing or is no script, and those of [`Self::checked`].
+    pub fn from_toml(text: &str) -> Result<Self, DeviceError> {
         let script: Self = toml::from_str(text).map_err(|error| {
             let line = |span: std::ops::Range<usize>| text[..span.start].matches('\n').count() + 1;
             let at = error.span().map(line);
             let at = at.map_or(String::new(), |line| format!(" (line {line})"));
-            ScriptError::Text(format!("{}{at}", in_words(error.message())))
+            DeviceError::Impossible {
+                expected: "a script of a fake in TOML".to_owned(),
+                found: format!("{}{at}", in_words(error.message())),
+                todo: "correct the script".to_owned(),
+            }
         })?;
         let says = |line: &str| !matches!(line.trim().chars().next(), None | Some('#' | '['));
         if !text.lines().any(says) {
-            return Err(ScriptError::Empty);
+            return Err(DeviceError::Impossible {
+                expected: "a script of a fake with at least one setting".to_owned(),
+                found: "none".to_owned(),
+                todo: "write for example `seed = 1` for a bench without faults".to_owned(),
+            });
         }
         script.checked()
     }
@@ -292,8 +276,8 @@ impl FakeScript {
     /// The script with its numbers checked.
     ///
     /// # Errors
-    /// [`ScriptError::Number`] for the first that cannot be.
-    pub fn checked(self) -> Result<Self, ScriptError> {
+    /// [`DeviceError::Impossible`] for the first that cannot be.
+    pub fn checked(self) -> Result<Self, DeviceError> {
         let mut numbers = vec![
             ("output_hz".to_owned(), self.output_hz, 200.0, 192_000.0),
             ("input_hz".into(), self.input_hz, 200.0, 192_000.0),
@@ -354,11 +338,10 @@ impl FakeScript {
             .find(|(_, found, low, high)| !(*low..=*high).contains(found))
         {
             None => Ok(self),
-            Some((what, found, low, high)) => Err(ScriptError::Number {
-                what,
-                low,
-                high,
-                found,
+            Some((what, found, low, high)) => Err(DeviceError::Impossible {
+                expected: format!("{what} from {low} to {high}"),
+                found: found.to_string(),
+                todo: "write another number in the script".to_owned(),
             }),
         }
     }

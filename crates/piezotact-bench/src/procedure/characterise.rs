@@ -1,5 +1,6 @@
 //! Characterisation of a device with a finger on it: plays a drive and estimates the transfer function.
 
+use crate::DeviceError;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate};
 use piezotact::recording::{Losses, Recording};
@@ -66,7 +67,7 @@ pub fn usual_segment(rate: SampleRate) -> usize {
 /// The drive that characterises the device on `bench`, and the set-up it goes through, where one is described.
 ///
 /// # Errors
-/// Those of [`excitation`]; [`ProcedureError::Impossible`] when the band reaches beyond half the rate of
+/// Those of [`excitation`]; [`DeviceError::Impossible`] when the band reaches beyond half the rate of
 /// the acquisition, the recording would hold no segment, or the band no line of its spectrum.
 pub fn excite(
     bench: &mut Bench,
@@ -74,10 +75,12 @@ pub fn excite(
 ) -> Result<(Series<Drive>, Option<DriveSetup>), ProcedureError> {
     let setup = bench.player.calibrate()?;
     let acquisition = bench.acquirer.describe().rate;
-    let wrong = |expected: String, found: String, todo: &str| ProcedureError::Impossible {
-        expected,
-        found,
-        todo: todo.into(),
+    let wrong = |expected: String, found: String, todo: &str| {
+        ProcedureError::Device(DeviceError::Impossible {
+            expected,
+            found,
+            todo: todo.into(),
+        })
     };
     if config.excitation.band.high().0 >= acquisition.nyquist().0 {
         return Err(wrong(

@@ -37,7 +37,7 @@ const OUTPUT_TOLERANCE: f64 = 0.05;
 /// at full scale, another rate, a described device while that of the bench is not described, or samples beyond full scale.
 ///
 /// # Errors
-/// [`ProcedureError::Gain`], [`ProcedureError::Described`], [`ProcedureError::OutputLevel`], [`DeviceError::Rate`], [`ProcedureError::Impossible`].
+/// [`ProcedureError::Gain`], [`ProcedureError::Described`], [`ProcedureError::OutputLevel`], [`DeviceError::Rate`], [`DeviceError::Impossible`].
 pub fn require_device(
     bench: &mut Bench,
     drive: &Series<Drive>,
@@ -65,7 +65,7 @@ pub fn faults_of_prepared(
     let mut faults = signal_faults(bench, drive);
     match (rendered_for, &found) {
         (Some(setup), found) => faults.extend(device_faults(bench, setup, found.as_ref())),
-        (None, Some(found)) => faults.push(ProcedureError::Impossible {
+        (None, Some(found)) => faults.push(ProcedureError::Device(DeviceError::Impossible {
             expected: format!(
                 "a drive that states the device and the gain it was rendered for, as the {} is described ({})",
                 bench.player.describe().name,
@@ -73,7 +73,7 @@ pub fn faults_of_prepared(
             ),
             found: "one that states none".into(),
             todo: "render it with a transfer function that was measured on this bench".into(),
-        }),
+        })),
         (None, None) => {}
     }
     Ok(faults)
@@ -92,11 +92,11 @@ fn signal_faults(bench: &Bench, drive: &Series<Drive>) -> Vec<ProcedureError> {
         faults.push(error.into());
     }
     if drive.peak() > 1.0 {
-        faults.push(ProcedureError::Impossible {
+        faults.push(ProcedureError::Device(DeviceError::Impossible {
             expected: "a drive within ±1 (full scale)".into(),
             found: format!("a peak of {:.3}", drive.peak()),
             todo: "render it again at a lower level".into(),
-        });
+        }));
     }
     faults
 }
@@ -109,14 +109,14 @@ fn device_faults(
 ) -> Vec<ProcedureError> {
     let PlayDescription { name, gain, .. } = bench.player.describe();
     let (Some(gain), Some(found)) = (gain, found) else {
-        return vec![ProcedureError::Impossible {
+        return vec![ProcedureError::Device(DeviceError::Impossible {
             expected: format!(
                 "a drive for a device without a description, like that of the {name}"
             ),
             found: format!("one for gain {}", setup.gain),
             todo: "render it with the transfer function that this bench uses, and leave --gain out"
                 .into(),
-        }];
+        })];
     };
     let mut faults = Vec::new();
     if setup.device().name() == found.device().name() && setup.gain.name != gain {

@@ -1,5 +1,6 @@
 //! Repeats of a characterisation, each judged while it runs and measured again if it does not pass.
 
+use crate::DeviceError;
 use piezotact::transfer::TransferWarning;
 use std::fmt;
 
@@ -9,7 +10,7 @@ use piezotact::document::{Content, in_words};
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::run::{Attempt, Judged, RunCriterion};
 use piezotact::transfer::{
-    Bias, BundleError, Distortion, Limits, TransferFunction, max_pair_difference_db, pooled,
+    Bias, Distortion, Limits, TransferFunction, max_pair_difference_db, pooled,
 };
 use serde::{Serialize, Serializer};
 
@@ -206,14 +207,7 @@ pub fn repeated(
     }
     let functions: Vec<&TransferFunction<Drive, Acceleration>> =
         each.iter().map(|c| &c.function).collect();
-    let mut function = pooled(&functions).map_err(|error| match error {
-        BundleError::Transfer(error) => ProcedureError::Transfer(error),
-        other => ProcedureError::Impossible {
-            expected: "repeats that go together".into(),
-            found: other.to_string(),
-            todo: "measure again".into(),
-        },
-    })?;
+    let mut function = pooled(&functions)?;
     let apart_db = band.and_then(|band| max_pair_difference_db(&functions, band));
     let low = low_coherence(&function, config);
     function.about.warnings.extend(low);
@@ -271,10 +265,12 @@ fn gate_of(
             .channels
             .iter()
             .position(|(channel, _)| channel == name);
-        found.ok_or_else(|| ProcedureError::Impossible {
-            expected: format!("a bench with a channel `{name}`"),
-            found: description.name.clone(),
-            todo: "turn the gate off".into(),
+        found.ok_or_else(|| {
+            ProcedureError::Device(DeviceError::Impossible {
+                expected: format!("a bench with a channel `{name}`"),
+                found: description.name.clone(),
+                todo: "turn the gate off".into(),
+            })
         })
     };
     let roles = GateRoles {

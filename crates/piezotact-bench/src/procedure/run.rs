@@ -208,7 +208,7 @@ pub fn record(acquirer: &mut dyn Acquire, run: &RunPlan) -> Result<Recording, Pr
 /// have any length. Returns its end document with its number of samples.
 ///
 /// # Errors
-/// [`ProcedureError::Impossible`] for a run until a playback ended, as nothing plays; [`ProcedureError::Keep`] when a document cannot be
+/// [`DeviceError::Impossible`] for a run until a playback ended, as nothing plays; [`ProcedureError::Keep`] when a document cannot be
 /// kept, [`ProcedureError::Stopped`] when a run that has an end of its own was stopped by hand; whatever the bench returns. It is stopped
 /// in any case.
 pub fn acquire(
@@ -218,13 +218,13 @@ pub fn acquire(
     sink: &mut dyn Sink,
 ) -> Result<(RunStart, usize), ProcedureError> {
     if run.until == Until::PlaybackEnded {
-        return Err(ProcedureError::Impossible {
+        return Err(ProcedureError::Device(DeviceError::Impossible {
             expected:
                 "a run of a stated duration, or one until it is stopped, since there is no playback"
                     .into(),
             found: "one until a playback ended".into(),
             todo: "state a duration".into(),
-        });
+        }));
     }
     let at_rest = acquirer.calibrate()?;
     let watch = Watch::new(stop, acquirer.longest_pause());

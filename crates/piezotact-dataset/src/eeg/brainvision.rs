@@ -293,10 +293,7 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
             format!("`{}`", short(interval)),
         )
     })?;
-    let rate = SampleRate::new(1e6 / interval_us).map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })?;
+    let rate = SampleRate::new(1e6 / interval_us).map_err(ReadError::of(path))?;
     let points = match value(&infos, "DataPoints") {
         Some(found) => Some(whole(found).ok_or_else(|| {
             wrong(

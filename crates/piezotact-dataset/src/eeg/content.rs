@@ -124,10 +124,7 @@ impl Content {
                 ..Provenance::default()
             };
             let mut recording = Recording::with_clocks(channels, Condition::default(), provenance)
-                .map_err(|source| ReadError::Recording {
-                    path: path.into(),
-                    source,
-                })?;
+                .map_err(ReadError::of(path))?;
             recording.annotations.started_at = self
                 .started_at
                 .as_ref()

@@ -73,10 +73,7 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
     };
     let rate_hz = fields.get("srate").and_then(MatValue::scalar);
     let rate_hz = rate_hz.ok_or_else(|| wrong("a rate in EEG.srate".into(), "none".into()))?;
-    let rate = SampleRate::new(rate_hz).map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })?;
+    let rate = SampleRate::new(rate_hz).map_err(ReadError::of(path))?;
     let stated = (
         fields.count(path, "nbchan")?,
         fields.count(path, "pnts")?,

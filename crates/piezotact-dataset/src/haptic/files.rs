@@ -5,37 +5,18 @@ use std::path::Path;
 use piezotact::quantity::Quantity;
 use piezotact::recording::Recording;
 use piezotact::series::Series;
-use piezotact_haptic::{
-    Ahap, Asked, Exported, FormatError, HapticClip, Hjif, HjifTexture, clip_file, hjif_of,
-};
+use piezotact_haptic::{Ahap, Asked, Exported, HapticClip, Hjif, HjifTexture, clip_file, hjif_of};
 
 use crate::error::{ReadError, WriteError};
 use crate::open::ReadOptions;
 use crate::sidecar::{prepare_compact_json, write_json};
-
-/// What makes an error of a format one of reading `path`.
-fn unread(path: &Path) -> impl FnOnce(FormatError) -> ReadError + '_ {
-    move |error| match error {
-        FormatError::Content(wrong) => {
-            ReadError::content(path, wrong.expected, wrong.found, wrong.todo)
-        }
-        FormatError::Quantity(source) => ReadError::Quantity {
-            path: path.into(),
-            source,
-        },
-        FormatError::Recording(source) => ReadError::Recording {
-            path: path.into(),
-            source,
-        },
-    }
-}
 
 /// Reads a `.haptic` clip of version 0 or 1 in `bytes`; `path` is only named in errors.
 ///
 /// # Errors
 /// Those of [`piezotact_haptic::parse_haptic`], with the name of the file.
 pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> {
-    piezotact_haptic::parse_haptic(bytes).map_err(unread(path))
+    piezotact_haptic::parse_haptic(bytes).map_err(ReadError::of(path))
 }
 
 /// Reads an AHAP file strictly; `path` is only named in errors.
@@ -43,7 +24,7 @@ pub fn parse_haptic(path: &Path, bytes: &[u8]) -> Result<HapticClip, ReadError> 
 /// # Errors
 /// Those of [`piezotact_haptic::parse_ahap`], with the name of the file.
 pub fn parse_ahap(path: &Path, bytes: &[u8]) -> Result<Ahap, ReadError> {
-    piezotact_haptic::parse_ahap(bytes).map_err(unread(path))
+    piezotact_haptic::parse_ahap(bytes).map_err(ReadError::of(path))
 }
 
 /// Reads HJIF; `path` is only named in errors.
@@ -51,7 +32,7 @@ pub fn parse_ahap(path: &Path, bytes: &[u8]) -> Result<Ahap, ReadError> {
 /// # Errors
 /// Those of [`piezotact_haptic::parse_hjif`], with the name of the file.
 pub fn parse_hjif(path: &Path, bytes: &[u8]) -> Result<Hjif, ReadError> {
-    piezotact_haptic::parse_hjif(bytes).map_err(unread(path))
+    piezotact_haptic::parse_hjif(bytes).map_err(ReadError::of(path))
 }
 
 /// Reads a `.haptic` clip.
@@ -70,7 +51,7 @@ pub(crate) fn recording_of_clip(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let source = path.display().to_string();
-    piezotact_haptic::recording_of_clip(clip, &asked(&source, options)).map_err(unread(path))
+    piezotact_haptic::recording_of_clip(clip, &asked(&source, options)).map_err(ReadError::of(path))
 }
 
 /// The channels of an HJIF file as those of a recording, at the rate of the options, that of the file, or 8 kHz.
@@ -80,7 +61,7 @@ pub(crate) fn recording_of_hjif(
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
     let source = path.display().to_string();
-    piezotact_haptic::recording_of_hjif(file, &asked(&source, options)).map_err(unread(path))
+    piezotact_haptic::recording_of_hjif(file, &asked(&source, options)).map_err(ReadError::of(path))
 }
 
 fn asked<'a>(source: &'a str, options: &'a ReadOptions) -> Asked<'a> {

@@ -10,7 +10,7 @@ use super::writer::keep_before;
 use super::{JournalWriter, StartDocument};
 use crate::atomic::{UNFINISHED, remove_left_behind, write_atomically};
 use crate::error::{ReadError, WriteError};
-use crate::lock::{Lock, LockError, LockFile};
+use crate::lock::{Lock, LockFile};
 use crate::recording_file::Stored;
 use crate::sidecar::Rendering;
 
@@ -134,18 +134,8 @@ impl RunFolder {
     pub fn take(path: &Path) -> Result<Self, WriteError> {
         let mut lock = path.as_os_str().to_owned();
         lock.push(".lock");
-        let lock = Lock::take(Path::new(&lock), LockFile::Goes).map_err(|error| match error {
-            LockError::Io(source) => WriteError::Io {
-                path: path.into(),
-                source,
-            },
-            LockError::Held(who) => WriteError::content(
-                path,
-                "a folder of runs that no other command uses",
-                format!("{who}, which is still writing to it"),
-                "wait until it has finished, or give another output",
-            ),
-        })?;
+        let lock = Lock::take(Path::new(&lock), LockFile::Goes);
+        let lock = lock.map_err(|error| error.about(path))?;
         Ok(Self {
             path: path.into(),
             purpose: None,

@@ -313,10 +313,7 @@ fn scalar_rate(
         .map(|(name, hz)| {
             SampleRate::new(hz)
                 .map(|rate| (name, rate))
-                .map_err(|source| ReadError::Quantity {
-                    path: path.into(),
-                    source,
-                })
+                .map_err(ReadError::of(path))
         })
         .transpose()
 }

@@ -145,10 +145,7 @@ impl Parts {
             }
             return Ok(found);
         };
-        let stated = SampleRate::new(*hz).map_err(|source| ReadError::Quantity {
-            path: path.into(),
-            source,
-        });
+        let stated = SampleRate::new(*hz).map_err(ReadError::of(path));
         let (Some(time), Ok(stated_hz), None) = (&self.time, &stated, options.rate) else {
             return Ok(Some(stated));
         };

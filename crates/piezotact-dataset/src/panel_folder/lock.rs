@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::error::ReadError;
-use crate::lock::{Lock, LockError, LockFile};
+use crate::error::{ReadError, WriteError};
+use crate::lock::{Lock, LockFile};
 
 /// The file whose lock a writer holds.
 const PANEL_LOCK: &str = "panel.lock";
@@ -12,13 +12,13 @@ const PANEL_LOCK: &str = "panel.lock";
 pub(super) fn take(folder: &Path) -> Result<Lock, ReadError> {
     let path = folder.join(PANEL_LOCK);
     Lock::take(&path, LockFile::Stays).map_err(|error| match error {
-        LockError::Io(error) => ReadError::io(&path, &error),
-        LockError::Held(who) => ReadError::content(
+        WriteError::Held { by, .. } => ReadError::content(
             &path,
             "no other command that writes to this panel",
-            format!("{who}, which is writing to it"),
+            format!("{by}, which is writing to it"),
             "wait until it has finished, and give the command again",
         ),
+        other => ReadError::of(folder)(other),
     })
 }
 

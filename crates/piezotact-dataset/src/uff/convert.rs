@@ -257,10 +257,7 @@ fn rate(
                 .filter(|_| signal.id_lines[4] == OWN_TIME)
                 .and_then(|text| text.parse().ok())
                 .filter(|stated: &f64| (stated - found_hz).abs() <= 1e-6 * found_hz);
-            SampleRate::new(stated_hz.unwrap_or(found_hz)).map_err(|source| ReadError::Quantity {
-                path: path.into(),
-                source,
-            })
+            SampleRate::new(stated_hz.unwrap_or(found_hz)).map_err(ReadError::of(path))
         }
         UffAbscissa::List(places) => {
             let time = Column {

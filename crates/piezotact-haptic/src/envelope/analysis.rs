@@ -1,8 +1,9 @@
 //! From a vibration to its envelopes.
 
+use crate::HapticError;
 use serde::{Deserialize, Serialize};
 
-use super::{AmplitudePoint, EnvelopeError, Envelopes, FrequencyPoint, FrequencyRange};
+use super::{AmplitudePoint, Envelopes, FrequencyPoint, FrequencyRange};
 use piezotact::fourier::{RealTransform, fast_length};
 use piezotact::quantity::{Quantity, QuantityError, Seconds};
 use piezotact::series::Series;
@@ -43,22 +44,22 @@ impl EnvelopeConfig {
 /// Source: rms envelope of a sine; spectral centroid, Peeters et al. (2011), 10.1121/1.3642604, on power.
 ///
 /// # Errors
-/// [`EnvelopeError::FullScale`] when it is no number above zero; [`EnvelopeError::NoLength`] when `x` is shorter than
-/// a hop or the windows hold no samples; [`EnvelopeError::Point`] when it is longer than an hour.
+/// [`HapticError::FullScale`] when it is no number above zero; [`HapticError::NoLength`] when `x` is shorter than
+/// a hop or the windows hold no samples; [`HapticError::Point`] when it is longer than an hour.
 pub fn analyse<Q: Quantity>(
     x: &Series<Q>,
     full_scale: f64,
     config: &EnvelopeConfig,
-) -> Result<Envelopes, EnvelopeError> {
+) -> Result<Envelopes, HapticError> {
     if !(full_scale > 0.0 && full_scale.is_finite()) {
-        return Err(EnvelopeError::FullScale { found: full_scale });
+        return Err(HapticError::FullScale { found: full_scale });
     }
     let (samples, rate) = (x.samples(), x.rate());
     let duration_s = x.duration().0;
     let half = rate.samples_in(Seconds(0.5 * config.window_s));
     let hops = (duration_s / config.hop_s).floor();
     if half < 2 || !(1.0..1e6).contains(&hops) {
-        return Err(EnvelopeError::NoLength {
+        return Err(HapticError::NoLength {
             found: format!(
                 "{duration_s:.3} s at {rate}, for breakpoints every {} s",
                 config.hop_s

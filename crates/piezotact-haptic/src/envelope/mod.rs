@@ -10,11 +10,11 @@ mod core_haptics;
 mod wave;
 mod wavelet;
 
+use crate::HapticError;
 use serde::{Deserialize, Serialize};
 
-use piezotact::number::rounded;
 use piezotact::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated};
-use piezotact::series::{Series, SeriesError};
+use piezotact::series::Series;
 
 pub use analysis::{EnvelopeConfig, analyse};
 pub use core_haptics::{continuous_intensity, sharpness_control, transient_intensity};
@@ -74,14 +74,14 @@ impl Envelopes {
     /// Envelopes of these breakpoints.
     ///
     /// # Errors
-    /// [`EnvelopeError::Empty`] without a breakpoint of amplitude, [`EnvelopeError::Point`] naming the first breakpoint
+    /// [`HapticError::Empty`] without a breakpoint of amplitude, [`HapticError::Point`] naming the first breakpoint
     /// that breaks a rule of [`Envelopes`].
     pub fn new(
         amplitude: Vec<AmplitudePoint>,
         frequency: Vec<FrequencyPoint>,
-    ) -> Result<Self, EnvelopeError> {
+    ) -> Result<Self, HapticError> {
         if amplitude.is_empty() {
-            return Err(EnvelopeError::Empty);
+            return Err(HapticError::Empty);
         }
         let mut before_s = 0.0;
         for (at, point) in amplitude.iter().enumerate() {
@@ -146,8 +146,8 @@ impl Place {
         Self { envelope, at }
     }
 
-    fn wrong(&self, expected: &str, found: f64) -> EnvelopeError {
-        EnvelopeError::Point {
+    fn wrong(&self, expected: &str, found: f64) -> HapticError {
+        HapticError::Point {
             envelope: self.envelope,
             at: self.at,
             expected: expected.into(),
@@ -155,7 +155,7 @@ impl Place {
         }
     }
 
-    fn time(&self, time_s: f64, before_s: f64) -> Result<(), EnvelopeError> {
+    fn time(&self, time_s: f64, before_s: f64) -> Result<(), HapticError> {
         if !(0.0..=LONGEST.0).contains(&time_s) {
             return Err(self.wrong("a time from 0 to 3600 s", time_s));
         }
@@ -168,56 +168,13 @@ impl Place {
         Ok(())
     }
 
-    fn share(&self, what: &str, value: f64) -> Result<(), EnvelopeError> {
+    fn share(&self, what: &str, value: f64) -> Result<(), HapticError> {
         if (0.0..=1.0).contains(&value) {
             Ok(())
         } else {
             Err(self.wrong(&format!("{what} from 0 to 1"), value))
         }
     }
-}
-
-/// Breakpoints that make no envelopes, or envelopes that cannot be made or played.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum EnvelopeError {
-    /// No breakpoint of amplitude.
-    #[error("expected a breakpoint of amplitude, found none; export the clip again")]
-    Empty,
-    /// A breakpoint that breaks a rule.
-    #[error(
-        "expected {expected}, found {found} in breakpoint {at} of the {envelope} envelope; correct it or export the clip again",
-        found = rounded(*found)
-    )]
-    Point {
-        envelope: &'static str,
-        /// Which breakpoint, from 0.
-        at: usize,
-        expected: String,
-        found: f64,
-    },
-    /// Keyframes or coefficients that cannot be played.
-    #[error("expected {expected}, found {found}; export the file again")]
-    Wave { expected: String, found: String },
-    /// A signal without length.
-    #[error("expected a duration above 0 s, found {found}; there is nothing to play or to export")]
-    NoLength { found: String },
-    /// More samples than are made.
-    #[error(
-        "expected at most {MOST_SAMPLES} samples in all, found {found}; give a lower rate, or a shorter file"
-    )]
-    TooMany { found: String },
-    /// A full scale that is no number above zero.
-    #[error(
-        "expected a full scale above zero, found {found}; the signal is silent or the scale is wrong",
-        found = rounded(*found)
-    )]
-    FullScale { found: f64 },
-    /// A range that no frequency can be placed in.
-    #[error(transparent)]
-    Range(#[from] QuantityError),
-    /// Samples that make no series.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
 }
 
 /// What 0 and 1 of a frequency envelope stand for. No haptic file says it: a player maps them to what its actuator can
@@ -278,16 +235,16 @@ impl FrequencyRange {
 /// breakpoints (Lofelt `NiceVibrations`, `core/datamodel/src/v1.rs`); the range and the shape of an emphasis are chosen here.
 ///
 /// # Errors
-/// [`EnvelopeError::NoLength`] when the last breakpoint lies before the first sample's end, [`EnvelopeError::TooMany`]
+/// [`HapticError::NoLength`] when the last breakpoint lies before the first sample's end, [`HapticError::TooMany`]
 /// beyond [`MOST_SAMPLES`].
 pub fn synthesise(
     envelopes: &Envelopes,
     range: FrequencyRange,
     rate: SampleRate,
-) -> Result<Series<Uncalibrated>, EnvelopeError> {
+) -> Result<Series<Uncalibrated>, HapticError> {
     let count = rate.samples_in(envelopes.duration());
     if count == 0 {
-        return Err(EnvelopeError::NoLength {
+        return Err(HapticError::NoLength {
             found: format!("a clip of {} s", envelopes.duration().0),
         });
     }
@@ -340,9 +297,9 @@ pub fn synthesise(
 }
 
 /// Refuses a signal of more samples than are made, before there is memory for it.
-fn require_few(count: usize, duration: Seconds, rate: SampleRate) -> Result<(), EnvelopeError> {
+fn require_few(count: usize, duration: Seconds, rate: SampleRate) -> Result<(), HapticError> {
     if count > MOST_SAMPLES {
-        return Err(EnvelopeError::TooMany {
+        return Err(HapticError::TooMany {
             found: format!("{count} ({} s at {rate})", duration.0),
         });
     }

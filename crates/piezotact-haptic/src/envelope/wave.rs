@@ -1,9 +1,10 @@
 //! Plays what the bands of a parametric haptic file hold: curves, modulated oscillations, taps and wavelet blocks.
 
+use crate::{AGAIN, HapticError};
 use std::f64::consts::TAU;
 
 use super::wavelet::wavelet_synthesis;
-use super::{EnvelopeError, LONGEST, Lines, MOST_SAMPLES, require_few};
+use super::{LONGEST, Lines, MOST_SAMPLES, require_few};
 use piezotact::quantity::{Band, SampleRate, Seconds, Uncalibrated};
 use piezotact::resample::resample;
 use piezotact::series::Series;
@@ -114,11 +115,9 @@ impl Wave {
         }
     }
 
-    fn check(&self) -> Result<(), EnvelopeError> {
-        let wrong = |expected: &str, found: f64| EnvelopeError::Wave {
-            expected: expected.into(),
-            found: found.to_string(),
-        };
+    fn check(&self) -> Result<(), HapticError> {
+        let wrong =
+            |expected: &str, found: f64| HapticError::content(expected, found.to_string(), AGAIN);
         let mut before_s = 0.0;
         for frame in &self.keyframes {
             if !(before_s..=LONGEST.0).contains(&frame.time_s) {
@@ -218,11 +217,7 @@ impl Wave {
 }
 
 /// Adds the blocks of wavelets: those of one rate as one signal, so that no edge is heard between them.
-fn add_wavelets(
-    waves: &[Wave],
-    samples: &mut [f64],
-    rate: SampleRate,
-) -> Result<(), EnvelopeError> {
+fn add_wavelets(waves: &[Wave], samples: &mut [f64], rate: SampleRate) -> Result<(), HapticError> {
     let mut signals: Vec<(SampleRate, Vec<f64>)> = Vec::new();
     for wave in waves {
         let WaveKind::Wavelet {
@@ -239,10 +234,11 @@ fn add_wavelets(
         let others = signals.iter().filter(|(known, _)| known != from);
         let held: usize = others.map(|(_, signal)| signal.len()).sum();
         if held.saturating_add(end) > MOST_SAMPLES {
-            return Err(EnvelopeError::Wave {
-                expected: format!("wavelets of at most {MOST_SAMPLES} samples in all"),
-                found: format!("one that ends at sample {end}, and {held} at other rates"),
-            });
+            return Err(HapticError::content(
+                format!("wavelets of at most {MOST_SAMPLES} samples in all"),
+                format!("one that ends at sample {end}, and {held} at other rates"),
+                AGAIN,
+            ));
         }
         let at = signals.iter().position(|(known, _)| known == from);
         let at = at.unwrap_or_else(|| {
@@ -259,9 +255,12 @@ fn add_wavelets(
     }
     for (from, signal) in signals {
         let signal = Series::<Uncalibrated>::new(signal, from)?;
-        let signal = resample(&signal, rate).map_err(|error| EnvelopeError::Wave {
-            expected: format!("wavelets at a rate that divides {rate}"),
-            found: error.to_string(),
+        let signal = resample(&signal, rate).map_err(|error| {
+            HapticError::content(
+                format!("wavelets at a rate that divides {rate}"),
+                error.to_string(),
+                AGAIN,
+            )
         })?;
         for (sample, value) in samples.iter_mut().zip(signal.samples()) {
             *sample += value;
@@ -276,14 +275,14 @@ fn add_wavelets(
 ///
 /// # Errors
 /// Those of [`mix`].
-pub fn mixed_length(waves: &[Wave], rate: SampleRate) -> Result<usize, EnvelopeError> {
+pub fn mixed_length(waves: &[Wave], rate: SampleRate) -> Result<usize, HapticError> {
     let mut end_s = 0.0f64;
     for wave in waves {
         wave.check()?;
         end_s = end_s.max(wave.start_s + wave.length_s());
     }
     if end_s <= 0.0 {
-        return Err(EnvelopeError::NoLength {
+        return Err(HapticError::NoLength {
             found: format!("{} effects of 0 s", waves.len()),
         });
     }
@@ -300,10 +299,10 @@ pub fn mixed_length(waves: &[Wave], rate: SampleRate) -> Result<usize, EnvelopeE
 /// across keyframes.
 ///
 /// # Errors
-/// [`EnvelopeError::Wave`] when times fall, are negative or lie beyond an hour, values are no numbers within ±1e6, or a
-/// wavelet block cannot be transformed; [`EnvelopeError::NoLength`] when nothing lasts, [`EnvelopeError::TooMany`]
+/// [`HapticError::Content`] when times fall, are negative or lie beyond an hour, values are no numbers within ±1e6, or a
+/// wavelet block cannot be transformed; [`HapticError::NoLength`] when nothing lasts, [`HapticError::TooMany`]
 /// beyond [`MOST_SAMPLES`].
-pub fn mix(waves: &[Wave], rate: SampleRate) -> Result<Series<Uncalibrated>, EnvelopeError> {
+pub fn mix(waves: &[Wave], rate: SampleRate) -> Result<Series<Uncalibrated>, HapticError> {
     let mut samples = vec![0.0; mixed_length(waves, rate)?];
     for wave in waves {
         wave.add_to(&mut samples, rate);
@@ -505,7 +504,7 @@ mod tests {
         let rate = SampleRate::new(1e7).unwrap();
         let hour = frames(&[(0.0, 0.0, 0.0), (3600.0, 1.0, 0.0)]);
         let error = mix(&[wave(WaveKind::Curve(Course::Linear), hour)], rate).unwrap_err();
-        assert!(matches!(error, EnvelopeError::TooMany { .. }), "{error}");
+        assert!(matches!(error, HapticError::TooMany { .. }), "{error}");
         let point = |time_s, amplitude| crate::envelope::AmplitudePoint {
             time_s,
             amplitude,

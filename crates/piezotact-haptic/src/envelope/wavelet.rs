@@ -1,6 +1,6 @@
 //! The biorthogonal 9/7 wavelets in which haptic files store blocks of samples.
 
-use super::EnvelopeError;
+use crate::HapticError;
 
 /// Half of the even analysis low-pass, from its middle outwards.
 const ANALYSIS_LOW: [f64; 5] = [
@@ -23,7 +23,7 @@ const LARGEST_BLOCK: usize = 1 << 20;
 
 /// The coefficients of a block of samples: [`wavelet_synthesis`] undone.
 #[cfg(test)]
-pub(crate) fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, EnvelopeError> {
+pub(crate) fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, HapticError> {
     let levels = levels(samples.len())?;
     let mut out = samples.to_vec();
     for level in 0..levels {
@@ -46,8 +46,8 @@ pub(crate) fn wavelet_analysis(samples: &[f64]) -> Result<Vec<f64>, EnvelopeErro
 /// Source: Cohen, Daubechies and Feauveau (1992), 10.1002/cpa.3160450502, table 6.2; ISO/IEC 23090-31 reference software, `source/FilterBank/src/Wavelet.cpp`.
 ///
 /// # Errors
-/// [`EnvelopeError::Wave`] unless there are 8 to 2^20 coefficients, a power of two.
-pub fn wavelet_synthesis(coefficients: &[f64]) -> Result<Vec<f64>, EnvelopeError> {
+/// [`HapticError::Content`] unless there are 8 to 2^20 coefficients, a power of two.
+pub fn wavelet_synthesis(coefficients: &[f64]) -> Result<Vec<f64>, HapticError> {
     let levels = levels(coefficients.len())?;
     let mut out = coefficients.to_vec();
     for level in (0..levels).rev() {
@@ -68,14 +68,15 @@ pub fn wavelet_synthesis(coefficients: &[f64]) -> Result<Vec<f64>, EnvelopeError
     Ok(out)
 }
 
-fn levels(length: usize) -> Result<u32, EnvelopeError> {
+fn levels(length: usize) -> Result<u32, HapticError> {
     if (8..=LARGEST_BLOCK).contains(&length) && length.is_power_of_two() {
         Ok((length / 4).ilog2())
     } else {
-        Err(EnvelopeError::Wave {
-            expected: "wavelet blocks of 8 to 1048576 coefficients, a power of two".into(),
-            found: length.to_string(),
-        })
+        Err(HapticError::content(
+            "wavelet blocks of 8 to 1048576 coefficients, a power of two",
+            length.to_string(),
+            crate::AGAIN,
+        ))
     }
 }
 

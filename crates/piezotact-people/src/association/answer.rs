@@ -1,5 +1,6 @@
 //! Answers of participants, checked once.
 
+use crate::association::AssociationError;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
@@ -150,58 +151,6 @@ impl Declared {
     }
 }
 
-/// Why answers make no table.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AnswerError {
-    /// There is no answer that counts.
-    #[error(
-        "expected answers, found {found}; give a table with at least one trial that is no rehearsal"
-    )]
-    Empty {
-        /// "none" or "rehearsals only".
-        found: &'static str,
-    },
-    /// Too few samples are declared.
-    #[error(
-        "expected a list of at least two samples, found {found}; declare the samples that could be answered"
-    )]
-    TooFewSamples { found: usize },
-    /// A name is declared twice.
-    #[error("expected each sample and stimulus once, found `{name}` twice; leave one of them out")]
-    DeclaredTwice { name: String },
-    /// A name that is not declared.
-    #[error(
-        "{place}: expected one of the declared {kind} ({known}), found `{name}`; correct the name or declare it"
-    )]
-    Unknown {
-        /// Which answer or stimulus.
-        place: String,
-        /// "samples" or "stimuli".
-        kind: &'static str,
-        known: String,
-        name: String,
-    },
-    /// An answer that was not offered.
-    #[error(
-        "{place}: expected an answer among the samples offered ({offered}), found `{answered}`; correct the answer or the samples offered"
-    )]
-    OutsideSet {
-        place: String,
-        /// The samples that were offered.
-        offered: String,
-        answered: String,
-    },
-    /// A trial has two answers.
-    #[error(
-        "{place}: expected one answer for each trial, found two (`{first}` and `{second}`); number the trials, or keep the confirmed answer only"
-    )]
-    TrialTwice {
-        place: String,
-        first: String,
-        second: String,
-    },
-}
-
 /// Answers that were checked, with what the protocol declares.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AnswerTable {
@@ -216,9 +165,9 @@ impl AnswerTable {
     /// presented or answered in the same task and set by anybody; without sets, all samples.
     ///
     /// # Errors
-    /// [`AnswerError`] for no answers, names that are not declared or declared twice, an answer that was not offered, and a
+    /// [`AssociationError`] for no answers, names that are not declared or declared twice, an answer that was not offered, and a
     /// trial with two answers.
-    pub fn new(declared: Declared, answers: Vec<Answer>) -> Result<Self, AnswerError> {
+    pub fn new(declared: Declared, answers: Vec<Answer>) -> Result<Self, AssociationError> {
         check_declared(&declared)?;
         let all = answers.len();
         let mut answers: Vec<Answer> = answers
@@ -228,13 +177,13 @@ impl AnswerTable {
         let rehearsals = all - answers.len();
         if answers.is_empty() {
             let found = if all == 0 { "none" } else { "rehearsals only" };
-            return Err(AnswerError::Empty { found });
+            return Err(AssociationError::Empty { found });
         }
         let mut seen: BTreeMap<([&str; 5], Option<usize>), &str> = BTreeMap::new();
         for answer in &answers {
             check_names(&declared, answer)?;
             if let Some(first) = seen.insert(answer.key(), &answer.answered) {
-                return Err(AnswerError::TrialTwice {
+                return Err(AssociationError::TrialTwice {
                     place: answer.place(),
                     first: first.into(),
                     second: answer.answered.clone(),
@@ -244,7 +193,7 @@ impl AnswerTable {
         let inferred = infer_offered(&declared, &mut answers);
         for answer in &answers {
             if !answer.offered.contains(&answer.answered) {
-                return Err(AnswerError::OutsideSet {
+                return Err(AssociationError::OutsideSet {
                     place: answer.place(),
                     offered: answer.offered.join(", "),
                     answered: answer.answered.clone(),
@@ -315,9 +264,9 @@ impl Answer {
     }
 }
 
-fn check_declared(declared: &Declared) -> Result<(), AnswerError> {
+fn check_declared(declared: &Declared) -> Result<(), AssociationError> {
     if declared.samples.len() < 2 {
-        return Err(AnswerError::TooFewSamples {
+        return Err(AssociationError::TooFewSamples {
             found: declared.samples.len(),
         });
     }
@@ -327,7 +276,7 @@ fn check_declared(declared: &Declared) -> Result<(), AnswerError> {
     for stimulus in &declared.stimuli {
         for sample in [&stimulus.source, &stimulus.expected] {
             if !declared.samples.contains(sample) {
-                return Err(AnswerError::Unknown {
+                return Err(AssociationError::Unknown {
                     place: format!("stimulus {}", stimulus.name),
                     kind: "samples",
                     known: declared.samples.join(", "),
@@ -339,18 +288,18 @@ fn check_declared(declared: &Declared) -> Result<(), AnswerError> {
     Ok(())
 }
 
-fn once<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), AnswerError> {
+fn once<'a>(names: impl Iterator<Item = &'a String>) -> Result<(), AssociationError> {
     let mut seen = BTreeSet::new();
     for name in names {
         if !seen.insert(name) {
-            return Err(AnswerError::DeclaredTwice { name: name.clone() });
+            return Err(AssociationError::DeclaredTwice { name: name.clone() });
         }
     }
     Ok(())
 }
 
-fn check_names(declared: &Declared, answer: &Answer) -> Result<(), AnswerError> {
-    let unknown = |kind, known: Vec<&str>, name: &str| AnswerError::Unknown {
+fn check_names(declared: &Declared, answer: &Answer) -> Result<(), AssociationError> {
+    let unknown = |kind, known: Vec<&str>, name: &str| AssociationError::Unknown {
         place: answer.place(),
         kind,
         known: known.join(", "),
@@ -431,7 +380,7 @@ mod tests {
                 assert!(text.contains(part), "no `{part}` in: {text}");
             }
         };
-        check(vec![], &["found none", "give a table"]);
+        check(vec![], &["no answers (none)", "at least one trial"]);
         let rehearsal = Answer {
             purpose: Purpose::Rehearsal,
             ..answer("1", "S1", "S1")
@@ -463,9 +412,9 @@ mod tests {
     fn declarations_are_checked() {
         let of = |declared: Declared| AnswerTable::new(declared, vec![answer("1", "S1", "S1")]);
         let twice = of(Declared::plain(&["S1", "S1"])).unwrap_err();
-        assert_eq!(twice, AnswerError::DeclaredTwice { name: "S1".into() });
+        assert_eq!(twice, AssociationError::DeclaredTwice { name: "S1".into() });
         let few = of(Declared::plain(&["S1"])).unwrap_err();
-        assert_eq!(few, AnswerError::TooFewSamples { found: 1 });
+        assert_eq!(few, AssociationError::TooFewSamples { found: 1 });
         let mut wrong = Declared::plain(&["S1", "S2"]);
         let inverted = Stimulus::manipulated("S2 INVERTED", "S2", "S13");
         wrong.stimuli.push(inverted);

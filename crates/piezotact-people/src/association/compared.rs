@@ -1,5 +1,6 @@
 //! Whether two samples, two tasks or two studies differ: one number for each person, and a permutation of people.
 
+use crate::association::AssociationError;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::criterion::Outcome;
@@ -52,32 +53,6 @@ pub struct Compared {
     pub of: usize,
 }
 
-/// Why two cannot be compared.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CompareError {
-    /// A name that is none.
-    #[error(
-        "expected two different {what} with answers that name a sample, of {known}, found `{name}`; name two of them"
-    )]
-    Unknown {
-        /// "samples" or "tasks".
-        what: &'static str,
-        name: String,
-        /// Those that there are.
-        known: String,
-    },
-    /// Nobody has answers of both.
-    #[error(
-        "expected people with answers of {of} that can be right or wrong, found none{both}; {advice}"
-    )]
-    Nobody {
-        of: String,
-        /// " with both", or nothing.
-        both: &'static str,
-        advice: &'static str,
-    },
-}
-
 /// What people share in one condition: right answers, wrong ones of interest, and all that count.
 #[derive(Clone, Copy, Default)]
 struct Counts {
@@ -103,12 +78,12 @@ impl Counts {
 /// Source: decision 0074 of this project; [`sign_flip_test`].
 ///
 /// # Errors
-/// [`CompareError`].
+/// [`AssociationError`].
 pub fn compared(
     table: &AnswerTable,
     config: &MatrixConfig,
     difference: &Difference,
-) -> Result<Compared, CompareError> {
+) -> Result<Compared, AssociationError> {
     let answers: Vec<&Answer> = selected(table, config).collect();
     match difference {
         Difference::Samples(names) => {
@@ -151,11 +126,11 @@ pub fn compared(
 /// Source: as [`compared`]; [`between_people`].
 ///
 /// # Errors
-/// [`CompareError`].
+/// [`AssociationError`].
 pub fn compared_studies(
     answers: [(&AnswerTable, &MatrixConfig); 2],
     difference: &Difference,
-) -> Result<Compared, CompareError> {
+) -> Result<Compared, AssociationError> {
     let conditions = answers.map(|(table, config)| as_expected(table, selected(table, config)));
     if !matches!(difference, Difference::People(_)) {
         return paired(difference, &conditions, |[a, b]| {
@@ -209,14 +184,14 @@ impl Association {
     }
 }
 
-fn known(what: &'static str, names: &[String; 2], all: &[String]) -> Result<(), CompareError> {
+fn known(what: &'static str, names: &[String; 2], all: &[String]) -> Result<(), AssociationError> {
     let wrong = match names[0] == names[1] {
         true => Some(&names[1]),
         false => names.iter().find(|name| !all.contains(name)),
     };
     match wrong {
         None => Ok(()),
-        Some(name) => Err(CompareError::Unknown {
+        Some(name) => Err(AssociationError::NotToCompare {
             what,
             name: name.clone(),
             known: all.join(", "),
@@ -224,8 +199,8 @@ fn known(what: &'static str, names: &[String; 2], all: &[String]) -> Result<(), 
     }
 }
 
-fn nobody(difference: &Difference, both: &'static str) -> CompareError {
-    CompareError::Nobody {
+fn nobody(difference: &Difference, both: &'static str) -> AssociationError {
+    AssociationError::Nobody {
         of: difference.to_string(),
         both,
         advice: match difference {
@@ -286,7 +261,7 @@ fn paired(
     difference: &Difference,
     conditions: &[BTreeMap<&str, Counts>; 2],
     of: impl Fn([&Counts; 2]) -> [f64; 2],
-) -> Result<Compared, CompareError> {
+) -> Result<Compared, AssociationError> {
     let [first, second] = conditions;
     let both = first
         .iter()

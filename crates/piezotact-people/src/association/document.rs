@@ -1,5 +1,6 @@
 //! Everything that answers say, as one value; reports, tables and documents are made of it.
 
+use crate::association::AssociationError;
 use std::collections::BTreeSet;
 
 use piezotact::Warning;
@@ -19,7 +20,7 @@ use super::felt::{Felt, FeltCriterion, FeltRecording, felt_pairs};
 use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
 };
-use super::order::{OrderError, Ordering, ordering};
+use super::order::{Ordering, ordering};
 use super::warning::AssociationWarning;
 use crate::interval::MIN_PARTICIPANTS;
 
@@ -84,31 +85,6 @@ pub struct AssociationConfig {
     /// The tasks in which samples were put in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub ordering_tasks: Vec<String>,
-}
-
-/// Why answers give no matrix.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AssociationError {
-    /// No answer is of the task, participant and set that were asked for.
-    #[error(
-        "expected answers of {wanted}, found none; there are answers of tasks {tasks}, sets {sets}"
-    )]
-    NothingSelected {
-        /// What was asked for.
-        wanted: String,
-        /// The tasks that have answers.
-        tasks: String,
-        /// The sets that have answers.
-        sets: String,
-    },
-    /// All answers are of flagged trials.
-    #[error(
-        "expected answers of trials without flags, found {flagged} flagged ones only; keep the flagged trials"
-    )]
-    OnlyFlagged { flagged: usize },
-    /// A task that is no ordering task.
-    #[error(transparent)]
-    Order(#[from] OrderError),
 }
 
 /// The matrix of a part of the answers.

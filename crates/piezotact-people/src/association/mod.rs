@@ -9,6 +9,7 @@ mod behaviour;
 mod compared;
 mod confused;
 mod document;
+mod error;
 mod expected;
 mod felt;
 mod matrix;
@@ -18,18 +19,17 @@ mod session_page;
 mod tables;
 mod warning;
 
-pub use answer::{Answer, AnswerError, AnswerTable, Declared, Flag, Purpose, Stimulus};
+pub use answer::{Answer, AnswerTable, Declared, Flag, Purpose, Stimulus};
 pub use asked::{Asked, AskedTask};
 pub use behaviour::{
-    BETWEEN, Behaviour, BehaviourError, BehaviourMeanings, ReadBehaviour, StimulusFiles, behaviour,
+    BETWEEN, Behaviour, BehaviourMeanings, ReadBehaviour, StimulusFiles, behaviour,
     behaviour_meanings, evidence_of_behaviour, holds_orders, is_recorded, person_meanings,
     playing_events, read_behaviour, trials_of_behaviour,
 };
-pub use compared::{CompareError, Compared, compared, compared_studies};
+pub use compared::{Compared, compared, compared_studies};
 pub use confused::{CONFUSED_SHARE, ConfusedPair, PairCriterion, PairOutcome, confused_pairs};
-pub use document::{
-    Association, AssociationConfig, AssociationError, GroupMatrix, Grouping, associate,
-};
+pub use document::{Association, AssociationConfig, GroupMatrix, Grouping, associate};
+pub use error::AssociationError;
 pub use expected::{ExpectedCriterion, ExpectedShare, StimulusKind};
 pub use felt::{
     Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltWarning,
@@ -39,7 +39,7 @@ pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
 };
 pub use of_session::{REPETITION, answers_of, declared, not_known};
-pub use order::{Dominance, OrderError, Ordering, Repetition, kendall_tau_b, ordering};
+pub use order::{Dominance, Ordering, Repetition, kendall_tau_b, ordering};
 pub use session_page::session_page;
 pub use tables::{
     THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,

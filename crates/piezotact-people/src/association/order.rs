@@ -3,6 +3,7 @@
 //! One sample moved from the first to the last place shifts all others: no sample keeps its place, while most pairs keep their order.
 //! So the matrix of places stands beside the matrix of pairs and τ.
 
+use crate::association::AssociationError;
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::statistics::mean_interval;
@@ -103,47 +104,6 @@ impl Ordering {
     }
 }
 
-/// Why answers are no orders.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OrderError {
-    /// The task has no answers.
-    #[error(
-        "task {task}: expected orders of samples, found no answers; name one of the tasks ({known})"
-    )]
-    NoAnswers {
-        task: String,
-        /// The tasks that have answers.
-        known: String,
-    },
-    /// Orders of one task, from the answers of another.
-    #[error(
-        "expected orders of task {selected}, whose answers alone count, found task {task}; order task {selected}, or take the answers of all tasks"
-    )]
-    OtherTask {
-        /// The task that was to be ordered.
-        task: String,
-        /// The task whose answers count.
-        selected: String,
-    },
-    /// All orders have flagged trials.
-    #[error(
-        "task {task}: expected orders without flagged trials, found {orders} with flagged trials only; keep the flagged trials"
-    )]
-    OnlyFlagged { task: String, orders: usize },
-    /// The answers of a repetition do not put its samples in an order.
-    #[error(
-        "task {task}, participant {participant}: expected each sample of set `{set}` presented once and answered once, found {name} {found}; order only tasks in which samples are put in order, and give each repetition its own session or set"
-    )]
-    NoOrder {
-        task: String,
-        participant: String,
-        set: String,
-        name: String,
-        /// "presented twice", "answered, but not presented", …
-        found: &'static str,
-    },
-}
-
 /// Kendall's `tau_b` of two lists of the same length, −1–1; `None` for fewer than two pairs of values or where one never changes.
 ///
 /// Formula: (C − D)/√((n₀ − n₁)(n₀ − n₂)), of n₀ = n(n − 1)/2 pairs C in the same and D in the opposite order, n₁ and n₂ tied.
@@ -187,15 +147,15 @@ pub fn kendall_tau_b(a: &[f64], b: &[f64]) -> Option<f64> {
 /// Source: thesis 2.6.1 and 2.6.2, task 1 and 2; decision 0064 of this project.
 ///
 /// # Errors
-/// [`OrderError`] where the task has no answers or is not the selected one, where all its orders are left out, and where the answers
+/// [`AssociationError`] where the task has no answers or is not the selected one, where all its orders are left out, and where the answers
 /// of a repetition are no order of what was presented.
 pub fn ordering(
     table: &AnswerTable,
     config: &MatrixConfig,
     task: &str,
-) -> Result<Ordering, OrderError> {
+) -> Result<Ordering, AssociationError> {
     if let Some(selected) = config.selection.task.as_ref().filter(|only| *only != task) {
-        return Err(OrderError::OtherTask {
+        return Err(AssociationError::OtherTask {
             task: task.into(),
             selected: selected.clone(),
         });
@@ -216,7 +176,7 @@ pub fn ordering(
     }
     let left_out = found - groups.len();
     if left_out > 0 && groups.is_empty() {
-        return Err(OrderError::OnlyFlagged {
+        return Err(AssociationError::OrdersOnlyFlagged {
             task: task.into(),
             orders: left_out,
         });
@@ -224,7 +184,7 @@ pub fn ordering(
     if groups.is_empty() {
         let known: BTreeSet<&str> = selected(table, &all).map(|a| a.task.as_str()).collect();
         let known: Vec<&str> = known.into_iter().collect();
-        return Err(OrderError::NoAnswers {
+        return Err(AssociationError::NoOrders {
             task: task.into(),
             known: known.join(", "),
         });
@@ -238,7 +198,7 @@ pub fn ordering(
     let mut dominance = vec![vec![none; count]; count];
     let mut repetitions = Vec::new();
     for ([participant, session, set], answers) in groups {
-        let no_order = |name: &str, found| OrderError::NoOrder {
+        let no_order = |name: &str, found| AssociationError::NoOrder {
             task: task.into(),
             participant: participant.into(),
             set: set.into(),
@@ -286,8 +246,8 @@ pub fn ordering(
 fn order_of(
     samples: &[String],
     answers: &[&Answer],
-    no_order: &dyn Fn(&str, &'static str) -> OrderError,
-) -> Result<Vec<usize>, OrderError> {
+    no_order: &dyn Fn(&str, &'static str) -> AssociationError,
+) -> Result<Vec<usize>, AssociationError> {
     let at = |name: &str| samples.iter().position(|sample| sample == name);
     let mut by_answer: BTreeMap<usize, usize> = BTreeMap::new();
     let mut presented = BTreeSet::new();

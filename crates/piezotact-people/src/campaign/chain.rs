@@ -3,6 +3,7 @@
 //! Each event has a salt of its own. The chain holds the SHA-256 of salt and payload, not the payload: where payload and salt are
 //! erased after a withdrawal, the chain still verifies, and nobody can try out which payload gives the checksum.
 
+use crate::campaign::store::StoreError;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -158,56 +159,21 @@ pub fn next_link(
     }
 }
 
-/// What breaks a chain.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ChainError {
-    /// A number is missing or twice.
-    #[error(
-        "session {session} of {participant}: expected event {expected}, found event {found}; an event was removed or exchanged: restore the folder from a copy"
-    )]
-    Gap {
-        participant: String,
-        session: String,
-        /// The number that was expected.
-        expected: u64,
-        /// The number that is there.
-        found: u64,
-    },
-    /// A payload is not the one that was stored.
-    #[error(
-        "session {session} of {participant}: the content of event {number} was changed after it was stored: restore the folder from a copy"
-    )]
-    Changed {
-        participant: String,
-        session: String,
-        number: u64,
-    },
-    /// A link does not fit the one before it.
-    #[error(
-        "session {session} of {participant}: event {number} does not fit the events before it; the time or the order was changed: restore the folder from a copy"
-    )]
-    Broken {
-        participant: String,
-        session: String,
-        number: u64,
-    },
-}
-
 /// Verifies the chain of a session; erased payloads are accepted, as the chain does not need them.
 ///
 /// # Errors
-/// [`ChainError`] with the first event that does not fit.
+/// [`StoreError`] with the first event that does not fit.
 ///
 /// Source: decision 0066 of this project.
 pub fn verify<'a>(
     (participant, session): (&str, &str),
     links: impl IntoIterator<Item = &'a Link>,
-) -> Result<(), ChainError> {
+) -> Result<(), StoreError> {
     let (participant_name, session_name) = (participant.to_owned(), session.to_owned());
     let mut before = root(participant, session);
     for (expected, link) in (0..).zip(links) {
         if link.number != expected {
-            return Err(ChainError::Gap {
+            return Err(StoreError::Gap {
                 participant: participant_name,
                 session: session_name,
                 expected,
@@ -219,14 +185,14 @@ pub fn verify<'a>(
             .as_ref()
             .is_some_and(|payload| payload.sha() != link.payload_sha)
         {
-            return Err(ChainError::Changed {
+            return Err(StoreError::Changed {
                 participant: participant_name,
                 session: session_name,
                 number: link.number,
             });
         }
         if link_sha(before, link.number, link.at_ms, link.payload_sha) != link.sha {
-            return Err(ChainError::Broken {
+            return Err(StoreError::Broken {
                 participant: participant_name,
                 session: session_name,
                 number: link.number,
@@ -299,7 +265,7 @@ mod tests {
         let without: Vec<&Link> = links.iter().filter(|link| link.number != 1).collect();
         assert!(matches!(
             verify(KEY, without),
-            Err(ChainError::Gap {
+            Err(StoreError::Gap {
                 expected: 1,
                 found: 2,
                 ..
@@ -309,11 +275,11 @@ mod tests {
         redated[2].at_ms += 1;
         assert!(matches!(
             verify(KEY, &redated),
-            Err(ChainError::Broken { number: 2, .. })
+            Err(StoreError::Broken { number: 2, .. })
         ));
         assert!(matches!(
             verify(("P02", "discrimination"), &links),
-            Err(ChainError::Broken { number: 0, .. })
+            Err(StoreError::Broken { number: 0, .. })
         ));
     }
 }

@@ -5,6 +5,7 @@
 
 mod trials;
 
+use crate::campaign::protocol::ProtocolError;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
@@ -228,43 +229,6 @@ pub enum AnswerForm {
     },
 }
 
-/// Why there is no plan.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PlanError {
-    /// The protocol has no such session.
-    #[error("the protocol {protocol} has no session `{session}`; its sessions are {known}")]
-    Session {
-        protocol: String,
-        /// The session that was asked for.
-        session: String,
-        /// The sessions that it has.
-        known: String,
-    },
-    /// The participant has completed the session.
-    #[error(
-        "{participant} has completed the session {session} already; a participant takes part once"
-    )]
-    Completed {
-        participant: String,
-        session: String,
-    },
-    /// More trials than anybody can do.
-    #[error(
-        "session {session} has more than 86400 trials; lower the repeats and presentations of its tasks"
-    )]
-    TooLong { session: String },
-    /// A fixed list has no test for a set.
-    #[error(
-        "task {task} has no fixed sequence for set {set}; add one, or leave the set out of the block"
-    )]
-    NoSequence { task: String, set: String },
-    /// A task that needs a protocol that was not checked.
-    #[error(
-        "the protocol names `{name}`, which it does not declare; read it from its file, which checks it"
-    )]
-    Undeclared { name: String },
-}
-
 /// Who is planned, and where the campaign stands.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanRequest<'a> {
@@ -279,21 +243,21 @@ pub struct PlanRequest<'a> {
 /// The plan of a session: the same inputs give the same bytes on every machine ([`Plan::bytes`]).
 ///
 /// # Errors
-/// [`PlanError`].
+/// [`ProtocolError`].
 ///
 /// Source: decision 0065 of this project; orders by Williams 1949, Aust. J. Sci. Res. A 2:149.
 pub fn plan(
     protocol: &Protocol,
     protocol_sha: Sha,
     request: PlanRequest<'_>,
-) -> Result<Plan, PlanError> {
+) -> Result<Plan, ProtocolError> {
     let Some(session) = protocol.session(request.session) else {
         let names: Vec<&str> = protocol
             .sessions
             .iter()
             .map(|one| one.name.as_str())
             .collect();
-        return Err(PlanError::Session {
+        return Err(ProtocolError::Session {
             protocol: protocol.name.clone(),
             session: request.session.to_owned(),
             known: names.join(", "),
@@ -304,7 +268,7 @@ pub fn plan(
         request.completed.iter().filter(same)
     };
     if of_session().any(|done| done.participant == request.participant) {
-        return Err(PlanError::Completed {
+        return Err(ProtocolError::Completed {
             participant: request.participant.to_owned(),
             session: request.session.to_owned(),
         });
@@ -394,7 +358,7 @@ impl<'a> Planner<'a> {
         Stream::of(self.request.seed, &all)
     }
 
-    fn block(&mut self, block: &'a Block) -> Result<(), PlanError> {
+    fn block(&mut self, block: &'a Block) -> Result<(), ProtocolError> {
         let groups = self.groups(block)?;
         let sets = self.ordered(block, "sets", block.set_order, groups);
         let tasks: Vec<&str> = block.tasks.iter().map(String::as_str).collect();
@@ -419,7 +383,7 @@ impl<'a> Planner<'a> {
         Ok(())
     }
 
-    fn groups(&mut self, block: &'a Block) -> Result<Vec<Group<'a>>, PlanError> {
+    fn groups(&mut self, block: &'a Block) -> Result<Vec<Group<'a>>, ProtocolError> {
         let set = |name: &String| match self.protocol.set(name) {
             Some(set) => Ok(Group {
                 set: Some(&set.name),
@@ -490,8 +454,10 @@ impl<'a> Planner<'a> {
     }
 }
 
-fn undeclared(name: &str) -> PlanError {
-    PlanError::Undeclared {
+fn undeclared(name: &str) -> ProtocolError {
+    ProtocolError::Unknown {
+        place: "plan".to_owned(),
+        what: "sample, stimulus or task",
         name: name.to_owned(),
     }
 }

@@ -14,7 +14,7 @@ mod warning;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use adaptive::{CatchCount, Threshold};
-pub use answer::{Answer, AnswerError, UNKNOWN, letters};
+pub use answer::{Answer, UNKNOWN, letters};
 pub use decide::{Command, Refusal};
 pub use event::{Event, Evidence, Participant, TouchRecord, TouchRecording, sha_of_samples};
 pub use warning::CampaignWarning;
@@ -206,9 +206,9 @@ pub struct State<'a> {
     events: u64,
 }
 
-/// An event that does not fit the ones before it: the journal was not written by this state machine.
+/// An event that does not fit the ones before it, as the journal was not written by this state machine, or a text that is no answer.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ReplayError {
+pub enum SessionError {
     /// It is about a plan or protocol other than the one given.
     #[error(
         "the session was begun with the {what} {found}, and the one given is {given}; restore the earlier {what}, or begin a new session for another participant"
@@ -224,6 +224,23 @@ pub enum ReplayError {
     /// An event about something that the plan does not have, or that cannot happen now.
     #[error("event {number} cannot follow the events before it: {why}")]
     Order { number: u64, why: String },
+    /// Not one of the choices.
+    #[error("`{found}` is not one of the choices {choices}")]
+    NoChoice { found: String, choices: String },
+    /// Another number of names.
+    #[error("expected {expected} of {choices}, found {found}")]
+    Count {
+        expected: String,
+        choices: String,
+        /// How many were given.
+        found: usize,
+    },
+    /// The same name twice in an order.
+    #[error("`{name}` stands twice; name each of {choices} once")]
+    NamedTwice { name: String, choices: String },
+    /// No number within the scale.
+    #[error("expected a whole number from {from} to {to}, found `{found}`")]
+    Scale { from: i64, to: i64, found: String },
 }
 
 impl<'a> State<'a> {
@@ -251,12 +268,12 @@ impl<'a> State<'a> {
     /// The state after `events`, each with its time in ms since 1970-01-01 00:00 UTC.
     ///
     /// # Errors
-    /// [`ReplayError`] with the first event that does not fit.
+    /// [`SessionError`] with the first event that does not fit.
     pub fn after(
         protocol: &'a Protocol,
         plan: &'a Plan,
         events: impl IntoIterator<Item = (i64, Event)>,
-    ) -> Result<Self, ReplayError> {
+    ) -> Result<Self, SessionError> {
         let mut state = Self::new(protocol, plan);
         for (at_ms, event) in events {
             state.apply(at_ms, &event)?;
@@ -396,8 +413,8 @@ impl<'a> State<'a> {
     /// Takes up an event that is stored.
     ///
     /// # Errors
-    /// [`ReplayError`] where it cannot follow the events before it; the state is unchanged then.
-    pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), ReplayError> {
+    /// [`SessionError`] where it cannot follow the events before it; the state is unchanged then.
+    pub fn apply(&mut self, at_ms: i64, event: &Event) -> Result<(), SessionError> {
         self.take(event)?;
         if let Event::Presented { trial, .. } = event {
             let state = self.trial_state(trial)?;
@@ -435,7 +452,7 @@ impl<'a> State<'a> {
         Ok(())
     }
 
-    fn take(&mut self, event: &Event) -> Result<(), ReplayError> {
+    fn take(&mut self, event: &Event) -> Result<(), SessionError> {
         match event {
             Event::Begun {
                 plan,
@@ -446,7 +463,7 @@ impl<'a> State<'a> {
             } => {
                 same("protocol", *protocol, self.plan.protocol_sha)?;
                 same("plan", *plan, self.plan.sha())?;
-                adaptive::runs(self.plan).map_err(|error| ReplayError::Order {
+                adaptive::runs(self.plan).map_err(|error| SessionError::Order {
                     number: self.events,
                     why: error.to_string(),
                 })?;
@@ -467,7 +484,7 @@ impl<'a> State<'a> {
             } => {
                 let planned = &self.trial(trial)?.presented;
                 if matches!(planned, Presented::Chosen { .. }) != chosen.is_some() {
-                    return Err(ReplayError::Order {
+                    return Err(SessionError::Order {
                         number: self.events,
                         why: format!(
                             "{trial}: what was chosen stands only where the answers choose"
@@ -491,7 +508,7 @@ impl<'a> State<'a> {
                 let elements = self.presented(self.trial(trial)?).len();
                 let state = self.trial_state(trial)?;
                 if *element >= elements {
-                    return Err(ReplayError::Order {
+                    return Err(SessionError::Order {
                         number,
                         why: format!("trial {trial} has no element {element}"),
                     });
@@ -518,7 +535,7 @@ impl<'a> State<'a> {
                 let number = self.events;
                 let state = self.trial_state(trial)?;
                 let Some(plays) = state.plays.get_mut(*element) else {
-                    return Err(ReplayError::Order {
+                    return Err(SessionError::Order {
                         number,
                         why: format!("trial {trial} has no element {element}"),
                     });
@@ -582,22 +599,22 @@ impl<'a> State<'a> {
         }
     }
 
-    fn trial(&self, name: &str) -> Result<&'a Trial, ReplayError> {
+    fn trial(&self, name: &str) -> Result<&'a Trial, SessionError> {
         self.plan
             .trials
             .iter()
             .find(|trial| trial.name == name)
-            .ok_or_else(|| ReplayError::Order {
+            .ok_or_else(|| SessionError::Order {
                 number: self.events,
                 why: format!("the plan has no trial {name}"),
             })
     }
 
-    fn trial_state(&mut self, name: &str) -> Result<&mut TrialState, ReplayError> {
+    fn trial_state(&mut self, name: &str) -> Result<&mut TrialState, SessionError> {
         let number = self.events;
         let at = self.plan.trials.iter().position(|trial| trial.name == name);
         at.map(|at| &mut self.trials[at])
-            .ok_or_else(|| ReplayError::Order {
+            .ok_or_else(|| SessionError::Order {
                 number,
                 why: format!("the plan has no trial {name}"),
             })
@@ -634,10 +651,10 @@ fn checklist_place(trial: &Trial) -> String {
     }
 }
 
-fn same(what: &'static str, found: Sha, given: Sha) -> Result<(), ReplayError> {
+fn same(what: &'static str, found: Sha, given: Sha) -> Result<(), SessionError> {
     match found == given {
         true => Ok(()),
-        false => Err(ReplayError::Changed { what, found, given }),
+        false => Err(SessionError::Changed { what, found, given }),
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::chain::{ChainError, Link, Payload, Salt, Sha, next_link, verify};
+use super::chain::{Link, Payload, Salt, Sha, next_link, verify};
 
 /// A session of a participant, by the names that the campaign gives them.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -57,7 +57,7 @@ impl SessionEntry {
     /// Verifies the chain of this session, and that its payloads are there, or erased where the participant has withdrawn.
     ///
     /// # Errors
-    /// [`StoreError::Chain`] with the first link that does not fit, [`StoreError::Damaged`].
+    /// [`StoreError::Gap`], [`StoreError::Changed`], [`StoreError::Broken`] with the first link that does not fit, [`StoreError::Damaged`].
     pub fn verify(&self, links: &[Link]) -> Result<(), StoreError> {
         verify(self.key.names(), links)?;
         let (participant, session) = self.key.names();
@@ -91,7 +91,7 @@ pub struct NewEvent<'a> {
 }
 
 /// Why a store did not do as it was asked. Nothing was kept then.
-#[derive(Debug, thiserror::Error)]
+#[derive(Debug, PartialEq, thiserror::Error)]
 pub enum StoreError {
     /// The session is there already.
     #[error(
@@ -107,8 +107,7 @@ pub enum StoreError {
     )]
     Withdrawn { participant: String },
     /// Another program has added events since this one read them.
-    #[error(
-        "session {} of {}: expected {expected} events, found {found}; another program is running this session: end one of them", .key.session, .key.participant
+    #[error("session {} of {} has {found} events, not {expected}: another program runs it; end one of them", .key.session, .key.participant
     )]
     Overtaken {
         key: SessionKey,
@@ -117,9 +116,6 @@ pub enum StoreError {
         /// How many there are.
         found: u64,
     },
-    /// The chain is broken.
-    #[error(transparent)]
-    Chain(#[from] ChainError),
     /// What is kept is not what a store keeps.
     #[error("what is stored was changed or damaged: {why}; restore the whole folder from a copy")]
     Damaged { why: String },
@@ -129,6 +125,36 @@ pub enum StoreError {
         /// What the system said.
         why: String,
         advice: &'static str,
+    },
+    /// A number is missing or twice.
+    #[error(
+        "session {session} of {participant}: expected event {expected}, found event {found}; an event was removed or exchanged: restore the folder from a copy"
+    )]
+    Gap {
+        participant: String,
+        session: String,
+        /// The number that was expected.
+        expected: u64,
+        /// The number that is there.
+        found: u64,
+    },
+    /// A payload is not the one that was stored.
+    #[error(
+        "session {session} of {participant}: the content of event {number} was changed after it was stored: restore the folder from a copy"
+    )]
+    Changed {
+        participant: String,
+        session: String,
+        number: u64,
+    },
+    /// A link does not fit the one before it.
+    #[error(
+        "session {session} of {participant}: event {number} does not fit the events before it; the time or the order was changed: restore the folder from a copy"
+    )]
+    Broken {
+        participant: String,
+        session: String,
+        number: u64,
     },
 }
 
@@ -172,7 +198,7 @@ pub trait Store {
     /// Verifies the chains of all sessions; gives their number.
     ///
     /// # Errors
-    /// [`StoreError::Chain`] with the first that is broken, [`StoreError::Damaged`], [`StoreError::Place`].
+    /// [`StoreError::Gap`], [`StoreError::Changed`], [`StoreError::Broken`] with the first that is broken, [`StoreError::Damaged`], [`StoreError::Place`].
     fn verify(&self) -> Result<usize, StoreError> {
         let sessions = self.sessions()?;
         for entry in &sessions {

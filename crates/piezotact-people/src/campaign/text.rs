@@ -15,38 +15,20 @@ const SHORTEST_SECRET: usize = 12;
 /// The fewest different characters among them.
 const FEWEST_DIFFERENT: usize = 5;
 
-/// Why a password or passphrase is too easy to guess.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum SecretError {
-    /// Too few characters.
-    #[error(
-        "expected {SHORTEST_SECRET} characters or more, found {found}; four words that do not belong together are good"
-    )]
-    Short { found: usize },
-    /// The same characters again and again.
-    #[error(
-        "expected {FEWEST_DIFFERENT} different characters or more, found {found}; four words that do not belong together are good"
-    )]
-    Even {
-        /// How many of its characters differ.
-        found: usize,
-    },
-}
-
 /// Checks a password or passphrase that a person chooses: at least 12 characters, of which at least 5 differ.
 ///
 /// # Errors
-/// [`SecretError`].
+/// [`TextError`].
 ///
 /// Source: decisions 0066 and 0079 of this project.
-pub fn check_secret(text: &str) -> Result<(), SecretError> {
+pub fn check_secret(text: &str) -> Result<(), TextError> {
     let found = text.chars().count();
     if found < SHORTEST_SECRET {
-        return Err(SecretError::Short { found });
+        return Err(TextError::Short { found });
     }
     let different: BTreeSet<char> = text.chars().collect();
     match different.len() {
-        found if found < FEWEST_DIFFERENT => Err(SecretError::Even { found }),
+        found if found < FEWEST_DIFFERENT => Err(TextError::Even { found }),
         _ => Ok(()),
     }
 }
@@ -90,12 +72,11 @@ pub fn part_in<'a>(text: &'a str, tag: Option<&str>) -> &'a str {
     found.or(first).map_or(text, of)
 }
 
-/// Why a text is refused.
+/// Why a text, a password or a passphrase is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TextError {
     /// A character that is not shown, and changes how or where others are.
-    #[error(
-        "expected a text without control characters and marks that reverse the reading direction, found U+{:04X} as character {}; remove it", u32::from(*.found), .at + 1
+    #[error("character {} (U+{:04X}) is a control character or reverses the reading direction: remove it", .at + 1, u32::from(*.found)
     )]
     Hidden {
         found: char,
@@ -103,7 +84,7 @@ pub enum TextError {
         at: usize,
     },
     /// It is too long.
-    #[error("expected at most {most} characters, found {found}; shorten it")]
+    #[error("the text has {found} characters, and {most} are the most: shorten it")]
     Long {
         /// How many there may be.
         most: usize,
@@ -111,10 +92,21 @@ pub enum TextError {
         found: usize,
     },
     /// A spreadsheet program would execute it.
-    #[error(
-        "expected another first character than `{found}`, with which spreadsheet programs execute a cell of an exported table; put a word before it"
-    )]
+    #[error("the text begins with `{found}`, which spreadsheets execute: begin with a word")]
     Formula { found: char },
+    /// Too few characters.
+    #[error(
+        "{found} characters are too few, {SHORTEST_SECRET} are needed: four words that do not belong together are good"
+    )]
+    Short { found: usize },
+    /// The same characters again and again.
+    #[error(
+        "only {found} different characters, {FEWEST_DIFFERENT} are needed: four words that do not belong together are good"
+    )]
+    Even {
+        /// How many of its characters differ.
+        found: usize,
+    },
 }
 
 /// Checks one line of text, such as how a person is reached: at most 200 characters, none of which is a control character, a
@@ -230,10 +222,10 @@ mod tests {
         assert_eq!(check_secret("four words of wood"), Ok(()));
         assert_eq!(check_secret("éàü éàü éàüx"), Ok(()));
         for (text, refused) in [
-            ("a", SecretError::Short { found: 1 }),
-            ("éàü éàü éàü", SecretError::Short { found: 11 }),
-            ("            ", SecretError::Even { found: 1 }),
-            ("abcdabcdabcdabcd", SecretError::Even { found: 4 }),
+            ("a", TextError::Short { found: 1 }),
+            ("éàü éàü éàü", TextError::Short { found: 11 }),
+            ("            ", TextError::Even { found: 1 }),
+            ("abcdabcdabcdabcd", TextError::Even { found: 4 }),
         ] {
             assert_eq!(check_secret(text), Err(refused));
         }

@@ -1,5 +1,6 @@
 //! Paired contrasts over people, with their size.
 
+use crate::eeg::cluster::ClusterError;
 use piezotact::statistics::{PairedDifference, paired_difference};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Continuous, ContinuousCDF, Gamma, Normal};
@@ -28,11 +29,11 @@ pub struct Contrast {
 /// significance tests?*, for the interval.
 ///
 /// # Errors
-/// [`ContrastError`] for lists of different lengths, fewer than 3 people, a value that is no finite number, or differences that are all the
+/// [`ClusterError`] for lists of different lengths, fewer than 3 people, a value that is no finite number, or differences that are all the
 /// same.
-pub fn paired(a: &[f64], b: &[f64]) -> Result<Contrast, ContrastError> {
+pub fn paired(a: &[f64], b: &[f64]) -> Result<Contrast, ClusterError> {
     if a.len() != b.len() || a.len() < 3 {
-        return Err(ContrastError::People {
+        return Err(ClusterError::FewPairs {
             a: a.len(),
             b: b.len(),
         });
@@ -49,10 +50,10 @@ pub fn paired(a: &[f64], b: &[f64]) -> Result<Contrast, ContrastError> {
     });
     let size = pairs.iter().map(|(a, b)| a.abs().max(b.abs()));
     if most - least <= SAME * size.fold(0.0, f64::max) {
-        return Err(ContrastError::NoSpread);
+        return Err(ClusterError::NoSpread);
     }
     let (a, b): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
-    let difference = paired_difference(&a, &b).ok_or(ContrastError::NoSpread)?;
+    let difference = paired_difference(&a, &b).ok_or(ClusterError::NoSpread)?;
     let n = a.len() as f64;
     let freedom = n - 1.0;
     let at = |share: f64| noncentrality(difference.t, freedom, share) / n.sqrt();
@@ -107,26 +108,6 @@ fn noncentral_t(t: f64, freedom: f64, delta: f64) -> f64 {
     sum * width / 3.0
 }
 
-/// A contrast that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ContrastError {
-    /// Lists of different people, or too few.
-    #[error(
-        "expected one value in each condition of at least 3 people, found {a} and {b}; leave out people without both"
-    )]
-    People {
-        /// Values of the first condition.
-        a: usize,
-        /// Values of the second.
-        b: usize,
-    },
-    /// Differences without spread.
-    #[error(
-        "expected finite differences that are not all the same, found none; check that the conditions are different measurements"
-    )]
-    NoSpread,
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -166,9 +147,9 @@ mod tests {
         assert!((back.d_z_interval[0] + found.d_z_interval[1]).abs() < 1e-6);
         assert!(found.d_z_interval[0] < found.d_z && found.d_z < found.d_z_interval[1]);
         assert!(paired(&a[..2], &b[..2]).is_err() && paired(&a, &b[..4]).is_err());
-        assert_eq!(paired(&a, &a), Err(ContrastError::NoSpread));
+        assert_eq!(paired(&a, &a), Err(ClusterError::NoSpread));
         // The same difference of all people, but for rounding.
         let moved = a.map(|value| (value + 0.1) - 0.3 + 0.4);
-        assert_eq!(paired(&a, &moved), Err(ContrastError::NoSpread));
+        assert_eq!(paired(&a, &moved), Err(ClusterError::NoSpread));
     }
 }

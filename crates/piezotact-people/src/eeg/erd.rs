@@ -115,13 +115,13 @@ pub struct ErdMap {
 /// Front. Psychol. 2.
 ///
 /// # Errors
-/// [`ErdError`] for fewer epochs than asked for or 2, a baseline or window that is not within the epoch or only where the wavelet reaches
+/// [`TfrError`] for fewer epochs than asked for or 2, a baseline or window that is not within the epoch or only where the wavelet reaches
 /// beyond its ends, a baseline that overlaps the window, and a baseline without power.
 pub fn desynchronisation(
     plan: &TfrPlan,
     epochs: &Epochs,
     config: &ErdConfig,
-) -> Result<Erd, ErdError> {
+) -> Result<Erd, TfrError> {
     let checked = checked(plan, epochs, config)?;
     let trials = plan.trials(epochs, &config.windows())?;
     let mut found = power_first(epochs, config, (&trials, 0), checked)?;
@@ -150,7 +150,7 @@ fn power_first(
     config: &ErdConfig,
     (trials, first): (&TrialPowers, usize),
     (smear_s, warnings): (f64, Vec<Warning>),
-) -> Result<Erd, ErdError> {
+) -> Result<Erd, TfrError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
         let baselines = trials.of(i, first);
@@ -188,7 +188,7 @@ fn percent_of_each_epoch(
     config: &ErdConfig,
     (trials, first): (&TrialPowers, usize),
     (smear_s, mut warnings): (f64, Vec<Warning>),
-) -> Result<Erd, ErdError> {
+) -> Result<Erd, TfrError> {
     let mut channels = Vec::with_capacity(epochs.channels().len());
     for (i, channel) in epochs.channels().iter().enumerate() {
         let (baselines, windows) = (trials.of(i, first), trials.of(i, first + 1));
@@ -235,17 +235,17 @@ fn percent_of_each_epoch(
 /// Source: as MNE-Python's `apply_baseline` (`percent` × 100, `logratio` × 10) on averaged power.
 ///
 /// # Errors
-/// [`ErdError`] for fewer epochs than asked for or 2, a baseline outside the epochs or only where the wavelet reaches beyond their ends, and
+/// [`TfrError`] for fewer epochs than asked for or 2, a baseline outside the epochs or only where the wavelet reaches beyond their ends, and
 /// a baseline without power.
 pub fn map(
     power: &Power,
     baseline_s: [f64; 2],
     mode: Mode,
     min_epochs: usize,
-) -> Result<ErdMap, ErdError> {
+) -> Result<ErdMap, TfrError> {
     let range = super::tfr::times_within(&power.times_s, baseline_s);
     if range.is_empty() {
-        return Err(ErdError::Outside {
+        return Err(TfrError::Outside {
             part: Part::Baseline,
             from_s: baseline_s[0],
             to_s: baseline_s[1],
@@ -264,7 +264,7 @@ fn map_of(
     (baseline_s, baselines): ([f64; 2], &[f64]),
     mode: Mode,
     min_epochs: usize,
-) -> Result<ErdMap, ErdError> {
+) -> Result<ErdMap, TfrError> {
     enough(power.epochs, min_epochs)?;
     let smear_s = power.smears_s.iter().copied().fold(0.0, f64::max);
     let mut warnings = Vec::new();
@@ -314,22 +314,22 @@ pub(super) fn changes(
     configs: &[ErdConfig],
     order: Order,
     every: usize,
-) -> Result<Changes, ErdError> {
+) -> Result<Changes, TfrError> {
     let checked = configs.iter().map(|config| checked(plan, epochs, config));
     let checked = checked.collect::<Result<Vec<_>, _>>()?;
-    let first = configs.first().ok_or(ErdError::NoBand)?;
+    let first = configs.first().ok_or(TfrError::NoBand)?;
     let mut windows: Vec<Window> = configs.iter().flat_map(ErdConfig::windows).collect();
     let of_map = windows.len();
     for hz in &plan.config().frequencies_hz {
         // A band of this frequency alone.
         let band = Band::new(Hertz(hz * (1.0 - 1e-9)), Hertz(hz * (1.0 + 1e-9)));
         windows.push(Window {
-            band: band.map_err(|_no_band| ErdError::NoBand)?,
+            band: band.map_err(|_no_band| TfrError::NoBand)?,
             extent_s: first.baseline_s,
         });
     }
     let mut spread = SpreadSink::new(plan, epochs, every);
-    let mut trials = WindowSink::new(plan, epochs, &windows).map_err(TfrError::from)?;
+    let mut trials = WindowSink::new(plan, epochs, &windows)?;
     plan.run(epochs, &mut (&mut spread, &mut trials))?;
     let ((power, errors), trials) = (spread.finish(plan, epochs), trials.finish());
     let bands = configs.iter().zip(checked).enumerate();
@@ -401,7 +401,7 @@ fn checked(
     plan: &TfrPlan,
     epochs: &Epochs,
     config: &ErdConfig,
-) -> Result<(f64, Vec<Warning>), ErdError> {
+) -> Result<(f64, Vec<Warning>), TfrError> {
     enough(epochs.count(), config.min_epochs)?;
     let hz = &plan.config().frequencies_hz;
     let smear_s = hz
@@ -429,7 +429,7 @@ fn checked(
     let gap_s =
         (config.window_s[0] - config.baseline_s[1]).max(config.baseline_s[0] - config.window_s[1]);
     if gap_s < 0.0 {
-        return Err(ErdError::Overlap { by_s: -gap_s });
+        return Err(TfrError::Overlap { by_s: -gap_s });
     }
     let reach_s = REACH * smear_s;
     if gap_s < reach_s {
@@ -438,19 +438,19 @@ fn checked(
     Ok((smear_s, warnings))
 }
 
-fn enough(found: usize, min_epochs: usize) -> Result<(), ErdError> {
+fn enough(found: usize, min_epochs: usize) -> Result<(), TfrError> {
     let needed = min_epochs.max(2);
     if found < needed {
-        return Err(ErdError::FewEpochs { found, needed });
+        return Err(TfrError::FewEpochs { found, needed });
     }
     Ok(())
 }
 
-fn has_power(channel: &str, power: f64) -> Result<(), ErdError> {
+fn has_power(channel: &str, power: f64) -> Result<(), TfrError> {
     if power > 0.0 && power.is_finite() {
         return Ok(());
     }
-    Err(ErdError::NoPower {
+    Err(TfrError::NoPower {
         channel: channel.to_owned(),
     })
 }
@@ -469,10 +469,10 @@ fn within(
     [first_s, last_s]: [f64; 2],
     smear_s: f64,
     warnings: &mut Vec<Warning>,
-) -> Result<(), ErdError> {
+) -> Result<(), TfrError> {
     let slack = 1e-9;
     if !(from_s < to_s && from_s >= first_s - slack && to_s <= last_s + slack) {
-        return Err(ErdError::Outside {
+        return Err(TfrError::Outside {
             part,
             from_s,
             to_s,
@@ -484,7 +484,7 @@ fn within(
     let free = (to_s.min(last_s - reach_s) - from_s.max(first_s + reach_s)).max(0.0);
     let touched_share = 1.0 - free / (to_s - from_s);
     if free == 0.0 {
-        return Err(ErdError::AtEdge {
+        return Err(TfrError::AtEdge {
             part,
             from_s,
             to_s,
@@ -520,63 +520,4 @@ impl std::fmt::Display for Part {
             Self::Window => "window",
         })
     }
-}
-
-/// A change of power that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ErdError {
-    /// Too few epochs.
-    #[error("expected at least {needed} epochs, found {found}; record more, or reject fewer")]
-    FewEpochs {
-        /// How many there are.
-        found: usize,
-        /// How many are needed.
-        needed: usize,
-    },
-    /// A part outside the epoch.
-    #[error(
-        "expected a {part} within the epoch ({first_s} s to {last_s} s), found {from_s} s to {to_s} s; state another, or cut longer epochs"
-    )]
-    Outside {
-        part: Part,
-        /// Its first time, s.
-        from_s: f64,
-        /// Its last time, s.
-        to_s: f64,
-        /// The epoch's first time, s.
-        first_s: f64,
-        /// The epoch's last time, s.
-        last_s: f64,
-    },
-    /// A part that lies only where wavelets reach beyond the epoch.
-    #[error(
-        "expected a {part} of which some is further from the ends of the epoch than the wavelet reaches ({reach_s:.3} s), found {from_s} s to {to_s} s; cut \
-         longer epochs, or take fewer cycles"
-    )]
-    AtEdge {
-        part: Part,
-        /// Its first time, s.
-        from_s: f64,
-        /// Its last time, s.
-        to_s: f64,
-        /// Two standard deviations of the wavelet, s.
-        reach_s: f64,
-    },
-    /// A baseline that overlaps the window.
-    #[error(
-        "expected a baseline before or after the window, found an overlap of {by_s:.3} s; move one of them"
-    )]
-    Overlap {
-        /// By how much, s.
-        by_s: f64,
-    },
-    /// A baseline without power.
-    #[error("expected a baseline with power, found none in {channel}; leave the channel out")]
-    NoPower { channel: String },
-    /// No band.
-    #[error("expected at least one band of frequencies above 0 Hz, found none; state one")]
-    NoBand,
-    /// The plan, the epochs or the windows.
-    #[error(transparent)]
-    Tfr(#[from] TfrError),
 }

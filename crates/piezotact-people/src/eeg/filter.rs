@@ -1,5 +1,6 @@
 //! Zero-phase filters of finite length, as MNE-Python designs them by default.
 
+use crate::eeg::epochs::EpochsError;
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -79,9 +80,9 @@ impl Fir {
     /// B. Maess (2015), J. Neurosci. Methods 250.
     ///
     /// # Errors
-    /// [`FirError`] for an edge outside 0 to half the rate, a band that is not ascending, notches that overlap, or an
+    /// [`EpochsError`] for an edge outside 0 to half the rate, a band that is not ascending, notches that overlap, or an
     /// edge so near to an end of the band that the filter would be too long.
-    pub fn plan(pass: &Pass, rate: SampleRate) -> Result<Self, FirError> {
+    pub fn plan(pass: &Pass, rate: SampleRate) -> Result<Self, EpochsError> {
         let edges = edges_of(pass, rate)?;
         let narrowest = edges
             .iter()
@@ -89,7 +90,7 @@ impl Fir {
             .fold(f64::INFINITY, f64::min);
         let periods = HAMMING / widths(pass, rate, narrowest);
         if periods * rate.hz() > LONGEST as f64 {
-            return Err(FirError::TooLong { length_s: periods });
+            return Err(EpochsError::TooLong { length_s: periods });
         }
         let length = odd((periods * rate.hz()).ceil() as usize);
         let mut taps = vec![0.0; length];
@@ -257,11 +258,11 @@ fn above(high_hz: f64, rate: SampleRate) -> f64 {
 }
 
 /// The edges in ascending order.
-fn edges_of(pass: &Pass, rate: SampleRate) -> Result<Vec<Edge>, FirError> {
+fn edges_of(pass: &Pass, rate: SampleRate) -> Result<Vec<Edge>, EpochsError> {
     let nyquist_hz = rate.nyquist().0;
     let inside = |found_hz: f64| {
         let is = found_hz > 0.0 && found_hz < nyquist_hz;
-        is.then_some(found_hz).ok_or(FirError::Edge {
+        is.then_some(found_hz).ok_or(EpochsError::Edge {
             found_hz,
             nyquist_hz,
         })
@@ -282,7 +283,7 @@ fn edges_of(pass: &Pass, rate: SampleRate) -> Result<Vec<Edge>, FirError> {
         Pass::Between(low, high) => {
             let (low_hz, high_hz) = (inside(*low)?, inside(*high)?);
             if low_hz >= high_hz {
-                return Err(FirError::Order { low_hz, high_hz });
+                return Err(EpochsError::EdgeOrder { low_hz, high_hz });
             }
             vec![rising(low_hz), falling(high_hz)]
         }
@@ -305,13 +306,13 @@ fn edges_of(pass: &Pass, rate: SampleRate) -> Result<Vec<Edge>, FirError> {
                 });
             }
             if edges.is_empty() {
-                return Err(FirError::NoNotch);
+                return Err(EpochsError::NoNotch);
             }
             if let Some(pair) = edges
                 .windows(2)
                 .find(|pair| pair[0].high_hz > pair[1].low_hz)
             {
-                return Err(FirError::Order {
+                return Err(EpochsError::EdgeOrder {
                     low_hz: pair[0].high_hz,
                     high_hz: pair[1].low_hz,
                 });
@@ -338,34 +339,6 @@ fn low_pass(length: usize, cutoff: f64) -> Vec<f64> {
         *tap /= sum;
     }
     taps
-}
-
-/// A filter that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum FirError {
-    /// An edge outside the band of the signal.
-    #[error(
-        "expected an edge above 0 Hz and below half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another"
-    )]
-    Edge {
-        /// What was found, Hz.
-        found_hz: f64,
-        /// Half the rate, Hz.
-        nyquist_hz: f64,
-    },
-    /// Edges that do not ascend.
-    #[error(
-        "expected an edge below the next, found {low_hz} Hz before {high_hz} Hz; exchange them, or leave one notch out"
-    )]
-    Order { low_hz: f64, high_hz: f64 },
-    /// A transition so narrow that the filter is too long.
-    #[error(
-        "expected a filter of at most {LONGEST} samples, found one of {length_s} s; move the edge further from 0 Hz or half the rate"
-    )]
-    TooLong { length_s: f64 },
-    /// No notch.
-    #[error("expected at least one frequency to leave out, found none; state 50 Hz or 60 Hz")]
-    NoNotch,
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! One clock for two devices: drift and jitter from pulses that both recorded.
 
+use crate::eeg::epochs::EpochsError;
 use piezotact::Warning;
 use piezotact::statistics::{median, t_quantile};
 use serde::{Deserialize, Serialize};
@@ -99,7 +100,7 @@ impl SharedClock {
 /// Source: least squares; the need for one clock: C. Kothe et al. (2025), *The Lab Streaming Layer*, Imaging Neurosci. 3.
 ///
 /// # Errors
-/// [`PulseError`] for times that are not finite and ascending, a tolerance or drift that is not above 0, or fewer than three shared
+/// [`EpochsError`] for times that are not finite and ascending, a tolerance or drift that is not above 0, or fewer than three shared
 /// pulses.
 ///
 /// ```
@@ -113,18 +114,21 @@ pub fn shared_clock(
     first_s: &[f64],
     second_s: &[f64],
     config: &PulseConfig,
-) -> Result<SharedClock, PulseError> {
+) -> Result<SharedClock, EpochsError> {
     check(first_s, Device::First)?;
     check(second_s, Device::Second)?;
     if !(config.tolerance_s > 0.0 && config.largest_drift_ppm > 0.0) {
-        return Err(PulseError::Config {
-            tolerance_s: config.tolerance_s,
-            largest_drift_ppm: config.largest_drift_ppm,
+        return Err(EpochsError::Shape {
+            expected: "a tolerance and a largest drift above 0".to_owned(),
+            found: format!(
+                "{} s and {} ppm",
+                config.tolerance_s, config.largest_drift_ppm
+            ),
         });
     }
     let (pairs, others) = matched(first_s, second_s, config);
     if pairs.len() < FEWEST {
-        return Err(PulseError::FewShared {
+        return Err(EpochsError::FewShared {
             found: pairs.len(),
             first: first_s.len(),
             second: second_s.len(),
@@ -321,12 +325,12 @@ fn robust_line(points: &[(f64, f64)]) -> (Line, f64) {
     (line, limit)
 }
 
-fn check(times_s: &[f64], device: Device) -> Result<(), PulseError> {
+fn check(times_s: &[f64], device: Device) -> Result<(), EpochsError> {
     let ascending = times_s.windows(2).all(|pair| pair[1] - pair[0] > SAME_S);
     if times_s.iter().all(|t| t.is_finite()) && ascending {
         return Ok(());
     }
-    Err(PulseError::Order { device })
+    Err(EpochsError::PulseOrder { device })
 }
 
 /// Whose pulses.
@@ -345,37 +349,6 @@ impl std::fmt::Display for Device {
             Self::Second => "second",
         })
     }
-}
-
-/// Pulses that give no clock.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum PulseError {
-    /// Times that do not ascend.
-    #[error(
-        "expected times of pulses of the {device} device that are finite and ascend, found others; sort them and leave repetitions out"
-    )]
-    Order { device: Device },
-    /// Settings that match nothing.
-    #[error(
-        "expected a tolerance and a largest drift above 0, found {tolerance_s} s and {largest_drift_ppm} ppm; 0.02 s and 500 ppm are usual"
-    )]
-    Config {
-        tolerance_s: f64,
-        /// The largest drift, ppm.
-        largest_drift_ppm: f64,
-    },
-    /// Too few pulses that both have.
-    #[error(
-        "expected at least 3 pulses that both devices recorded, found {found} (of {first} and {second}); check that both lists are of the \
-         same pulses"
-    )]
-    FewShared {
-        found: usize,
-        /// Pulses of the first device.
-        first: usize,
-        /// Pulses of the second.
-        second: usize,
-    },
 }
 
 #[cfg(test)]
@@ -440,10 +413,10 @@ mod tests {
     fn what_is_no_clock_is_refused() {
         let config = PulseConfig::of_devices();
         let few = shared_clock(&[0.0, 1.0], &[0.0, 1.0, 5.0], &config);
-        assert!(matches!(few, Err(PulseError::FewShared { found: 2, .. })));
+        assert!(matches!(few, Err(EpochsError::FewShared { found: 2, .. })));
         assert!(matches!(
             shared_clock(&[1.0, 0.0], &[0.0], &config),
-            Err(PulseError::Order {
+            Err(EpochsError::PulseOrder {
                 device: Device::First
             })
         ));

@@ -1,11 +1,13 @@
 //! What a person answers, given the noise.
 
+use piezotact::quantity::Band;
+use piezotact::spectrum::EstimateError;
 use serde::{Deserialize, Serialize};
 
+use super::Judge;
 use super::cues::{CUE_BANDS, Cues, Pattern};
 use super::normal::cdf;
 use super::touch::Touch;
-use super::{Judge, UnknownJudge};
 
 /// The coordinates in which textures are compared: the level and the bands, in steps times the root of their weight.
 pub(super) const AXES: usize = 1 + CUE_BANDS;
@@ -79,7 +81,7 @@ pub enum Sameness {
     Different,
 }
 
-/// Why there is no answer.
+/// Why there is no answer, or no judge that answers show.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum JudgeError {
     /// Nothing to choose from.
@@ -110,16 +112,46 @@ pub enum JudgeError {
     },
     /// An order that does not name each texture once.
     #[error(
-        "expected each of {textures} textures once in an order, found {found:?}; correct the answer"
+        "the order {found:?} does not name each of {textures} textures once: correct the answer"
     )]
     Order {
         /// How many there are.
         textures: usize,
         found: Vec<usize>,
     },
-    /// A judge that is not known.
-    #[error(transparent)]
-    Unknown(#[from] UnknownJudge),
+    /// Nothing was delivered in the band.
+    #[error("nothing was delivered within {low:.0}–{high:.0} Hz: look at this trial",
+        low = band.low().0, high = band.high().0
+    )]
+    Silent { band: Band },
+    /// The acceleration has no estimate of its spectrum.
+    #[error("the spectrum of what was delivered cannot be estimated: {0}")]
+    Spectrum(#[from] EstimateError),
+    /// The rate is too low for the band.
+    #[error(
+        "a rate of {found_hz:.0} Hz is too low for five bands from {low_hz:.0} Hz on: record with more than {expected_hz:.0} Hz"
+    )]
+    Rate {
+        /// The lower end of the band, Hz.
+        low_hz: f64,
+        /// The least rate, Hz.
+        expected_hz: f64,
+        /// That of the recording, Hz.
+        found_hz: f64,
+    },
+    /// A value outside its range.
+    #[error("{what} of a sense of touch: expected {expected}, found {found}; correct it")]
+    Touch {
+        what: &'static str,
+        expected: String,
+        found: String,
+    },
+    /// No answers.
+    #[error("there are no answers with what was delivered: give those of a campaign")]
+    NoAnswers,
+    /// An answer that is none of the alternatives, or bounds of parameters that do not ascend.
+    #[error("internal error: {why}; please report it")]
+    Answers { why: String },
 }
 
 /// Refuses textures that cannot be judged together.

@@ -1,8 +1,9 @@
 //! The cues of a vibration, computed from the acceleration that was delivered.
 
-use piezotact::quantity::{Acceleration, Band, Hertz, QuantityError};
+use crate::judge::JudgeError;
+use piezotact::quantity::{Acceleration, Band, Hertz};
 use piezotact::series::Series;
-use piezotact::spectrum::{EstimateError, WelchConfig, welch};
+use piezotact::spectrum::{WelchConfig, welch};
 use serde::{Deserialize, Serialize};
 
 /// How many bands of equal width in octaves the spectrum has.
@@ -55,35 +56,6 @@ pub enum Pattern {
     Regular,
 }
 
-/// Why an acceleration has no cues.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CuesError {
-    /// Nothing was delivered in the band.
-    #[error(
-        "expected a vibration within {low:.0}–{high:.0} Hz, found none; look at what was delivered in this trial",
-        low = band.low().0, high = band.high().0
-    )]
-    Silent { band: Band },
-    /// The acceleration has no estimate of its spectrum.
-    #[error("the spectrum of what was delivered cannot be estimated: {0}")]
-    Spectrum(#[from] EstimateError),
-    /// The band does not exist.
-    #[error("the band over which cues are computed cannot be: {0}")]
-    Band(#[from] QuantityError),
-    /// The rate is too low for the band.
-    #[error(
-        "expected a rate above {expected_hz:.0} Hz for five bands from {low_hz:.0} Hz on, found {found_hz:.0} Hz; record faster"
-    )]
-    Rate {
-        /// The lower end of the band, Hz.
-        low_hz: f64,
-        /// The least rate, Hz.
-        expected_hz: f64,
-        /// That of the recording, Hz.
-        found_hz: f64,
-    },
-}
-
 impl Cues {
     /// The cues of `vibration` over `band`, or up to half the rate where that is lower.
     ///
@@ -92,18 +64,19 @@ impl Cues {
     /// over the whole power in dB and at least −30 dB, and the centroid. Source: decision 0071 of this project.
     ///
     /// # Errors
-    /// [`CuesError`] where nothing was delivered, the recording is too short, or its rate too low.
-    pub fn of(vibration: &Series<Acceleration>, band: Band) -> Result<Self, CuesError> {
+    /// [`JudgeError`] where nothing was delivered, the recording is too short, or its rate too low.
+    pub fn of(vibration: &Series<Acceleration>, band: Band) -> Result<Self, JudgeError> {
         let rate = vibration.rate();
         let (low, high) = (band.low().0, band.high().0.min(rate.nyquist().0));
+        let too_low = JudgeError::Rate {
+            low_hz: low,
+            expected_hz: 4.0 * low,
+            found_hz: rate.hz(),
+        };
         if high < 2.0 * low {
-            return Err(CuesError::Rate {
-                low_hz: low,
-                expected_hz: 4.0 * low,
-                found_hz: rate.hz(),
-            });
+            return Err(too_low);
         }
-        let band = Band::new(Hertz(low), Hertz(high))?;
+        let band = Band::new(Hertz(low), Hertz(high)).map_err(|_too_low| too_low)?;
         let fewest = rate.hz() / (RESOLUTION_SHARE * low).max(f64::MIN_POSITIVE);
         let segment = (fewest.min(1e9) as usize).next_power_of_two().max(16);
         let psd = welch(vibration, &WelchConfig::hann(segment))?;
@@ -123,7 +96,7 @@ impl Cues {
             }
         }
         if !(all > 0.0 && all.is_finite()) {
-            return Err(CuesError::Silent { band });
+            return Err(JudgeError::Silent { band });
         }
         Ok(Self {
             band,
@@ -167,7 +140,7 @@ mod tests {
         Band::new(Hertz(20.0), Hertz(1000.0)).unwrap()
     }
 
-    fn of(rate_hz: f64, wave: impl Fn(f64) -> f64) -> Result<Cues, CuesError> {
+    fn of(rate_hz: f64, wave: impl Fn(f64) -> f64) -> Result<Cues, JudgeError> {
         let samples = (0..(2.0 * rate_hz) as usize).map(|i| wave(i as f64 / rate_hz));
         let rate = SampleRate::new(rate_hz).unwrap();
         Cues::of(&Series::new(samples.collect(), rate).unwrap(), band())
@@ -210,13 +183,16 @@ mod tests {
 
     #[test]
     fn what_has_no_cues_is_refused() {
-        assert!(matches!(of(5000.0, |_| 0.0), Err(CuesError::Silent { .. })));
+        assert!(matches!(
+            of(5000.0, |_| 0.0),
+            Err(JudgeError::Silent { .. })
+        ));
         let refused = of(60.0, |t| t.sin()).unwrap_err().to_string();
         assert!(refused.contains("above 80 Hz"), "{refused}");
         let short = Series::new(vec![0.0, 1.0, 0.0], SampleRate::new(5000.0).unwrap()).unwrap();
         assert!(matches!(
             Cues::of(&short, band()),
-            Err(CuesError::Spectrum(_))
+            Err(JudgeError::Spectrum(_))
         ));
     }
 

@@ -14,12 +14,12 @@ mod which;
 mod words;
 
 pub use answer::{JudgeError, Look, Moment, Person, Recall, Sameness};
-pub use cues::{CUE_BANDS, Cues, CuesError, OnSurface, Pattern};
-pub use touch::{Touch, TouchError};
+pub use cues::{CUE_BANDS, Cues, OnSurface, Pattern};
+pub use touch::Touch;
 pub use which::{
     Answers, Bounds, ChoiceAnswer, FIT_NATS, FIT_SHARE, FitCriterion, JudgeFit, MIN_PEOPLE,
     NAMED_WEIGHT, OrderAnswer, Parameters, TouchedTexture, Verdict, VerdictCriterion, Which,
-    WhichError, which_judge,
+    which_judge,
 };
 
 use serde::{Deserialize, Serialize};

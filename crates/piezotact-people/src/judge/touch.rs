@@ -1,5 +1,6 @@
 //! One person's sense of touch, as numbers.
 
+use crate::judge::JudgeError;
 use serde::{Deserialize, Serialize};
 
 use super::answer::Moment;
@@ -47,24 +48,6 @@ pub struct Touch {
     pub scale_ends: [f64; 2],
 }
 
-/// A sense of touch that cannot be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum TouchError {
-    /// A value outside its range.
-    #[error("{what} of a sense of touch: expected {expected}, found {found}; correct it")]
-    Value {
-        what: &'static str,
-        expected: String,
-        found: String,
-    },
-    /// A text without all parameters, or with others.
-    #[error("the sense of touch cannot be read: {reason}; state every parameter once")]
-    Text {
-        /// What is missing or unknown.
-        reason: String,
-    },
-}
-
 impl Touch {
     /// The mean person of the twin, whose texture biases have a standard deviation of 0.04.
     ///
@@ -96,22 +79,11 @@ impl Touch {
         }
     }
 
-    /// The parameters that `text`, TOML, states; it must state all.
-    ///
-    /// # Errors
-    /// [`TouchError`] naming what is missing, unknown or out of range.
-    pub fn read(text: &str) -> Result<Self, TouchError> {
-        let touch: Self = toml::from_str(text).map_err(|error| TouchError::Text {
-            reason: error.message().to_owned(),
-        })?;
-        touch.checked()
-    }
-
     /// Itself, where every parameter is within its range.
     ///
     /// # Errors
-    /// [`TouchError::Value`] with the first that is not.
-    pub fn checked(self) -> Result<Self, TouchError> {
+    /// [`JudgeError::Touch`] with the first that is not.
+    pub fn checked(self) -> Result<Self, JudgeError> {
         for (what, found, low, high) in [
             ("level_noise_real", self.level_noise_real, 1e-4, 10.0),
             (
@@ -139,7 +111,7 @@ impl Touch {
             ("scale_ends[1]", self.scale_ends[1], -20.0, 20.0),
         ] {
             if !(low..=high).contains(&found) {
-                return Err(TouchError::Value {
+                return Err(JudgeError::Touch {
                     what,
                     expected: format!("{low} to {high}"),
                     found: found.to_string(),
@@ -148,7 +120,7 @@ impl Touch {
         }
         let [low, high] = self.scale_ends;
         if low >= high {
-            return Err(TouchError::Value {
+            return Err(JudgeError::Touch {
                 what: "scale_ends",
                 expected: "the lower end first".to_owned(),
                 found: format!("{low} and {high}"),
@@ -184,25 +156,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_missing_an_unknown_and_an_impossible_parameter_are_refused() {
-        let text = toml::to_string(&Touch::mean_person()).unwrap();
-        assert_eq!(Touch::read(&text), Ok(Touch::mean_person()));
-        let says = |text: &str| Touch::read(text).unwrap_err().to_string();
-        let without = text.replace("lapse_share = 0.015\n", "");
-        assert!(
-            says(&without).contains("`lapse_share`"),
-            "{}",
-            says(&without)
-        );
-        let more = format!("sight = 1.0\n{text}");
-        assert!(says(&more).contains("`sight`"), "{}", says(&more));
-        let wrong = text.replace("lapse_share = 0.015", "lapse_share = 1.5");
+    fn a_parameter_out_of_range_is_refused() {
+        let says = |touch: Touch| touch.checked().unwrap_err().to_string();
+        let wrong = Touch {
+            lapse_share: 1.5,
+            ..Touch::mean_person()
+        };
         assert_eq!(
-            says(&wrong),
+            says(wrong),
             "lapse_share of a sense of touch: expected 0 to 1, found 1.5; correct it"
         );
-        let nan = text.replace("level_step = 0.0", "level_step = nan # ");
-        assert!(says(&nan).contains("level_step"), "{}", says(&nan));
+        let nan = Touch {
+            level_step: f64::NAN,
+            ..Touch::mean_person()
+        };
+        assert!(says(nan).contains("level_step"), "{}", says(nan));
     }
 
     #[test]

@@ -5,8 +5,9 @@ use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::statistics::random::Random;
 use piezotact_people::eeg::EegWarning;
 use piezotact_people::eeg::epochs::Epochs;
-use piezotact_people::eeg::erd::{self, Erd, ErdConfig, ErdError, Mode, Order, desynchronisation};
+use piezotact_people::eeg::erd::{self, Erd, ErdConfig, Mode, Order, desynchronisation};
 use piezotact_people::eeg::filter::{Fir, Pass};
+use piezotact_people::eeg::tfr::TfrError;
 use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan, Window};
 
 use super::{epochs, names};
@@ -293,30 +294,30 @@ fn what_cannot_be_is_refused_and_what_is_near_an_edge_is_reported() {
     let good = ([-1.3, -0.3], [0.3, 1.1]);
     assert!(matches!(
         of(good.0, good.1, 61),
-        Err(ErdError::FewEpochs {
+        Err(TfrError::FewEpochs {
             found: 60,
             needed: 61
         })
     ));
     assert!(matches!(
         of([-2.5, -0.3], good.1, 20),
-        Err(ErdError::Outside { .. })
+        Err(TfrError::Outside { .. })
     ));
     assert!(matches!(
         of([-0.3, -1.3], good.1, 20),
-        Err(ErdError::Outside { .. })
+        Err(TfrError::Outside { .. })
     ));
     assert!(matches!(
         of(good.0, [0.3, 2.5], 20),
-        Err(ErdError::Outside { .. })
+        Err(TfrError::Outside { .. })
     ));
     assert!(matches!(
         of(good.0, [1.8, 2.0], 20),
-        Err(ErdError::AtEdge { .. })
+        Err(TfrError::AtEdge { .. })
     ));
     assert!(matches!(
         of([-1.3, 0.4], good.1, 20),
-        Err(ErdError::Overlap { .. })
+        Err(TfrError::Overlap { .. })
     ));
     let warnings =
         |erd: Erd| -> Vec<EegWarning> { erd.warnings.iter().filter_map(Warning::kind).collect() };

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use piezotact::recording::RecordingError;
-use piezotact_people::association::BehaviourError;
 
 use piezotact_dataset::{ReadError, WriteError};
 
@@ -11,10 +10,10 @@ use piezotact_dataset::{ReadError, WriteError};
 #[derive(Debug, thiserror::Error)]
 pub enum BidsError {
     /// Something stands where it is to be written.
-    #[error("{}: expected no folder, an empty one, or the same files, found {found}; give another folder: nothing is overwritten", folder.display())]
+    #[error("cannot write to {}: found {found}; give another folder, as nothing is overwritten", folder.display())]
     Exists { folder: PathBuf, found: String },
     /// The place is inside the study or data set that is read.
-    #[error("{}: expected a folder outside the data set or study that is read, found one in it; give another folder", folder.display())]
+    #[error("{} lies inside the data set or study that is read: give a folder outside it", folder.display())]
     Inside { folder: PathBuf },
     /// Another program writes there.
     #[error("{}: another program writes this folder; wait until it has ended", folder.display())]
@@ -45,13 +44,6 @@ pub enum BidsError {
         place: String,
         found: String,
     },
-    /// A recording that says too little of itself.
-    #[error("{}: expected a recording that names its {what}, found none; state it in the file name with --meta, or in NAME.wav.json", file.display())]
-    Unnamed {
-        file: PathBuf,
-        /// "participant" or "sample".
-        what: &'static str,
-    },
     /// No folder with a data set.
     #[error("{}: expected a BIDS data set, found {found}; {todo}", folder.display())]
     NoDataset {
@@ -60,7 +52,7 @@ pub enum BidsError {
         todo: &'static str,
     },
     /// The data set holds no touch data.
-    #[error("{}: expected touch data (physio with an acceleration or a force, or answers to stimuli), found none, but {found}; open it with a program for its own modality", folder.display())]
+    #[error("{} has no touch data (acceleration, force, or answers to stimuli), but {found}: open it with a program for its own modality", folder.display())]
     NoTouch { folder: PathBuf, found: String },
     /// A file of the data set.
     #[error("{file}{}: {why}", .line.map_or(String::new(), |line| format!(", line {line}")))]
@@ -71,13 +63,6 @@ pub enum BidsError {
         line: Option<u64>,
         /// What was expected, what was found, and what to do.
         why: String,
-    },
-    /// Responses or events.
-    #[error("{file}: {source}")]
-    Behaviour {
-        /// The file, from the root.
-        file: String,
-        source: BehaviourError,
     },
     /// Channels that make no recording.
     #[error("{file}: {source}")]

@@ -9,8 +9,9 @@ use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
 use super::error::BidsError;
+use piezotact_dataset::WriteError;
 use piezotact_dataset::atomic::{UNFINISHED, difference, sync_folder};
-use piezotact_dataset::lock::{Lock, LockError, LockFile};
+use piezotact_dataset::lock::{Lock, LockFile};
 use piezotact_dataset::open_input;
 use piezotact_dataset::reads::{hexadecimal, sha256_of_file};
 
@@ -114,10 +115,10 @@ impl NewFolder {
         std::fs::create_dir_all(parent).map_err(BidsError::io(parent))?;
         let lock = parent.join(format!("{UNFINISHED}{name}.lock"));
         let alone = Lock::take(&lock, LockFile::Goes).map_err(|error| match error {
-            LockError::Io(source) => BidsError::io(&lock)(source),
-            LockError::Held(_) => BidsError::Held {
+            WriteError::Held { .. } => BidsError::Held {
                 folder: place.to_owned(),
             },
+            other => other.into(),
         })?;
         let prefix = format!("{UNFINISHED}{name}-");
         let left = std::fs::read_dir(parent).into_iter().flatten().flatten();

@@ -1,5 +1,6 @@
 //! Rendered stimuli on a bench: a prepared drive is played as the protocol says, and what the finger did is compared with its target.
 
+use crate::session::RunError;
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -21,7 +22,7 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::protocol::Playing;
 use piezotact_people::campaign::session::{Evidence, sha_of_samples};
 
-use crate::session::{PlayError, Played, Stimulator};
+use crate::session::{Played, Stimulator};
 
 /// A drive that is ready to be played, with its target.
 #[derive(Clone, Debug)]
@@ -73,7 +74,7 @@ impl fmt::Debug for BenchStimulator<'_> {
 }
 
 impl Stimulator for BenchStimulator<'_> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         let drive = &prepared(&self.drives, stimulus)?.drive;
         let Playing::Repeated { duration_s, .. } = self.playing else {
             return Ok(());
@@ -81,7 +82,7 @@ impl Stimulator for BenchStimulator<'_> {
         let found_s = drive.duration().0;
         // What its texture has before and after it is not the texture.
         match found_s > duration_s + AROUND_S {
-            true => Err(PlayError::TooLong {
+            true => Err(RunError::TooLong {
                 stimulus: stimulus.to_owned(),
                 found_s,
                 longest_s: duration_s,
@@ -90,7 +91,7 @@ impl Stimulator for BenchStimulator<'_> {
         }
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         let played = self.play_recorded(played, stop);
         played.map(|(evidence, _)| evidence)
     }
@@ -101,12 +102,12 @@ impl BenchStimulator<'_> {
     /// simulated finger. `stop` ends it at any time.
     ///
     /// # Errors
-    /// [`PlayError`].
+    /// [`RunError`].
     pub fn play_recorded(
         &mut self,
         played: Played<'_>,
         stop: &StopHandle,
-    ) -> Result<(Evidence, Recording), PlayError> {
+    ) -> Result<(Evidence, Recording), RunError> {
         let prepared = prepared(&self.drives, played.stimulus)?;
         let (drive, row) = in_a_row(prepared, self.playing)?;
         let run = RunPlan {
@@ -121,7 +122,7 @@ impl BenchStimulator<'_> {
         // A stop is final: each playing has its own.
         self.bench.stop = stop.clone();
         let recorded = play_and_record(&mut self.bench, &drive, setup, &run, keeper.as_mut(), None);
-        let recording = recorded.map_err(|error| PlayError::Device(error.to_string()))?;
+        let recording = recorded.map_err(|error| RunError::Device(error.to_string()))?;
         drop(keeper);
         whole(&recording)?;
         let judged = judged(prepared, &recording, row, self.band);
@@ -138,7 +139,7 @@ impl BenchStimulator<'_> {
 
 /// Refuses a playing of which samples were not played in time, as the participant felt something else, and one of which samples were not
 /// recorded, as what was felt is not known. What was recorded is kept.
-fn whole(recording: &Recording) -> Result<(), PlayError> {
+fn whole(recording: &Recording) -> Result<(), RunError> {
     let losses = &recording.about.provenance.losses;
     let why = if let Some(BrokenPlayback {
         played,
@@ -158,14 +159,14 @@ fn whole(recording: &Recording) -> Result<(), PlayError> {
     } else {
         return Ok(());
     };
-    Err(PlayError::Device(why))
+    Err(RunError::Device(why))
 }
 
 fn prepared<'a>(
     drives: &'a BTreeMap<String, PreparedDrive>,
     stimulus: &str,
-) -> Result<&'a PreparedDrive, PlayError> {
-    drives.get(stimulus).ok_or_else(|| PlayError::NoDrive {
+) -> Result<&'a PreparedDrive, RunError> {
+    drives.get(stimulus).ok_or_else(|| RunError::NoDrive {
         stimulus: stimulus.to_owned(),
     })
 }
@@ -196,7 +197,7 @@ struct Row {
 
 /// The stroke of `prepared` as often as the protocol has it, with the pauses between. The pause is from the end of one texture to the
 /// beginning of the next: what a drive has before and after its texture is part of it.
-fn in_a_row(prepared: &PreparedDrive, playing: Playing) -> Result<(Series<Drive>, Row), PlayError> {
+fn in_a_row(prepared: &PreparedDrive, playing: Playing) -> Result<(Series<Drive>, Row), RunError> {
     let stroke = &prepared.drive;
     let Playing::Repeated {
         pause_s,
@@ -229,7 +230,7 @@ fn in_a_row(prepared: &PreparedDrive, playing: Playing) -> Result<(Series<Drive>
         samples.extend_from_slice(stroke.samples());
     }
     let drive = Series::new(samples, stroke.rate());
-    let drive = drive.map_err(|error| PlayError::Device(error.to_string()))?;
+    let drive = drive.map_err(|error| RunError::Device(error.to_string()))?;
     let row = Row {
         strokes: u32::try_from(strokes).unwrap_or(u32::MAX),
         period_s: period as f64 / rate_hz,

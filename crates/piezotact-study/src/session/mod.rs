@@ -11,7 +11,7 @@ mod touching;
 
 pub use bench::{BenchStimulator, JournalOf, PreparedDrive};
 pub use piezotact_bench::StopHandle;
-pub use runner::{Given, Outside, RunError, Runner, SaltError, Stimuli, events_of, state_of};
+pub use runner::{Given, Outside, RunError, Runner, Stimuli, events_of, state_of};
 pub use stop::PlayStop;
 pub use touch::{KeeperOf, TouchBench, TouchKeeper};
 
@@ -28,26 +28,6 @@ pub struct Played<'a> {
     /// Which playing of the element in this attempt, from 1.
     pub play: u32,
     pub stimulus: &'a str,
-}
-
-/// Why a stimulus was not played to its end.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlayError {
-    /// There is no drive for it; nothing was played.
-    #[error("there is no drive for {stimulus}; prepare one, and give the folder that holds it")]
-    NoDrive { stimulus: String },
-    /// One stroke lasts longer than the protocol lets a presentation last; nothing was played.
-    #[error(
-        "the drive for {stimulus} lasts {found_s:.1} s, and the protocol plays a texture for {longest_s:.1} s at most; prepare it from a shorter stroke"
-    )]
-    TooLong {
-        stimulus: String,
-        found_s: f64,
-        longest_s: f64,
-    },
-    /// The bench failed, or the run was stopped: the trial is void.
-    #[error("{0}")]
-    Device(String),
 }
 
 /// Why the recording of a touch ends.
@@ -75,14 +55,14 @@ pub trait Stimulator {
     /// Checks that `stimulus` can be played, before the first stimulus of a trial is.
     ///
     /// # Errors
-    /// [`PlayError::NoDrive`], [`PlayError::TooLong`].
-    fn check(&self, stimulus: &str) -> Result<(), PlayError>;
+    /// [`RunError::NoDrive`], [`RunError::TooLong`].
+    fn check(&self, stimulus: &str) -> Result<(), RunError>;
 
     /// Plays `played` as the protocol says; `stop` ends it at any time.
     ///
     /// # Errors
-    /// [`PlayError`].
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError>;
+    /// [`RunError`].
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError>;
 
     /// Begins to record how the real sample of a trial is touched, and comes back while that goes on; `touched.play` is the part of the
     /// touch, from 1. `stop` ends it at any time. Gives whether there are sensors.

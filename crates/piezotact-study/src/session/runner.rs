@@ -1,31 +1,25 @@
 //! The runner: what a command makes happen is played, stored and taken up, in this order.
 
+use piezotact_people::campaign::session::SessionError;
 use std::fmt;
 
 use piezotact_bench::StopHandle;
-use piezotact_people::campaign::chain::{ChainError, Link, Salt};
+use piezotact_people::campaign::chain::{Link, Salt};
 use piezotact_people::campaign::plan::{Plan, Presented};
 use piezotact_people::campaign::protocol::Protocol;
-use piezotact_people::campaign::session::{
-    Command, Event, Evidence, Refusal, ReplayError, Stage, State, Step,
-};
+use piezotact_people::campaign::session::{Command, Event, Evidence, Refusal, Stage, State, Step};
 use piezotact_people::campaign::store::{NewEvent, Purpose, SessionKey, Store, StoreError};
 
 use crate::session::stop::Playing;
 use crate::session::touching::Touching;
-use crate::session::{PlayError, PlayStop, Played, Stimulator, TouchEnd};
-
-/// The system gave no entropy.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the system gave no random numbers: {0}; nothing was stored, try again")]
-pub struct SaltError(pub String);
+use crate::session::{PlayStop, Played, Stimulator, TouchEnd};
 
 /// What comes from outside: the time, fresh entropy for each event, and a stop of what is played.
 #[allow(missing_debug_implementations, reason = "it holds closures")]
 pub struct Outside<'a> {
     /// The time now, in ms since 1970-01-01 00:00 UTC.
     pub now_ms: &'a mut dyn FnMut() -> i64,
-    pub salt: &'a mut dyn FnMut() -> Result<Salt, SaltError>,
+    pub salt: &'a mut dyn FnMut() -> Result<Salt, RunError>,
     pub stop: PlayStop,
 }
 
@@ -38,12 +32,9 @@ pub enum RunError {
     /// It was not stored.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// What is stored was changed.
-    #[error(transparent)]
-    Chain(#[from] ChainError),
     /// What is stored does not belong to this plan or program.
     #[error(transparent)]
-    Replay(#[from] ReplayError),
+    Replay(#[from] SessionError),
     /// An event cannot be read.
     #[error(
         "event {number} of the session cannot be read: {why}; use the version of the program that wrote it"
@@ -72,12 +63,24 @@ pub enum RunError {
     /// There is nothing to play the stimulus on.
     #[error("{stimulus} is played on a bench, and there is none; name one")]
     NoBench { stimulus: String },
-    /// There is no drive.
-    #[error(transparent)]
-    NoDrive(PlayError),
-    /// No entropy.
-    #[error(transparent)]
-    Salt(#[from] SaltError),
+    /// The system gave no entropy.
+    #[error("the system gave no random numbers: {0}; nothing was stored, try again")]
+    Salt(String),
+    /// There is no drive for it; nothing was played.
+    #[error("there is no drive for {stimulus}; prepare one, and give the folder that holds it")]
+    NoDrive { stimulus: String },
+    /// One stroke lasts longer than the protocol lets a presentation last; nothing was played.
+    #[error(
+        "the drive for {stimulus} lasts {found_s:.1} s, and the protocol plays a texture for {longest_s:.1} s at most; prepare it from a shorter stroke"
+    )]
+    TooLong {
+        stimulus: String,
+        found_s: f64,
+        longest_s: f64,
+    },
+    /// The bench failed, or the run was stopped: the trial is void.
+    #[error("{0}")]
+    Device(String),
 }
 
 fn word(purpose: Purpose) -> &'static str {
@@ -179,7 +182,7 @@ impl<'a> Runner<'a> {
     /// verified and its events are taken up.
     ///
     /// # Errors
-    /// [`RunError`]; [`ReplayError::Changed`] where protocol or plan are others than those it was begun with.
+    /// [`RunError`]; [`SessionError::Changed`] where protocol or plan are others than those it was begun with.
     pub fn open(
         store: &'a mut dyn Store,
         (protocol, plan): (&'a Protocol, &'a Plan),
@@ -581,7 +584,7 @@ fn check(stimuli: &Stimuli<'_>, stimulus: &str) -> Result<(), Unplayed> {
         }));
     };
     let checked = stimulator.check(stimulus);
-    checked.map_err(|error| Unplayed::Refused(RunError::NoDrive(error)))
+    checked.map_err(Unplayed::Refused)
 }
 
 fn play(
@@ -595,10 +598,8 @@ fn play(
         }));
     };
     stimulator.play(played, stop).map_err(|error| match error {
-        PlayError::NoDrive { .. } | PlayError::TooLong { .. } => {
-            Unplayed::Refused(RunError::NoDrive(error))
-        }
-        PlayError::Device(why) => Unplayed::Void(why),
+        RunError::Device(why) => Unplayed::Void(why),
+        refused => Unplayed::Refused(refused),
     })
 }
 

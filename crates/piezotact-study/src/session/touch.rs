@@ -1,5 +1,6 @@
 //! What the sensors of a bench record while a real sample is touched.
 
+use crate::session::RunError;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -17,7 +18,7 @@ use piezotact_bench::procedure::{ACCELERATION_CHANNEL, acquire};
 use piezotact_bench::{Acquire, Paced, Placement, ProcedureError, RunPlan, Until};
 use piezotact_people::campaign::session::{Evidence, TouchRecording, sha_of_samples};
 
-use crate::session::{BenchStimulator, Heard, PlayError, Played, Stimulator, StopHandle, TouchEnd};
+use crate::session::{BenchStimulator, Heard, Played, Stimulator, StopHandle, TouchEnd};
 
 /// How long it is waited for the sensors, so that the first stroke is recorded too.
 const SENSORS_READY: Duration = Duration::from_secs(3);
@@ -78,11 +79,11 @@ impl<'a> TouchBench<'a> {
 }
 
 impl Stimulator for TouchBench<'_> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         self.bench.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         self.bench.play(played, stop)
     }
 

@@ -7,19 +7,19 @@ use std::path::{Path, PathBuf};
 
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::plan::Plan;
-use piezotact_people::campaign::protocol::{Protocol, ProtocolError, read};
+use piezotact_people::campaign::protocol::{Protocol, read};
 use piezotact_people::campaign::store::{SessionEntry, SessionKey, Store as _, StoreError};
 use serde::{Deserialize, Serialize};
 
 use super::DATABASE;
 use super::error::{Kept, StudyError};
 use super::postgres::DatabaseUrl;
-use super::pseudonym::{Pseudonym, PseudonymError};
+use super::pseudonym::Pseudonym;
 use super::shared::{StoredCampaign, stored_campaign};
 use super::study_store::StudyStore;
+use piezotact_dataset::WriteError;
 use piezotact_dataset::atomic::{sync_folder, write_atomically};
 use piezotact_dataset::read_input_text;
-use piezotact_dataset::{ReadError, WriteError};
 
 /// The folders in that of a session.
 const PARTS: [&str; 4] = ["targets", "drives", "measured", "runs"];
@@ -82,114 +82,13 @@ pub struct StudyCampaign {
     pub panels: Vec<(String, BTreeSet<String>)>,
 }
 
-/// Why the campaign of a study cannot be made or read.
-#[derive(Debug, thiserror::Error)]
-pub enum CampaignError {
-    /// A file cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// A file cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// The protocol cannot be used.
-    #[error(transparent)]
-    Protocol(#[from] ProtocolError),
-    /// The name of a session or participant cannot be a folder.
-    #[error(transparent)]
-    Name(#[from] PseudonymError),
-    /// A file was changed after the study was made.
-    #[error(
-        "{}: expected the {what} that the study was made with (SHA-256 {expected}), found another one ({found}); restore it from a copy, or make a new study with the changed one: a running study keeps its {what}", path.display()
-    )]
-    Changed {
-        path: PathBuf,
-        /// "protocol" or "consent text".
-        what: &'static str,
-        /// Its checksum when the study was made.
-        expected: Sha,
-        found: Sha,
-    },
-    /// A folder of the study that is a link.
-    #[error(
-        "{}: expected a folder, found a link: what is written there would not be erased with the participant; move the folder to its place", path.display()
-    )]
-    Linked { path: PathBuf },
-    /// A study stands there already.
-    #[error(
-        "{}: expected a folder without a study, found one; open it, or give another folder", folder.display()
-    )]
-    Exists { folder: PathBuf },
-    /// A study was begun, and what it is of is missing.
-    #[error(
-        "{}: expected the campaign of the {sessions} sessions that the study has, found none; restore it from a copy of the study", path.display()
-    )]
-    Incomplete {
-        /// The file that is missing.
-        path: PathBuf,
-        /// How many sessions the study has.
-        sessions: usize,
-    },
-    /// A study in a database was not made to its end.
-    #[error(
-        "{url}: expected a study with a campaign, found one that was not made to its end; make it once more where it was begun"
-    )]
-    Unfinished {
-        /// The URL of the database.
-        url: String,
-    },
-    /// The campaign in the folder of a station is not the one that the stations share.
-    #[error(
-        "{}: expected the campaign that is in the database of the study, found another one; remove this file and join the study again", path.display()
-    )]
-    NotShared { path: PathBuf },
-    /// Another file stands in the place of one of the study.
-    #[error(
-        "{}: expected none, or the {what} of the new study, found another file; move it away, or give another folder", path.display()
-    )]
-    InTheWay {
-        path: PathBuf,
-        /// "protocol" or "consent text".
-        what: &'static str,
-    },
-    /// A later program wrote it.
-    #[error(
-        "{}: expected form {FORM} or earlier, found form {found}; open it with a newer Piezotact", path.display()
-    )]
-    Newer { path: PathBuf, found: u32 },
-    /// A session that was begun has another plan.
-    #[error(
-        "{}: expected the plan that session {session} of {participant} was begun with ({}), found another one ({}); go on with the one that is written", path.display(), .shas[0], .shas[1]
-    )]
-    Planned {
-        path: PathBuf,
-        participant: String,
-        session: String,
-        /// The checksums of the plan that is written and of the one that was given.
-        shas: Box<[Sha; 2]>,
-    },
-    /// The database cannot be made or opened.
-    #[error(transparent)]
-    Study(#[from] StudyError),
-    /// The database cannot be read, or the participant has withdrawn.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// A file is not what it must be.
-    #[error("{}: expected {expected}, found {why}; restore it from a copy of the study", path.display())]
-    Form {
-        path: PathBuf,
-        /// What it should hold.
-        expected: &'static str,
-        why: String,
-    },
-}
-
 impl StudyCampaign {
     /// Makes the study of `new` in `folder`, which is made where it is not there, and opens it. A creation that was interrupted is
     /// completed: a study without a campaign and without sessions is no study yet.
     ///
     /// # Errors
-    /// [`CampaignError`]; a protocol that cannot be used, and a file that stands in the way, are refused before anything is written.
-    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<StudyStore, CampaignError> {
+    /// [`StudyError`]; a protocol that cannot be used, and a file that stands in the way, are refused before anything is written.
+    pub fn create(folder: &Path, new: &NewCampaign<'_>) -> Result<StudyStore, StudyError> {
         require_new(folder, new)?;
         let store = match folder.join(DATABASE).symlink_metadata() {
             Ok(_) => match StudyStore::create(folder) {
@@ -212,13 +111,13 @@ impl StudyCampaign {
         folder: &Path,
         url: &DatabaseUrl,
         new: &NewCampaign<'_>,
-    ) -> Result<StudyStore, CampaignError> {
+    ) -> Result<StudyStore, StudyError> {
         require_new(folder, new)?;
         let campaign = stored(folder, new)?;
         let mut store = match StudyStore::create_on(folder, url) {
             Ok(store) => store,
             Err(StudyError::Taken { url: taken }) => {
-                let taken = || CampaignError::Study(StudyError::Taken { url: taken });
+                let taken = || StudyError::Taken { url: taken };
                 if !is_unfinished(url, &campaign)? {
                     return Err(taken());
                 }
@@ -236,15 +135,15 @@ impl StudyCampaign {
     /// Makes the folder of a further station of the study in the database at `url`, and opens it.
     ///
     /// # Errors
-    /// [`CampaignError`].
-    pub fn join(folder: &Path, url: &DatabaseUrl) -> Result<StudyStore, CampaignError> {
+    /// [`StudyError`].
+    pub fn join(folder: &Path, url: &DatabaseUrl) -> Result<StudyStore, StudyError> {
         if folder.join(CAMPAIGN).symlink_metadata().is_ok() {
             let folder = folder.to_owned();
-            return Err(CampaignError::Exists { folder });
+            return Err(StudyError::Exists { folder });
         }
         let probed = StudyStore::probe(url, async |database| stored_campaign(database).await)?;
         let Some(campaign) = probed else {
-            return Err(CampaignError::Unfinished {
+            return Err(StudyError::Unfinished {
                 url: url.to_string(),
             });
         };
@@ -259,17 +158,21 @@ impl StudyCampaign {
     /// The campaign of the study in `folder`.
     ///
     /// # Errors
-    /// [`CampaignError::Changed`] where protocol or consent text are not those it was made with, and other [`CampaignError`]s.
-    pub fn read(folder: &Path) -> Result<Self, CampaignError> {
+    /// [`StudyError::Changed`] where protocol or consent text are not those it was made with, and other [`StudyError`]s.
+    pub fn read(folder: &Path) -> Result<Self, StudyError> {
         let path = folder.join(CAMPAIGN);
         // A later form may have other fields.
         let Form { form } = parsed(&path, CAMPAIGN_OF_STUDY)?;
         if form > FORM {
-            return Err(CampaignError::Newer { path, found: form });
+            return Err(StudyError::Newer {
+                path,
+                known: FORM.into(),
+                found: form.into(),
+            });
         }
         let file: CampaignFile = parsed(&path, CAMPAIGN_OF_STUDY)?;
         if file.form != FORM {
-            return Err(CampaignError::Form {
+            return Err(StudyError::Form {
                 path,
                 expected: "form 1",
                 why: format!("form {form}"),
@@ -301,8 +204,8 @@ impl StudyStore {
     /// The campaign of this study. Where several stations share it, the files of this station are those that the others have.
     ///
     /// # Errors
-    /// As [`StudyCampaign::read`]; [`CampaignError::NotShared`] where they are not.
-    pub fn campaign(&self) -> Result<StudyCampaign, CampaignError> {
+    /// As [`StudyCampaign::read`]; [`StudyError::NotShared`] where they are not.
+    pub fn campaign(&self) -> Result<StudyCampaign, StudyError> {
         if self.kept() == Kept::OnServer {
             let path = self.folder().join(CAMPAIGN);
             let file = own_text(&path)?;
@@ -310,7 +213,7 @@ impl StudyStore {
                 .stored_campaign()?
                 .is_none_or(|stored| stored.file != file)
             {
-                return Err(CampaignError::NotShared { path });
+                return Err(StudyError::NotShared { path });
             }
         }
         StudyCampaign::read(self.folder())
@@ -319,20 +222,20 @@ impl StudyStore {
     /// The folder of the files of one session of a participant: its plan, drives and journals. A withdrawal erases it.
     ///
     /// # Errors
-    /// [`CampaignError::Name`] where the session has no name that can be a folder, [`CampaignError::Linked`] where the folder leads
+    /// [`StudyError::Pseudonym`] where the session has no name that can be a folder, [`StudyError::Linked`] where the folder leads
     /// elsewhere.
     pub fn session_folder(
         &self,
         participant: &Pseudonym,
         session: &str,
-    ) -> Result<PathBuf, CampaignError> {
+    ) -> Result<PathBuf, StudyError> {
         let session = Pseudonym::new(session)?;
         let of_participant = self.participant_folder(participant);
         let folder = of_participant.join(session.as_str());
         let parts = PARTS.map(|part| folder.join(part));
         for path in [&of_participant, &folder].into_iter().chain(&parts) {
             if path.is_symlink() {
-                return Err(CampaignError::Linked { path: path.clone() });
+                return Err(StudyError::Linked { path: path.clone() });
             }
         }
         Ok(folder)
@@ -341,12 +244,8 @@ impl StudyStore {
     /// The plan that was written for a session; `None` where there is none yet.
     ///
     /// # Errors
-    /// [`CampaignError`].
-    pub fn plan(
-        &self,
-        participant: &Pseudonym,
-        session: &str,
-    ) -> Result<Option<Plan>, CampaignError> {
+    /// [`StudyError`].
+    pub fn plan(&self, participant: &Pseudonym, session: &str) -> Result<Option<Plan>, StudyError> {
         let path = self.session_folder(participant, session)?.join(PLAN);
         let text = match self.kept() {
             Kept::InFolder if !piezotact_dataset::reads::is_there(&path) => None,
@@ -359,7 +258,7 @@ impl StudyStore {
         let plan: Plan = parsed_text(&path, &text, "the plan of a session")?;
         // A folder that was copied or renamed: its session would go on under another name.
         if (plan.participant.as_str(), plan.session.as_str()) != (participant.as_str(), session) {
-            return Err(CampaignError::Form {
+            return Err(StudyError::Form {
                 path,
                 expected: "the plan of this participant and session",
                 why: format!("that of session {} of {}", plan.session, plan.participant),
@@ -372,9 +271,9 @@ impl StudyStore {
     /// in the store stays; the same one is accepted again.
     ///
     /// # Errors
-    /// [`CampaignError::Planned`] for another plan of a session that was begun, [`CampaignError::Store`] for a participant who
-    /// has withdrawn, of whom nothing is written any more, and other [`CampaignError`]s.
-    pub fn write_plan(&mut self, plan: &Plan) -> Result<(), CampaignError> {
+    /// [`StudyError::Planned`] for another plan of a session that was begun, [`StudyError::Store`] for a participant who
+    /// has withdrawn, of whom nothing is written any more, and other [`StudyError`]s.
+    pub fn write_plan(&mut self, plan: &Plan) -> Result<(), StudyError> {
         let participant = Pseudonym::new(&plan.participant)?;
         let folder = self.session_folder(&participant, &plan.session)?;
         let path = folder.join(PLAN);
@@ -382,14 +281,14 @@ impl StudyStore {
         let known = sessions.iter().map(|entry| entry.key.participant.as_str());
         participant.check_among(known)?;
         if self.is_withdrawn(&participant)? {
-            return Err(CampaignError::Store(StoreError::Withdrawn {
+            return Err(StudyError::Store(StoreError::Withdrawn {
                 participant: plan.participant.clone(),
             }));
         }
         let is_it = |entry: &SessionEntry| {
             entry.key.names() == (plan.participant.as_str(), plan.session.as_str())
         };
-        let other = |written: &Plan| CampaignError::Planned {
+        let other = |written: &Plan| StudyError::Planned {
             path: path.clone(),
             participant: plan.participant.clone(),
             session: plan.session.clone(),
@@ -423,29 +322,29 @@ impl StudyStore {
 }
 
 /// Refuses a protocol that cannot be used, and a folder in which the study cannot be made.
-fn require_new(folder: &Path, new: &NewCampaign<'_>) -> Result<(), CampaignError> {
+fn require_new(folder: &Path, new: &NewCampaign<'_>) -> Result<(), StudyError> {
     let protocol = read(new.protocol)?;
     for session in &protocol.sessions {
         Pseudonym::new(&session.name)?;
     }
     if folder.join(CAMPAIGN).symlink_metadata().is_ok() {
         let folder = folder.to_owned();
-        return Err(CampaignError::Exists { folder });
+        return Err(StudyError::Exists { folder });
     }
     free(&folder.join(PROTOCOL), "protocol", Some(new.protocol))?;
     free(&folder.join(CONSENT), "consent text", new.consent)
 }
 
-fn require_no_session(store: &StudyStore) -> Result<(), CampaignError> {
+fn require_no_session(store: &StudyStore) -> Result<(), StudyError> {
     let path = store.folder().join(CAMPAIGN);
     match store.sessions()?.len() {
         0 => Ok(()),
-        sessions => Err(CampaignError::Incomplete { path, sessions }),
+        sessions => Err(StudyError::Incomplete { path, sessions }),
     }
 }
 
 /// Whether the study in the database at `url` is what a creation of `campaign` has left that was interrupted.
-fn is_unfinished(url: &DatabaseUrl, campaign: &StoredCampaign) -> Result<bool, CampaignError> {
+fn is_unfinished(url: &DatabaseUrl, campaign: &StoredCampaign) -> Result<bool, StudyError> {
     let (found, changes) = StudyStore::probe(url, async |database| {
         let changes: (i64,) = database.one("SELECT changes FROM study", &[]).await?;
         Ok((stored_campaign(database).await?, changes.0))
@@ -455,7 +354,7 @@ fn is_unfinished(url: &DatabaseUrl, campaign: &StoredCampaign) -> Result<bool, C
 }
 
 /// The files of `new`, as they are written.
-fn stored(folder: &Path, new: &NewCampaign<'_>) -> Result<StoredCampaign, CampaignError> {
+fn stored(folder: &Path, new: &NewCampaign<'_>) -> Result<StoredCampaign, StudyError> {
     let file = CampaignFile {
         form: FORM,
         protocol_sha: Sha::of(new.protocol.as_bytes()),
@@ -464,7 +363,7 @@ fn stored(folder: &Path, new: &NewCampaign<'_>) -> Result<StoredCampaign, Campai
         panels: new.panels.clone(),
         program: new.program.to_owned(),
     };
-    let text = serde_json::to_string_pretty(&file).map_err(|error| CampaignError::Form {
+    let text = serde_json::to_string_pretty(&file).map_err(|error| StudyError::Form {
         path: folder.join(CAMPAIGN),
         expected: "a campaign",
         why: error.to_string(),
@@ -487,7 +386,7 @@ impl StoredCampaign {
 }
 
 /// Writes the files of a campaign into the folder of its study.
-fn write_files(folder: &Path, campaign: &StoredCampaign) -> Result<(), CampaignError> {
+fn write_files(folder: &Path, campaign: &StoredCampaign) -> Result<(), StudyError> {
     for (name, _, text) in campaign.texts() {
         if let Some(text) = text {
             write(&folder.join(name), text.as_bytes())?;
@@ -502,7 +401,7 @@ fn write_files(folder: &Path, campaign: &StoredCampaign) -> Result<(), CampaignE
 }
 
 /// Refuses another file in the place of one of a study that is to be made.
-fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), CampaignError> {
+fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), StudyError> {
     let same = match path.symlink_metadata() {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => true,
         // Nothing else is opened: a pipe would wait for ever.
@@ -513,7 +412,7 @@ fn free(path: &Path, what: &'static str, text: Option<&str>) -> Result<(), Campa
     };
     match same {
         true => Ok(()),
-        false => Err(CampaignError::InTheWay {
+        false => Err(StudyError::InTheWay {
             path: path.to_owned(),
             what,
         }),
@@ -527,9 +426,9 @@ pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
 }
 
 /// The text of a file of the study, which is no link: one leads out of the study, where a withdrawal erases nothing.
-fn own_text(path: &Path) -> Result<String, CampaignError> {
+fn own_text(path: &Path) -> Result<String, StudyError> {
     if path.is_symlink() {
-        return Err(CampaignError::Form {
+        return Err(StudyError::Form {
             path: path.to_owned(),
             expected: "a file of the study",
             why: "a link".into(),
@@ -541,7 +440,7 @@ fn own_text(path: &Path) -> Result<String, CampaignError> {
 pub(super) fn parsed<T: for<'de> Deserialize<'de>>(
     path: &Path,
     expected: &'static str,
-) -> Result<T, CampaignError> {
+) -> Result<T, StudyError> {
     parsed_text(path, &own_text(path)?, expected)
 }
 
@@ -549,19 +448,19 @@ fn parsed_text<T: for<'de> Deserialize<'de>>(
     path: &Path,
     text: &str,
     expected: &'static str,
-) -> Result<T, CampaignError> {
-    serde_json::from_str(text).map_err(|error| CampaignError::Form {
+) -> Result<T, StudyError> {
+    serde_json::from_str(text).map_err(|error| StudyError::Form {
         path: path.to_owned(),
         expected,
         why: error.to_string(),
     })
 }
 
-fn same(path: &Path, what: &'static str, expected: Sha, text: &str) -> Result<(), CampaignError> {
+fn same(path: &Path, what: &'static str, expected: Sha, text: &str) -> Result<(), StudyError> {
     let found = Sha::of(text.as_bytes());
     match found == expected {
         true => Ok(()),
-        false => Err(CampaignError::Changed {
+        false => Err(StudyError::Changed {
             path: path.to_owned(),
             what,
             expected,

@@ -2,25 +2,26 @@
 
 use std::path::{Path, PathBuf};
 
+use piezotact_dataset::{ReadError, WriteError};
+use piezotact_people::campaign::chain::Sha;
+use piezotact_people::campaign::protocol::ProtocolError;
 use piezotact_people::campaign::store::StoreError;
+use piezotact_people::campaign::text::TextError;
 
-use super::postgres::DatabaseUrlError;
-use super::withdrawal::WithdrawError;
-
-/// Why a study cannot be created or opened.
+/// Why a study cannot be created, opened, read or changed.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
     /// There is a study already.
-    #[error("{}: expected a folder without a study, found one; open it, or give another folder", folder.display())]
+    #[error("{}: a study is in this folder already: open it, or give another folder", folder.display())]
     Exists { folder: PathBuf },
     /// There is no study.
-    #[error("{}: expected a folder with a study (study.sqlite or study.url), found none; check the path, or create the study", folder.display())]
+    #[error("{}: no study is in this folder (no study.sqlite or study.url): check the path, or create the study", folder.display())]
     Missing { folder: PathBuf },
     /// The file is something else.
     #[error("{}: expected the database of a study, found {found}; check the path, or restore the folder from a copy", path.display())]
     NoStudy { path: PathBuf, found: &'static str },
     /// A later version wrote it.
-    #[error("{}: expected a study of version {known} or earlier, found version {found}; open it with a newer Piezotact", path.display())]
+    #[error("{}: version {found} is newer than version {known}, the latest that this program reads: open it with a newer Piezotact", path.display())]
     Newer {
         path: PathBuf,
         /// The latest version that this program reads.
@@ -40,14 +41,12 @@ pub enum StudyError {
         found: u64,
     },
     /// The file of acknowledged changes is damaged.
-    #[error(
-        "{}: expected how many changes were stored, found something else; restore the whole folder from a copy, or remove this file to go on without \
-         knowing whether answers are missing", path.display()
+    #[error("{} should hold the number of stored changes and does not: restore the whole folder from a copy, or remove this file and give up the check for missing answers", path.display()
     )]
     Seal { path: PathBuf },
     /// A study is in the database already.
     #[error(
-        "{url}: expected a database without a study, found one with a study; join that study, or name another database"
+        "{url}: a study is in this database already: join that study, or name another database"
     )]
     Taken {
         /// The URL of the database.
@@ -66,7 +65,7 @@ pub enum StudyError {
     Url {
         path: PathBuf,
         /// Why, and what to do.
-        why: DatabaseUrlError,
+        why: Box<Self>,
     },
     /// The folder belongs to another study.
     #[error(
@@ -91,7 +90,169 @@ pub enum StudyError {
     #[error("the withdrawal of {participant} was interrupted and is not complete: {source}")]
     Withdrawal {
         participant: String,
-        source: Box<WithdrawError>,
+        source: Box<Self>,
+    },
+    /// It has a character that not every file system takes, or none, or too many.
+    #[error(
+        "`{found}` is no pseudonym: give 1 to 32 letters (A-Z, a-z), digits, `-` and `_`, not beginning with `-`, such as P01"
+    )]
+    Pseudonym { found: String },
+    /// A system keeps the name for a device.
+    #[error("`{found}` is the name of a device on some systems: give a pseudonym such as P01")]
+    PseudonymReserved { found: String },
+    /// Another one differs from it by case only.
+    #[error(
+        "`{found}` differs from `{existing}` by upper and lower case only, and some file systems take both for the same: give another pseudonym"
+    )]
+    PseudonymCase {
+        found: String,
+        /// The one that is there.
+        existing: String,
+    },
+    /// It has a password.
+    #[error(
+        "the URL of the database holds a password: leave it out; it is read from the environment variable PGPASSWORD or the file ~/.pgpass, and never kept in a study"
+    )]
+    UrlPassword,
+    /// It is something else.
+    #[error(
+        "expected the URL of a database, such as postgres://user@host:5432/database, found {found}; correct it"
+    )]
+    NoUrl { found: String },
+    /// Another program runs it.
+    #[error(
+        "session {session} of {participant} is run by another program ({by}): end it there, or wait until it has ended"
+    )]
+    Running {
+        participant: String,
+        session: String,
+        by: String,
+    },
+    /// Another program simulates the study.
+    #[error(
+        "{}: another program simulates this study ({by}): end it there, or wait until it has ended", folder.display()
+    )]
+    Simulated { folder: PathBuf, by: String },
+    /// Nothing of such a participant is there.
+    #[error("nothing of `{participant}` is in this study: check the pseudonym")]
+    UnknownParticipant { participant: String },
+    /// The identities cannot be read without it.
+    #[error("{} may hold the identity of {participant}: give its passphrase; nothing was erased yet", path.display())]
+    PassphraseNeeded { participant: String, path: PathBuf },
+    /// A file cannot be removed.
+    #[error("{}: {why}; {advice}: the withdrawal is completed then", path.display())]
+    NotErased {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system said.
+        why: String,
+        advice: &'static str,
+    },
+    /// No passphrase.
+    #[error("no passphrase was given: give one of several words")]
+    NoPassphrase,
+    /// It is too easy to guess.
+    #[error("the passphrase: {0}")]
+    WeakPassphrase(#[from] TextError),
+    /// Another passphrase.
+    #[error("{}: the passphrase is not the one that the file was written with, or its first lines are damaged: type it again, or restore the file from a copy", path.display())]
+    WrongPassphrase { path: PathBuf },
+    /// The file is not as it was written.
+    #[error("{}: expected encrypted identities, found {found}; restore the file from a copy", path.display())]
+    IdentitiesDamaged { path: PathBuf, found: String },
+    /// A consent is not the one that was signed.
+    #[error(
+        "the consent of {participant}: the text is not the one whose checksum was signed; restore identity.age from a copy"
+    )]
+    ConsentChanged { participant: String },
+    /// The participant has withdrawn.
+    #[error(
+        "{participant} has withdrawn: no identity is kept; use another pseudonym for another person"
+    )]
+    Withdrawn { participant: String },
+    /// A text would forge lines of the list of identities.
+    #[error("{what} of {participant}: {why}")]
+    IdentityText {
+        participant: String,
+        /// "the name", "the contact" or "the version of the consent".
+        what: &'static str,
+        /// Why it is refused, and what to do.
+        why: TextError,
+    },
+    /// Another program changes it.
+    #[error("{}: {holder} changes the identities; wait until it has ended, then give it again", path.display())]
+    IdentitiesHeld { path: PathBuf, holder: String },
+    /// A file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The protocol cannot be used.
+    #[error(transparent)]
+    Protocol(#[from] ProtocolError),
+    /// A file was changed after the study was made.
+    #[error("{} is not the {what} that the study was made with (SHA-256 {expected}, found {found}): restore it from a copy, or make a new study with the changed one, as a running study keeps its {what}", path.display()
+    )]
+    Changed {
+        path: PathBuf,
+        /// "protocol" or "consent text".
+        what: &'static str,
+        /// Its checksum when the study was made.
+        expected: Sha,
+        found: Sha,
+    },
+    /// A folder of the study that is a link.
+    #[error("{} is a link, and what is written there would not be erased with the participant: move the folder to its place", path.display()
+    )]
+    Linked { path: PathBuf },
+    /// A study was begun, and what it is of is missing.
+    #[error("{} is missing, the campaign of the {sessions} sessions of this study: restore it from a copy of the study", path.display()
+    )]
+    Incomplete {
+        /// The file that is missing.
+        path: PathBuf,
+        /// How many sessions the study has.
+        sessions: usize,
+    },
+    /// A study in a database was not made to its end.
+    #[error("{url}: the study was not made to its end: make it once more where it was begun")]
+    Unfinished {
+        /// The URL of the database.
+        url: String,
+    },
+    /// The campaign in the folder of a station is not the one that the stations share.
+    #[error("{} is another campaign than that in the database of the study: remove this file and join the study again", path.display()
+    )]
+    NotShared { path: PathBuf },
+    /// Another file stands in the place of one of the study.
+    #[error("{} is not the {what} of the new study: move it away, or give another folder", path.display()
+    )]
+    InTheWay {
+        path: PathBuf,
+        /// "protocol" or "consent text".
+        what: &'static str,
+    },
+    /// A session that was begun has another plan.
+    #[error("{}: session {session} of {participant} was begun with another plan ({}, now {}): go on with the one that is written", path.display(), .shas[0], .shas[1]
+    )]
+    Planned {
+        path: PathBuf,
+        participant: String,
+        session: String,
+        /// The checksums of the plan that is written and of the one that was given.
+        shas: Box<[Sha; 2]>,
+    },
+    /// The database cannot be read, or the participant has withdrawn.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// A file is not what it must be.
+    #[error("{}: expected {expected}, found {why}; restore it from a copy of the study", path.display())]
+    Form {
+        path: PathBuf,
+        /// What it should hold.
+        expected: &'static str,
+        why: String,
     },
 }
 
@@ -125,6 +286,15 @@ pub(super) fn lost(kept: Kept, acknowledged: u64, found: u64) -> String {
 impl StudyError {
     pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
         move |error| Self::Place {
+            path: path.to_owned(),
+            advice: advice_on_io(&error),
+            why: error.to_string(),
+        }
+    }
+
+    /// As [`Self::io`], while a participant is erased.
+    pub(super) fn not_erased(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
+        move |error| Self::NotErased {
             path: path.to_owned(),
             advice: advice_on_io(&error),
             why: error.to_string(),

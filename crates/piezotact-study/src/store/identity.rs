@@ -4,21 +4,21 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::fs::File;
 use std::io::{Read as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use age::secrecy::{ExposeSecret as _, SecretString};
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::StoreError;
-use piezotact_people::campaign::text::{SecretError, TextError, check_line, check_secret};
+use piezotact_people::campaign::text::{TextError, check_line, check_secret};
 use serde::{Deserialize, Serialize};
 
-use super::error::{StudyError, advice_on_io};
-use super::pseudonym::{Pseudonym, PseudonymError};
+use super::error::StudyError;
+use super::pseudonym::Pseudonym;
 use super::sessions::has_withdrawn;
 use super::study_store::StudyStore;
 use piezotact_dataset::WriteError;
 use piezotact_dataset::atomic::{Prepared, sync_folder};
-use piezotact_dataset::lock::{Lock, LockError, LockFile};
+use piezotact_dataset::lock::{Lock, LockFile};
 
 /// The encrypted file.
 pub(super) const IDENTITY: &str = "identity.age";
@@ -50,10 +50,10 @@ impl Passphrase {
     /// The passphrase `text`; what is written with it costs about a second to try one passphrase.
     ///
     /// # Errors
-    /// [`IdentityError::Empty`].
-    pub fn new(text: String) -> Result<Self, IdentityError> {
+    /// [`StudyError::NoPassphrase`].
+    pub fn new(text: String) -> Result<Self, StudyError> {
         if text.trim().is_empty() {
-            return Err(IdentityError::Empty);
+            return Err(StudyError::NoPassphrase);
         }
         Ok(Self {
             secret: text.into(),
@@ -64,8 +64,8 @@ impl Passphrase {
     /// Whether it can be chosen for new identities. An earlier one that cannot still opens the file that was written with it.
     ///
     /// # Errors
-    /// [`SecretError`].
-    pub fn check(&self) -> Result<(), SecretError> {
+    /// [`TextError`].
+    pub fn check(&self) -> Result<(), TextError> {
         check_secret(self.secret.expose_secret())
     }
 
@@ -144,87 +144,15 @@ impl Default for Identities {
     }
 }
 
-/// Why identities cannot be read or written.
-#[derive(Debug, thiserror::Error)]
-pub enum IdentityError {
-    /// No passphrase.
-    #[error("expected a passphrase, found none; give one of several words")]
-    Empty,
-    /// It is too easy to guess.
-    #[error("the passphrase: {0}")]
-    Weak(#[from] SecretError),
-    /// Another passphrase.
-    #[error("{}: expected the passphrase that the file was written with, found another one (or its first lines are damaged); type it again, or restore the file from a copy", path.display())]
-    Passphrase { path: PathBuf },
-    /// The file is not as it was written.
-    #[error("{}: expected encrypted identities, found {found}; restore the file from a copy", path.display())]
-    Damaged { path: PathBuf, found: String },
-    /// A later version wrote it.
-    #[error("{}: expected identities of version 1, found version {found}; use a newer Piezotact", path.display())]
-    Newer { path: PathBuf, found: u32 },
-    /// A consent is not the one that was signed.
-    #[error(
-        "the consent of {participant}: the text is not the one whose checksum was signed; restore identity.age from a copy"
-    )]
-    Consent { participant: String },
-    /// The participant has withdrawn.
-    #[error(
-        "{participant} has withdrawn: no identity is kept; use another pseudonym for another person"
-    )]
-    Withdrawn { participant: String },
-    /// A text would forge lines of the list of identities.
-    #[error("{what} of {participant}: {why}")]
-    Text {
-        participant: String,
-        /// "the name", "the contact" or "the version of the consent".
-        what: &'static str,
-        /// Why it is refused, and what to do.
-        why: TextError,
-    },
-    /// The pseudonym is refused.
-    #[error(transparent)]
-    Pseudonym(#[from] PseudonymError),
-    /// Another program changes it.
-    #[error("{}: {holder} changes the identities; wait until it has ended, then give it again", path.display())]
-    Held { path: PathBuf, holder: String },
-    /// The operating system refuses.
-    #[error("{}: {why}; {advice}", path.display())]
-    Place {
-        path: PathBuf,
-        /// What the system said.
-        why: String,
-        advice: &'static str,
-    },
-    /// The store refuses.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// It cannot be written.
-    #[error(transparent)]
-    Write(#[from] WriteError),
-    /// The folder cannot be read or written.
-    #[error(transparent)]
-    Study(#[from] Box<StudyError>),
-}
-
-impl IdentityError {
-    pub(super) fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |error| Self::Place {
-            path: path.to_owned(),
-            advice: advice_on_io(&error),
-            why: error.to_string(),
-        }
-    }
-}
-
 impl StudyStore {
     /// Who the participants are, by pseudonym; none where no identity was stored.
     ///
     /// # Errors
-    /// [`IdentityError`].
+    /// [`StudyError`].
     pub fn identities(
         &self,
         passphrase: &Passphrase,
-    ) -> Result<BTreeMap<String, PersonalData>, IdentityError> {
+    ) -> Result<BTreeMap<String, PersonalData>, StudyError> {
         Ok(read(&self.folder, passphrase)?.people)
     }
 
@@ -232,13 +160,13 @@ impl StudyStore {
     /// The first identity decides the passphrase, which [`Passphrase::check`] accepts.
     ///
     /// # Errors
-    /// [`IdentityError`]; the file is then as it was.
+    /// [`StudyError`]; the file is then as it was.
     pub fn set_identity(
         &mut self,
         participant: &Pseudonym,
         mut person: PersonalData,
         passphrase: &Passphrase,
-    ) -> Result<ConsentStored, IdentityError> {
+    ) -> Result<ConsentStored, StudyError> {
         check_texts(participant, &person)?;
         // A file that waits for its place would undo this.
         if self.folder.join(NEXT).exists() {
@@ -248,7 +176,7 @@ impl StudyStore {
         let name = participant.as_str();
         if self.read(async |database| has_withdrawn(database, name).await)? {
             let participant = name.to_owned();
-            return Err(IdentityError::Withdrawn { participant });
+            return Err(StudyError::Withdrawn { participant });
         }
         if !are_there(&self.folder)? {
             passphrase.check()?;
@@ -267,7 +195,7 @@ impl StudyStore {
         identities.people.insert(name.to_owned(), person);
         let gone = self.without_withdrawn(&mut identities)?;
         write(&self.folder.join(IDENTITY), &identities, passphrase)?;
-        self.note_erased(&gone).map_err(Box::new)?;
+        self.note_erased(&gone)?;
         Ok(consent)
     }
 }
@@ -287,7 +215,7 @@ impl StudyStore {
 }
 
 /// Refuses what would not stand in one line of a list.
-fn check_texts(participant: &Pseudonym, person: &PersonalData) -> Result<(), IdentityError> {
+fn check_texts(participant: &Pseudonym, person: &PersonalData) -> Result<(), StudyError> {
     let version = person.consent.as_ref().map(|signed| &signed.version);
     let texts = [
         ("the name", Some(&person.name)),
@@ -296,7 +224,7 @@ fn check_texts(participant: &Pseudonym, person: &PersonalData) -> Result<(), Ide
     ];
     for (what, text) in texts {
         let checked = text.map_or(Ok(()), |text| check_line(text));
-        checked.map_err(|why| IdentityError::Text {
+        checked.map_err(|why| StudyError::IdentityText {
             participant: participant.to_string(),
             what,
             why,
@@ -306,44 +234,45 @@ fn check_texts(participant: &Pseudonym, person: &PersonalData) -> Result<(), Ide
 }
 
 /// The right to change the file, until it is dropped.
-pub(super) fn alone(folder: &Path) -> Result<Lock, IdentityError> {
+pub(super) fn alone(folder: &Path) -> Result<Lock, StudyError> {
     let path = folder.join(LOCK);
     Lock::take(&path, LockFile::Stays).map_err(|error| match error {
-        LockError::Held(holder) => IdentityError::Held {
+        WriteError::Held { by: holder, .. } => StudyError::IdentitiesHeld {
             path: folder.join(IDENTITY),
             holder,
         },
-        LockError::Io(error) => IdentityError::io(&path)(error),
+        WriteError::Io { source, .. } => StudyError::io(&path)(source),
+        other => other.into(),
     })
 }
 
 /// Whether there are identities. A link is none: it would lead out of the study.
-pub(super) fn are_there(folder: &Path) -> Result<bool, IdentityError> {
+pub(super) fn are_there(folder: &Path) -> Result<bool, StudyError> {
     let path = folder.join(IDENTITY);
     match std::fs::symlink_metadata(&path) {
         Ok(found) if found.is_file() => Ok(true),
-        Ok(_) => Err(IdentityError::Damaged {
+        Ok(_) => Err(StudyError::IdentitiesDamaged {
             path,
             found: "a link or a folder".into(),
         }),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(false),
-        Err(error) => Err(IdentityError::io(&path)(error)),
+        Err(error) => Err(StudyError::io(&path)(error)),
     }
 }
 
 /// The identities in `folder`; none where there is no file.
-pub(super) fn read(folder: &Path, passphrase: &Passphrase) -> Result<Identities, IdentityError> {
+pub(super) fn read(folder: &Path, passphrase: &Passphrase) -> Result<Identities, StudyError> {
     if !are_there(folder)? {
         return Ok(Identities::default());
     }
     let path = folder.join(IDENTITY);
     let mut bytes = Vec::new();
     // Not noted: no result is made from who somebody is.
-    let file = File::open(&path).map_err(IdentityError::io(&path))?;
+    let file = File::open(&path).map_err(StudyError::io(&path))?;
     (&file)
         .read_to_end(&mut bytes)
-        .map_err(IdentityError::io(&path))?;
-    let damaged = |found: String| IdentityError::Damaged {
+        .map_err(StudyError::io(&path))?;
+    let damaged = |found: String| StudyError::IdentitiesDamaged {
         path: path.clone(),
         found,
     };
@@ -357,7 +286,13 @@ pub(super) fn read(folder: &Path, passphrase: &Passphrase) -> Result<Identities,
         serde_json::from_slice(&plain).map_err(|_error| damaged("another document".into()))?;
     match (head.format.as_str(), head.version) {
         (FORMAT, 1) => {}
-        (FORMAT, found) => return Err(IdentityError::Newer { path, found }),
+        (FORMAT, found) => {
+            return Err(StudyError::Newer {
+                path,
+                known: 1,
+                found: found.into(),
+            });
+        }
         _ => return Err(damaged("another document".into())),
     }
     let identities: Identities = serde_json::from_slice(&plain)
@@ -373,19 +308,19 @@ pub(super) fn read(folder: &Path, passphrase: &Passphrase) -> Result<Identities,
             |consent: &SignedConsent| Sha::of(consent.text.as_bytes()) != consent.text_sha256;
         if person.consent.as_ref().is_some_and(changed) {
             let participant = participant.clone();
-            return Err(IdentityError::Consent { participant });
+            return Err(StudyError::ConsentChanged { participant });
         }
     }
     Ok(identities)
 }
 
-fn decrypted(bytes: &[u8], passphrase: &Passphrase, path: &Path) -> Result<Vec<u8>, IdentityError> {
+fn decrypted(bytes: &[u8], passphrase: &Passphrase, path: &Path) -> Result<Vec<u8>, StudyError> {
     use age::DecryptError::{
         DecryptionFailed, ExcessiveWork, KeyDecryptionFailed, NoMatchingKeys, UnknownFormat,
     };
     let failed = |error: age::DecryptError| match error {
-        DecryptionFailed | KeyDecryptionFailed => IdentityError::Passphrase { path: path.into() },
-        other => IdentityError::Damaged {
+        DecryptionFailed | KeyDecryptionFailed => StudyError::WrongPassphrase { path: path.into() },
+        other => StudyError::IdentitiesDamaged {
             path: path.into(),
             found: match other {
                 NoMatchingKeys => "a file that is not encrypted with a passphrase",
@@ -405,7 +340,7 @@ fn decrypted(bytes: &[u8], passphrase: &Passphrase, path: &Path) -> Result<Vec<u
     let mut plain = Vec::new();
     reader
         .read_to_end(&mut plain)
-        .map_err(|_error| IdentityError::Damaged {
+        .map_err(|_error| StudyError::IdentitiesDamaged {
             path: path.into(),
             found: "damaged or missing bytes".into(),
         })?;
@@ -417,8 +352,8 @@ pub(super) fn write(
     path: &Path,
     identities: &Identities,
     passphrase: &Passphrase,
-) -> Result<Sha, IdentityError> {
-    let failed = |why: String| IdentityError::Place {
+) -> Result<Sha, StudyError> {
+    let failed = |why: String| StudyError::Place {
         path: path.into(),
         why,
         advice: "give it again",
@@ -432,9 +367,9 @@ pub(super) fn write(
     let mut bytes = Vec::new();
     let mut writer = encryptor
         .wrap_output(&mut bytes)
-        .map_err(IdentityError::io(path))?;
-    writer.write_all(&plain).map_err(IdentityError::io(path))?;
-    writer.finish().map_err(IdentityError::io(path))?;
+        .map_err(StudyError::io(path))?;
+    writer.write_all(&plain).map_err(StudyError::io(path))?;
+    writer.finish().map_err(StudyError::io(path))?;
     let prepared = Prepared::new(path, |out| {
         // For the one who runs the study alone.
         #[cfg(unix)]

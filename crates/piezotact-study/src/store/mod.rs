@@ -22,16 +22,16 @@ mod study_store;
 mod tests;
 mod withdrawal;
 
-pub use campaign::{CampaignError, NewCampaign, StudyCampaign};
+pub use campaign::{NewCampaign, StudyCampaign};
 pub use database::Remains;
 pub use error::{Kept, StudyError};
-pub use identity::{ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent};
-pub use postgres::{DatabaseUrl, DatabaseUrlError};
-pub use pseudonym::{Pseudonym, PseudonymError};
-pub use running::{RunningError, SessionLock};
+pub use identity::{ConsentStored, Passphrase, PersonalData, SignedConsent};
+pub use postgres::DatabaseUrl;
+pub use pseudonym::Pseudonym;
+pub use running::SessionLock;
 pub use shared::Notice;
 pub use study_store::StudyStore;
-pub use withdrawal::{WithdrawError, Withdrawn};
+pub use withdrawal::Withdrawn;
 
 /// The database.
 const DATABASE: &str = "study.sqlite";

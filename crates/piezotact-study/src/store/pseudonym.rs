@@ -1,5 +1,6 @@
 //! Pseudonyms: names of participants that are names of folders on every file system.
 
+use crate::store::error::StudyError;
 use std::fmt;
 
 /// The longest pseudonym, in characters.
@@ -13,36 +14,12 @@ const RESERVED_WITH_DIGIT: [&str; 2] = ["COM", "LPT"];
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Pseudonym(String);
 
-/// Why a text is no pseudonym.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum PseudonymError {
-    /// It has a character that not every file system takes, or none, or too many.
-    #[error(
-        "expected a pseudonym of 1 to 32 letters (A-Z, a-z), digits, `-` and `_` that does not begin with `-`, found `{found}`; give one such as P01"
-    )]
-    Form { found: String },
-    /// A system keeps the name for a device.
-    #[error(
-        "expected a pseudonym that is no name of a device on any system, found `{found}`; give one such as P01"
-    )]
-    Reserved { found: String },
-    /// Another one differs from it by case only.
-    #[error(
-        "expected a pseudonym that differs from `{existing}` by more than upper and lower case, found `{found}`: some file systems take both for the same; give another one"
-    )]
-    Case {
-        found: String,
-        /// The one that is there.
-        existing: String,
-    },
-}
-
 impl Pseudonym {
     /// The pseudonym `text`.
     ///
     /// # Errors
-    /// [`PseudonymError::Form`], [`PseudonymError::Reserved`].
-    pub fn new(text: &str) -> Result<Self, PseudonymError> {
+    /// [`StudyError::Pseudonym`], [`StudyError::PseudonymReserved`].
+    pub fn new(text: &str) -> Result<Self, StudyError> {
         let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
         let found = || text.to_owned();
         if text.is_empty()
@@ -50,7 +27,7 @@ impl Pseudonym {
             || text.starts_with('-')
             || !text.chars().all(allowed)
         {
-            return Err(PseudonymError::Form { found: found() });
+            return Err(StudyError::Pseudonym { found: found() });
         }
         let upper = text.to_ascii_uppercase();
         let with_digit = |name: &str| {
@@ -58,7 +35,7 @@ impl Pseudonym {
             matches!(rest, Some([b'1'..=b'9']))
         };
         if RESERVED.contains(&upper.as_str()) || RESERVED_WITH_DIGIT.into_iter().any(with_digit) {
-            return Err(PseudonymError::Reserved { found: found() });
+            return Err(StudyError::PseudonymReserved { found: found() });
         }
         Ok(Self(text.to_owned()))
     }
@@ -66,15 +43,15 @@ impl Pseudonym {
     /// Checks that none of `existing` differs from it by case only; the same name is accepted.
     ///
     /// # Errors
-    /// [`PseudonymError::Case`].
+    /// [`StudyError::PseudonymCase`].
     pub fn check_among<'a>(
         &self,
         existing: impl IntoIterator<Item = &'a str>,
-    ) -> Result<(), PseudonymError> {
+    ) -> Result<(), StudyError> {
         let alike = |name: &&str| name.eq_ignore_ascii_case(&self.0) && *name != self.0;
         match existing.into_iter().find(alike) {
             None => Ok(()),
-            Some(existing) => Err(PseudonymError::Case {
+            Some(existing) => Err(StudyError::PseudonymCase {
                 found: self.0.clone(),
                 existing: existing.to_owned(),
             }),
@@ -129,13 +106,16 @@ mod tests {
             &"x".repeat(33),
         ] {
             assert!(
-                matches!(Pseudonym::new(bad), Err(PseudonymError::Form { .. })),
+                matches!(Pseudonym::new(bad), Err(StudyError::Pseudonym { .. })),
                 "{bad:?}"
             );
         }
         for bad in ["con", "NUL", "Aux", "prn", "com1", "LPT9"] {
             assert!(
-                matches!(Pseudonym::new(bad), Err(PseudonymError::Reserved { .. })),
+                matches!(
+                    Pseudonym::new(bad),
+                    Err(StudyError::PseudonymReserved { .. })
+                ),
                 "{bad}"
             );
         }
@@ -144,10 +124,10 @@ mod tests {
     #[test]
     fn a_name_that_differs_by_case_only_is_refused() {
         let name = Pseudonym::new("p01").unwrap();
-        assert_eq!(name.check_among(["P02", "p01"]), Ok(()));
+        assert!(name.check_among(["P02", "p01"]).is_ok());
         assert!(matches!(
             name.check_among(["P02", "P01"]),
-            Err(PseudonymError::Case { existing, .. }) if existing == "P01"
+            Err(StudyError::PseudonymCase { existing, .. }) if existing == "P01"
         ));
     }
 }

@@ -1,12 +1,14 @@
 //! A session is run by one program at a time.
 
+use crate::store::error::StudyError;
 use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::StoreError;
 
 use super::database::Database;
 use super::postgres::Locked;
-use super::{CampaignError, Pseudonym, StudyStore};
-use piezotact_dataset::lock::{Lock, LockError, LockFile};
+use super::{Pseudonym, StudyStore};
+use piezotact_dataset::WriteError;
+use piezotact_dataset::lock::{Lock, LockFile};
 
 /// The file that is locked while a session runs.
 const RUNNING: &str = ".running";
@@ -21,55 +23,21 @@ pub struct SessionLock {
     _lock: Lock,
 }
 
-/// Why a session cannot be run now.
-#[derive(Debug, thiserror::Error)]
-pub enum RunningError {
-    /// Another program runs it.
-    #[error(
-        "session {session} of {participant} is run by another program ({by}): end it there, or wait until it has ended"
-    )]
-    Held {
-        participant: String,
-        session: String,
-        by: String,
-    },
-    /// Another program simulates the study.
-    #[error(
-        "{}: another program simulates this study ({by}): end it there, or wait until it has ended", folder.display()
-    )]
-    Simulated {
-        folder: std::path::PathBuf,
-        by: String,
-    },
-    /// The database cannot be asked.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// Its folder cannot be had.
-    #[error(transparent)]
-    Folder(#[from] CampaignError),
-    /// The operating system refuses the file.
-    #[error("{path}: {source}; a session needs a folder that can be written", path = .path.display())]
-    Io {
-        path: std::path::PathBuf,
-        source: std::io::Error,
-    },
-}
-
 impl StudyStore {
     /// Takes the exclusive right to simulate the study: two programs would mix what they present.
     ///
     /// # Errors
-    /// [`RunningError::Simulated`] while another program has it.
-    pub fn simulate_alone(&self) -> Result<SessionLock, RunningError> {
+    /// [`StudyError::Simulated`] while another program has it.
+    pub fn simulate_alone(&self) -> Result<SessionLock, StudyError> {
         let path = self.folder.join(SIMULATING);
         let lock = Lock::take(&path, LockFile::Goes);
         lock.map(|lock| SessionLock { _lock: lock })
             .map_err(|error| match error {
-                LockError::Held(by) => RunningError::Simulated {
+                WriteError::Held { by, .. } => StudyError::Simulated {
                     folder: self.folder.clone(),
                     by,
                 },
-                LockError::Io(source) => RunningError::Io { path, source },
+                other => not_writable(path, &other),
             })
     }
 
@@ -77,27 +45,24 @@ impl StudyStore {
     /// program.
     ///
     /// # Errors
-    /// [`RunningError::Held`] while another program has it.
+    /// [`StudyError::Running`] while another program has it.
     pub fn run_alone(
         &self,
         participant: &Pseudonym,
         session: &str,
-    ) -> Result<SessionLock, RunningError> {
+    ) -> Result<SessionLock, StudyError> {
         let folder = self.session_folder(participant, session)?;
         let path = folder.join(RUNNING);
-        let io = |source| RunningError::Io {
-            path: path.clone(),
-            source,
-        };
-        std::fs::create_dir_all(&folder).map_err(io)?;
-        let held = |by| RunningError::Held {
+        let made = std::fs::create_dir_all(&folder);
+        made.map_err(|error| not_writable(path.clone(), &error))?;
+        let held = |by| StudyError::Running {
             participant: participant.to_string(),
             session: session.to_owned(),
             by,
         };
         let lock = Lock::take(&path, LockFile::Goes).map_err(|error| match error {
-            LockError::Held(by) => held(by),
-            LockError::Io(source) => io(source),
+            WriteError::Held { by, .. } => held(by),
+            other => not_writable(path.clone(), &other),
         })?;
         match self.lock_at_server(participant, session)? {
             Locked::Taken => Ok(SessionLock { _lock: lock }),
@@ -127,5 +92,13 @@ impl StudyStore {
             line.locks.borrow_mut().push(key);
         }
         Ok(locked)
+    }
+}
+
+fn not_writable(path: std::path::PathBuf, error: &dyn std::fmt::Display) -> StudyError {
+    StudyError::Place {
+        path,
+        why: error.to_string(),
+        advice: "a session needs a folder that can be written",
     }
 }

@@ -1,5 +1,6 @@
 //! Sessions and events in the database of a study.
 
+use crate::store::error::StudyError;
 use piezotact_people::campaign::chain::{Link, Payload, Salt, Sha, next_link};
 use piezotact_people::campaign::store::{
     NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
@@ -7,7 +8,7 @@ use piezotact_people::campaign::store::{
 
 use super::database::{Database, Value};
 use super::error::{Kept, damaged};
-use super::pseudonym::{Pseudonym, PseudonymError};
+use super::pseudonym::Pseudonym;
 use super::study_store::{Changed, StudyStore};
 
 pub(super) async fn has_withdrawn(
@@ -113,7 +114,7 @@ async fn begin(
     key: &SessionKey,
     purpose: Purpose,
 ) -> Result<(), StoreError> {
-    let refused = |error: PseudonymError| StoreError::Place {
+    let refused = |error: StudyError| StoreError::Place {
         why: error.to_string(),
         advice: "then begin the session again",
     };
@@ -293,7 +294,7 @@ impl Store for StudyStore {
     /// The sessions in the order in which they were begun.
     ///
     /// # Errors
-    /// [`StoreError::Chain`] and [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
+    /// [`StoreError::Gap`], [`StoreError::Changed`], [`StoreError::Broken`] and [`StoreError::Damaged`] where sessions or events were removed: whoever reads results reads this list first.
     fn sessions(&self) -> Result<Vec<SessionEntry>, StoreError> {
         let sessions = self.entries()?;
         if let Err(uncounted) = self.counted()?.verify() {

@@ -10,7 +10,7 @@ use piezotact_people::campaign::plan::Plan;
 use piezotact_people::campaign::store::{SessionKey, StoreError};
 
 use super::DATABASE;
-use super::campaign::{CampaignError, write};
+use super::campaign::write;
 use super::database::{Database, Value};
 use super::error::{Kept, StudyError, damaged};
 use super::identity;
@@ -83,7 +83,10 @@ pub(super) fn url_of(folder: &Path) -> Result<Option<DatabaseUrl>, StudyError> {
     let read = file.take(MOST_BYTES).read_to_string(&mut text);
     read.map_err(StudyError::io(&path))?;
     let url = text.trim_end().parse();
-    url.map(Some).map_err(|why| StudyError::Url { path, why })
+    url.map(Some).map_err(|why| StudyError::Url {
+        path,
+        why: Box::new(why),
+    })
 }
 
 /// Refuses a folder whose study is on a server.
@@ -168,7 +171,7 @@ impl StudyStore {
     }
 
     /// Stores the plan of a session in the database of the server, unless the session has another one; gives the plan that it has.
-    pub(super) fn store_plan(&mut self, plan: &Plan) -> Result<String, CampaignError> {
+    pub(super) fn store_plan(&mut self, plan: &Plan) -> Result<String, StudyError> {
         let key = SessionKey::new(&plan.participant, &plan.session);
         let text = String::from_utf8(plan.bytes()).map_err(|error| damaged(error.to_string()))?;
         let stored = self.change(async |database| {

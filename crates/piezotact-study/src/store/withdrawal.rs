@@ -11,8 +11,8 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::store::{SessionKey, StoreError};
 
 use super::database::{Database, Remains, Value};
-use super::error::{Kept, StudyError, advice_on_io};
-use super::identity::{self, IDENTITY, IdentityError, NEXT, Passphrase};
+use super::error::{Kept, StudyError};
+use super::identity::{self, IDENTITY, NEXT, Passphrase};
 use super::pseudonym::Pseudonym;
 use super::sessions::has_withdrawn;
 use super::shared::Notice;
@@ -33,47 +33,6 @@ pub struct Withdrawn {
     pub remains: Remains,
 }
 
-/// Why a withdrawal is not done, or not complete.
-#[derive(Debug, thiserror::Error)]
-pub enum WithdrawError {
-    /// Nothing of such a participant is there.
-    #[error(
-        "expected a participant of this study, found nothing of `{participant}`; check the pseudonym"
-    )]
-    Unknown { participant: String },
-    /// The identities cannot be read without it.
-    #[error("{}: expected its passphrase, as the identity of {participant} may be in it, found none; give the passphrase: nothing was erased yet", path.display())]
-    PassphraseNeeded { participant: String, path: PathBuf },
-    /// The identities cannot be read or written.
-    #[error(transparent)]
-    Identity(#[from] IdentityError),
-    /// A file cannot be removed.
-    #[error("{}: {why}; {advice}: the withdrawal is completed then", path.display())]
-    Place {
-        /// The file or folder.
-        path: PathBuf,
-        /// What the system said.
-        why: String,
-        advice: &'static str,
-    },
-    /// The store refuses.
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    /// The folder cannot be read or written.
-    #[error(transparent)]
-    Study(#[from] Box<StudyError>),
-}
-
-impl WithdrawError {
-    fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |error| Self::Place {
-            path: path.to_owned(),
-            advice: advice_on_io(&error),
-            why: error.to_string(),
-        }
-    }
-}
-
 /// A withdrawal that is not complete: participant, what is pending, and the checksum of the identities without the participant.
 pub(super) type Pending = (String, String, Option<Vec<u8>>);
 
@@ -82,14 +41,14 @@ impl StudyStore {
     /// stays is a tombstone: pseudonym, sessions, times and checksums, with which the chains still verify.
     ///
     /// # Errors
-    /// [`WithdrawError`]. What fails after the payloads were erased is completed by the next call, or when the study is opened next.
+    /// [`StudyError`]. What fails after the payloads were erased is completed by the next call, or when the study is opened next.
     pub fn withdraw(
         &mut self,
         participant: &Pseudonym,
         at_ms: i64,
         passphrase: Option<&Passphrase>,
-    ) -> Result<Withdrawn, WithdrawError> {
-        self.complete_withdrawals_now_or_withdraw_error()?;
+    ) -> Result<Withdrawn, StudyError> {
+        self.complete_withdrawals_now()?;
         let _alone = identity::alone(&self.folder)?;
         let name = participant.as_str();
         let identity_sha = self.prepare_identities(name, passphrase)?;
@@ -97,7 +56,7 @@ impl StudyStore {
         let files = files_of(&self.folder, name)?;
         if !known && files.is_empty() && identity_sha.is_none() {
             let participant = name.to_owned();
-            return Err(WithdrawError::Unknown { participant });
+            return Err(StudyError::UnknownParticipant { participant });
         }
         let is_again = self.read(async |database| has_withdrawn(database, name).await)?;
         if is_again && files.is_empty() && identity_sha.is_none() {
@@ -126,7 +85,7 @@ impl StudyStore {
         if passphrase.is_some() {
             // The identities were looked through.
             let names = [name.to_owned()];
-            self.note_erased(&names).map_err(Box::new)?;
+            self.note_erased(&names)?;
         }
         Ok(Withdrawn {
             sessions,
@@ -141,12 +100,12 @@ impl StudyStore {
         &self,
         participant: &str,
         passphrase: Option<&Passphrase>,
-    ) -> Result<Option<Sha>, WithdrawError> {
+    ) -> Result<Option<Sha>, StudyError> {
         if !identity::are_there(&self.folder)? {
             return Ok(None);
         }
         let Some(passphrase) = passphrase else {
-            return Err(WithdrawError::PassphraseNeeded {
+            return Err(StudyError::PassphraseNeeded {
                 participant: participant.to_owned(),
                 path: self.folder.join(IDENTITY),
             });
@@ -189,7 +148,7 @@ impl StudyStore {
     /// Completes withdrawals that were interrupted, and those of other stations, when the study is opened.
     pub(super) fn complete_withdrawals(&mut self) -> Result<(), StudyError> {
         let folder = self.folder.clone();
-        let failed = |error: WithdrawError| StudyError::Withdrawal {
+        let failed = |error: StudyError| StudyError::Withdrawal {
             participant: "a participant".into(),
             source: Box::new(error),
         };
@@ -200,7 +159,7 @@ impl StudyStore {
         if pending.is_empty() && !folder.join(NEXT).exists() {
             return Ok(());
         }
-        let _alone = identity::alone(&folder).map_err(|error| failed(error.into()))?;
+        let _alone = identity::alone(&folder).map_err(failed)?;
         for pending in self.pending().map_err(|error| failed(error.into()))? {
             let participant = pending.0.clone();
             self.complete_one(pending)
@@ -215,7 +174,7 @@ impl StudyStore {
     /// Erases what this station has of everybody who has withdrawn, and says what it cannot erase.
     fn complete_at_station(&mut self) -> Result<(), StudyError> {
         let folder = self.folder.clone();
-        let failed = |participant: &str, error: WithdrawError| StudyError::Withdrawal {
+        let failed = |participant: &str, error: StudyError| StudyError::Withdrawal {
             participant: participant.to_owned(),
             source: Box::new(error),
         };
@@ -225,7 +184,7 @@ impl StudyStore {
             let failed = |error| failed(&participant, error);
             let files = files_of(&folder, &participant).map_err(failed)?;
             if !files.is_empty() || folder.join(NEXT).exists() {
-                let _alone = identity::alone(&folder).map_err(|error| failed(error.into()))?;
+                let _alone = identity::alone(&folder).map_err(failed)?;
                 let count = files.iter().map(|path| count(path)).sum();
                 remove_files(&folder, &participant).map_err(failed)?;
                 if let Some(sha) = &identity_sha
@@ -263,22 +222,18 @@ impl StudyStore {
             return Ok(());
         }
         let alone = identity::alone(&folder);
-        let _alone = alone.map_err(|error| failed("a participant", error.into()))?;
+        let _alone = alone.map_err(|error| failed("a participant", error))?;
         remove_next(&folder)
     }
 
     /// As [`Self::complete_withdrawals`], while the study is open.
-    pub(super) fn complete_withdrawals_now(&mut self) -> Result<(), IdentityError> {
+    pub(super) fn complete_withdrawals_now(&mut self) -> Result<(), StudyError> {
         self.complete_withdrawals()
-            .map_err(|error| IdentityError::Place {
+            .map_err(|error| StudyError::Place {
                 path: self.folder.clone(),
                 why: error.to_string(),
                 advice: "open the study again",
             })
-    }
-
-    fn complete_withdrawals_now_or_withdraw_error(&mut self) -> Result<(), WithdrawError> {
-        Ok(self.complete_withdrawals_now()?)
     }
 
     pub(super) fn pending(&self) -> Result<Vec<Pending>, StoreError> {
@@ -300,7 +255,7 @@ impl StudyStore {
     pub(super) fn complete_one(
         &mut self,
         (participant, pending, identity_sha): Pending,
-    ) -> Result<Remains, WithdrawError> {
+    ) -> Result<Remains, StudyError> {
         if pending == "files" {
             remove_files(&self.folder, &participant)?;
             if let Some(sha) = identity_sha {
@@ -387,13 +342,13 @@ pub(super) async fn intend(
 }
 
 /// What stands in `participants/` of a participant: the folder, and what was set aside of it.
-fn files_of(folder: &Path, participant: &str) -> Result<Vec<PathBuf>, WithdrawError> {
+fn files_of(folder: &Path, participant: &str) -> Result<Vec<PathBuf>, StudyError> {
     let participants = folder.join(PARTICIPANTS);
     match std::fs::symlink_metadata(&participants) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        Err(error) => return Err(WithdrawError::io(&participants)(error)),
+        Err(error) => return Err(StudyError::not_erased(&participants)(error)),
         Ok(found) if !found.is_dir() => {
-            return Err(WithdrawError::Place {
+            return Err(StudyError::NotErased {
                 path: participants,
                 why: "expected a folder, found a link or a file: nothing is removed outside of the study".into(),
                 advice: "move the folder to its place",
@@ -403,8 +358,8 @@ fn files_of(folder: &Path, participant: &str) -> Result<Vec<PathBuf>, WithdrawEr
     }
     let aside = format!("{participant}.before-");
     let mut found = Vec::new();
-    for entry in std::fs::read_dir(&participants).map_err(WithdrawError::io(&participants))? {
-        let entry = entry.map_err(WithdrawError::io(&participants))?;
+    for entry in std::fs::read_dir(&participants).map_err(StudyError::not_erased(&participants))? {
+        let entry = entry.map_err(StudyError::not_erased(&participants))?;
         let name = entry.file_name();
         if name == participant || name.to_string_lossy().starts_with(&aside) {
             found.push(entry.path());
@@ -418,12 +373,12 @@ impl StudyStore {
     /// letters: copies that a withdrawal does not know, and does not erase.
     ///
     /// # Errors
-    /// [`WithdrawError::Place`] where a folder cannot be read.
-    pub fn named_alike(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, WithdrawError> {
+    /// [`StudyError::NotErased`] where a folder cannot be read.
+    pub fn named_alike(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, StudyError> {
         let mut found = Vec::new();
         for folder in [self.folder().to_owned(), self.folder().join(PARTICIPANTS)] {
-            for entry in std::fs::read_dir(&folder).map_err(WithdrawError::io(&folder))? {
-                let path = entry.map_err(WithdrawError::io(&folder))?.path();
+            for entry in std::fs::read_dir(&folder).map_err(StudyError::not_erased(&folder))? {
+                let path = entry.map_err(StudyError::not_erased(&folder))?.path();
                 let name = path
                     .file_name()
                     .map(|name| name.to_string_lossy().to_lowercase());
@@ -441,19 +396,19 @@ impl StudyStore {
     /// Where the links in the folders of `participant` lead: a withdrawal removes the links, and leaves what is there.
     ///
     /// # Errors
-    /// [`WithdrawError::Place`] where a folder or a link cannot be read.
-    pub fn linked_outside(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, WithdrawError> {
+    /// [`StudyError::NotErased`] where a folder or a link cannot be read.
+    pub fn linked_outside(&self, participant: &Pseudonym) -> Result<Vec<PathBuf>, StudyError> {
         let mut open = files_of(self.folder(), participant.as_str())?;
         let mut found = Vec::new();
         while let Some(path) = open.pop() {
-            let kind = std::fs::symlink_metadata(&path).map_err(WithdrawError::io(&path))?;
+            let kind = std::fs::symlink_metadata(&path).map_err(StudyError::not_erased(&path))?;
             if kind.is_symlink() {
-                let to = std::fs::read_link(&path).map_err(WithdrawError::io(&path))?;
+                let to = std::fs::read_link(&path).map_err(StudyError::not_erased(&path))?;
                 // As the link means it: from the folder in which it stands.
                 found.push(path.parent().map_or(to.clone(), |folder| folder.join(&to)));
             } else if kind.is_dir() {
-                for entry in std::fs::read_dir(&path).map_err(WithdrawError::io(&path))? {
-                    open.push(entry.map_err(WithdrawError::io(&path))?.path());
+                for entry in std::fs::read_dir(&path).map_err(StudyError::not_erased(&path))? {
+                    open.push(entry.map_err(StudyError::not_erased(&path))?.path());
                 }
             }
         }
@@ -484,7 +439,7 @@ fn count(path: &Path) -> usize {
     }
 }
 
-pub(super) fn remove_files(folder: &Path, participant: &str) -> Result<(), WithdrawError> {
+pub(super) fn remove_files(folder: &Path, participant: &str) -> Result<(), StudyError> {
     for path in files_of(folder, participant)? {
         let is_folder = std::fs::symlink_metadata(&path).is_ok_and(|found| found.is_dir());
         // Both remove a link itself, and never what it leads to.
@@ -494,7 +449,7 @@ pub(super) fn remove_files(folder: &Path, participant: &str) -> Result<(), Withd
         };
         match removed {
             Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
-                return Err(WithdrawError::io(&path)(error));
+                return Err(StudyError::not_erased(&path)(error));
             }
             _ => {}
         }
@@ -507,23 +462,23 @@ pub(super) fn remove_files(folder: &Path, participant: &str) -> Result<(), Withd
 }
 
 /// Puts the identities that were written beside the file in its place, unless they are there already.
-pub(super) fn put_identities(folder: &Path, sha: &[u8]) -> Result<(), WithdrawError> {
+pub(super) fn put_identities(folder: &Path, sha: &[u8]) -> Result<(), StudyError> {
     let next = folder.join(NEXT);
     let mut bytes = Vec::new();
     match File::open(&next) {
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(WithdrawError::io(&next)(error)),
+        Err(error) => return Err(StudyError::not_erased(&next)(error)),
         Ok(file) => (&file)
             .read_to_end(&mut bytes)
-            .map_err(WithdrawError::io(&next))?,
+            .map_err(StudyError::not_erased(&next))?,
     };
     if Sha::of(&bytes).bytes()[..] != *sha {
-        return Err(WithdrawError::Identity(IdentityError::Damaged {
+        return Err(StudyError::IdentitiesDamaged {
             path: next,
             found: "a file that is not the one that was prepared".into(),
-        }));
+        });
     }
-    std::fs::rename(&next, folder.join(IDENTITY)).map_err(WithdrawError::io(&next))?;
+    std::fs::rename(&next, folder.join(IDENTITY)).map_err(StudyError::not_erased(&next))?;
     sync_folder(&folder.join(DATABASE));
     Ok(())
 }

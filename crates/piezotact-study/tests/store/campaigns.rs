@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use piezotact_people::campaign::plan::{CompletedSession, Plan, PlanRequest, plan};
 use piezotact_people::campaign::protocol::{LIBRARY, read};
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _, StoreError};
-use piezotact_study::store::{CampaignError, NewCampaign, StudyCampaign, StudyError, StudyStore};
+use piezotact_study::store::{NewCampaign, StudyCampaign, StudyError, StudyStore};
 
 use crate::{AT_MS, append, fill, holding, name, passphrase};
 
@@ -78,7 +78,7 @@ fn a_study_says_again_what_it_was_made_of() {
     };
     for again in [new(protocol()), other] {
         let refused = StudyCampaign::create(&study, &again).unwrap_err();
-        assert!(matches!(refused, CampaignError::Exists { .. }), "{refused}");
+        assert!(matches!(refused, StudyError::Exists { .. }), "{refused}");
     }
     assert_eq!(files(&study), was);
 }
@@ -92,7 +92,10 @@ fn a_protocol_that_cannot_be_used_leaves_nothing() {
     for text in ["form = 1", bad.as_str()] {
         let refused = StudyCampaign::create(&study, &new(text)).unwrap_err();
         assert!(
-            matches!(refused, CampaignError::Protocol(_) | CampaignError::Name(_)),
+            matches!(
+                refused,
+                StudyError::Protocol(_) | StudyError::Pseudonym { .. }
+            ),
             "{refused}"
         );
     }
@@ -130,10 +133,7 @@ fn nothing_of_somebody_is_written_over() {
         let path = folder.path().join(name);
         std::fs::write(&path, "mine").unwrap();
         let refused = StudyCampaign::create(folder.path(), &new(protocol())).unwrap_err();
-        assert!(
-            matches!(refused, CampaignError::InTheWay { .. }),
-            "{refused}"
-        );
+        assert!(matches!(refused, StudyError::InTheWay { .. }), "{refused}");
         assert!(refused.to_string().contains("move it away"), "{refused}");
         assert_eq!(std::fs::read_to_string(&path).unwrap(), "mine");
         assert_eq!(files(folder.path()).len(), 1);
@@ -147,7 +147,7 @@ fn nothing_of_somebody_is_written_over() {
     std::fs::remove_file(folder.path().join("campaign.json")).unwrap();
     let refused = StudyCampaign::create(folder.path(), &new(protocol())).unwrap_err();
     assert!(
-        matches!(refused, CampaignError::Incomplete { sessions: 1, .. }),
+        matches!(refused, StudyError::Incomplete { sessions: 1, .. }),
         "{refused}"
     );
     assert!(!folder.path().join("campaign.json").exists());
@@ -155,10 +155,7 @@ fn nothing_of_somebody_is_written_over() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("study.sqlite"), "x".repeat(5000)).unwrap();
     let refused = StudyCampaign::create(folder.path(), &new(protocol())).unwrap_err();
-    assert!(
-        matches!(refused, CampaignError::Study(StudyError::NoStudy { .. })),
-        "{refused}"
-    );
+    assert!(matches!(refused, StudyError::NoStudy { .. }), "{refused}");
     assert_eq!(files(folder.path()).len(), 1);
 }
 
@@ -175,7 +172,7 @@ fn a_changed_protocol_or_consent_text_is_refused_with_both_choices() {
         std::fs::write(&path, format!("{was}\n")).unwrap();
         let refused = StudyCampaign::read(folder.path()).unwrap_err();
         assert!(
-            matches!(&refused, CampaignError::Changed { what: found, .. } if *found == what),
+            matches!(&refused, StudyError::Changed { what: found, .. } if *found == what),
             "{refused:?}"
         );
         let text = refused.to_string();
@@ -185,7 +182,7 @@ fn a_changed_protocol_or_consent_text_is_refused_with_both_choices() {
         std::fs::remove_file(&path).unwrap();
         assert!(matches!(
             StudyCampaign::read(folder.path()),
-            Err(CampaignError::Read(_))
+            Err(StudyError::Read(_))
         ));
         std::fs::write(&path, was).unwrap();
         StudyCampaign::read(folder.path()).unwrap();
@@ -203,7 +200,7 @@ fn a_damaged_campaign_says_what_to_do() {
     let unknown = whole.replace("\"form\": 1", "\"form\": 1,\n  \"ethics\": \"x\"");
     let none = whole.replace("\"form\": 1", "\"form\": 0");
     let cut_sha = whole.replacen("\"protocol_sha\": \"", "\"protocol_sha\": \"zz", 1);
-    let later_text = "expected form 1 or earlier, found form 2; open it with a newer Piezotact";
+    let later_text = "version 2 is newer than version 1, the latest that this program reads: open it with a newer Piezotact";
     for (text, part) in [
         ("", "restore it from a copy"),
         (half, "restore it from a copy"),
@@ -221,7 +218,7 @@ fn a_damaged_campaign_says_what_to_do() {
         );
         // A second creation does not replace it.
         let again = StudyCampaign::create(folder.path(), &new(protocol()));
-        assert!(matches!(again, Err(CampaignError::Exists { .. })));
+        assert!(matches!(again, Err(StudyError::Exists { .. })));
     }
 }
 
@@ -249,10 +246,7 @@ fn a_plan_is_read_as_it_was_written_and_stays_once_the_session_is_there() {
     store.begin(&key, Purpose::Volunteer).unwrap();
     store.write_plan(&second).unwrap();
     let refused = store.write_plan(&first).unwrap_err();
-    assert!(
-        matches!(refused, CampaignError::Planned { .. }),
-        "{refused}"
-    );
+    assert!(matches!(refused, StudyError::Planned { .. }), "{refused}");
     assert!(
         refused
             .to_string()
@@ -275,7 +269,7 @@ fn a_plan_is_read_as_it_was_written_and_stays_once_the_session_is_there() {
     let refused = store
         .write_plan(&planned(&campaign, "p01", &[]))
         .unwrap_err();
-    assert!(matches!(refused, CampaignError::Name(_)), "{refused}");
+    assert!(matches!(refused, StudyError::Pseudonym { .. }), "{refused}");
     std::fs::write(&path, "{").unwrap();
     let refused = store
         .plan(&name("P01"), "discrimination")
@@ -358,7 +352,7 @@ fn a_withdrawal_leaves_of_the_sessions_files_the_pseudonym_alone() {
             .write_plan(&planned(&campaign, participant, &[]))
             .unwrap_err();
         assert!(
-            matches!(refused, CampaignError::Store(StoreError::Withdrawn { .. })),
+            matches!(refused, StudyError::Store(StoreError::Withdrawn { .. })),
             "{refused}"
         );
         assert!(!store.participant_folder(&name(participant)).exists());

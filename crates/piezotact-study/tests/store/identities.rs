@@ -1,8 +1,7 @@
 //! The encrypted identities.
 
-use piezotact_study::store::{
-    ConsentStored, IdentityError, Passphrase, PersonalData, SignedConsent,
-};
+use piezotact_study::store::StudyError;
+use piezotact_study::store::{ConsentStored, Passphrase, PersonalData, SignedConsent};
 
 use crate::{fill, is_in, name, passphrase, study};
 
@@ -13,7 +12,7 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
     assert!(store.identities(&passphrase()).unwrap().is_empty());
     assert!(matches!(
         Passphrase::new(" ".into()),
-        Err(IdentityError::Empty)
+        Err(StudyError::NoPassphrase)
     ));
     fill(&mut store, "P01");
     let path = folder.path().join("identity.age");
@@ -34,14 +33,14 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
         .unwrap()
         .with_work_factor(2);
     let refused = store.identities(&wrong).unwrap_err();
-    assert!(matches!(refused, IdentityError::Passphrase { .. }));
+    assert!(matches!(refused, StudyError::WrongPassphrase { .. }));
     assert!(refused.to_string().contains("type it again"));
     // Nor is anything written with another one.
     let person = people["P01"].clone();
     let refused = store.set_identity(&name("P02"), person.clone(), &wrong);
-    assert!(matches!(refused, Err(IdentityError::Passphrase { .. })));
+    assert!(matches!(refused, Err(StudyError::WrongPassphrase { .. })));
     let refused = store.set_identity(&name("p01"), person, &passphrase());
-    assert!(matches!(refused, Err(IdentityError::Pseudonym(_))));
+    assert!(matches!(refused, Err(StudyError::Pseudonym { .. })));
     assert_eq!(std::fs::read(&path).unwrap(), good);
 
     // Every byte that is changed, and every length that is cut, is found.
@@ -53,7 +52,7 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
         std::fs::write(&path, &good[..at]).unwrap();
         let refused = store.identities(&passphrase()).unwrap_err();
         assert!(
-            matches!(refused, IdentityError::Damaged { .. }),
+            matches!(refused, StudyError::IdentitiesDamaged { .. }),
             "{at}: {refused}"
         );
     }
@@ -77,8 +76,8 @@ fn the_first_identity_wants_a_passphrase_that_is_not_guessed() {
         consent: None,
     };
     for (weak, found) in [
-        ("a", "12 characters or more, found 1"),
-        ("aaaaaaaaaaaaaaaa", "found 1"),
+        ("a", "1 characters are too few, 12 are needed"),
+        ("aaaaaaaaaaaaaaaa", "only 1 different"),
     ] {
         let refused = store.set_identity(&name("P01"), person(), &of(weak));
         let refused = refused.unwrap_err().to_string();
@@ -122,10 +121,10 @@ fn a_text_that_would_forge_a_line_of_the_list_is_refused() {
     for (person, part) in [
         (
             person("Rosa\nP02: Quentin", "room 7", "2"),
-            "the name of P01: expected a text without control characters",
+            "the name of P01: character 5 (U+000A) is a control character",
         ),
         (person("Rosa", "room\u{1b}[2K", "2"), "the contact of P01"),
-        (person("Rosa", "\u{202e}7 moor", "2"), "found U+202E"),
+        (person("Rosa", "\u{202e}7 moor", "2"), "(U+202E)"),
         (
             person("Rosa", "room 7", "2\r1"),
             "the version of the consent",

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use piezotact_people::campaign::store::{Purpose, SessionKey, Store as _, StoreError, conformance};
 use piezotact_study::store::{
-    CampaignError, DatabaseUrl, NewCampaign, Notice, Remains, StudyCampaign, StudyError, StudyStore,
+    DatabaseUrl, NewCampaign, Notice, Remains, StudyCampaign, StudyError, StudyStore,
 };
 
 use crate::campaigns::{new, planned, protocol};
@@ -335,9 +335,7 @@ fn a_server_that_cannot_be_used_is_refused_in_a_sentence() {
     server.sql(&database, "DROP SCHEMA piezotact CASCADE");
     let store = StudyStore::create_on(&folder.path().join("made"), &url(&database)).unwrap();
     drop(store);
-    assert!(
-        create(&database).contains("expected a database without a study, found one with a study")
-    );
+    assert!(create(&database).contains("a study is in this database already"));
     // Somebody who may only look.
     server.sql(
         &database,
@@ -378,7 +376,7 @@ fn a_server_that_cannot_be_used_is_refused_in_a_sentence() {
     );
     let refused = refusal(StudyStore::open(&folder.path().join("made")));
     assert!(
-        refused.contains("expected a study of version 1 or earlier, found version 2; open it with a newer Piezotact"),
+        refused.contains("version 2 is newer than version 1, the latest that this program reads: open it with a newer Piezotact"),
         "{refused}"
     );
     let latin = "CREATE DATABASE latin ENCODING 'LATIN1' TEMPLATE template0";
@@ -503,7 +501,7 @@ fn a_folder_belongs_to_one_database() {
     std::fs::write(&path, database.replace("lab@", "lab:quince@")).unwrap();
     let refused = refusal(StudyStore::open(folder.path()));
     assert!(
-        refused.contains("found one with a password; leave it out") && !refused.contains("quince"),
+        refused.contains("holds a password: leave it out") && !refused.contains("quince"),
         "{refused}"
     );
     let in_folder = tempfile::tempdir().unwrap();
@@ -529,7 +527,7 @@ fn a_campaign_is_the_same_at_every_station() {
     drop(StudyStore::create_on(&first, &database).unwrap());
     let refused = StudyCampaign::join(&second, &database).unwrap_err();
     assert!(
-        matches!(refused, CampaignError::Unfinished { .. }),
+        matches!(refused, StudyError::Unfinished { .. }),
         "{refused}"
     );
     drop(StudyCampaign::create_on(&first, &database, &new(protocol)).unwrap());
@@ -543,10 +541,7 @@ fn a_campaign_is_the_same_at_every_station() {
         ..new(protocol)
     };
     let refused = StudyCampaign::create_on(&second, &database, &other).unwrap_err();
-    assert!(
-        matches!(refused, CampaignError::Study(StudyError::Taken { .. })),
-        "{refused}"
-    );
+    assert!(matches!(refused, StudyError::Taken { .. }), "{refused}");
     assert!(!second.exists());
     let there = StudyCampaign::join(&second, &database).unwrap();
     for file in ["campaign.json", "protocol.toml", "consent.txt"] {
@@ -576,10 +571,7 @@ fn a_campaign_is_the_same_at_every_station() {
     let mut changed = plan.clone();
     changed.seed += 1;
     let refused = there.write_plan(&changed).unwrap_err();
-    assert!(
-        matches!(refused, CampaignError::Planned { .. }),
-        "{refused}"
-    );
+    assert!(matches!(refused, StudyError::Planned { .. }), "{refused}");
     let directly = server().try_sql(database.as_str(), "UPDATE piezotact.plans SET plan = ''");
     assert!(directly.unwrap_err().contains("keeps its plan"));
     there.withdraw(&name("P01"), AT_MS, None).unwrap();
@@ -589,10 +581,7 @@ fn a_campaign_is_the_same_at_every_station() {
     let text = std::fs::read_to_string(&path).unwrap();
     std::fs::write(&path, text.replace("\"seed\": 11", "\"seed\": 12")).unwrap();
     let refused = there.campaign().unwrap_err();
-    assert!(
-        matches!(refused, CampaignError::NotShared { .. }),
-        "{refused}"
-    );
+    assert!(matches!(refused, StudyError::NotShared { .. }), "{refused}");
     assert!(here.campaign().is_ok() && text.contains("\"seed\": 11"));
 }
 

@@ -1,13 +1,12 @@
 //! What a withdrawal leaves.
 
+use piezotact_study::store::StudyError;
 use std::path::PathBuf;
 
 use piezotact_people::campaign::store::{
     NewEvent, Purpose, SessionEntry, SessionKey, Store as _, StoreError,
 };
-use piezotact_study::store::{
-    IdentityError, Passphrase, PersonalData, Remains, WithdrawError, Withdrawn,
-};
+use piezotact_study::store::{Passphrase, PersonalData, Remains, Withdrawn};
 
 use crate::{AT_MS, fill, holding, key, name, passphrase, study};
 
@@ -47,21 +46,18 @@ fn a_withdrawal_leaves_no_byte_of_the_participant_and_all_of_the_others() {
     assert!(holding(folder.path(), "quince").len() >= 4);
 
     let refused = store.withdraw(&name("P01"), AT_MS, None).unwrap_err();
-    assert!(matches!(refused, WithdrawError::PassphraseNeeded { .. }));
+    assert!(matches!(refused, StudyError::PassphraseNeeded { .. }));
     let wrong = Passphrase::new("other words".into())
         .unwrap()
         .with_work_factor(2);
     let refused = store
         .withdraw(&name("P01"), AT_MS, Some(&wrong))
         .unwrap_err();
-    assert!(matches!(
-        refused,
-        WithdrawError::Identity(IdentityError::Passphrase { .. })
-    ));
+    assert!(matches!(refused, StudyError::WrongPassphrase { .. }));
     let unknown = store
         .withdraw(&name("P09"), AT_MS, Some(&passphrase()))
         .unwrap_err();
-    assert!(matches!(unknown, WithdrawError::Unknown { .. }));
+    assert!(matches!(unknown, StudyError::UnknownParticipant { .. }));
     assert!(
         holding(folder.path(), "quince").len() >= 4,
         "nothing is erased by a refusal"
@@ -160,6 +156,6 @@ fn a_link_is_not_followed_out_of_the_study() {
     symlink(&kept, folder.path().join("identity.age")).unwrap();
     assert!(matches!(
         store.identities(&passphrase()),
-        Err(IdentityError::Damaged { .. })
+        Err(StudyError::IdentitiesDamaged { .. })
     ));
 }

@@ -16,8 +16,8 @@ use piezotact_people::campaign::store::{
     MemoryStore, NewEvent, Purpose, SessionEntry, SessionKey, Store, StoreError,
 };
 use piezotact_study::session::{
-    Given, Heard, Outside, PlayError, PlayStop, Played, RunError, Runner, SaltError, Stimulator,
-    Stimuli, StopHandle, TouchEnd,
+    Given, Heard, Outside, PlayStop, Played, RunError, Runner, Stimulator, Stimuli, StopHandle,
+    TouchEnd,
 };
 
 pub(crate) const START_MS: i64 = 1_800_000_000_000;
@@ -114,16 +114,16 @@ pub(crate) struct Tape {
 }
 
 impl Stimulator for Tape {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         match self.missing.borrow().as_deref() == Some(stimulus) {
-            true => Err(PlayError::NoDrive {
+            true => Err(RunError::NoDrive {
                 stimulus: stimulus.to_owned(),
             }),
             false => Ok(()),
         }
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         self.check(played.stimulus)?;
         let Played {
             trial,
@@ -137,13 +137,13 @@ impl Stimulator for Tape {
         match self.fails_after.get() {
             Some(0) => {
                 self.fails_after.set(None);
-                return Err(PlayError::Device("the cable came off".to_owned()));
+                return Err(RunError::Device("the cable came off".to_owned()));
             }
             Some(more) => self.fails_after.set(Some(more - 1)),
             None => {}
         }
         if stop.wait(self.lasts.get()) {
-            return Err(PlayError::Device("the run was stopped".to_owned()));
+            return Err(RunError::Device("the run was stopped".to_owned()));
         }
         let reached = match self.misses.get() == Some(element) {
             true => Outcome::NotMet,
@@ -241,7 +241,7 @@ impl Bed {
         let mut salt = || {
             salts += 1;
             match saltless.get() {
-                true => Err(SaltError("none".to_owned())),
+                true => Err(RunError::Salt("none".to_owned())),
                 false => Ok(salts.to_le_bytes()),
             }
         };

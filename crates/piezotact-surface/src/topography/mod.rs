@@ -22,7 +22,7 @@ use crate::roughness::{
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::surface::HeightMap;
+use piezotact::surface::{HeightMap, SurfaceError};
 
 use piezotact_dataset::ReadError;
 use piezotact_dataset::format::{self, Format, Recognition};
@@ -267,10 +267,7 @@ impl Read {
                 "check the unit of the steps",
             ));
         }
-        let surface = |error| ReadError::Surface {
-            path: source.path.into(),
-            source: error,
-        };
+        let surface = |error: SurfaceError| ReadError::of(source.path)(error);
         let topography = if heights_m.len() == columns {
             if let Some(at) = heights_m.iter().position(|z| z.is_nan()) {
                 return Err(source.wrong(

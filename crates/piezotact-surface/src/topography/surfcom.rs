@@ -151,11 +151,7 @@ pub(super) fn with_settings(
                 }));
                 let heights_m = profile.heights_m().to_vec();
                 let profile = HeightProfile::new(heights_m, step_m);
-                file.topography =
-                    Topography::Profile(profile.map_err(|source| ReadError::Surface {
-                        path: path.into(),
-                        source,
-                    })?);
+                file.topography = Topography::Profile(profile.map_err(ReadError::of(path))?);
             }
             None if differ(profile.step_m(), USUAL_STEP_M) => {
                 file.warnings

@@ -7,11 +7,11 @@ use piezotact::recording::{BenchKind, Channel, Condition, Provenance, Recording,
 use piezotact_bench::random::Random;
 
 use super::brain::background_v;
-use super::error::EegError;
 use super::head::{HEOG, Mixture, VEOG, between, gain, place};
 use super::protocol::{EegProtocol, Schedule, Task};
 use super::session::{Courses, muscle_planning_s};
 use super::spectrum::{Amplitudes, Noise, background, muscle};
+use crate::error::TwinError;
 use crate::{Participant, TwinParameters};
 
 /// The EEG of `participant` in the session of `protocol`, V against an ideal reference: one channel for each that the protocol names.
@@ -25,14 +25,14 @@ use crate::{Participant, TwinParameters};
 /// that lose power; amplitudes as the parameter file states.
 ///
 /// # Errors
-/// [`EegError`] for a protocol with a number outside its range, a surface or channel that the twin does not have, or more samples than
+/// [`TwinError`] for a protocol with a number outside its range, a surface or channel that the twin does not have, or more samples than
 /// 2 GiB hold.
 pub fn record(
     parameters: &TwinParameters,
     participant: &Participant,
     protocol: &EegProtocol,
     label: &str,
-) -> Result<Recording, EegError> {
+) -> Result<Recording, TwinError> {
     protocol.check(parameters)?;
     let streams = Streams::of(participant, protocol.task, label);
     let schedule = Schedule::of(protocol, streams.random("schedule"));

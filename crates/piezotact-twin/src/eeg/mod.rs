@@ -9,7 +9,6 @@
 //! the mains. It is the same whichever other channels are recorded.
 
 mod brain;
-mod error;
 mod generate;
 mod head;
 mod positions;
@@ -22,7 +21,6 @@ mod truth;
 mod tests;
 
 pub use brain::Brain;
-pub use error::EegError;
 pub use generate::record;
 pub use head::{HEOG, VEOG, all_channels};
 pub use protocol::{EegProtocol, REST, Task};

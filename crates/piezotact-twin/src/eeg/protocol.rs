@@ -6,9 +6,9 @@ use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{Event, EventValue};
 use piezotact_bench::random::Random;
 
-use super::error::{EegError, impossible};
 use super::head::{HEOG, VEOG, all_channels, place};
 use crate::TwinParameters;
+use crate::error::{TwinError, wrong};
 
 /// The kind of the events between trials: nothing is touched, and no movement is planned.
 pub const REST: &str = "rest";
@@ -73,8 +73,8 @@ impl EegProtocol {
     /// The session of `task` that the parameters state: three surfaces, all channels.
     ///
     /// # Errors
-    /// [`EegError::Impossible`] for a rate that is none; the ranges of the parameter file allow no such rate.
-    pub fn usual(parameters: &TwinParameters, task: Task) -> Result<Self, EegError> {
+    /// [`TwinError::Value`] for a rate that is none; the ranges of the parameter file allow no such rate.
+    pub fn usual(parameters: &TwinParameters, task: Task) -> Result<Self, TwinError> {
         let usual = &parameters.eeg.protocol;
         Ok(Self {
             task,
@@ -83,15 +83,14 @@ impl EegProtocol {
             rest_s: usual.rest_s,
             rest_jitter_s: usual.rest_jitter_s,
             touch_s: usual.touch_s,
-            rate: SampleRate::new(usual.rate_hz).map_err(|error| {
-                impossible("rate", "256 to 8192 Hz", error, "state such a rate")
-            })?,
+            rate: SampleRate::new(usual.rate_hz)
+                .map_err(|error| wrong("rate", "256 to 8192 Hz", error, "state such a rate"))?,
             channels: all_channels(),
         })
     }
 
     /// Refuses what cannot be recorded.
-    pub(super) fn check(&self, parameters: &TwinParameters) -> Result<(), EegError> {
+    pub(super) fn check(&self, parameters: &TwinParameters) -> Result<(), TwinError> {
         let numbers = [
             ("rate", self.rate.hz(), [256.0, 8192.0], "Hz"),
             ("rest", self.rest_s, [2.0, 30.0], "s"),
@@ -106,7 +105,7 @@ impl EegProtocol {
         ];
         for (what, found, [least, most], unit) in numbers {
             if !(least..=most).contains(&found) {
-                return Err(impossible(
+                return Err(wrong(
                     what,
                     format!("{least} to {most} {unit}"),
                     found,
@@ -125,12 +124,12 @@ impl EegProtocol {
         self.check_size()
     }
 
-    fn check_size(&self) -> Result<(), EegError> {
+    fn check_size(&self) -> Result<(), TwinError> {
         let trials = (self.surfaces.len() * self.trials_per_surface) as f64;
         let longest_s = trials * (self.rest_s + self.rest_jitter_s + self.touch_s) + self.rest_s;
         let values = longest_s * self.rate.hz() * self.channels.len() as f64;
         if values > MOST_VALUES {
-            return Err(impossible(
+            return Err(wrong(
                 "channels times samples",
                 format!("at most {MOST_VALUES}"),
                 values.round(),
@@ -142,11 +141,11 @@ impl EegProtocol {
 }
 
 /// Refuses an electrode that the twin does not have.
-pub(super) fn is_channel(name: &str) -> Result<(), EegError> {
+pub(super) fn is_channel(name: &str) -> Result<(), TwinError> {
     if place(name).is_some() || [VEOG, HEOG].contains(&name) {
         return Ok(());
     }
-    Err(impossible(
+    Err(wrong(
         "channel",
         format!("one of {}", all_channels().join(", ")),
         name,
@@ -155,11 +154,11 @@ pub(super) fn is_channel(name: &str) -> Result<(), EegError> {
 }
 
 /// Refuses a list with a name twice, or without one.
-fn once(what: &'static str, names: &[String]) -> Result<(), EegError> {
+fn once(what: &'static str, names: &[String]) -> Result<(), TwinError> {
     let twice = (1..names.len()).find(|i| names[..*i].contains(&names[*i]));
     match (names, twice) {
-        ([], _) => Err(impossible(what, "at least one", "none", "name one")),
-        (_, Some(i)) => Err(impossible(
+        ([], _) => Err(wrong(what, "at least one", "none", "name one")),
+        (_, Some(i)) => Err(wrong(
             what,
             "each once",
             format!("{} twice", names[i]),

@@ -3,11 +3,11 @@
 use piezotact::quantity::Band;
 
 use super::brain::{background_v, plateau};
-use super::error::{EegError, impossible};
 use super::head::{between, gain, place};
 use super::protocol::{EegProtocol, is_channel};
 use super::session::between_s;
 use super::spectrum::{alpha, background, power_in};
+use crate::error::{TwinError, wrong};
 use crate::{Participant, TwinParameters};
 
 /// The midpoint rule of a mean over a window, steps.
@@ -51,16 +51,16 @@ pub struct EegTruth {
 /// Source: the same parameters as [`record`](super::record), without a random number.
 ///
 /// # Errors
-/// [`EegError`] for a protocol that cannot be, a surface that is not in it, an EOG channel, or a window that is not ascending.
+/// [`TwinError`] for a protocol that cannot be, a surface that is not in it, an EOG channel, or a window that is not ascending.
 pub fn truth(
     parameters: &TwinParameters,
     participant: &Participant,
     protocol: &EegProtocol,
     (surface, windows): (&str, &TruthWindows),
-) -> Result<EegTruth, EegError> {
+) -> Result<EegTruth, TwinError> {
     protocol.check(parameters)?;
     if !protocol.surfaces.iter().any(|known| known == surface) {
-        return Err(impossible(
+        return Err(wrong(
             "surface",
             format!("one of the protocol: {}", protocol.surfaces.join(", ")),
             surface,
@@ -85,7 +85,7 @@ pub fn truth(
     });
     Ok(EegTruth {
         source,
-        channels: channels.collect::<Result<_, EegError>>()?,
+        channels: channels.collect::<Result<_, TwinError>>()?,
     })
 }
 
@@ -93,9 +93,9 @@ fn mean_course(
     [from_s, to_s]: [f64; 2],
     plateau_s: [f64; 2],
     width_s: f64,
-) -> Result<f64, EegError> {
+) -> Result<f64, TwinError> {
     if !(from_s < to_s && (to_s - from_s).is_finite()) {
-        return Err(impossible(
+        return Err(wrong(
             "window",
             "a beginning before its end",
             format!("{from_s} to {to_s} s"),
@@ -113,10 +113,10 @@ fn powers(
     participant: &Participant,
     channel: &str,
     band: Band,
-) -> Result<(f64, f64), EegError> {
+) -> Result<(f64, f64), TwinError> {
     is_channel(channel)?;
     let at = place(channel)
-        .ok_or_else(|| impossible("channel", "one of the scalp", channel, "leave the EOG out"))?;
+        .ok_or_else(|| wrong("channel", "one of the scalp", channel, "leave the EOG out"))?;
     let (eeg, brain) = (&parameters.eeg, &participant.brain);
     let of =
         |source, rms_v: f64| (rms_v * gain(at, source, eeg.alpha.source_m, eeg.head_m)).powi(2);

@@ -2,6 +2,7 @@
 
 mod sections;
 
+use crate::error::{TwinError, wrong};
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
@@ -122,43 +123,6 @@ fn plate_m(kind: SampleKind) -> f64 {
     }
 }
 
-/// Why a file of parameters cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ParameterError {
-    /// A value outside its range.
-    #[error("{what}: expected {expected}, found {found}; {todo}")]
-    Value {
-        what: String,
-        expected: String,
-        found: String,
-        todo: String,
-    },
-    /// A sample that is not known.
-    #[error(
-        "expected a sample of the twin ({known}), found `{found}`; a parameter file can add one, as [samples.{found}]"
-    )]
-    Sample {
-        /// The samples there are.
-        known: String,
-        /// What was asked for.
-        found: String,
-    },
-}
-
-fn wrong(
-    what: &str,
-    expected: impl Into<String>,
-    found: impl ToString,
-    todo: &str,
-) -> ParameterError {
-    ParameterError::Value {
-        what: what.into(),
-        expected: expected.into(),
-        found: found.to_string(),
-        todo: todo.into(),
-    }
-}
-
 const SEE_FILE: &str = "see `piezotact twin parameters` for the format";
 
 impl TwinParameters {
@@ -172,15 +136,15 @@ impl TwinParameters {
     /// The built-in numbers with the changes that `text`, a laboratory's own file, states.
     ///
     /// # Errors
-    /// [`ParameterError`] naming the parameter, what is possible and what was found.
-    pub fn changed_by(text: &str) -> Result<Self, ParameterError> {
+    /// [`TwinError`] naming the parameter, what is possible and what was found.
+    pub fn changed_by(text: &str) -> Result<Self, TwinError> {
         let own: Table = text.parse().map_err(|error: toml::de::Error| {
             wrong("the parameter file", "TOML", error.message(), SEE_FILE)
         })?;
         Self::with(&own)
     }
 
-    fn with(own: &Table) -> Result<Self, ParameterError> {
+    fn with(own: &Table) -> Result<Self, TwinError> {
         let mut all: Table = PARAMETERS.parse().map_err(|error: toml::de::Error| {
             wrong("the built-in file", "TOML", error.message(), "report this")
         })?;
@@ -221,14 +185,12 @@ impl TwinParameters {
     /// The sample called `name`.
     ///
     /// # Errors
-    /// [`ParameterError::Sample`] listing those there are.
-    pub fn sample(&self, name: &str) -> Result<&Sample, ParameterError> {
-        self.samples
-            .get(name)
-            .ok_or_else(|| ParameterError::Sample {
-                known: self.sample_names().join(", "),
-                found: name.into(),
-            })
+    /// [`TwinError::Sample`] listing those there are.
+    pub fn sample(&self, name: &str) -> Result<&Sample, TwinError> {
+        self.samples.get(name).ok_or_else(|| TwinError::Sample {
+            known: self.sample_names().join(", "),
+            found: name.into(),
+        })
     }
 
     /// The names of all samples: S1, S2 … before the others of a letter.
@@ -263,7 +225,7 @@ impl TwinParameters {
     }
 
     /// Refuses a least that is above its most.
-    fn check_order(&self) -> Result<(), ParameterError> {
+    fn check_order(&self) -> Result<(), TwinError> {
         let (person, hand, shaker) = (&self.person, &self.hand, &self.shaker);
         let muscle = &self.eeg.muscle;
         for (least, least_name, most, most_name) in [
@@ -312,7 +274,7 @@ impl TwinParameters {
         Ok(())
     }
 
-    fn sample_of(&self, name: &str, row: Value) -> Result<Sample, ParameterError> {
+    fn sample_of(&self, name: &str, row: Value) -> Result<Sample, TwinError> {
         let at = |field: &str| format!("samples.{name}.{field}");
         let row: SampleRow = row.try_into().map_err(|error: toml::de::Error| {
             wrong(
@@ -418,7 +380,7 @@ fn merge(
     own: &Table,
     path: &str,
     changes: &mut Vec<String>,
-) -> Result<(), ParameterError> {
+) -> Result<(), TwinError> {
     for (key, value) in own {
         let here = if path.is_empty() {
             key.clone()
@@ -482,7 +444,7 @@ fn merge(
 }
 
 /// The section `name` with every leaf replaced by its value, which is within its range.
-fn section(all: &mut Table, name: &str) -> Result<Table, ParameterError> {
+fn section(all: &mut Table, name: &str) -> Result<Table, TwinError> {
     match all.remove(name) {
         Some(value) => match values(value, name)? {
             Value::Table(table) => Ok(table),
@@ -492,7 +454,7 @@ fn section(all: &mut Table, name: &str) -> Result<Table, ParameterError> {
     }
 }
 
-fn read<T: DeserializeOwned>(all: &mut Table, name: &str) -> Result<T, ParameterError> {
+fn read<T: DeserializeOwned>(all: &mut Table, name: &str) -> Result<T, TwinError> {
     Value::Table(section(all, name)?)
         .try_into()
         .map_err(|error: toml::de::Error| {
@@ -500,7 +462,7 @@ fn read<T: DeserializeOwned>(all: &mut Table, name: &str) -> Result<T, Parameter
         })
 }
 
-fn values(value: Value, path: &str) -> Result<Value, ParameterError> {
+fn values(value: Value, path: &str) -> Result<Value, TwinError> {
     let Value::Table(mut table) = value else {
         return Ok(value);
     };

@@ -3,15 +3,14 @@
 //! Rough samples follow the self-affine spectrum that many worn and broken surfaces have (Persson et al. 2005);
 //! dots and ridges follow their drawing. Lengths are in m throughout.
 
-mod error;
 mod field;
 mod pattern;
 #[cfg(test)]
 mod tests;
 
+use crate::error::{TwinError, wrong};
 use piezotact::surface::HeightMap;
 
-pub use error::SurfaceError;
 use field::{Grid, SHORTEST_WAVE_M, SelfAffine, skew};
 use pattern::{Dot, from_centre, ridge_m};
 
@@ -149,7 +148,7 @@ impl Relief {
     /// J. Phys.: Condens. Matter 17 R1 (self-affine surfaces, and making them by FFT).
     ///
     /// # Errors
-    /// [`SurfaceError`] names what does not fit: a number of the relief that is out of its range, a step
+    /// [`TwinError`] names what does not fit: a number of the relief that is out of its range, a step
     /// below 0.1 µm or above a quarter of the wavelength or of Lc, a side of less than 8 or more than 4096
     /// steps, or a rough patch whose longer side has less than four correlation lengths.
     pub fn height_map(
@@ -157,7 +156,7 @@ impl Relief {
         patch: &Patch,
         seed: u64,
         sample: &str,
-    ) -> Result<HeightMap, SurfaceError> {
+    ) -> Result<HeightMap, TwinError> {
         self.check()?;
         let grid = self.grid(patch)?;
         let mut random = Random::stream(seed, 0, &format!("surface {sample}"));
@@ -229,7 +228,7 @@ impl Relief {
         }
     }
 
-    fn check(&self) -> Result<(), SurfaceError> {
+    fn check(&self) -> Result<(), TwinError> {
         match *self {
             Self::Isotropic {
                 ra_m,
@@ -241,19 +240,32 @@ impl Relief {
                 above_zero("a roughness Ra", ra_m)?;
                 above_zero("a grain", grain_m)?;
                 if !(correlation_per_grain > 0.0 && correlation_per_grain.is_finite()) {
-                    return Err(SurfaceError::PerGrain {
-                        found: correlation_per_grain,
-                    });
+                    return Err(wrong(
+                        "a correlation length in grains",
+                        "above zero and finite",
+                        correlation_per_grain,
+                        "state 1 to 2 for sandpaper",
+                    ));
                 }
                 if !(0.0..=1.0).contains(&hurst) {
-                    return Err(SurfaceError::Hurst { found: hurst });
+                    return Err(wrong(
+                        "a Hurst exponent",
+                        "0 to 1",
+                        hurst,
+                        "state 0.7 to 0.9 for sandpaper",
+                    ));
                 }
                 if !(-3.0..=3.0).contains(&skewness) {
-                    return Err(SurfaceError::Skewness { found: skewness });
+                    return Err(wrong(
+                        "a skewness",
+                        "-3 to 3",
+                        skewness,
+                        "state 0 for a symmetric distribution of heights",
+                    ));
                 }
                 let (least_m, found_m) = (2.0 * SHORTEST_WAVE_M, self.scale_m());
                 if found_m < least_m {
-                    return Err(SurfaceError::Correlation { least_m, found_m });
+                    return Err(TwinError::Correlation { least_m, found_m });
                 }
                 above_zero("a correlation length", found_m)
             }
@@ -268,7 +280,7 @@ impl Relief {
                 above_zero("a dot's diameter", diameter_m)?;
                 above_zero("a wavelength", wavelength_m)?;
                 if diameter_m >= wavelength_m {
-                    return Err(SurfaceError::Touching {
+                    return Err(TwinError::Touching {
                         diameter_m,
                         wavelength_m,
                     });
@@ -276,7 +288,7 @@ impl Relief {
                 not_negative("an edge radius", edge_m)?;
                 let most_m = 0.5 * diameter_m.min(wavelength_m - diameter_m);
                 if edge_m > most_m {
-                    return Err(SurfaceError::Edge {
+                    return Err(TwinError::Edge {
                         most_m,
                         found_m: edge_m,
                     });
@@ -296,7 +308,7 @@ impl Relief {
     }
 
     /// The points of `patch`, where it suits the relief.
-    fn grid(&self, patch: &Patch) -> Result<Grid, SurfaceError> {
+    fn grid(&self, patch: &Patch) -> Result<Grid, TwinError> {
         let Patch {
             width_m,
             height_m,
@@ -311,7 +323,7 @@ impl Relief {
         };
         let most_m = LONGEST_STEP_SHARE * self.scale_m();
         if !(SHORTEST_STEP_M..=most_m).contains(&step_m) {
-            return Err(SurfaceError::Step {
+            return Err(TwinError::Step {
                 of,
                 least_m: SHORTEST_STEP_M,
                 most_m,
@@ -323,7 +335,7 @@ impl Relief {
         let longer_m = width_m.max(height_m);
         let least_m = LEAST_LENGTHS * self.scale_m();
         if matches!(self, Self::Isotropic { .. }) && longer_m < least_m {
-            return Err(SurfaceError::Small {
+            return Err(TwinError::Small {
                 least_m,
                 found_m: longer_m,
             });
@@ -374,12 +386,12 @@ fn add(heights_m: &mut [f64], grid: Grid, wavelength_m: f64, pattern: impl Fn(f6
 }
 
 /// The number of steps along a side.
-fn steps(what: &'static str, side_m: f64, step_m: f64) -> Result<usize, SurfaceError> {
+fn steps(what: &'static str, side_m: f64, step_m: f64) -> Result<usize, TwinError> {
     let steps = (side_m / step_m).round();
     if (STEPS.0..=STEPS.1).contains(&steps) {
         Ok(steps as usize)
     } else {
-        Err(SurfaceError::Side {
+        Err(TwinError::Side {
             what,
             step_m,
             found_m: side_m,
@@ -387,18 +399,28 @@ fn steps(what: &'static str, side_m: f64, step_m: f64) -> Result<usize, SurfaceE
     }
 }
 
-fn above_zero(what: &'static str, found_m: f64) -> Result<(), SurfaceError> {
+fn above_zero(what: &'static str, found_m: f64) -> Result<(), TwinError> {
     if found_m > 0.0 && found_m.is_finite() {
         Ok(())
     } else {
-        Err(SurfaceError::Length { what, found_m })
+        Err(wrong(
+            what,
+            "above zero and finite",
+            format!("{found_m} m"),
+            "state it in m",
+        ))
     }
 }
 
-fn not_negative(what: &'static str, found_m: f64) -> Result<(), SurfaceError> {
+fn not_negative(what: &'static str, found_m: f64) -> Result<(), TwinError> {
     if found_m >= 0.0 && found_m.is_finite() {
         Ok(())
     } else {
-        Err(SurfaceError::Negative { what, found_m })
+        Err(wrong(
+            what,
+            "zero or more and finite",
+            format!("{found_m} m"),
+            "state 0 for none",
+        ))
     }
 }

@@ -429,19 +429,35 @@ fn rough_reliefs_that_cannot_be_are_refused() {
     let patch = changed(|_| ()).usual_patch();
     assert!(changed(|_| ()).height_map(&patch, 7, "yes").is_ok());
     for bad in BAD {
-        refused(changed(|n| n[0] = bad), patch, "a roughness Ra above zero");
-        refused(changed(|n| n[1] = bad), patch, "a grain above zero");
-        refused(changed(|n| n[2] = bad), patch, "above zero grains");
+        refused(
+            changed(|n| n[0] = bad),
+            patch,
+            "a roughness Ra: expected above zero",
+        );
+        refused(
+            changed(|n| n[1] = bad),
+            patch,
+            "a grain: expected above zero",
+        );
+        refused(
+            changed(|n| n[2] = bad),
+            patch,
+            "a correlation length in grains: expected above zero",
+        );
     }
     for bad in [-0.1, 1.1, f64::NAN, f64::INFINITY] {
         refused(
             changed(|n| n[3] = bad),
             patch,
-            "a Hurst exponent from 0 to 1",
+            "a Hurst exponent: expected 0 to 1",
         );
     }
     for bad in [-3.1, 3.1, f64::NAN, f64::INFINITY] {
-        refused(changed(|n| n[4] = bad), patch, "a skewness from -3 to 3");
+        refused(
+            changed(|n| n[4] = bad),
+            patch,
+            "a skewness: expected -3 to 3",
+        );
     }
     let fine = changed(|n| n[1] = 2e-6);
     refused(
@@ -453,7 +469,7 @@ fn rough_reliefs_that_cannot_be_are_refused() {
     refused(
         overflow,
         patch,
-        "a correlation length above zero and finite",
+        "a correlation length: expected above zero and finite",
     );
 }
 
@@ -479,9 +495,21 @@ fn patterns_that_cannot_be_are_refused() {
             .is_ok()
     );
     for bad in BAD {
-        refused(drawn(|n| n[0] = bad), patch, "a dot's height above zero");
-        refused(drawn(|n| n[1] = bad), patch, "a dot's diameter above zero");
-        refused(drawn(|n| n[2] = bad), patch, "a wavelength above zero");
+        refused(
+            drawn(|n| n[0] = bad),
+            patch,
+            "a dot's height: expected above zero",
+        );
+        refused(
+            drawn(|n| n[1] = bad),
+            patch,
+            "a dot's diameter: expected above zero",
+        );
+        refused(
+            drawn(|n| n[2] = bad),
+            patch,
+            "a wavelength: expected above zero",
+        );
         for (wavelength_m, depth_m) in [(bad, 1e-4), (1e-3, bad)] {
             let ridges = Relief::Ridges {
                 wavelength_m,
@@ -495,15 +523,19 @@ fn patterns_that_cannot_be_are_refused() {
         refused(
             drawn(|n| n[3] = bad),
             patch,
-            "an edge radius of zero or more",
+            "an edge radius: expected zero or more",
         );
-        refused(drawn(|n| n[4] = bad), patch, "a roughness of zero or more");
+        refused(
+            drawn(|n| n[4] = bad),
+            patch,
+            "a roughness: expected zero or more",
+        );
         let rough = Relief::Ridges {
             wavelength_m: 1e-3,
             depth_m: 1e-4,
             roughness_m: bad,
         };
-        refused(rough, patch, "a roughness of zero or more");
+        refused(rough, patch, "a roughness: expected zero or more");
     }
     for touching in [100e-6, 120e-6] {
         refused(drawn(|n| n[1] = touching), patch, "dots that do not touch");
@@ -520,13 +552,21 @@ fn patches_that_do_not_show_the_relief_are_refused() {
         step_m: step_um * 1e-6,
     };
     for bad in BAD.map(|bad| bad * 1e6) {
-        refused(rough, patch(bad, 1000.0, 5.0), "a patch's width above zero");
+        refused(
+            rough,
+            patch(bad, 1000.0, 5.0),
+            "a patch's width: expected above zero",
+        );
         refused(
             rough,
             patch(1000.0, bad, 5.0),
-            "a patch's height above zero",
+            "a patch's height: expected above zero",
         );
-        refused(rough, patch(1000.0, 1000.0, bad), "a step above zero");
+        refused(
+            rough,
+            patch(1000.0, 1000.0, bad),
+            "a step: expected above zero",
+        );
     }
     refused(
         rough,

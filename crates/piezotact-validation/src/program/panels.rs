@@ -143,7 +143,8 @@ fn panel(laboratory: &Laboratory, numbers: &[u8], seed: u64) -> anyhow::Result<P
     let mut chapters = Vec::new();
     for number in numbers {
         let chapter = chapter(&laboratory, *number).transpose();
-        chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
+        chapters
+            .extend(chapter.map_err(|error| anyhow!(error).context(format!("chapter {number}")))?);
     }
     Ok(PanelFindings::of(seed, &chapters))
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context as _, anyhow};
+use anyhow::anyhow;
 use clap::Args;
 use piezotact::number::counted;
 use piezotact_dataset::{keep_as_it_is, read_input_text};
@@ -194,7 +194,8 @@ fn measured(laboratory: &Laboratory, asked: &[u8]) -> Outcome<Vec<Chapter>> {
     for (i, number) in asked.iter().enumerate() {
         say(&format!("{}/{} chapter {number}", i + 1, asked.len()));
         let chapter = chapter(laboratory, *number).transpose();
-        chapters.extend(chapter.with_context(|| format!("chapter {number}"))?);
+        chapters
+            .extend(chapter.map_err(|error| anyhow!(error).context(format!("chapter {number}")))?);
     }
     Ok(chapters)
 }

@@ -1,5 +1,6 @@
 //! Synchronisation bursts: short sweeps before and after a drive, by which a recording is found in it whatever the drive is.
 
+use crate::align::AlignError;
 use std::f64::consts::TAU;
 use std::fmt;
 
@@ -10,7 +11,7 @@ use crate::document::Content;
 use crate::fourier::fade;
 use crate::quantity::{Band, Drive, Hertz, SampleRate, Seconds};
 use crate::recording::{Annotations, Event};
-use crate::series::{Series, SeriesError};
+use crate::series::Series;
 
 /// The kind of the event that is the burst before a drive.
 pub const FIRST_BURST: &str = "sync_burst_first";
@@ -20,11 +21,11 @@ pub const LAST_BURST: &str = "sync_burst_last";
 pub const DRIVE_BETWEEN: &str = "drive";
 
 /// The least time-bandwidth product (number of independent values) at which a sweep is distinguishable from another signal.
-const LEAST_CELLS: f64 = 100.0;
+pub(super) const LEAST_CELLS: f64 = 100.0;
 /// The longest burst and the longest silence, s.
-const LONGEST_S: f64 = 10.0;
+pub(super) const LONGEST_S: f64 = 10.0;
 /// The shortest silence, s: what a device holds back has ended, and the filters of a search are apart.
-const SHORTEST_GUARD_S: f64 = 0.1;
+pub(super) const SHORTEST_GUARD_S: f64 = 0.1;
 /// The share of a burst over which it rises, and over which it falls.
 const TAPER: f64 = 0.1;
 /// A drive that is as like a burst somewhere cannot have one.
@@ -50,13 +51,14 @@ impl BurstConfig {
     /// Half a second from 100 to 1000 Hz, as far as `rate` holds them, with a quarter of a second of silence, with a peak of `peak_share` of full scale.
     ///
     /// # Errors
-    /// [`BurstError::Band`] for a rate that holds no such band.
-    pub fn usual(rate: SampleRate, peak_share: f64) -> Result<Self, BurstError> {
+    /// [`AlignError::BurstBand`] for a rate that holds no such band.
+    pub fn usual(rate: SampleRate, peak_share: f64) -> Result<Self, AlignError> {
         let high = (PASSBAND * rate.nyquist().0).min(1000.0);
-        let band = Band::new(Hertz(100.0), Hertz(high)).map_err(|_narrow| BurstError::Band {
-            high_hz: 1000.0,
-            highest_hz: high,
-        })?;
+        let band =
+            Band::new(Hertz(100.0), Hertz(high)).map_err(|_narrow| AlignError::BurstBand {
+                high_hz: 1000.0,
+                highest_hz: high,
+            })?;
         Ok(Self {
             band,
             duration_s: Seconds(0.5),
@@ -65,31 +67,31 @@ impl BurstConfig {
         })
     }
 
-    fn check(&self, rate: SampleRate) -> Result<(), BurstError> {
+    fn check(&self, rate: SampleRate) -> Result<(), AlignError> {
         let highest_hz = PASSBAND * rate.nyquist().0;
         if self.band.high().0 > highest_hz {
-            return Err(BurstError::Band {
+            return Err(AlignError::BurstBand {
                 high_hz: self.band.high().0,
                 highest_hz,
             });
         }
         let within = |value: f64, low: f64| value >= low && value <= LONGEST_S;
         if !within(self.duration_s.0, 0.0) || !within(self.guard_s.0, SHORTEST_GUARD_S) {
-            return Err(BurstError::Lengths {
+            return Err(AlignError::Lengths {
                 duration_s: self.duration_s.0,
                 guard_s: self.guard_s.0,
             });
         }
         let width_hz = self.band.high().0 - self.band.low().0;
         if width_hz * self.duration_s.0 < LEAST_CELLS {
-            return Err(BurstError::Short {
+            return Err(AlignError::Short {
                 width_hz,
                 duration_s: self.duration_s.0,
                 least_s: LEAST_CELLS / width_hz,
             });
         }
         if !(self.peak > 0.0 && self.peak <= 1.0) {
-            return Err(BurstError::Peak { found: self.peak });
+            return Err(AlignError::Peak { found: self.peak });
         }
         Ok(())
     }
@@ -230,9 +232,9 @@ impl WithBursts {
 /// Source: C. E. Cook and M. Bernfeld, *Radar Signals* (1967), for linear sweeps; decision 0089 of this project.
 ///
 /// # Errors
-/// [`BurstError`] for a band that the rate does not hold, other lengths than 0.1 to 10 s of silence, a burst with fewer than 100 independent
+/// [`AlignError`] for a band that the rate does not hold, other lengths than 0.1 to 10 s of silence, a burst with fewer than 100 independent
 /// values, a peak beyond full scale, and a drive that contains such a sweep.
-pub fn with_bursts(drive: &Series<Drive>, config: &BurstConfig) -> Result<WithBursts, BurstError> {
+pub fn with_bursts(drive: &Series<Drive>, config: &BurstConfig) -> Result<WithBursts, AlignError> {
     let rate = drive.rate();
     config.check(rate)?;
     let rising = config.rising(rate);
@@ -264,7 +266,7 @@ pub fn with_bursts(drive: &Series<Drive>, config: &BurstConfig) -> Result<WithBu
 }
 
 /// Refuses a drive in which one of the bursts would be found.
-fn refuse_alike(drive: &Series<Drive>, bursts: [&[f64]; 2]) -> Result<(), BurstError> {
+fn refuse_alike(drive: &Series<Drive>, bursts: [&[f64]; 2]) -> Result<(), AlignError> {
     let (samples, longest) = (drive.samples(), bursts[0].len());
     let usual = samples.iter().map(|v| v * v).sum::<f64>() / samples.len() as f64;
     let searched = Searched::of(samples, longest, longest, usual);
@@ -273,7 +275,7 @@ fn refuse_alike(drive: &Series<Drive>, bursts: [&[f64]; 2]) -> Result<(), BurstE
         let found = peaks(&common.correlations(samples.len() + longest), longest);
         if let Some(place) = found.first().filter(|place| place.correlation > LIKE) {
             let at = place.at - longest as f64;
-            return Err(BurstError::Alike {
+            return Err(AlignError::Alike {
                 at_s: at / drive.rate().hz(),
                 correlation: place.correlation,
             });
@@ -321,65 +323,4 @@ impl BurstDocument {
             self.length_s.0
         )
     }
-}
-
-/// Why a drive cannot have bursts.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BurstError {
-    /// A band that the rate does not hold.
-    #[error(
-        "expected bursts up to {highest_hz} Hz, 0.9 of half the rate of the drive, found {high_hz} Hz; state a lower band"
-    )]
-    Band {
-        /// The upper end, Hz.
-        high_hz: f64,
-        /// The highest possible, Hz.
-        highest_hz: f64,
-    },
-    /// Lengths that cannot be.
-    #[error(
-        "expected bursts up to {LONGEST_S} s with {SHORTEST_GUARD_S} to {LONGEST_S} s of silence, found {duration_s} s with {guard_s} s; 0.5 s with \
-         0.25 s are usual"
-    )]
-    Lengths {
-        /// The length of a burst, s.
-        duration_s: f64,
-        /// That of a silence, s.
-        guard_s: f64,
-    },
-    /// A burst that is not told from others.
-    #[error(
-        "expected a burst whose width times length is {LEAST_CELLS} or more, found {width_hz} Hz for {duration_s} s; make it {least_s:.3} s or \
-         longer, or the band wider"
-    )]
-    Short {
-        /// The width of its band, Hz.
-        width_hz: f64,
-        duration_s: f64,
-        /// The length that would do, s.
-        least_s: f64,
-    },
-    /// A peak that cannot be.
-    #[error(
-        "expected a peak of the bursts above 0 and up to 1 of full scale, found {found}; state another"
-    )]
-    Peak { found: f64 },
-    /// The drive contains such a sweep.
-    #[error(
-        "expected a drive without such a sweep, found one at {at_s:.3} s (correlation {correlation:.2}): the bursts could not be told from it; \
-         state another length or band of the bursts"
-    )]
-    Alike {
-        at_s: f64,
-        /// How alike they are.
-        correlation: f64,
-    },
-    /// The drive has bursts already.
-    #[error(
-        "expected a drive without bursts, found one that has them; give it as it is, or the drive that it was made of"
-    )]
-    Already,
-    /// No series.
-    #[error(transparent)]
-    Series(#[from] SeriesError),
 }

@@ -24,8 +24,8 @@ use crate::resample::Resampler;
 use crate::warning::Warning;
 
 pub use burst::{
-    BurstConfig, BurstDocument, BurstError, Bursts, DRIVE_BETWEEN, FIRST_BURST, LAST_BURST, Span,
-    Which, WithBursts, with_bursts,
+    BurstConfig, BurstDocument, Bursts, DRIVE_BETWEEN, FIRST_BURST, LAST_BURST, Span, Which,
+    WithBursts, with_bursts,
 };
 pub use error::AlignError;
 pub use recordings::{AlignedRecording, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};

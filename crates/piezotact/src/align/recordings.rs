@@ -184,7 +184,7 @@ impl AlignedRecording {
     /// Source: [`Alignment::placed`].
     ///
     /// # Errors
-    /// [`AlignError::Resample`] for rates without a common cycle; [`AlignError::Recording`] where nothing of a channel is left.
+    /// [`AlignError::Series`] for rates without a common cycle; [`AlignError::Recording`] where nothing of a channel is left.
     pub fn on_drive(&self, compared: &Compared<'_>) -> Result<Recording, AlignError> {
         let alignment = &self.alignment;
         let (named, own, clock) = compared.recorded;

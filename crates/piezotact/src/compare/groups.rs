@@ -131,11 +131,11 @@ fn sentence(units: SampleUnit, family: usize, config: &DiscriminationConfig) -> 
     )
 }
 
-/// Why distinguishability cannot be judged.
+/// Why distinguishability is not judged: a part of the document of a study.
 #[derive(Clone, Debug, PartialEq, thiserror::Error, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(tag = "withheld", rename_all = "snake_case")]
-pub enum DiscriminationError {
+pub enum WithheldCause {
     /// The vibration is no acceleration in m/s².
     #[error(
         "it is not computed which samples are distinguishable: thresholds and JND are known for accelerations in m/s², \
@@ -176,10 +176,10 @@ pub enum DiscriminationError {
 const LEAST_HIGH_HZ: f64 = 200.0;
 
 /// The band over which `settings` can be compared: that of the model, or as much of it as the PSDs hold.
-fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, DiscriminationError> {
+fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, WithheldCause> {
     let all = || settings.iter().flatten();
     if let Some(other) = all().find(|t| t.unit != Unit::MetrePerSecondSquared) {
-        return Err(DiscriminationError::NotAnAcceleration {
+        return Err(WithheldCause::NotAnAcceleration {
             sample: other.name.clone(),
             unit: other.unit.to_string(),
         });
@@ -192,7 +192,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Discrimination
                     || (lines(t) - lines(first)).abs() > 0.5
             })
         {
-            return Err(DiscriminationError::OtherLines {
+            return Err(WithheldCause::OtherLines {
                 one: first.name.clone(),
                 other: other.name.clone(),
             });
@@ -200,7 +200,7 @@ fn band_of(settings: &[Vec<Texture>], band: Band) -> Result<Band, Discrimination
     }
     let highest_hz = all().map(|t| t.highest_hz).fold(f64::INFINITY, f64::min);
     if highest_hz.is_nan() || highest_hz < LEAST_HIGH_HZ.min(band.high().0) {
-        return Err(DiscriminationError::BandNotHeld { highest_hz, band });
+        return Err(WithheldCause::BandNotHeld { highest_hz, band });
     }
     Ok(Band::new(band.low(), Hertz(band.high().0.min(highest_hz))).unwrap_or(band))
 }
@@ -228,11 +228,11 @@ struct Sample {
 /// Source: decisions 0014 and 0025 of this project.
 ///
 /// # Errors
-/// [`DiscriminationError`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.
+/// [`WithheldCause`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.
 pub fn discriminate(
     settings: &[Vec<Texture>],
     config: &DiscriminationConfig,
-) -> Result<AcrossSamples, DiscriminationError> {
+) -> Result<AcrossSamples, WithheldCause> {
     let model = Model {
         band: band_of(settings, config.model.band)?,
         ..config.model.clone()

@@ -14,7 +14,7 @@ mod warning;
 
 pub use confounded::{Confounder, confounders, unless_confounded};
 pub use distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
-pub use groups::{AcrossSamples, DiscriminationConfig, DiscriminationError, Texture, discriminate};
+pub use groups::{AcrossSamples, DiscriminationConfig, Texture, WithheldCause, discriminate};
 pub use lines::{CommonLine, LineOrigin, LinesOf, common_lines, set_apart};
 pub use period::{
     GroupPeriod, PeriodCriterion, PeriodUnit, Sliding, SpatialPeriod, SpeedPeak, spatial_period,
@@ -75,7 +75,7 @@ pub fn comparable(groups: &[&Summary]) -> Result<(), CompareError> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CompareError {
     /// There is nothing.
-    #[error("expected strokes to compare, found none; look at what was rejected, and why")]
+    #[error("there are no strokes to compare: look at what was rejected, and why")]
     Nothing,
     /// Recordings that cannot be averaged.
     #[error(

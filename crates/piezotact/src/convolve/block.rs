@@ -1,5 +1,6 @@
 //! Convolution in blocks of one length, for the callback of a sound device.
 
+use crate::series::SeriesError;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
@@ -37,18 +38,18 @@ impl Partitions {
     /// Source: as [`BlockConvolver`].
     ///
     /// # Errors
-    /// [`BlockError::Block`] for a block of 0 or of more than [`LONGEST_BLOCK`] samples, [`BlockError::NoImpulse`] for an
-    /// empty impulse response, [`BlockError::NotFinite`] where a sample of it is no finite number.
-    pub fn new(impulse: &[f64], block: usize) -> Result<Self, BlockError> {
+    /// [`SeriesError::Block`] for a block of 0 or of more than [`LONGEST_BLOCK`] samples, [`SeriesError::NoImpulse`] for an
+    /// empty impulse response, [`SeriesError::ImpulseNotFinite`] where a sample of it is no finite number.
+    pub fn new(impulse: &[f64], block: usize) -> Result<Self, SeriesError> {
         if !(1..=LONGEST_BLOCK).contains(&block) {
-            return Err(BlockError::Block { found: block });
+            return Err(SeriesError::Block { found: block });
         }
         if impulse.is_empty() {
-            return Err(BlockError::NoImpulse);
+            return Err(SeriesError::NoImpulse);
         }
         if let Some(at) = impulse.iter().position(|tap| !tap.is_finite()) {
             let found = impulse[at];
-            return Err(BlockError::NotFinite { at, found });
+            return Err(SeriesError::ImpulseNotFinite { at, found });
         }
         let count = impulse.len().div_ceil(block);
         let mut transform = Transform::new(block);
@@ -123,7 +124,7 @@ impl std::fmt::Debug for Partitions {
 /// assert!((output[0] - 1.0).abs() < 1e-15);
 /// convolver.process(&[0.0, 0.0], &mut output)?;
 /// assert!((output[0] - 0.5).abs() < 1e-15);
-/// # Ok::<(), piezotact::convolve::BlockError>(())
+/// # Ok::<(), crate::series::SeriesError>(())
 /// ```
 #[derive(Clone)]
 pub struct BlockConvolver {
@@ -221,12 +222,15 @@ impl BlockConvolver {
     /// Source: as [`BlockConvolver`].
     ///
     /// # Errors
-    /// [`BlockError::Length`] where `input` or `output` has not the length of the block; then nothing is done.
-    pub fn process(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), BlockError> {
+    /// [`SeriesError::Lengths`] where `input` or `output` has not the length of the block; then nothing is done.
+    pub fn process(&mut self, input: &[f64], output: &mut [f64]) -> Result<(), SeriesError> {
         let expected = self.partitions.block;
         for found in [input.len(), output.len()] {
             if found != expected {
-                return Err(BlockError::Length { expected, found });
+                return Err(SeriesError::Lengths {
+                    expected: format!("a block of {expected} samples"),
+                    found: found.to_string(),
+                });
             }
         }
         self.transform.forward(&self.last, input);
@@ -268,15 +272,13 @@ impl BlockConvolver {
     /// Source: Wefers (as [`BlockConvolver`]), exchange of filters by crossfading in the time domain.
     ///
     /// # Errors
-    /// [`BlockError::Partitions`] where `next` has another block or another number of partitions; then nothing is done.
-    pub fn change(&mut self, next: &mut Partitions) -> Result<(), BlockError> {
+    /// [`SeriesError::Lengths`] where `next` has another block or another number of partitions; then nothing is done.
+    pub fn change(&mut self, next: &mut Partitions) -> Result<(), SeriesError> {
         let own = &self.partitions;
         if (own.block, own.count) != (next.block, next.count) {
-            return Err(BlockError::Partitions {
-                block: own.block,
-                expected: own.count,
-                found_block: next.block,
-                found: next.count,
+            return Err(SeriesError::Lengths {
+                expected: format!("{} partitions of {} samples", own.count, own.block),
+                found: format!("{} of {}", next.count, next.block),
             });
         }
         // Of two changes before one block the first was never played.
@@ -518,51 +520,6 @@ impl Transform {
             },
         );
     }
-}
-
-/// Why a signal cannot be convolved in blocks.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BlockError {
-    /// The block has no sample, or too many.
-    #[error(
-        "expected a block of 1 to {LONGEST_BLOCK} samples, found {found}; state how many samples the device takes at a time"
-    )]
-    Block { found: usize },
-    /// The impulse response is empty.
-    #[error("expected an impulse response of at least one sample, found none; give its samples")]
-    NoImpulse,
-    /// A sample of the impulse response is no finite number.
-    #[error(
-        "expected finite samples in an impulse response, found {found} at sample {at}; compute it again without"
-    )]
-    NotFinite {
-        /// Which one, from 0.
-        at: usize,
-        found: f64,
-    },
-    /// An input or an output is not as long as the block.
-    #[error(
-        "expected a block of {expected} samples, found {found}; make the partitions for the block of the device"
-    )]
-    Length {
-        /// Samples of the block.
-        expected: usize,
-        /// Samples that were given.
-        found: usize,
-    },
-    /// The next impulse response is cut otherwise.
-    #[error(
-        "expected {expected} partitions of {block} samples, found {found} of {found_block}; cut both impulse responses for one block, and fill the shorter one with zeros"
-    )]
-    Partitions {
-        /// Samples of the block.
-        block: usize,
-        /// Partitions that the convolver has.
-        expected: usize,
-        /// Samples of a block of the next impulse response.
-        found_block: usize,
-        found: usize,
-    },
 }
 
 #[cfg(test)]

@@ -58,7 +58,7 @@ impl LowFrequencies {
         recorded: &[&[f64]],
         steady: Interval,
     ) -> Result<LowPowers, FeatureError> {
-        let own = Receptor::Meissner.band().map_err(FeatureError::Quantity)?;
+        let own = Receptor::Meissner.band()?;
         let segment = self.rate.samples_in(SEGMENT).min(steady.len());
         let step_hz = self.rate.hz() / segment.max(1) as f64;
         let passes_hz = self.config.passes_from().0;
@@ -129,15 +129,12 @@ impl LowFrequencies {
     ) -> Result<Vec<f64>, FeatureError> {
         let plan = match self.plan.take() {
             Some((planned, plan)) if planned == segment => plan,
-            _ => WelchPlan::new(&WelchConfig::hann(segment), self.rate)
-                .map_err(FeatureError::Estimate)?,
+            _ => WelchPlan::new(&WelchConfig::hann(segment), self.rate)?,
         };
         let (_, plan) = self.plan.insert((segment, plan));
         let mut mean = vec![0.0; segment / 2 + 1];
         for channel in channels {
-            let one = plan
-                .estimate::<Uncalibrated>(&[steady.of(channel)])
-                .map_err(FeatureError::Estimate)?;
+            let one = plan.estimate::<Uncalibrated>(&[steady.of(channel)])?;
             for (sum, value) in mean.iter_mut().zip(one.values) {
                 *sum += value / channels.len() as f64;
             }

@@ -21,7 +21,7 @@ pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
 use crate::clipping::flat_top_fraction;
-use crate::filter::{FilterError, HighPass, ZeroPhase};
+use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
 use crate::spectrum::{
@@ -81,7 +81,7 @@ impl FeatureConfig {
         Ok(Self {
             high_pass,
             welch: WelchConfig::hann(segment),
-            band: Band::new(Hertz(low_hz), Hertz(high_hz)).map_err(FeatureError::Quantity)?,
+            band: Band::new(Hertz(low_hz), Hertz(high_hz))?,
         })
     }
 }
@@ -324,7 +324,7 @@ pub fn analyse(
     segmentation: &Segmentation,
     config: &FeatureConfig,
 ) -> Result<Analysis, FeatureError> {
-    let signals = Signals::of(recording, &segmentation.roles).map_err(FeatureError::Signals)?;
+    let signals = Signals::of(recording, &segmentation.roles)?;
     if segmentation.strokes.is_empty() {
         return Err(FeatureError::NoStroke);
     }
@@ -396,7 +396,7 @@ pub fn analyse(
         psds.push(psd);
     }
     let resolution_hz = signals.rate.hz() / config.welch.segment as f64;
-    let hop = config.welch.hop().map_err(FeatureError::Estimate)?;
+    let hop = config.welch.hop()?;
     let segments: usize = segmentation
         .strokes
         .iter()
@@ -436,25 +436,21 @@ pub struct Vibrations {
 /// Source: [`ZeroPhase`].
 ///
 /// # Errors
-/// [`FeatureError::NoVibration`] when none is left, [`FeatureError::Filter`] for a filter that cannot be.
+/// [`FeatureError::NoVibration`] when none is left, [`FeatureError::Series`] for a filter that cannot be.
 pub fn vibrations(
     recording: &Recording,
     segmentation: &Segmentation,
     high_pass: Option<HighPass>,
 ) -> Result<Vibrations, FeatureError> {
     let roles = &segmentation.roles;
-    let rate = roles.rate_in(recording).map_err(FeatureError::Recording)?;
+    let rate = roles.rate_in(recording)?;
     let filter = match high_pass {
-        Some(high_pass) => {
-            Some(ZeroPhase::high_pass(high_pass, rate).map_err(FeatureError::Filter)?)
-        }
+        Some(high_pass) => Some(ZeroPhase::high_pass(high_pass, rate)?),
         None => None,
     };
     let (mut channels, mut warnings, mut unit) = (Vec::new(), Vec::new(), None);
     for name in &segmentation.roles.vibration {
-        let channel = recording
-            .pick(Some(name), &Unit::MetrePerSecondSquared)
-            .map_err(FeatureError::Recording)?;
+        let channel = recording.pick(Some(name), &Unit::MetrePerSecondSquared)?;
         let first = channel.samples.first().copied().unwrap_or(0.0);
         if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
             warnings.push(Warning::from(SignalWarning::DeadChannel {
@@ -540,8 +536,7 @@ fn amplitudes(
             let series = crate::series::Series::<Uncalibrated>::new(
                 samples.iter().map(|v| v - mean).collect(),
                 rate,
-            )
-            .map_err(FeatureError::Series)?;
+            )?;
             let (_, amplitudes) = amplitude_spectrum(&series);
             squares.resize(amplitudes.len(), 0.0);
             for (square, amplitude) in squares.iter_mut().zip(amplitudes) {
@@ -561,11 +556,11 @@ fn amplitudes(
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FeatureError {
     /// There is no stroke.
-    #[error("expected at least one stroke, found none; look at what was rejected, and why")]
+    #[error("there is no stroke: look at what was rejected, and why")]
     NoStroke,
     /// There is no vibration.
     #[error(
-        "expected a channel with a vibration, found only constant channels; name one or check its cable"
+        "every channel is constant, so there is no vibration: name a channel or check its cable"
     )]
     NoVibration,
     /// Channels of several quantities.
@@ -582,21 +577,18 @@ pub enum FeatureError {
     #[error("expected samples whose squares can be summed, found an overflow; check the scale")]
     TooLarge,
     /// The channels are not what they should be.
-    #[error("{0}")]
-    Signals(SegmentError),
+    #[error(transparent)]
+    Signals(#[from] SegmentError),
     /// A channel is not there.
-    #[error("{0}")]
-    Recording(RecordingError),
-    /// The filter cannot be.
-    #[error("{0}")]
-    Filter(FilterError),
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// A spectrum cannot be estimated.
-    #[error("{0}")]
-    Estimate(EstimateError),
+    #[error(transparent)]
+    Estimate(#[from] EstimateError),
     /// A number that cannot be.
-    #[error("{0}")]
-    Quantity(crate::quantity::QuantityError),
-    /// Samples that make no series.
-    #[error("{0}")]
-    Series(crate::series::SeriesError),
+    #[error(transparent)]
+    Quantity(#[from] crate::quantity::QuantityError),
+    /// Samples that make no series, or cannot be filtered.
+    #[error(transparent)]
+    Series(#[from] crate::series::SeriesError),
 }

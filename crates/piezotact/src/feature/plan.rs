@@ -88,7 +88,7 @@ impl FeaturePlan {
         };
         Ok(Self {
             pacini: pacini(),
-            welch: WelchPlan::new(&config.welch, rate).map_err(FeatureError::Estimate)?,
+            welch: WelchPlan::new(&config.welch, rate)?,
             config: config.clone(),
             rate,
             weights,
@@ -123,10 +123,7 @@ impl FeaturePlan {
             peak = peak.max(largest);
             let fourth = fourth_powers(samples, mean, window, &mut short);
             kurtosis += fourth * samples.len() as f64 / (sum * sum).max(f64::MIN_POSITIVE);
-            let spectrum = self
-                .welch
-                .estimate::<Uncalibrated>(&[samples])
-                .map_err(FeatureError::Estimate)?;
+            let spectrum = self.welch.estimate::<Uncalibrated>(&[samples])?;
             if psd.is_empty() {
                 psd = spectrum.values;
             } else {
@@ -160,7 +157,7 @@ impl FeaturePlan {
         let nyquist = self.rate.nyquist();
         let mut receptor_power = [None; 4];
         for (power, receptor) in receptor_power.iter_mut().zip(Receptor::ALL) {
-            let band = receptor.band().map_err(FeatureError::Quantity)?;
+            let band = receptor.band()?;
             *power = (band.high() <= nyquist).then(|| band_power(&psd, resolution_hz, band));
         }
         let (friction_coefficient, normal_force_n) = self.forces(signals, segmentation, steady);

@@ -1,7 +1,6 @@
 //! Errors of texture manipulations.
 
 use crate::quantity::{Band, Hertz, SampleRate, Seconds};
-use crate::resample::ResampleError;
 use crate::series::SeriesError;
 use crate::spectrum::EstimateError;
 
@@ -9,7 +8,7 @@ use crate::spectrum::EstimateError;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ManipulateError {
     /// The other texture is missing.
-    #[error("expected a second texture for this manipulation, found none; name its recording")]
+    #[error("this manipulation needs a second texture: name its recording")]
     NoOther,
     /// A texture has no spectrum in the usual segments.
     #[error("{said}")]
@@ -23,9 +22,7 @@ pub enum ManipulateError {
         duration: Seconds,
     },
     /// The texture has no power within a band.
-    #[error(
-        "expected power within {band} in {what}, found none; use a band in which both textures vibrate"
-    )]
+    #[error("{what} has no power within {band}: use a band in which both textures vibrate")]
     SilentWithin { what: String, band: Band },
     /// The operation leaves nothing.
     #[error("expected a signal after `{after}`, found silence; use a smaller change")]
@@ -70,7 +67,7 @@ pub enum ManipulateError {
     #[error(
         "expected a warp with few decimals, found {found} ({why}); write it with four decimals"
     )]
-    Ratio { found: f64, why: ResampleError },
+    Ratio { found: f64, why: SeriesError },
     /// The other texture gives no spectrum.
     #[error("cannot estimate the spectrum of {of}: {why}")]
     Spectrum { of: String, why: EstimateError },

@@ -6,8 +6,9 @@ use crate::filter::HighPass;
 use crate::lineage::{Operation, Step};
 use crate::quantity::{Acceleration, Quantity, SampleRate};
 use crate::recording::Recording;
-use crate::resample::{ResampleError, converted};
+use crate::resample::converted;
 use crate::series::Series;
+use crate::series::SeriesError;
 use crate::stroke::{Segmentation, Stroke};
 
 /// Time stamps give rates that are whole but for their last digits, a share of this.
@@ -53,7 +54,7 @@ pub fn textures_of_strokes(
         let steady = &stroke.steady;
         let samples = freed.channels.first().map(|channel| steady.of(channel));
         let samples = samples.map(<[f64]>::to_vec).unwrap_or_default();
-        let series = Series::new(samples, rate).map_err(FeatureError::Series)?;
+        let series = Series::new(samples, rate)?;
         let operation = Operation::Stroke {
             number: i + 1,
             from_s: rate.duration_of(steady.start).0,
@@ -79,7 +80,7 @@ impl<Q: Quantity> Texture<Q> {
     ///
     /// # Errors
     /// Those of [`crate::resample::resample`].
-    pub fn at_rate(mut self, what: &str, to: SampleRate) -> Result<Self, ResampleError> {
+    pub fn at_rate(mut self, what: &str, to: SampleRate) -> Result<Self, SeriesError> {
         let at_rate = converted(what, self.series, to)?;
         self.series = at_rate.series;
         self.warnings.extend(at_rate.warning);
@@ -91,7 +92,7 @@ impl<Q: Quantity> Texture<Q> {
     ///
     /// # Errors
     /// Those of [`crate::resample::resample`].
-    pub fn at_whole_rate(self, what: &str) -> Result<Self, ResampleError> {
+    pub fn at_whole_rate(self, what: &str) -> Result<Self, SeriesError> {
         let from_hz = self.series.rate().hz();
         let whole_hz = from_hz.round();
         if (from_hz - whole_hz).abs() <= WHOLE_RATE_SHARE * from_hz {

@@ -1,8 +1,8 @@
 //! Why noise cannot be analysed.
 
-use crate::filter::FilterError;
 use crate::quantity::{Band, Hertz, Seconds};
 use crate::recording::RecordingError;
+use crate::series::SeriesError;
 use crate::spectrum::EstimateError;
 
 /// Why noise cannot be analysed.
@@ -47,5 +47,5 @@ pub enum NoiseError {
     Estimate(#[from] EstimateError),
     /// The band's lower end cannot be filtered at.
     #[error(transparent)]
-    Filter(#[from] FilterError),
+    Filter(#[from] SeriesError),
 }

@@ -1,6 +1,7 @@
 //! The complete analysis of a panel, as one value.
 
 use crate::panel::PanelWarning;
+use crate::transfer::TransferError;
 use serde::{Deserialize, Serialize};
 
 use super::average::{averages, of_members};
@@ -15,7 +16,7 @@ use super::{
     repeatability,
 };
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::transfer::{BundleAverage, BundleError, Ensemble};
+use crate::transfer::{BundleAverage, Ensemble};
 use crate::warning::{Warning, Warnings};
 
 /// How a panel is analysed.
@@ -131,9 +132,11 @@ impl PanelAnalysis {
 /// Adds to an error about curves that cancel in a complex mean the names of the measurements with opposite sign, if known.
 pub(super) fn with_opposite_names(error: PanelError, opposite: Option<&Sign<'_>>) -> PanelError {
     match (error, opposite.and_then(Sign::warning)) {
-        (PanelError::Ensemble(BundleError::Cancel { .. }), Some(warning)) => PanelError::Opposite {
-            what: warning.to_string(),
-        },
+        (PanelError::Transfer(TransferError::Cancel { .. }), Some(warning)) => {
+            PanelError::Opposite {
+                what: warning.to_string(),
+            }
+        }
         (error, _) => error,
     }
 }
@@ -147,7 +150,7 @@ pub(super) fn with_opposite_names(error: PanelError, opposite: Option<&Sign<'_>>
 ///
 /// # Errors
 /// [`PanelError::Few`] for fewer than two participants, [`PanelError::Empty`] when no line lies in the band,
-/// [`PanelError::Ensemble`] when people cannot be averaged.
+/// [`PanelError::Transfer`] when people cannot be averaged.
 pub fn analyse<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     config: &PanelConfig,

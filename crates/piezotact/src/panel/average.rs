@@ -173,7 +173,7 @@ impl CellAverage {
 /// the wrapped normal distribution; the mean of the log-normal distribution.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Ensemble`] when people cannot be averaged.
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Transfer`] when people cannot be averaged.
 pub(super) fn averages<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
@@ -486,7 +486,7 @@ impl<I: Quantity, O: Quantity> Content for PanelAverage<I, O> {
 ///
 /// # Errors
 /// [`PanelError::Few`] when nobody was measured in the cell; [`PanelError::Empty`] when no line lies in the band;
-/// [`PanelError::Ensemble`] when people cannot be averaged.
+/// [`PanelError::Transfer`] when people cannot be averaged.
 pub fn average_of_panel<I: Quantity, O: Quantity>(
     panel: &Panel<I, O>,
     cell: Cell,

@@ -2,9 +2,7 @@
 
 use serde::Serialize;
 
-use super::{
-    Artefact, ArtefactConfig, ControlError, Dip, Entry, Filing, Panel, PanelError, artefact_of,
-};
+use super::{Artefact, ArtefactConfig, Dip, Entry, Filing, Panel, PanelError, artefact_of};
 use crate::quantity::Uncalibrated;
 use crate::transfer::TransferFunction;
 
@@ -38,17 +36,6 @@ pub struct Cleaning {
     pub example_before: Option<TransferFunction<Uncalibrated, Uncalibrated>>,
 }
 
-/// A panel that cannot be freed of an artefact.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CleaningError {
-    /// The control measurement shows nothing that could be taken out, or does not fit.
-    #[error("{0}")]
-    Control(#[from] ControlError),
-    /// What is left is no panel.
-    #[error("{0}")]
-    Panel(#[from] PanelError),
-}
-
 /// `panel` with the artefact that `control` shows taken out of every measurement, and what that did. The warnings of the panel and
 /// of the artefact go with it.
 ///
@@ -57,12 +44,12 @@ pub enum CleaningError {
 /// Source: L. Felicetti's thesis (2024), figure 71, for the control measurement.
 ///
 /// # Errors
-/// [`CleaningError`] where the control shows no artefact or has other lines than the panel.
+/// [`PanelError`] where the control shows no artefact or has other lines than the panel.
 pub fn without_artefact(
     panel: &Panel<Uncalibrated, Uncalibrated>,
     control: TransferFunction<Uncalibrated, Uncalibrated>,
     config: &ArtefactConfig,
-) -> Result<(Panel<Uncalibrated, Uncalibrated>, Cleaning), CleaningError> {
+) -> Result<(Panel<Uncalibrated, Uncalibrated>, Cleaning), PanelError> {
     let artefact = artefact_of(&control, config)?;
     let mut dips = Vec::new();
     let mut entries = Vec::new();

@@ -1,7 +1,7 @@
 //! Removes narrow resonances of the bench, identified in a control measurement without a finger, from the transfer functions of
 //! fingers.
 
-use crate::number::rounded;
+use crate::panel::PanelError;
 use crate::panel::PanelWarning;
 use std::f64::consts::{PI, TAU};
 
@@ -151,11 +151,11 @@ fn shoulders(
 /// Source: L. Felicetti's thesis (2024), figure 71, for the control measurement; the normalisation is ours.
 ///
 /// # Errors
-/// [`ControlError::NoDip`] when nothing is deep enough.
+/// [`PanelError::NoDip`] when nothing is deep enough.
 pub fn artefact_of<C: Quantity, R: Quantity>(
     control: &TransferFunction<C, R>,
     config: &ArtefactConfig,
-) -> Result<Artefact, ControlError> {
+) -> Result<Artefact, PanelError> {
     let ratios = [config.inner_ratio, config.outer_ratio];
     let resolution_hz = control.resolution_hz();
     let db: Vec<f64> = control.response().iter().map(|h| level_db(*h)).collect();
@@ -186,7 +186,7 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
     }
     let found = deepest.filter(|(_, _, depth, _)| *depth >= config.least_depth_db);
     let Some((line, trend, depth_db, sides)) = found else {
-        return Err(ControlError::NoDip {
+        return Err(PanelError::NoDip {
             band: config.search,
             least_db: config.least_depth_db,
         });
@@ -228,7 +228,7 @@ pub fn artefact_of<C: Quantity, R: Quantity>(
     Ok(Artefact {
         at_hz,
         depth_db,
-        window_hz: window_hz.map_err(|_no_band| ControlError::NoDip {
+        window_hz: window_hz.map_err(|_no_band| PanelError::NoDip {
             band: config.search,
             least_db: config.least_depth_db,
         })?,
@@ -275,16 +275,16 @@ impl Artefact {
     /// `function` divided by the artefact, magnitude and phase, with what was seen of it before and after.
     ///
     /// # Errors
-    /// [`ControlError::Lines`] when the control had other lines; [`ControlError::Transfer`] when nothing is left.
+    /// [`PanelError::ControlLines`] when the control had other lines; [`PanelError::Transfer`] when nothing is left.
     pub fn remove_from<I: Quantity, O: Quantity>(
         &self,
         function: &TransferFunction<I, O>,
-    ) -> Result<Removed<I, O>, ControlError> {
+    ) -> Result<Removed<I, O>, PanelError> {
         let lines = function.response().len();
         if lines != self.factor.len()
             || (function.resolution_hz() / self.resolution_hz - 1.0).abs() > 1e-9
         {
-            return Err(ControlError::Lines {
+            return Err(PanelError::ControlLines {
                 control: format!(
                     "{} lines every {:.4} Hz",
                     self.factor.len(),
@@ -306,8 +306,7 @@ impl Artefact {
             function.rate,
             function.estimator,
             function.averages,
-        )
-        .map_err(ControlError::Transfer)?;
+        )?;
         freed.about.condition = function.about.condition.clone();
         freed.drive.clone_from(&function.drive);
         freed.excited = function.excited;
@@ -347,33 +346,4 @@ impl Artefact {
         }
         dip
     }
-}
-
-/// Why an artefact cannot be taken out.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ControlError {
-    /// Nothing narrow is in the control.
-    #[error(
-        "expected a dip of {least_db} dB or more in the control measurement within {band}, found none; check that it was measured without a finger, or leave it out",
-        least_db = rounded(*least_db)
-    )]
-    NoDip {
-        /// Where it was looked for.
-        band: Band,
-        /// How deep it would have to be, dB.
-        least_db: f64,
-    },
-    /// Different frequency axes.
-    #[error(
-        "cannot compensate the dip of the control: the control has {control}, the transfer function {function}; estimate both \
-            with the same rate and segment length"
-    )]
-    Lines {
-        control: String,
-        /// Of the transfer function.
-        function: String,
-    },
-    /// What is left is no transfer function.
-    #[error("{0}")]
-    Transfer(crate::transfer::TransferError),
 }

@@ -27,8 +27,8 @@ pub use average::{
     AverageCriterion, AverageDifference, CellAverage, CellPenalties, Criterion, PanelAverage,
     ParticipantPenalty, Verdict, average_of_panel, share_interval,
 };
-pub use cleaning::{CleanedDip, Cleaning, CleaningError, without_artefact};
-pub use control::{Artefact, ArtefactConfig, ControlError, Dip, Removed, artefact_of};
+pub use cleaning::{CleanedDip, Cleaning, without_artefact};
+pub use control::{Artefact, ArtefactConfig, Dip, Removed, artefact_of};
 pub use curves::{
     CleaningCurves, Curve, OwnCurve, PanelCurves, RepeatCurve, RepeatCurves, panel_curves,
 };
@@ -41,13 +41,15 @@ pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, Wor
 pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 pub use warning::PanelWarning;
 
+use crate::number::rounded;
+use crate::transfer::TransferError;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::Outcome;
 use crate::quantity::{Degrees, Newtons, Quantity};
-use crate::transfer::{BundleAverage, BundleError, TransferFunction, average};
+use crate::transfer::{BundleAverage, TransferFunction, average};
 use crate::warning::{Warning, Warnings};
 
 /// Loads and angles that differ by less than this count as equal.
@@ -245,7 +247,7 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         participant: &str,
         cell: Cell,
         averaging: BundleAverage,
-    ) -> Result<Option<TransferFunction<I, O>>, BundleError> {
+    ) -> Result<Option<TransferFunction<I, O>>, TransferError> {
         let mut numbers: Vec<u32> = self
             .of(participant, cell)
             .map(|e| e.filing.placement)
@@ -299,12 +301,10 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PanelError {
     /// There is none.
-    #[error("expected transfer functions of participants, found none; measure or add some")]
+    #[error("there are no transfer functions of participants: measure or add some")]
     Nothing,
     /// Two people under one name: participants of twins of different seeds.
-    #[error(
-        "expected one person under the name {}, found {one_is} in {one} and {other_is} in {other}; file them under different \
-            names, or in separate panels",
+    #[error("{} is {one_is} in {one}, but {other_is} in {other}: give each person one name, or use separate panels",
         .one.participant
     )]
     TwoPeople {
@@ -315,8 +315,7 @@ pub enum PanelError {
     },
     /// Nobody was measured twice in a cell.
     #[error(
-        "expected a participant who was measured more than once at a load and angle, found none: the variation between \
-            placements is not known; measure a few participants with the finger repositioned"
+        "no participant was measured more than once at a load and angle, so the variation between placements is not known: measure a few participants with the finger repositioned"
     )]
     NothingRepeated,
     /// A name, load, angle or number that no measurement has.
@@ -329,9 +328,7 @@ pub enum PanelError {
         found: String,
     },
     /// One measurement under two names.
-    #[error(
-        "expected different measurements, found a bit-identical response as {one} and as {other}; remove one of them"
-    )]
+    #[error("{one} and {other} have a bit-identical response: remove one of them")]
     Same { one: String, other: String },
     /// Transfer functions that cancel in the complex mean.
     #[error("cannot average participants: {what}")]
@@ -376,7 +373,7 @@ pub enum PanelError {
         other_has: String,
     },
     /// The same measurement twice.
-    #[error("expected each measurement once, found {filing} twice; give one another repeat number")]
+    #[error("{filing} is there twice: give one another repeat number")]
     Twice { filing: Filing },
     /// A line without a level.
     #[error(
@@ -391,7 +388,7 @@ pub enum PanelError {
         at_hz: f64,
     },
     /// No line lies in the band.
-    #[error("expected lines of the transfer functions within {band}, found none; widen the band")]
+    #[error("no line of the transfer functions lies within {band}: widen the band")]
     Empty { band: crate::quantity::Band },
     /// Fewer people than a comparison needs.
     #[error(
@@ -402,9 +399,29 @@ pub enum PanelError {
         expected: usize,
         found: usize,
     },
-    /// Transfer functions that cannot be averaged.
+    /// Transfer functions that cannot be averaged, or what is left of one.
     #[error(transparent)]
-    Ensemble(#[from] BundleError),
+    Transfer(#[from] TransferError),
+    /// Nothing narrow is in the control.
+    #[error("the control measurement has no dip of {least_db} dB in {band}: check that it was made without a finger, or leave it out",
+        least_db = rounded(*least_db)
+    )]
+    NoDip {
+        /// Where it was looked for.
+        band: crate::quantity::Band,
+        /// How deep it would have to be, dB.
+        least_db: f64,
+    },
+    /// Different frequency axes.
+    #[error(
+        "cannot compensate the dip of the control: the control has {control}, the transfer function {function}; estimate both \
+            with the same rate and segment length"
+    )]
+    ControlLines {
+        control: String,
+        /// Of the transfer function.
+        function: String,
+    },
 }
 
 #[cfg(test)]

@@ -155,7 +155,7 @@ pub struct FallsWithLoad {
 /// Source: L. Felicetti's thesis (2024), figure 67d.
 ///
 /// # Errors
-/// [`PanelError::Ensemble`] when there are fewer than two.
+/// [`PanelError::Transfer`] when there are fewer than two.
 pub(super) fn all_together<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     band: Band,
@@ -177,7 +177,7 @@ pub(super) fn all_together<I: Quantity, O: Quantity>(
 /// and Handle Outliers*, 1993.
 ///
 /// # Errors
-/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Ensemble`] when people cannot be averaged.
+/// [`PanelError::Empty`] when no line lies in the band, [`PanelError::Transfer`] when people cannot be averaged.
 pub(super) fn by_cell<I: Quantity, O: Quantity>(
     levels: &Levels<I, O>,
     averaging: BundleAverage,

@@ -1,7 +1,6 @@
 //! Why a target cannot be rendered.
 
 use crate::quantity::{Band, Decibels, Hertz};
-use crate::resample::ResampleError;
 use crate::series::SeriesError;
 
 /// Why a target cannot be rendered.
@@ -91,12 +90,9 @@ pub enum RenderError {
         /// The level at which it would fit.
         fits_at: Decibels,
     },
-    /// The output rate does not fit.
-    #[error("cannot resample the drive to the output rate: {0}")]
-    Rate(#[from] ResampleError),
-    /// The drive is no signal.
-    #[error("the computed drive is not a valid signal: {0}")]
-    Drive(#[from] SeriesError),
+    /// The drive is no signal, or does not fit the output rate.
+    #[error(transparent)]
+    Signal(#[from] SeriesError),
 }
 
 impl RenderError {

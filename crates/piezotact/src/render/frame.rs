@@ -25,7 +25,7 @@ impl Frame {
     /// The time around `target`.
     ///
     /// # Errors
-    /// [`RenderError::Rate`] when what is in the band cannot be brought to the output rate.
+    /// [`RenderError::Signal`] when what is in the band cannot be brought to the output rate.
     pub(crate) fn of<O: Quantity>(
         target: &Series<O>,
         config: &RenderConfig,

@@ -1,12 +1,13 @@
 //! ST-SIM and SPQI, for comparison with the literature: locked to the waveform, and without a unit.
 
+use crate::score::ScoreError;
 use crate::score::ScoreWarning;
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 
 use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, SampleRate};
-use crate::resample::{ResampleError, resample};
+use crate::resample::resample;
 use crate::series::Series;
 use crate::warning::Warning;
 
@@ -160,13 +161,10 @@ fn normalised(block: &[f64]) -> Vec<f64> {
 }
 
 /// The two signals as far as both reach.
-fn shared<'a>(
-    reference: &'a [f64],
-    test: &'a [f64],
-) -> Result<(&'a [f64], &'a [f64]), LiteratureError> {
+fn shared<'a>(reference: &'a [f64], test: &'a [f64]) -> Result<(&'a [f64], &'a [f64]), ScoreError> {
     let found = reference.len().min(test.len());
     if found < BLOCK {
-        return Err(LiteratureError::TooShort {
+        return Err(ScoreError::FewSamples {
             expected: BLOCK,
             found,
         });
@@ -184,12 +182,8 @@ fn shared<'a>(
 /// Source: R. Hassen and E. Steinbach (2020), IEEE Trans. Haptics 13(1), as vibromaf 0.0.8 computes it.
 ///
 /// # Errors
-/// [`LiteratureError::TooShort`] without a block.
-pub fn st_sim(
-    reference: &[f64],
-    test: &[f64],
-    curve: LevelCurve,
-) -> Result<StSim, LiteratureError> {
+/// [`ScoreError::FewSamples`] without a block.
+pub fn st_sim(reference: &[f64], test: &[f64], curve: LevelCurve) -> Result<StSim, ScoreError> {
     let (reference, test) = shared(reference, test)?;
     if reference == test {
         return Ok(StSim {
@@ -227,8 +221,8 @@ pub fn st_sim(
 /// Source: A. Noll et al. (2022), as vibromaf 0.0.8 computes it.
 ///
 /// # Errors
-/// [`LiteratureError::TooShort`] without a block.
-pub fn spqi(reference: &[f64], test: &[f64], curve: LevelCurve) -> Result<f64, LiteratureError> {
+/// [`ScoreError::FewSamples`] without a block.
+pub fn spqi(reference: &[f64], test: &[f64], curve: LevelCurve) -> Result<f64, ScoreError> {
     let (reference, test) = shared(reference, test)?;
     if reference == test {
         return Ok(1.0);
@@ -255,25 +249,24 @@ pub fn spqi(reference: &[f64], test: &[f64], curve: LevelCurve) -> Result<f64, L
 /// Source: [`st_sim`], [`spqi`]; vibromaf takes its input for 8 kHz and converts nothing, here [`resample`] does.
 ///
 /// # Errors
-/// [`LiteratureError::TooShort`] without a block; [`LiteratureError::FullScale`] when full scale is not above zero;
-/// [`LiteratureError::Rate`] when a rate cannot become 8 kHz.
+/// [`ScoreError::FewSamples`] without a block; [`ScoreError::NoFullScale`] when full scale is not above zero;
+/// [`ScoreError::Series`] when a rate cannot become 8 kHz.
 pub fn literature(
     reference: &Series<Acceleration>,
     test: &Series<Acceleration>,
     config: LiteratureConfig,
-) -> Result<Literature, LiteratureError> {
+) -> Result<Literature, ScoreError> {
     let full_scale_m_s2 = config.full_scale_m_s2;
     if !(full_scale_m_s2 > 0.0 && full_scale_m_s2.is_finite()) {
-        return Err(LiteratureError::FullScale {
+        return Err(ScoreError::NoFullScale {
             found: full_scale_m_s2,
         });
     }
-    let rate =
-        SampleRate::new(LITERATURE_RATE_HZ).map_err(|_constant| LiteratureError::TooShort {
-            expected: BLOCK,
-            found: 0,
-        })?;
-    let scaled = |x: &Series<Acceleration>| -> Result<Vec<f64>, LiteratureError> {
+    let rate = SampleRate::new(LITERATURE_RATE_HZ).map_err(|_constant| ScoreError::FewSamples {
+        expected: BLOCK,
+        found: 0,
+    })?;
+    let scaled = |x: &Series<Acceleration>| -> Result<Vec<f64>, ScoreError> {
         let samples = resample(x, rate)?.into_samples();
         Ok(samples.iter().map(|v| v / full_scale_m_s2).collect())
     };
@@ -292,20 +285,4 @@ pub fn literature(
         config,
         warnings,
     })
-}
-
-/// Why the literature's indices cannot be computed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LiteratureError {
-    /// There is not one block.
-    #[error(
-        "expected {expected} samples at 8 kHz that both signals have, found {found}; record longer"
-    )]
-    TooShort { expected: usize, found: usize },
-    /// No full scale.
-    #[error("expected a full scale above 0 m/s², found {found}; state the range of the sensor")]
-    FullScale { found: f64 },
-    /// A rate that has no simple ratio to 8 kHz.
-    #[error(transparent)]
-    Rate(#[from] ResampleError),
 }

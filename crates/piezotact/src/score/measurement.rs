@@ -6,7 +6,7 @@ use crate::integrity::inspect;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Seconds};
 use crate::recording::{Recording, RehearsalWarning, rehearsed_on};
 use crate::render::Rendering;
-use crate::resample::{CommonRate, ResampleError, to_common_rate};
+use crate::resample::{CommonRate, to_common_rate};
 use crate::series::Series;
 use crate::verify::{Measured, Verification, VerifyConfig, VerifyError, VerifyWarning, verify};
 use crate::warning::{Warning, Warnings};
@@ -44,17 +44,6 @@ pub struct JudgedMeasurement {
     pub texture: Series<Acceleration>,
 }
 
-/// A measurement that cannot be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum MeasurementError {
-    /// It cannot be brought to a common rate with its target.
-    #[error("{0}")]
-    Rate(#[from] ResampleError),
-    /// It cannot be compared.
-    #[error("{0}")]
-    Verify(#[from] VerifyError),
-}
-
 /// How close `measured` came to `target` over `band`, with the warnings about both and `more_warnings`, each once.
 ///
 /// Formula: that of [`verify`] and [`with_perceptible_difference`], at the lower rate of the two, for the bands and the level that its
@@ -63,13 +52,13 @@ pub enum MeasurementError {
 /// Source: as [`verify`].
 ///
 /// # Errors
-/// [`MeasurementError`] for rates without a common one, and for what [`verify`] refuses.
+/// [`VerifyError`] for rates without a common one, and for what [`verify`] refuses.
 pub fn judged_measurement(
     target: Target<'_>,
     measured: Measurement<'_>,
     band: Band,
     more_warnings: &[Warning],
-) -> Result<JudgedMeasurement, MeasurementError> {
+) -> Result<JudgedMeasurement, VerifyError> {
     let mut warnings = warnings_before(target, &measured, more_warnings);
     // Clipping is looked for at the rate it was acquired with.
     let clipped = measured.rendering.map(|r| r.headroom.clipped_fraction);

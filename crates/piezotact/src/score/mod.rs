@@ -14,15 +14,14 @@ mod warning;
 mod waveform;
 
 use crate::clipping::ClippingWarning;
+use crate::series::SeriesError;
 use crate::spectrum::SpectrumWarning;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 pub use warning::{NoIndicesCause, NotComparedCause, ScoreWarning};
 
 pub use literature::{Literature, LiteratureConfig};
-pub use measurement::{
-    JudgedMeasurement, Measurement, MeasurementError, Target, judged_measurement,
-};
+pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
 pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
@@ -280,7 +279,7 @@ fn scored(
     indices: impl FnOnce(
         &Series<Acceleration>,
         &Series<Acceleration>,
-    ) -> Result<Option<Literature>, literature::LiteratureError>,
+    ) -> Result<Option<Literature>, ScoreError>,
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut warnings = Warnings::new();
@@ -639,9 +638,7 @@ pub enum ScoreError {
         most: f64,
     },
     /// Nothing there.
-    #[error(
-        "expected {what} to contain a signal in {band}, found none; check the channel and the band"
-    )]
+    #[error("{what} has no signal in {band}: check the channel and the band")]
     Silent {
         /// Which of the two.
         what: &'static str,
@@ -653,4 +650,15 @@ pub enum ScoreError {
     /// The lines of the spectra cannot be compared.
     #[error(transparent)]
     Lines(#[from] VerifyError),
+    /// There is not one block.
+    #[error(
+        "expected {expected} samples at 8 kHz that both signals have, found {found}; record longer"
+    )]
+    FewSamples { expected: usize, found: usize },
+    /// No full scale.
+    #[error("expected a full scale above 0 m/s², found {found}; state the range of the sensor")]
+    NoFullScale { found: f64 },
+    /// A rate that has no simple ratio to 8 kHz.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
 }

@@ -1,7 +1,7 @@
 //! What a score leaves open.
 
-use super::literature::LiteratureError;
 use crate::quantity::Band;
+use crate::score::ScoreError;
 use crate::verify::VerifyError;
 use serde::{Deserialize, Serialize};
 
@@ -43,10 +43,10 @@ pub enum ScoreWarning {
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum NoIndicesCause {
     /// There is not one block.
-    #[error("{}", LiteratureError::TooShort { expected: *expected, found: *found })]
+    #[error("{}", ScoreError::FewSamples { expected: *expected, found: *found })]
     TooShort { expected: usize, found: usize },
     /// No full scale.
-    #[error("{}", LiteratureError::FullScale { found: *found_m_s2 })]
+    #[error("{}", ScoreError::NoFullScale { found: *found_m_s2 })]
     FullScale { found_m_s2: f64 },
     /// A cause in words, as of a rate that cannot be brought to 8 kHz.
     #[error("{text}")]
@@ -72,12 +72,12 @@ pub enum NotComparedCause {
     Said { text: String },
 }
 
-impl From<LiteratureError> for NoIndicesCause {
-    fn from(error: LiteratureError) -> Self {
+impl From<ScoreError> for NoIndicesCause {
+    fn from(error: ScoreError) -> Self {
         match error {
-            LiteratureError::TooShort { expected, found } => Self::TooShort { expected, found },
-            LiteratureError::FullScale { found } => Self::FullScale { found_m_s2: found },
-            other @ LiteratureError::Rate(_) => Self::Said {
+            ScoreError::FewSamples { expected, found } => Self::TooShort { expected, found },
+            ScoreError::NoFullScale { found } => Self::FullScale { found_m_s2: found },
+            other => Self::Said {
                 text: other.to_string(),
             },
         }

@@ -1,5 +1,6 @@
 //! The calibration of a sound device: volts at full scale, sensitivities of its inputs, and the level of its loopback.
 
+use super::SoundError;
 use serde::{Deserialize, Serialize};
 
 use super::tone::Tone;
@@ -11,7 +12,7 @@ use crate::warning::Warning;
 
 /// A tone must stand so far above what is left of the signal, dB: over 5 s noise then changes its level by less than 0.01 dB, and mains hum beside it by
 /// less than 0.02 dB.
-const LEAST_ABOVE_DB: f64 = 12.0;
+pub(super) const LEAST_ABOVE_DB: f64 = 12.0;
 /// A recorded value of this share of full scale or more is clipped.
 const CLIPPED: f64 = 0.999;
 /// A calibration is old after so many days.
@@ -97,8 +98,8 @@ impl OutputCalibration {
     /// Source: decision 0092 of this project.
     ///
     /// # Errors
-    /// [`CalibrationError::Numbers`] when the potential is not from 0.001 to 1000 V.
-    pub fn by(method: VoltsMethod) -> Result<Self, CalibrationError> {
+    /// [`SoundError::Numbers`] when the potential is not from 0.001 to 1000 V.
+    pub fn by(method: VoltsMethod) -> Result<Self, SoundError> {
         let v_per_full_scale = match method {
             VoltsMethod::Voltmeter {
                 read_v_rms,
@@ -115,7 +116,7 @@ impl OutputCalibration {
                 method,
                 made: None,
             }),
-            false => Err(CalibrationError::Numbers {
+            false => Err(SoundError::Numbers {
                 what: "V at full scale",
                 range: [1e-3, 1e3],
                 found: v_per_full_scale,
@@ -174,22 +175,22 @@ impl InputCalibration {
     /// Source: ISO 16063-21: calibration by comparison, here with a calibrator as reference.
     ///
     /// # Errors
-    /// [`CalibrationError`] when the tone is clipped (its peak as a share of full scale), or stands less than 25 dB above the rest.
+    /// [`SoundError`] when the tone is clipped (its peak as a share of full scale), or stands less than 25 dB above the rest.
     pub fn by_exciter(
         (channel, name, unit): (u32, &str, Unit),
         exciter: Exciter,
         recorded: &Tone,
         peak_share: f64,
-    ) -> Result<Self, CalibrationError> {
+    ) -> Result<Self, SoundError> {
         if peak_share >= CLIPPED {
-            return Err(CalibrationError::Clipped {
+            return Err(SoundError::Clipped {
                 channel,
                 peak: peak_share,
             });
         }
         let above_residual_db = recorded.above_residual_db();
         if above_residual_db.is_nan() || above_residual_db < LEAST_ABOVE_DB {
-            return Err(CalibrationError::NoTone {
+            return Err(SoundError::NoTone {
                 channel,
                 hz: exciter.frequency_hz.0,
                 above_db: above_residual_db,
@@ -214,12 +215,12 @@ impl InputCalibration {
     /// Source: decision 0092 of this project.
     ///
     /// # Errors
-    /// [`CalibrationError::Numbers`] when the value is 0 or no number.
+    /// [`SoundError::Numbers`] when the value is 0 or no number.
     pub fn stated(
         of: (u32, &str, Unit),
         per_unit_v: f64,
         input_v: f64,
-    ) -> Result<Self, CalibrationError> {
+    ) -> Result<Self, SoundError> {
         Self::checked(
             of,
             input_v / per_unit_v,
@@ -234,7 +235,7 @@ impl InputCalibration {
         (channel, name, unit): (u32, &str, Unit),
         per_full_scale: f64,
         method: SensorMethod,
-    ) -> Result<Self, CalibrationError> {
+    ) -> Result<Self, SoundError> {
         match (1e-9..=1e9).contains(&per_full_scale.abs()) {
             true => Ok(Self {
                 channel,
@@ -244,7 +245,7 @@ impl InputCalibration {
                 method,
                 made: None,
             }),
-            false => Err(CalibrationError::Numbers {
+            false => Err(SoundError::Numbers {
                 what: "value at full scale",
                 range: [1e-9, 1e9],
                 found: per_full_scale,
@@ -303,12 +304,12 @@ impl SoundCalibration {
     /// Source: decision 0092 of this project.
     ///
     /// # Errors
-    /// [`CalibrationError::OtherDevice`] with both.
-    pub fn holds_for(&self, device: &str, rate: SampleRate) -> Result<(), CalibrationError> {
+    /// [`SoundError::OtherDevice`] with both.
+    pub fn holds_for(&self, device: &str, rate: SampleRate) -> Result<(), SoundError> {
         let named = |device: &str, rate: SampleRate| format!("{device} at {rate}");
         match self.device == device && self.rate_hz == rate {
             true => Ok(()),
-            false => Err(CalibrationError::OtherDevice {
+            false => Err(SoundError::OtherDevice {
                 expected: named(device, rate),
                 found: named(&self.device, self.rate_hz),
             }),
@@ -377,19 +378,15 @@ impl SoundCalibration {
     /// Source: decision 0093 of this project.
     ///
     /// # Errors
-    /// [`CalibrationError::OtherSensor`] with both.
-    pub fn sensor_holds(
-        &self,
-        channel: u32,
-        per_unit_v: Option<f64>,
-    ) -> Result<(), CalibrationError> {
+    /// [`SoundError::OtherSensor`] with both.
+    pub fn sensor_holds(&self, channel: u32, per_unit_v: Option<f64>) -> Result<(), SoundError> {
         let input = self.inputs.iter().find(|input| input.channel == channel);
         let Some(SensorMethod::Stated { v_per_unit, .. }) = input.map(|input| &input.method) else {
             return Ok(());
         };
         match per_unit_v {
             Some(now) if (now / v_per_unit - 1.0).abs() < 1e-9 => Ok(()),
-            now => Err(CalibrationError::OtherSensor {
+            now => Err(SoundError::OtherSensor {
                 channel,
                 expected_mv: 1e3 * v_per_unit,
                 found: now.map_or("none".into(), |now| {
@@ -425,88 +422,21 @@ impl SoundCalibration {
     /// Source: decision 0092 of this project.
     ///
     /// # Errors
-    /// [`CalibrationError::LevelChanged`] with both levels; [`CalibrationError::Inverted`] where the polarity changed.
-    pub fn level_holds(&self, found_ratio: f64) -> Result<(), CalibrationError> {
+    /// [`SoundError::LevelChanged`] with both levels; [`SoundError::Inverted`] where the polarity changed.
+    pub fn level_holds(&self, found_ratio: f64) -> Result<(), SoundError> {
         let Some(stored) = self.loopback else {
             return Ok(());
         };
         let off_db = 20.0 * (found_ratio / stored.gain).abs().log10();
         if off_db.is_nan() || off_db.abs() > MOST_OFF_DB {
-            return Err(CalibrationError::LevelChanged {
+            return Err(SoundError::LevelChanged {
                 off_db,
                 most_db: MOST_OFF_DB,
             });
         }
         match found_ratio * stored.gain > 0.0 {
             true => Ok(()),
-            false => Err(CalibrationError::Inverted),
+            false => Err(SoundError::Inverted),
         }
     }
-}
-
-/// Why a calibration is refused.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CalibrationError {
-    /// The set-up states another sensitivity than it did then.
-    #[error(
-        "expected the sensitivity of input {channel} with which it was calibrated, {} mV per unit, found {found} in the set-up; calibrate again with \
-         `piezotact calibrate`", digits(*expected_mv)
-    )]
-    OtherSensor {
-        channel: u32,
-        /// The sensitivity then, mV per unit.
-        expected_mv: f64,
-        /// What is stated now.
-        found: String,
-    },
-    /// A number that cannot be.
-    #[error("expected {} to {} {what}, found {found}; check the reading and its unit", range[0], range[1])]
-    Numbers {
-        what: &'static str,
-        range: [f64; 2],
-        found: f64,
-    },
-    /// The recording is clipped.
-    #[error(
-        "expected input {channel} below full scale, found a peak of {peak:.3}; lower the gain of the input, then calibrate again"
-    )]
-    Clipped {
-        channel: u32,
-        /// The peak, full scale = 1.
-        peak: f64,
-    },
-    /// The tone of the calibrator is not there.
-    #[error(
-        "expected the tone of {hz} Hz at least {LEAST_ABOVE_DB} dB above the rest of input {channel}, found {above_db:.1} dB; switch the calibrator on, check which input the sensor is on"
-    )]
-    NoTone {
-        channel: u32,
-        /// The frequency, Hz.
-        hz: f64,
-        /// How far the tone stands above the rest, dB.
-        above_db: f64,
-    },
-    /// The calibration is of another device or rate.
-    #[error("expected a calibration of {expected}, found one of {found}; calibrate this device")]
-    OtherDevice {
-        /// The device at hand.
-        expected: String,
-        /// The device that was calibrated.
-        found: String,
-    },
-    /// The level of the loopback changed.
-    #[error(
-        "expected the loopback within {most_db} dB of the calibration, found it {off_db:+.2} dB off; set volume and gains back, switch effects and enhancements off, or calibrate again"
-    )]
-    LevelChanged {
-        /// By how much, dB.
-        off_db: f64,
-        /// The largest change, dB.
-        most_db: f64,
-    },
-    /// The polarity of the loopback changed.
-    #[error(
-        "expected the polarity of the calibration, found the loopback inverted; check the cables, or calibrate again"
-    )]
-    Inverted,
 }

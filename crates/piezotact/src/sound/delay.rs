@@ -1,5 +1,6 @@
 //! The delay and the gain of a loopback, and what it changed.
 
+use crate::sound::SoundError;
 use serde::{Deserialize, Serialize};
 
 use std::f64::consts::TAU;
@@ -23,25 +24,6 @@ pub struct Delay {
     pub explained: f64,
 }
 
-/// Why there is no delay.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum DelayError {
-    /// Drive or recording hold nothing.
-    #[error("expected a signal in the {what}, found silence; check level and cable")]
-    Silent { what: &'static str },
-    /// The recording does not hold the drive.
-    #[error(
-        "expected the drive in the recording, found a correlation that explains {explained:.3} of its energy; check on which channel the loopback cable is"
-    )]
-    NotFound {
-        /// The share of the energy that is explained at the best place.
-        explained: f64,
-    },
-    /// A sample is no number.
-    #[error("expected numbers, found NaN or infinity in the {what}; record again")]
-    NotFinite { what: &'static str },
-}
-
 /// The delay of `drive` (any unit) in `recorded` (any unit) at the same rate, in samples, with the gain between them.
 ///
 /// Formula: the lag of the largest absolute value of the cross-correlation Σ d\[n\]·r\[n + k\]; gain = Σ d·r / Σ d² over the samples that both have
@@ -50,8 +32,8 @@ pub enum DelayError {
 /// Source: G. C. Carter (1987), Proc. IEEE 75(2), 236–255.
 ///
 /// # Errors
-/// [`DelayError`] for silence, samples that are no numbers, and a recording of which the drive explains less than a half.
-pub fn delay(drive: &[f64], recorded: &[f64]) -> Result<Delay, DelayError> {
+/// [`SoundError`] for silence, samples that are no numbers, and a recording of which the drive explains less than a half.
+pub fn delay(drive: &[f64], recorded: &[f64]) -> Result<Delay, SoundError> {
     let (correlation, best) = correlated(drive, recorded)?;
     let length = correlation.len();
     let at = |place: usize| correlation[place % length].abs();
@@ -74,18 +56,18 @@ pub fn delay(drive: &[f64], recorded: &[f64]) -> Result<Delay, DelayError> {
             gain,
             explained,
         }),
-        false => Err(DelayError::NotFound { explained }),
+        false => Err(SoundError::NotFound { explained }),
     }
 }
 
 /// The cross-correlation of both, and the place of its largest magnitude.
-fn correlated(drive: &[f64], recorded: &[f64]) -> Result<(Vec<f64>, usize), DelayError> {
+fn correlated(drive: &[f64], recorded: &[f64]) -> Result<(Vec<f64>, usize), SoundError> {
     for (what, samples) in [("drive", drive), ("recording", recorded)] {
         if samples.iter().any(|value| !value.is_finite()) {
-            return Err(DelayError::NotFinite { what });
+            return Err(SoundError::NotFinite { what });
         }
         if samples.iter().all(|value| *value == 0.0) {
-            return Err(DelayError::Silent { what });
+            return Err(SoundError::Silent { what });
         }
     }
     let length = fast_length(drive.len() + recorded.len());
@@ -121,7 +103,7 @@ fn lag_of(place: usize, recorded: usize, length: usize) -> i64 {
 ///
 /// # Errors
 /// As [`delay`].
-pub fn burst_delay(burst: &[f64], recorded: &[f64]) -> Result<Delay, DelayError> {
+pub fn burst_delay(burst: &[f64], recorded: &[f64]) -> Result<Delay, SoundError> {
     let (correlation, best) = correlated(burst, recorded)?;
     let samples = lag_of(best, recorded.len(), correlation.len());
     let skip = |by: i64| usize::try_from(by).unwrap_or(0);
@@ -155,7 +137,7 @@ pub fn burst_delay(burst: &[f64], recorded: &[f64]) -> Result<Delay, DelayError>
             gain: over / under,
             explained,
         }),
-        false => Err(DelayError::NotFound { explained }),
+        false => Err(SoundError::NotFound { explained }),
     }
 }
 

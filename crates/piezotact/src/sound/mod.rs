@@ -4,6 +4,7 @@
 mod calibration;
 mod delay;
 mod devices;
+mod error;
 mod latency;
 mod page;
 mod tone;
@@ -14,13 +15,14 @@ mod wiring;
 mod tests;
 
 pub use calibration::{
-    CalibrationError, Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration,
-    SensorMethod, SoundCalibration, VoltsMethod,
+    Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
+    SoundCalibration, VoltsMethod,
 };
 pub(crate) use delay::phase_slope;
-pub use delay::{Delay, DelayError, LoopResidual, burst_delay, delay, loop_residual, silent_runs};
+pub use delay::{Delay, LoopResidual, burst_delay, delay, loop_residual, silent_runs};
 pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};
+pub use error::SoundError;
 pub use latency::{LatencyRun, LatencySummary, Spread};
-pub use tone::{Tone, ToneError, tone, tone_near};
+pub use tone::{Tone, tone, tone_near};
 pub use warning::SoundWarning;
-pub use wiring::{Wire, WiringError, wiring};
+pub use wiring::{Wire, wiring};

@@ -38,7 +38,7 @@ fn a_tone_is_found_beside_its_mean_another_tone_and_noise() {
     }
     assert_eq!(
         tone(&[f64::NAN; 4800], rate(), Hertz(1000.0)),
-        Err(ToneError::NotFinite)
+        Err(SoundError::NotFinite { what: "signal" })
     );
 }
 
@@ -69,11 +69,11 @@ fn another_signal_is_no_loopback() {
     let (drive, other) = (noise(5_000, 3), noise(9_000, 4));
     assert!(matches!(
         delay(&drive, &other),
-        Err(DelayError::NotFound { .. })
+        Err(SoundError::NotFound { .. })
     ));
     assert!(matches!(
         delay(&drive, &[0.0; 9_000]),
-        Err(DelayError::Silent { what: "recording" })
+        Err(SoundError::Silent { what: "recording" })
     ));
 }
 
@@ -106,12 +106,12 @@ fn a_pulse_is_found_on_its_own_input() {
     let quiet: Vec<&[f64]> = vec![&inputs[0], &inputs[2]];
     assert_eq!(
         wiring(2, 0.5, &quiet, 2_400),
-        Err(WiringError::Nowhere { output: 2 })
+        Err(SoundError::Nowhere { output: 2 })
     );
     let twice: Vec<&[f64]> = vec![&inputs[1], &inputs[0], &inputs[1]];
     assert_eq!(
         wiring(2, 0.5, &twice, 2_400),
-        Err(WiringError::Several {
+        Err(SoundError::Several {
             output: 2,
             inputs: vec![1, 3]
         })
@@ -142,11 +142,11 @@ fn sensitivities_come_from_a_calibrator_or_a_data_sheet() {
     };
     assert!(matches!(
         InputCalibration::by_exciter(of(), Exciter::handheld(), &weak, 0.08),
-        Err(CalibrationError::NoTone { channel: 2, .. })
+        Err(SoundError::NoTone { channel: 2, .. })
     ));
     assert!(matches!(
         InputCalibration::by_exciter(of(), Exciter::handheld(), &heard, 1.0),
-        Err(CalibrationError::Clipped { .. })
+        Err(SoundError::Clipped { .. })
     ));
     assert!(InputCalibration::stated(of(), 0.0, 2.0).is_err());
     let volts = OutputCalibration::by(VoltsMethod::Voltmeter {
@@ -186,7 +186,7 @@ fn a_level_that_changed_by_more_than_a_tenth_of_a_decibel_is_refused() {
     assert!(stored.level_holds(off(-0.099)).is_ok());
     assert!(stored.level_holds(off(0.101)).is_err());
     assert!(stored.level_holds(off(-0.101)).is_err());
-    assert_eq!(stored.level_holds(-0.5), Err(CalibrationError::Inverted));
+    assert_eq!(stored.level_holds(-0.5), Err(SoundError::Inverted));
     assert!(stored.level_holds(0.0).is_err() && stored.level_holds(f64::NAN).is_err());
     assert!(stored.holds_for("alsa hw:1", rate()).is_ok());
     assert!(stored.holds_for("alsa hw:2", rate()).is_err());

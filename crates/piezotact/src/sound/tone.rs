@@ -1,5 +1,6 @@
 //! The level of one tone in a signal.
 
+use crate::sound::SoundError;
 use std::f64::consts::{SQRT_2, TAU};
 
 use serde::{Deserialize, Serialize};
@@ -7,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::quantity::{Hertz, SampleRate};
 
 /// Fewer periods do not separate a tone from its mean.
-const FEWEST_PERIODS: f64 = 5.0;
+pub(super) const FEWEST_PERIODS: f64 = 5.0;
 
 /// Steps of a golden section: each leaves 0.618 of the interval.
 const REFINED: usize = 24;
@@ -38,31 +39,6 @@ impl Tone {
     }
 }
 
-/// Why a tone cannot be measured.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ToneError {
-    /// The frequency does not lie between 0 and half the rate.
-    #[error("expected a tone above 0 and below {below_hz} Hz, half the rate; found {found_hz} Hz")]
-    Frequency {
-        /// Half the rate, Hz.
-        below_hz: f64,
-        /// What was asked for, Hz.
-        found_hz: f64,
-    },
-    /// The signal is too short.
-    #[error(
-        "expected at least {FEWEST_PERIODS} periods of a tone of {hz} Hz, found {found:.1}; record longer"
-    )]
-    Short {
-        /// The frequency, Hz.
-        hz: f64,
-        found: f64,
-    },
-    /// A sample is no number.
-    #[error("expected numbers, found NaN or infinity among the samples; record again")]
-    NotFinite,
-}
-
 /// The tone of `frequency` in `samples` at `rate`: rms, phase, mean and residual in the unit of the samples.
 ///
 /// Formula: least squares of a·cos(2πft) + b·sin(2πft) + c; rms = √((a² + b²)/2).
@@ -70,21 +46,21 @@ pub enum ToneError {
 /// Source: IEEE Std 1057-2017, annex B: three-parameter sine fit.
 ///
 /// # Errors
-/// [`ToneError`] for a frequency outside 0 to half the rate, fewer than five periods, and samples that are no numbers.
-pub fn tone(samples: &[f64], rate: SampleRate, frequency: Hertz) -> Result<Tone, ToneError> {
+/// [`SoundError`] for a frequency outside 0 to half the rate, fewer than five periods, and samples that are no numbers.
+pub fn tone(samples: &[f64], rate: SampleRate, frequency: Hertz) -> Result<Tone, SoundError> {
     let (hz, half) = (frequency.0, rate.nyquist().0);
     if !(hz > 0.0 && hz < half) {
-        return Err(ToneError::Frequency {
+        return Err(SoundError::Frequency {
             below_hz: half,
             found_hz: hz,
         });
     }
     let periods = samples.len() as f64 * hz / rate.hz();
     if periods < FEWEST_PERIODS {
-        return Err(ToneError::Short { hz, found: periods });
+        return Err(SoundError::Short { hz, found: periods });
     }
     if samples.iter().any(|value| !value.is_finite()) {
-        return Err(ToneError::NotFinite);
+        return Err(SoundError::NotFinite { what: "signal" });
     }
     let basis = |i: usize| {
         let (sin, cos) = (TAU * hz * i as f64 / rate.hz()).sin_cos();
@@ -128,7 +104,7 @@ pub fn tone_near(
     rate: SampleRate,
     frequency: Hertz,
     most_share: f64,
-) -> Result<(Hertz, Tone), ToneError> {
+) -> Result<(Hertz, Tone), SoundError> {
     let reach = frequency.0 * most_share.abs();
     let length_s = rate.duration_of(samples.len()).0;
     let steps = (4.0 * reach * length_s).ceil().max(1.0);

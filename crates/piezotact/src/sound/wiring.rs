@@ -1,5 +1,6 @@
 //! Which output is connected to which input: a pulse on each output, looked for on every input.
 
+use crate::sound::SoundError;
 use serde::{Deserialize, Serialize};
 
 /// The largest value behind a pulse is at least so many times the largest one before it.
@@ -21,29 +22,6 @@ pub struct Wire {
     pub at_sample: usize,
 }
 
-/// Why it is not known where an output arrives.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WiringError {
-    /// It arrives nowhere.
-    #[error(
-        "expected the pulse of output {output} on an input, found it on none; check the cable and the level of the input"
-    )]
-    Nowhere {
-        /// The channel of the output.
-        output: u32,
-    },
-    /// It arrives on several.
-    #[error(
-        "expected the pulse of output {output} on one input, found it on {inputs:?}; check for crosstalk, monitoring of inputs, or cables that are joined"
-    )]
-    Several {
-        /// The channel of the output.
-        output: u32,
-        /// The channels of the inputs.
-        inputs: Vec<u32>,
-    },
-}
-
 /// Where the pulse of `output` (channel from 1; `played_share` is its peak, of full scale) arrived: `inputs` holds one recorded stretch for each input, at rest in the first
 /// `rest` samples. The gain is in recorded units per played unit.
 ///
@@ -53,13 +31,13 @@ pub enum WiringError {
 /// Source: decision 0092 of this project.
 ///
 /// # Errors
-/// [`WiringError`] where it arrived on no input or on several.
+/// [`SoundError`] where it arrived on no input or on several.
 pub fn wiring(
     output: u32,
     played_share: f64,
     inputs: &[&[f64]],
     rest: usize,
-) -> Result<Wire, WiringError> {
+) -> Result<Wire, SoundError> {
     let mut found: Vec<(u32, f64, usize)> = Vec::new();
     for (input, samples) in (1..).zip(inputs) {
         let (before, behind) = samples.split_at(rest.min(samples.len()));
@@ -84,7 +62,7 @@ pub fn wiring(
         .copied()
         .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
     else {
-        return Err(WiringError::Nowhere { output });
+        return Err(SoundError::Nowhere { output });
     };
     let alike = |(_, peak, _): &&(u32, f64, usize)| peak.abs() >= ALIKE * best.1.abs();
     let inputs: Vec<u32> = found
@@ -99,6 +77,6 @@ pub fn wiring(
             gain: best.1 / played_share,
             at_sample: best.2,
         }),
-        _ => Err(WiringError::Several { output, inputs }),
+        _ => Err(SoundError::Several { output, inputs }),
     }
 }

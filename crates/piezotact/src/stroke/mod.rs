@@ -87,7 +87,7 @@ impl<'a> Signals<'a> {
             }
         };
         Ok(Self {
-            rate: roles.rate_in(recording).map_err(SegmentError::Channel)?,
+            rate: roles.rate_in(recording)?,
             vibration: match roles.vibration.first() {
                 Some(name) => Some(channel(name)?.samples.as_slice()),
                 None => None,
@@ -540,8 +540,8 @@ pub fn whole(signals: &Signals<'_>) -> Result<Segmentation, SegmentError> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SegmentError {
     /// A named channel is not there.
-    #[error("{0}")]
-    Channel(RecordingError),
+    #[error(transparent)]
+    Channel(#[from] RecordingError),
     /// A channel holds another quantity.
     #[error(
         "expected `{channel}` in {expected}, found {found}; name another channel or correct its unit"
@@ -552,7 +552,7 @@ pub enum SegmentError {
         found: Unit,
     },
     /// There is nothing to cut by.
-    #[error("expected a channel of force, speed or vibration, found none; name them")]
+    #[error("there is no channel of force, speed or vibration to cut by: name one")]
     NothingToCutBy,
     /// The channel to cut by never changes.
     #[error("expected {what} to change, found {found} all along; check the cable and the channel")]

@@ -6,8 +6,8 @@ use super::grouping::{Grouping, Setting, differ_in, left_out};
 use super::{AnalysedRecording, Factor, Group, StudyError};
 use crate::compare::{
     AcrossSamples, ActivePassive, Confounder, Contacts, DirectionContrast, DirectionDifference,
-    DirectionSetting, DirectionTrend, DiscriminationConfig, DiscriminationError, FrictionChange,
-    Groups, LevelSpread, LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture,
+    DirectionSetting, DirectionTrend, DiscriminationConfig, FrictionChange, Groups, LevelSpread,
+    LoadTrend, RoughnessTrend, Sliding, SpatialPeriod, Summary, Texture, WithheldCause,
     across_participants, across_roughness, active_against_passive, comparable, confounders,
     direction_contrasts, direction_trend, discriminate, friction_against_rms, load_trend,
     rms_on_speed, spatial_period,
@@ -161,7 +161,7 @@ pub enum Discrimination {
     Withheld {
         /// Why.
         #[serde(flatten)]
-        why: DiscriminationError,
+        why: WithheldCause,
         /// Why, in a sentence.
         sentence: String,
     },

@@ -1,5 +1,6 @@
 //! Whether a sensor still reads as it did: the response of a device with nobody on it, against its stored response.
 
+use crate::transfer::TransferError;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
@@ -42,21 +43,6 @@ impl fmt::Display for AtRestCriterion {
     }
 }
 
-/// Why two responses at rest cannot be compared.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum AtRestError {
-    /// They were measured through two amplifications.
-    #[error(
-        "expected the response at rest through the stored {stored}, found {found}; set the amplifier back, or measure the stored response again"
-    )]
-    Device { stored: String, found: String },
-    /// They are of two people, or of somebody and nobody.
-    #[error(
-        "expected the response at rest with {stored} on the device as in the stored one, found {found}; measure it so"
-    )]
-    Person { stored: String, found: String },
-}
-
 /// A response at rest against the stored one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
@@ -82,24 +68,24 @@ impl AtRest {
 /// Source: decision 0095 of this project, which has the reasons of the limits.
 ///
 /// # Errors
-/// [`AtRestError`] when they were measured through other gains or with other people.
+/// [`TransferError`] when they were measured through other gains or with other people.
 pub fn at_rest<I: Quantity, O: Quantity>(
     now: &TransferFunction<I, O>,
     stored: &TransferFunction<I, O>,
     band: Band,
-) -> Result<AtRest, AtRestError> {
+) -> Result<AtRest, TransferError> {
     if let (Some(before), Some(found)) = (&stored.drive, &now.drive)
         && !before.amplifies_like(found)
     {
         let [stored, found] = [before, found].map(DriveSetup::amplification);
-        return Err(AtRestError::Device { stored, found });
+        return Err(TransferError::RestDevice { stored, found });
     }
     let person = |function: &TransferFunction<I, O>| {
         let person = function.about.condition.person();
         person.unwrap_or_else(|| "nobody".to_owned())
     };
     if person(stored) != person(now) {
-        return Err(AtRestError::Person {
+        return Err(TransferError::RestPerson {
             stored: person(stored),
             found: person(now),
         });

@@ -14,8 +14,8 @@ use crate::device::{DriveSetup, drive_of_potential};
 use crate::document::Content;
 use crate::integrity::{Broken, Pair, never_changes, warnings_beside};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
-use crate::recording::{Channel, Losses, Recording, RecordingError};
-use crate::series::{Series, SeriesError};
+use crate::recording::{Channel, Losses, Recording};
+use crate::series::Series;
 use crate::spectrum::WelchConfig;
 use crate::warning::Warning;
 
@@ -67,39 +67,6 @@ impl Content for BetweenChannels {
     const SCHEMA: &'static str = "transfer";
 }
 
-/// Two channels without a transfer function between them.
-#[derive(Debug, thiserror::Error)]
-pub enum BetweenError {
-    /// One channel is named twice.
-    #[error(
-        "expected two channels, found `{channel}` as both drive and response; name the channel of the response"
-    )]
-    SameChannel { channel: String },
-    /// Volts per full scale were stated for a drive in another unit.
-    #[error("expected the drive channel in V or FS, found {found}")]
-    NotVolts { found: Unit },
-    /// A channel holds no signal.
-    #[error(
-        "expected the channel `{channel}` to hold a signal, found the constant value {}; check its cable, its range \
-                     and its name",
-        crate::number::digits(*.value)
-    )]
-    Constant {
-        channel: String,
-        /// Its only value, in its unit.
-        value: f64,
-    },
-    /// The recording lacks a channel, or the two do not share a clock.
-    #[error("{0}")]
-    Recording(#[from] RecordingError),
-    /// Samples that make no series.
-    #[error("{0}")]
-    Series(#[from] SeriesError),
-    /// The transfer function cannot be estimated.
-    #[error("{0}")]
-    Transfer(#[from] TransferError),
-}
-
 /// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive, with the warnings
 /// about all its channels: what is broken in the two is told of them together.
 ///
@@ -108,14 +75,14 @@ pub enum BetweenError {
 /// Source: as [`estimate_without`].
 ///
 /// # Errors
-/// [`BetweenError`] for channels that are missing, the same, constant, on two clocks or not in V where volts are stated, and for
+/// [`TransferError`] for channels that are missing, the same, constant, on two clocks or not in V where volts are stated, and for
 /// what cannot be estimated.
 pub fn between_channels(
     recording: &Recording,
     config: &BetweenConfig<'_>,
-) -> Result<BetweenChannels, BetweenError> {
+) -> Result<BetweenChannels, TransferError> {
     if config.drive == config.response {
-        return Err(BetweenError::SameChannel {
+        return Err(TransferError::SameChannel {
             channel: config.drive.to_owned(),
         });
     }
@@ -125,7 +92,7 @@ pub fn between_channels(
     let response_unit = response_channel.unit.clone();
     for (name, series) in [(config.drive, &drive), (config.response, &response)] {
         if never_changes(series.samples()) {
-            return Err(BetweenError::Constant {
+            return Err(TransferError::Constant {
                 channel: name.to_owned(),
                 value: series.samples()[0],
             });
@@ -250,7 +217,7 @@ fn of_impacts(
 fn excited(
     recording: &Recording,
     config: &BetweenConfig<'_>,
-) -> Result<(Series<Uncalibrated>, Unit), BetweenError> {
+) -> Result<(Series<Uncalibrated>, Unit), TransferError> {
     let (Channel { unit, .. }, drive) = recording.raw(Some(config.drive))?;
     match config.volts_per_full_scale {
         Some(volts) if *unit == Unit::Volt => {
@@ -259,7 +226,7 @@ fn excited(
             let rate = drive.rate();
             Ok((Series::new(drive.into_samples(), rate)?, Unit::FullScale))
         }
-        Some(_) if *unit != Unit::FullScale => Err(BetweenError::NotVolts {
+        Some(_) if *unit != Unit::FullScale => Err(TransferError::NotVolts {
             found: unit.clone(),
         }),
         _ => Ok((drive, unit.clone())),

@@ -5,7 +5,6 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::{TransferError, TransferFunction};
-use crate::number::rounded;
 use crate::quantity::{Band, Quantity};
 use crate::recording::Provenance;
 use crate::statistics::{mean, mean_interval, standard_deviation};
@@ -64,57 +63,12 @@ pub struct LeaveOneOut {
     pub interval_db_rms: Option<[f64; 2]>,
 }
 
-/// Why transfer functions cannot be compared or averaged.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BundleError {
-    /// Too few.
-    #[error("expected at least {expected} transfer functions, found {found}; measure more")]
-    Few { expected: usize, found: usize },
-    /// Different line spacings.
-    #[error(
-        "cannot combine transfer functions: one has lines every {one_hz} Hz, another every {other_hz} Hz; estimate them with one segment length",
-        one_hz = rounded(*one_hz),
-        other_hz = rounded(*other_hz)
-    )]
-    Lines {
-        /// The step of the first.
-        one_hz: f64,
-        /// The step of another.
-        other_hz: f64,
-    },
-    /// Devices that are not the same.
-    #[error(
-        "cannot average transfer functions: one was measured with {one}, another with {other}; average them separately"
-    )]
-    Device { one: String, other: String },
-    /// Excited bands that do not overlap.
-    #[error(
-        "cannot average transfer functions: one was excited over {one}, another over {other}; average them separately"
-    )]
-    Excited { one: Band, other: Band },
-    /// No line lies in the band.
-    #[error("expected lines within {band}, found none; widen the band")]
-    Empty { band: Band },
-    /// A complex mean in which the transfer functions cancel.
-    #[error(
-        "expected transfer functions with a complex mean, found {count} that cancel, as those of opposite sign do; look for one \
-            with an inverted channel, or use the mean of log magnitudes"
-    )]
-    Cancel {
-        /// How many they are.
-        count: usize,
-    },
-    /// The average is not a valid transfer function.
-    #[error("{0}")]
-    Transfer(TransferError),
-}
-
 pub(super) fn same_lines<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     least: usize,
-) -> Result<(), BundleError> {
+) -> Result<(), TransferError> {
     let Some(first) = functions.first().filter(|_| functions.len() >= least) else {
-        return Err(BundleError::Few {
+        return Err(TransferError::Few {
             expected: least,
             found: functions.len(),
         });
@@ -124,7 +78,7 @@ pub(super) fn same_lines<I: Quantity, O: Quantity>(
         (f.resolution_hz / one_hz - 1.0).abs() > 1e-9 || f.response.len() != first.response.len()
     };
     match functions.iter().find(differs) {
-        Some(other) => Err(BundleError::Lines {
+        Some(other) => Err(TransferError::OtherLines {
             one_hz,
             other_hz: other.resolution_hz,
         }),
@@ -144,12 +98,12 @@ pub(crate) fn level_db(h: Complex<f64>) -> f64 {
 /// Source: L. Felicetti's thesis (2024), section 5.1: the maximum deviation of a bundle of curves.
 ///
 /// # Errors
-/// [`BundleError::Few`] for fewer than two, [`BundleError::Lines`] when their lines differ, [`BundleError::Empty`]
+/// [`TransferError::Few`] for fewer than two, [`TransferError::OtherLines`] when their lines differ, [`TransferError::Empty`]
 /// when none lies in the band.
 pub fn bundle<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     band: Band,
-) -> Result<Ensemble, BundleError> {
+) -> Result<Ensemble, TransferError> {
     same_lines(functions, 2)?;
     let mut bundle = Ensemble {
         count: functions.len(),
@@ -181,7 +135,7 @@ pub fn bundle<I: Quantity, O: Quantity>(
             .push(standard_deviation(&levels) * (n / (n - 1.0)).sqrt());
     }
     if bundle.frequencies_hz.is_empty() {
-        return Err(BundleError::Empty { band });
+        return Err(TransferError::Empty { band });
     }
     Ok(bundle)
 }
@@ -200,12 +154,12 @@ pub fn bundle<I: Quantity, O: Quantity>(
 /// Piersol, *Random Data*, 4th ed., chapter 9, for multiplicative scatter.
 ///
 /// # Errors
-/// [`BundleError::Few`] without functions, [`BundleError::Lines`] when their lines differ, [`BundleError::Device`] when
+/// [`TransferError::Few`] without functions, [`TransferError::OtherLines`] when their lines differ, [`TransferError::OtherDevice`] when
 /// they were measured through different gains or output levels.
 pub fn average<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     averaging: BundleAverage,
-) -> Result<TransferFunction<I, O>, BundleError> {
+) -> Result<TransferFunction<I, O>, TransferError> {
     same_lines(functions, 1)?;
     let first = functions[0];
     if let Some(other) = functions.iter().find(|f| f.drive != first.drive) {
@@ -216,7 +170,7 @@ pub fn average<I: Quantity, O: Quantity>(
             ),
             None => "a device that is not described".into(),
         };
-        return Err(BundleError::Device {
+        return Err(TransferError::OtherDevice {
             one: told(first),
             other: told(other),
         });
@@ -253,10 +207,10 @@ pub fn average<I: Quantity, O: Quantity>(
             .fold(0, |sum, f| sum.saturating_add(f.averages)),
     )
     .map_err(|error| match error {
-        TransferError::Zero if functions.len() > 1 => BundleError::Cancel {
+        TransferError::Zero if functions.len() > 1 => TransferError::Cancel {
             count: functions.len(),
         },
-        other => BundleError::Transfer(other),
+        other => other,
     })?;
     let few = averaged.few_averages();
     averaged.about.warnings.extend(few);
@@ -294,12 +248,12 @@ fn people_of<I: Quantity, O: Quantity>(functions: &[&TransferFunction<I, O>]) ->
 /// The band common to all functions whose excited band is known.
 fn excited_by_all<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
-) -> Result<Option<Band>, BundleError> {
+) -> Result<Option<Band>, TransferError> {
     let mut common: Option<Band> = None;
     for excited in functions.iter().filter_map(|f| f.excited) {
         common = Some(match common {
             None => excited,
-            Some(known) => known.common(excited).ok_or(BundleError::Excited {
+            Some(known) => known.common(excited).ok_or(TransferError::Excited {
                 one: known,
                 other: excited,
             })?,
@@ -345,7 +299,7 @@ pub fn leave_one_out<I: Quantity, O: Quantity>(
     functions: &[&TransferFunction<I, O>],
     averaging: BundleAverage,
     band: Band,
-) -> Result<LeaveOneOut, BundleError> {
+) -> Result<LeaveOneOut, TransferError> {
     same_lines(functions, 2)?;
     let mut penalties = Vec::with_capacity(functions.len());
     for (i, own) in functions.iter().enumerate() {
@@ -361,7 +315,7 @@ pub fn leave_one_out<I: Quantity, O: Quantity>(
             .map(|(line, _)| level_db(averaged.response[line]) - level_db(own.response[line]))
             .collect();
         if differences.is_empty() {
-            return Err(BundleError::Empty { band });
+            return Err(TransferError::Empty { band });
         }
         penalties.push(Penalty {
             db_rms: crate::statistics::rms(&differences),
@@ -476,7 +430,7 @@ mod tests {
             (None, 2)
         );
         let apart = average(&[&of("a", 7, [10.0, 20.0]), &of("a", 7, [30.0, 40.0])], log);
-        assert!(matches!(apart, Err(BundleError::Excited { .. })));
+        assert!(matches!(apart, Err(TransferError::Excited { .. })));
         let turned = flat([0.0; 5], 0.0);
         let minus = function(&[Complex::from(-1.0); 5]);
         let none = average(&[&turned, &minus], BundleAverage::Complex)
@@ -513,12 +467,12 @@ mod tests {
         assert!(few.contains("at least 2"), "{few}");
         assert!(matches!(
             bundle(&[&a, &longer], band()),
-            Err(BundleError::Lines { .. })
+            Err(TransferError::OtherLines { .. })
         ));
         let far = Band::new(Hertz(900.0), Hertz(950.0)).unwrap();
         assert!(matches!(
             bundle(&[&a, &a], far),
-            Err(BundleError::Empty { .. })
+            Err(TransferError::Empty { .. })
         ));
     }
 }

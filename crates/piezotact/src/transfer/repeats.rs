@@ -1,9 +1,10 @@
 //! Repeats of one measurement: the pooled estimate, and the difference between repeats.
 
+use crate::transfer::TransferError;
 use num_complex::Complex;
 
+use super::TransferFunction;
 use super::bundle::{level_db, same_lines};
-use super::{BundleError, TransferFunction};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::rms;
 use crate::warning::Warnings;
@@ -17,10 +18,10 @@ use crate::warning::Warnings;
 /// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2.4, with Syy = |H|²·Sxx/γ².
 ///
 /// # Errors
-/// [`BundleError::Few`] for none, [`BundleError::Lines`] when their lines differ.
+/// [`TransferError::Few`] for none, [`TransferError::OtherLines`] when their lines differ.
 pub fn pooled<I: Quantity, O: Quantity>(
     repeats: &[&TransferFunction<I, O>],
-) -> Result<TransferFunction<I, O>, BundleError> {
+) -> Result<TransferFunction<I, O>, TransferError> {
     same_lines(repeats, 1)?;
     let first = repeats[0];
     if repeats.len() == 1 {
@@ -65,8 +66,7 @@ pub fn pooled<I: Quantity, O: Quantity>(
         repeats
             .iter()
             .fold(0usize, |sum, r| sum.saturating_add(r.averages)),
-    )
-    .map_err(BundleError::Transfer)?;
+    )?;
     let few = one.few_averages();
     one.about.warnings.extend(few);
     one.effective_averages = repeats.iter().map(|r| r.effective_averages).sum();

@@ -34,7 +34,7 @@ pub struct Beside {
 /// Source: the thesis' figure 45.
 ///
 /// # Errors
-/// [`VerifyError::Resample`] when the drive cannot be brought to the rate, [`VerifyError::TooShort`] when they do not overlap
+/// [`VerifyError::Series`] when the drive cannot be brought to the rate, [`VerifyError::TooShort`] when they do not overlap
 /// by a segment, [`VerifyError::Silent`] when the drive holds nothing in the band.
 pub fn beside(
     verification: &Verification,

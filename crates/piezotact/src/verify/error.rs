@@ -1,7 +1,6 @@
 //! Why a measurement cannot be compared with its target.
 
 use crate::quantity::{Band, Hertz, QuantityError};
-use crate::resample::ResampleError;
 use crate::series::SeriesError;
 use crate::spectrum::EstimateError;
 
@@ -37,9 +36,7 @@ pub enum VerifyError {
     )]
     TooShort { expected: usize, found: usize },
     /// Nothing there.
-    #[error(
-        "expected {what} to contain a signal in {band}, found none; check the channel and the band"
-    )]
+    #[error("{what} has no signal in {band}: check the channel and the band")]
     Silent {
         /// Which of the two.
         what: &'static str,
@@ -47,7 +44,7 @@ pub enum VerifyError {
     },
     /// The transfer function does not reach the band.
     #[error(
-        "expected a transfer function with valid lines in {band}, found none; compare over another band, or measure it there"
+        "the transfer function has no valid line in {band}: compare over another band, or measure it there"
     )]
     OutOfReach {
         /// The band asked for.
@@ -56,9 +53,6 @@ pub enum VerifyError {
     /// The spectra cannot be estimated.
     #[error(transparent)]
     Estimate(#[from] EstimateError),
-    /// A drive cannot be brought to the rate of the comparison.
-    #[error(transparent)]
-    Resample(#[from] ResampleError),
     /// The computed samples do not form a valid signal.
     #[error(transparent)]
     Series(#[from] SeriesError),

@@ -1,5 +1,6 @@
 //! `piezotact campaign new`: makes a study.
 
+use piezotact_study::store::StudyError;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -7,9 +8,7 @@ use std::str::FromStr;
 use anyhow::anyhow;
 use clap::Args;
 use piezotact_dataset::read_input_text;
-use piezotact_study::store::{
-    DatabaseUrl, DatabaseUrlError, NewCampaign, Pseudonym, StudyCampaign,
-};
+use piezotact_study::store::{DatabaseUrl, NewCampaign, Pseudonym, StudyCampaign};
 
 use super::protocol_text;
 use crate::failure::{Failure, Outcome, usage};
@@ -61,7 +60,7 @@ impl FromStr for PanelFile {
 
 /// The address of a database. Read here, as the parser of the command line would repeat a password that stands in it.
 pub(super) fn database_url(text: &str) -> Outcome<DatabaseUrl> {
-    text.parse().map_err(usage::<DatabaseUrlError>)
+    text.parse().map_err(usage::<StudyError>)
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {

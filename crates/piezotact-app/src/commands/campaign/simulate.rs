@@ -4,6 +4,7 @@ mod panels;
 pub(super) mod settings;
 pub(super) mod which;
 
+use piezotact_volunteers::VolunteerError;
 use std::collections::BTreeSet;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
@@ -16,7 +17,7 @@ use piezotact_people::campaign::protocol::Protocol;
 use piezotact_people::campaign::session::Stage;
 use piezotact_people::judge::Judge;
 use piezotact_study::store::{NewCampaign, Pseudonym, SessionLock, StudyCampaign, StudyStore};
-use piezotact_volunteers::{Arrival, CampaignError, LevelRule, Simulated, Simulation};
+use piezotact_volunteers::{Arrival, LevelRule, Simulated, Simulation};
 
 use super::protocol_text;
 use super::study::{Begun, Study};
@@ -200,7 +201,7 @@ fn asked<'a>(
     let numbers = 1..=u64::from(participants);
     let measured = simulation.with_panel(args.panel.clone(), numbers);
     measured.map_err(|error| match error {
-        CampaignError::Overlap { .. } => usage(error),
+        VolunteerError::Overlap { .. } => usage(error),
         error => Failure::from(error),
     })
 }
@@ -297,7 +298,7 @@ fn study(args: &Arguments) -> Outcome<(Study, SessionLock)> {
         if wanted.panel().is_some()
             && let Some(number) = args.panel.clone().find(|number| both.contains(number))
         {
-            return Err(usage(CampaignError::Overlap { number }));
+            return Err(usage(VolunteerError::Overlap { number }));
         }
         let panels = protocol.panel.disjoint_from.iter();
         let new = NewCampaign {

@@ -17,7 +17,7 @@ use piezotact_dataset::{JournalWriter, StartDocument};
 
 use super::Asked;
 use crate::cli::ModeName;
-use crate::failure::{Failure, Outcome};
+use crate::failure::Outcome;
 use crate::keeping::{Keeper, Place, Shown};
 use crate::output::{counted, say};
 use crate::runs::run_plan;
@@ -30,24 +30,12 @@ pub(super) struct Corrected {
     pub(super) looped: ClosedLoopResult,
 }
 
-/// Why nothing was corrected.
-pub(super) enum Error {
-    Bench(ProcedureError),
-    Failure(Failure),
-}
-
-impl From<Failure> for Error {
-    fn from(failure: Failure) -> Self {
-        Self::Failure(failure)
-    }
-}
-
-/// Renders in a closed loop, each drive said as it is judged.
+/// Renders in a closed loop, each drive said as it is judged; or what the bench or the rendering refused.
 pub(super) fn run(
     asked: &Asked<'_>,
     target: &Series<Acceleration>,
     (mode, bench): (ModeName, &BenchSpec),
-) -> Result<Corrected, Error> {
+) -> Outcome<Result<Corrected, ProcedureError>> {
     let mut bench = bench.open()?;
     let label = format!("render {}", asked.job.called);
     let run = run_plan(&label, &asked.args.finger, bench.acquirer.as_ref());
@@ -67,8 +55,11 @@ pub(super) fn run(
         &config,
         &mut keeper,
         &mut |iteration| say(&progress(iteration)),
-    )
-    .map_err(Error::Bench)?;
+    );
+    let looped = match looped {
+        Ok(looped) => looped,
+        Err(refused) => return Ok(Err(refused)),
+    };
     if keeper.reused > 0 {
         say(&format!(
             "{} {} taken from the interrupted command",
@@ -77,7 +68,7 @@ pub(super) fn run(
         ));
     }
     say(&result(&looped));
-    Ok(Corrected { looped })
+    Ok(Ok(Corrected { looped }))
 }
 
 fn loop_config(asked: &Asked<'_>, mode: ModeName, run: RunPlan) -> LoopConfig {

@@ -17,7 +17,7 @@ use piezotact::render::{
     self, Inverse, Overload, PhaseForm, RenderConfig, RenderError, RenderedDrive, gains_for,
     require_device, require_gain,
 };
-use piezotact::series::Series;
+use piezotact::series::{Series, SeriesError};
 use piezotact::transfer::TransferFunction;
 use piezotact_bench::document::{RenderDocument, RenderNames};
 use piezotact_bench::{Bench, ProcedureError, RunPlan};
@@ -201,16 +201,13 @@ pub(super) fn folders(wanted: &[Option<&Path>]) -> Outcome<Vec<PathBuf>> {
     for folder in wanted.iter().flatten() {
         if ends_in(folder, "wav") || ends_in(folder, "parquet") || folder.is_file() {
             return Err(usage(anyhow!(
-                "{}: expected a folder for several textures or participants, found the name of a file",
+                "{} names a file: several textures or participants need a folder",
                 folder.display()
             )));
         }
         if !folder.is_dir() {
             std::fs::create_dir_all(folder).map_err(|error| {
-                anyhow!(
-                    "{}: expected a folder that can be made, found: {error}",
-                    folder.display()
-                )
+                anyhow!("cannot create the folder {}: {error}", folder.display())
             })?;
             made.push(folder.to_path_buf());
         }
@@ -442,13 +439,11 @@ impl Asked<'_> {
                 Err(error) => Err(self.refused(&target, level_db, error)),
             };
         };
-        let corrected = looped::run(self, &target, (mode, bench)).map_err(|error| match error {
-            looped::Error::Bench(ProcedureError::Render(error)) => {
-                self.refused(&target, level_db, error)
-            }
-            looped::Error::Bench(other) => bench_failure(other).into(),
-            looped::Error::Failure(failure) => failure.into(),
-        })?;
+        let corrected =
+            looped::run(self, &target, (mode, bench))?.map_err(|error| match error {
+                ProcedureError::Render(error) => self.refused(&target, level_db, error),
+                other => bench_failure(other).into(),
+            })?;
         Ok((corrected.looped.rendered.clone(), Some(corrected)))
     }
 
@@ -459,7 +454,13 @@ impl Asked<'_> {
                 RenderError::BandAboveNyquist { .. }
                 | RenderError::NoLine { .. }
                 | RenderError::Phase
-                | RenderError::Rate(_) => usage(error),
+                | RenderError::Signal(
+                    SeriesError::Rate(_)
+                    | SeriesError::Passband { .. }
+                    | SeriesError::Ratio { .. }
+                    | SeriesError::TooLong { .. }
+                    | SeriesError::TooShort,
+                ) => usage(error),
                 _ => Failure::Data(
                     anyhow::Error::new(error).context(self.job.target.display().to_string()),
                 ),

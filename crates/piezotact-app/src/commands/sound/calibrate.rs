@@ -7,7 +7,7 @@ use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
     Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
-    SoundCalibration, SoundWarning, VoltsMethod, WiringError,
+    SoundCalibration, SoundWarning, VoltsMethod,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,
@@ -148,7 +148,7 @@ fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
         match wire {
             Ok(wire) => found.wires.push(wire),
             // An output to the amplifier arrives at the sensors, if it arrives at all.
-            Err(error @ (WiringError::Nowhere { .. } | WiringError::Several { .. })) => {
+            Err(error) => {
                 let what = error.to_string();
                 found
                     .warnings

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context as _, anyhow};
 use clap::Args;
 use piezotact::quantity::{Degrees, Newtons, Seconds};
-use piezotact_audio::{ForceReading, JackPlant, PlantError, PlantSettings, SoundSetup};
+use piezotact_audio::{AudioError, ForceReading, JackPlant, PlantSettings, SoundSetup};
 use piezotact_bench::{Placement, Plant, RunPlan, Until};
 use piezotact_dataset::read_input_text;
 use piezotact_twin::{Participant, TwinPlant};
@@ -94,8 +94,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         Ok(Box::new(plant) as Box<dyn Plant>)
     });
     let mut plant = started.map_err(|error| match error {
-        PlantError::Sound(error) => Failure::Data(anyhow::Error::new(error).context(called())),
-        PlantError::Plant(error) => bench_failure(error),
+        AudioError::Device(error) => bench_failure(error),
+        error => Failure::Data(anyhow::Error::new(error).context(called())),
     })?;
     let cell = setup.force.as_ref().and_then(|force| force.file.as_ref());
     let mut cell = cell

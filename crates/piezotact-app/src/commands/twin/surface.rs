@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use piezotact_surface::write_sur;
 use piezotact_twin::document::SimulatedSurface;
-use piezotact_twin::{Patch, SurfaceError};
+use piezotact_twin::{Patch, TwinError};
 
 use super::twin_parameters;
 use crate::commands::roughness::length;
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     let map = sample
         .relief
         .height_map(&patch, args.seed, &sample.name)
-        .map_err(usage::<SurfaceError>)?;
+        .map_err(usage::<TwinError>)?;
     write_sur(&args.out, &map)?;
     let surface = SimulatedSurface {
         map,

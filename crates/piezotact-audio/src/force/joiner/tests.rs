@@ -65,7 +65,7 @@ fn ramp(t_s: f64) -> f64 {
 
 /// Frames for `seconds`, in blocks with up to 10 ms of jitter, joined to `source`, which begins a second earlier with up to 15 ms of
 /// jitter; the force at every frame and the joiner.
-fn joined(source: &Source, seconds: f64) -> Result<(Vec<f64>, ForceJoiner), JoinError> {
+fn joined(source: &Source, seconds: f64) -> Result<(Vec<f64>, ForceJoiner), ForceError> {
     let origin = Instant::now();
     let mut random = Random::stream(8, 0, "jitter");
     let mut events: Vec<(f64, Event)> = Vec::new();
@@ -203,7 +203,7 @@ fn a_clock_that_stands_is_named() {
         }
     }
     assert!(
-        matches!(result, Err(JoinError::ClockStands { pause_s }) if pause_s < 1.1),
+        matches!(result, Err(ForceError::ClockStands { pause_s }) if pause_s < 1.1),
         "{result:?}"
     );
 }
@@ -282,19 +282,25 @@ fn gaps_are_told_and_long_ones_refused() {
         Some(ForceSourceWarning::GapsInterpolated { gaps: 1, longest_s, .. }) if (longest_s - 0.5125).abs() < 1e-3
     ));
     let error = joined(&gap([6.0, 7.5]), 10.0).unwrap_err();
-    assert!(matches!(error, JoinError::Stale { .. }), "{error}");
+    assert!(matches!(error, ForceError::Stale { .. }), "{error}");
     let error = joined(&gap([0.0, 20.0]), 10.0).unwrap_err();
-    assert!(matches!(error, JoinError::Stale { .. }), "{error}");
+    assert!(matches!(error, ForceError::Stale { .. }), "{error}");
 }
 
 #[test]
 fn nothing_to_join_is_an_error() {
     let mut joiner = ForceJoiner::new(config());
     assert_eq!(joiner.next(10), Ok(Vec::new()));
-    assert!(matches!(joiner.finish(100), Err(JoinError::Nothing { .. })));
+    assert!(matches!(
+        joiner.finish(100),
+        Err(ForceError::Nothing { .. })
+    ));
     let mut joiner = ForceJoiner::new(config());
     joiner.frames(Instant::now(), 480);
-    assert!(matches!(joiner.finish(480), Err(JoinError::Nothing { .. })));
+    assert!(matches!(
+        joiner.finish(480),
+        Err(ForceError::Nothing { .. })
+    ));
 }
 
 /// A clock that begins again keeps the readings before it where they were.

@@ -4,6 +4,7 @@ mod measured;
 mod outcome;
 mod result;
 
+use crate::DeviceError;
 use piezotact::clipping::ClippingWarning;
 use piezotact::correct::{LoopStop, LoopWarning};
 use piezotact::render::RenderWarning;
@@ -441,11 +442,11 @@ impl Fit {
 }
 
 fn impossible(expected: &str, error: &dyn fmt::Display) -> ProcedureError {
-    ProcedureError::Impossible {
+    ProcedureError::Device(DeviceError::Impossible {
         expected: expected.into(),
         found: error.to_string(),
         todo: "check rates, lengths and bands of target and bench".into(),
-    }
+    })
 }
 
 /// `target` at no higher rate than the bench acquires with.

@@ -78,12 +78,7 @@ pub(super) struct Header {
 
 impl Header {
     pub(super) fn rate_of(&self, path: &Path, signal: &Signal) -> Result<SampleRate, ReadError> {
-        SampleRate::new(signal.per_record as f64 / self.record_s).map_err(|source| {
-            ReadError::Quantity {
-                path: path.into(),
-                source,
-            }
-        })
+        SampleRate::new(signal.per_record as f64 / self.record_s).map_err(ReadError::of(path))
     }
 }
 

@@ -57,10 +57,7 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
         ..Provenance::default()
     };
     let recording = Recording::with_clocks(channels, Condition::default(), provenance);
-    let mut recording = recording.map_err(|source| ReadError::Recording {
-        path: path.into(),
-        source,
-    })?;
+    let mut recording = recording.map_err(ReadError::of(path))?;
     events.sort_by(|a, b| a.0.total_cmp(&b.0));
     recording.annotations.events = events
         .into_iter()
@@ -118,10 +115,7 @@ fn signals(
         [first, ..] => (*first, stream.nominal_rate_hz),
         [] => (0.0, stream.nominal_rate_hz),
     };
-    let rate_hz = SampleRate::new(rate_hz).map_err(|source| ReadError::Quantity {
-        path: path.into(),
-        source,
-    })?;
+    let rate_hz = SampleRate::new(rate_hz).map_err(ReadError::of(path))?;
     let clock = Clock {
         rate_hz,
         start_s: Seconds(start_s),

@@ -20,8 +20,7 @@ use crate::campaign::session::{Evidence, State, TrialState};
 
 pub use meanings::{BehaviourMeanings, behaviour_meanings, person_meanings};
 pub use read::{
-    BehaviourError, ReadBehaviour, evidence_of_behaviour, holds_orders, read_behaviour,
-    trials_of_behaviour,
+    ReadBehaviour, evidence_of_behaviour, holds_orders, read_behaviour, trials_of_behaviour,
 };
 
 /// Between the names in a cell of several.

@@ -1,5 +1,6 @@
 //! Answers, trials and evidence, made again of responses and events.
 
+use crate::association::AssociationError;
 use piezotact::page::{Cell, Table};
 
 use super::super::answer::{Answer, Flag};
@@ -20,37 +21,6 @@ pub struct ReadBehaviour {
     pub began_ms: Option<i64>,
     pub responses: Table,
     pub events: Table,
-}
-
-/// Why a table gives no answers.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum BehaviourError {
-    /// A cell that is no number.
-    #[error(
-        "row {row}: expected a number in the column `{column}`, found `{found}`; correct the cell"
-    )]
-    Number {
-        /// The row, from 1.
-        row: usize,
-        column: String,
-        found: String,
-    },
-    /// A cell without a name.
-    #[error("row {row}: expected a name in the column `{column}`, found none; complete the cell")]
-    Missing {
-        /// The row, from 1.
-        row: usize,
-        column: String,
-    },
-    /// A flag that is not known.
-    #[error("row {row}: expected flags of {known}, found `{found}`; correct the cell")]
-    Flag {
-        /// The row, from 1.
-        row: usize,
-        /// Those that are known.
-        known: String,
-        found: String,
-    },
 }
 
 /// No time in a session is as long, in s.
@@ -85,21 +55,21 @@ impl<'a> Row<'a> {
         self.text(column).unwrap_or_default().to_owned()
     }
 
-    fn required(self, column: &str) -> Result<&'a str, BehaviourError> {
-        self.text(column).ok_or_else(|| BehaviourError::Missing {
+    fn required(self, column: &str) -> Result<&'a str, AssociationError> {
+        self.text(column).ok_or_else(|| AssociationError::Missing {
             row: self.number + 1,
             column: column.to_owned(),
         })
     }
 
     /// The number in a cell; `None` where it has none.
-    fn number<T: std::str::FromStr>(self, column: &str) -> Result<Option<T>, BehaviourError> {
+    fn number<T: std::str::FromStr>(self, column: &str) -> Result<Option<T>, AssociationError> {
         let Some(text) = self.text(column) else {
             return Ok(None);
         };
         text.parse()
             .map(Some)
-            .map_err(|_says_less| BehaviourError::Number {
+            .map_err(|_says_less| AssociationError::Number {
                 row: self.number + 1,
                 column: column.to_owned(),
                 found: text.to_owned(),
@@ -107,11 +77,11 @@ impl<'a> Row<'a> {
     }
 
     /// The time in a cell, in s: less than a human life.
-    fn seconds(self, column: &str) -> Result<Option<f64>, BehaviourError> {
+    fn seconds(self, column: &str) -> Result<Option<f64>, AssociationError> {
         let found: Option<f64> = self.number(column)?;
         match found.filter(|seconds| seconds.abs() >= LONGEST_S || !seconds.is_finite()) {
             None => Ok(found),
-            Some(_) => Err(BehaviourError::Number {
+            Some(_) => Err(AssociationError::Number {
                 row: self.number + 1,
                 column: column.to_owned(),
                 found: self.or_empty(column),
@@ -129,10 +99,10 @@ impl<'a> Row<'a> {
 /// is right or wrong.
 ///
 /// # Errors
-/// [`BehaviourError`].
+/// [`AssociationError`].
 ///
 /// Source: decision 0081 of this project.
-pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, BehaviourError> {
+pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, AssociationError> {
     let mut answers = Vec::new();
     for row in Row::all(&of.responses) {
         let is_order = holds_orders(&of.responses);
@@ -187,11 +157,11 @@ pub fn holds_orders(responses: &Table) -> bool {
     has("rank") && has("offered")
 }
 
-fn flags(row: Row<'_>) -> Result<Vec<Flag>, BehaviourError> {
+fn flags(row: Row<'_>) -> Result<Vec<Flag>, AssociationError> {
     let words = row.text("flags").unwrap_or_default().split_whitespace();
     let flags = words.map(|word| {
         let known = Flag::ALL.into_iter().find(|flag| flag.word() == word);
-        known.ok_or_else(|| BehaviourError::Flag {
+        known.ok_or_else(|| AssociationError::Flag {
             row: row.number + 1,
             known: Flag::ALL.map(Flag::word).join(", "),
             found: word.to_owned(),
@@ -208,10 +178,10 @@ fn of_kind<'a>(of: &'a ReadBehaviour, kind: &'a str) -> impl Iterator<Item = Row
 /// of the shifted calendar, and no reason of a correction is known.
 ///
 /// # Errors
-/// [`BehaviourError`].
+/// [`AssociationError`].
 ///
 /// Source: decision 0081 of this project.
-pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourError> {
+pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, AssociationError> {
     let mut trials = table(&OF_TRIALS);
     let mut keyed = Vec::new();
     for (place, of) in all.iter().enumerate() {
@@ -266,10 +236,10 @@ pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourErro
 /// What was measured at every playing, in the columns of [`super::super::evidence_table`]; the journal is the recording of the playing.
 ///
 /// # Errors
-/// [`BehaviourError`].
+/// [`AssociationError`].
 ///
 /// Source: decision 0081 of this project.
-pub fn evidence_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, BehaviourError> {
+pub fn evidence_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, AssociationError> {
     let mut evidence = table(&OF_EVIDENCE);
     let mut keyed = Vec::new();
     for (place, of) in all.iter().enumerate() {

@@ -8,12 +8,19 @@ mod staircase;
 
 use serde::{Deserialize, Serialize};
 
-pub use quest::{QuestEstimate, QuestPlus, QuestRule, QuestRuleError, weibull};
-pub use run::{
-    AdaptiveRule, AdaptiveRuleError, AdaptiveRun, GUESS_SHARE, ThresholdCriterion,
-    ThresholdEstimate,
-};
-pub use staircase::{Staircase, StaircaseEstimate, StaircaseRule, StaircaseRuleError, Start};
+pub use quest::{QuestEstimate, QuestPlus, QuestRule, weibull};
+pub use run::{AdaptiveRule, AdaptiveRun, GUESS_SHARE, ThresholdCriterion, ThresholdEstimate};
+pub use staircase::{Staircase, StaircaseEstimate, StaircaseRule, Start};
+
+/// A rule that cannot be followed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{rule}: {what} must be {expected}, found {found}")]
+pub struct AdaptiveRuleError {
+    rule: &'static str,
+    what: &'static str,
+    expected: &'static str,
+    found: f64,
+}
 
 /// Whether an answer was correct; for a task without a right answer: whether it was "yes".
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

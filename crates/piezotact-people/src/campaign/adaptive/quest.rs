@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Response;
+use super::{AdaptiveRuleError, Response};
 
 /// The rule of a QUEST+ run. Levels and thresholds are in dB.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,15 +21,6 @@ pub struct QuestRule {
     pub lapse_shares: Vec<f64>,
     /// The number of trials.
     pub trials: u32,
-}
-
-/// A rule that cannot be followed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("QUEST+: {what} must be {expected}, found {found}")]
-pub struct QuestRuleError {
-    what: &'static str,
-    expected: &'static str,
-    found: f64,
 }
 
 /// What a run says about the threshold.
@@ -90,8 +81,8 @@ impl QuestPlus {
     /// A run before its first trial.
     ///
     /// # Errors
-    /// [`QuestRuleError`].
-    pub fn new(rule: QuestRule) -> Result<Self, QuestRuleError> {
+    /// [`AdaptiveRuleError`].
+    pub fn new(rule: QuestRule) -> Result<Self, AdaptiveRuleError> {
         check(&rule)?;
         let mut points = Vec::new();
         for &threshold_db in &rule.thresholds_db {
@@ -218,9 +209,10 @@ impl QuestPlus {
     }
 }
 
-fn check(rule: &QuestRule) -> Result<(), QuestRuleError> {
+fn check(rule: &QuestRule) -> Result<(), AdaptiveRuleError> {
     let wrong = |what, expected, found| {
-        Err(QuestRuleError {
+        Err(AdaptiveRuleError {
+            rule: "QUEST+",
             what,
             expected,
             found,

@@ -6,9 +6,7 @@ use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::Z_95;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    QuestPlus, QuestRule, QuestRuleError, Response, Staircase, StaircaseRule, StaircaseRuleError,
-};
+use super::{AdaptiveRuleError, QuestPlus, QuestRule, Response, Staircase, StaircaseRule};
 
 /// The share of correct answers by guessing between two alternatives.
 pub const GUESS_SHARE: f64 = 0.5;
@@ -53,17 +51,6 @@ impl AdaptiveRule {
             Self::QuestPlus { trials, .. } => *trials,
         }
     }
-}
-
-/// A rule that cannot be followed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum AdaptiveRuleError {
-    /// A staircase.
-    #[error(transparent)]
-    Staircase(#[from] StaircaseRuleError),
-    /// QUEST+.
-    #[error(transparent)]
-    QuestPlus(#[from] QuestRuleError),
 }
 
 /// What a criterion on a threshold judges.

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Response;
+use super::{AdaptiveRuleError, Response};
 
 /// How a staircase begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -40,23 +40,6 @@ pub struct StaircaseRule {
     pub trials: u32,
     /// How many of the first reversals the estimate leaves out.
     pub left_out: u32,
-}
-
-/// A rule that cannot be followed.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum StaircaseRuleError {
-    /// A number out of its range.
-    #[error("staircase: {what} must be {expected}, found {found}")]
-    Number {
-        what: &'static str,
-        expected: &'static str,
-        found: f64,
-    },
-    /// No reversal would be left for the estimate.
-    #[error(
-        "staircase: {left_out} of {reversals} reversals are left out, and an estimate needs at least 2; ask for more reversals"
-    )]
-    NothingLeft { left_out: u32, reversals: u32 },
 }
 
 /// What a staircase says about the threshold.
@@ -100,9 +83,10 @@ impl Staircase {
     /// A staircase at its first level.
     ///
     /// # Errors
-    /// [`StaircaseRuleError`].
-    pub fn new(rule: StaircaseRule) -> Result<Self, StaircaseRuleError> {
-        let number = |what, expected, found| StaircaseRuleError::Number {
+    /// [`AdaptiveRuleError`].
+    pub fn new(rule: StaircaseRule) -> Result<Self, AdaptiveRuleError> {
+        let number = |what, expected, found| AdaptiveRuleError {
+            rule: "staircase",
             what,
             expected,
             found,
@@ -141,10 +125,11 @@ impl Staircase {
             }
         }
         if rule.reversals < rule.left_out.saturating_add(2) {
-            return Err(StaircaseRuleError::NothingLeft {
-                left_out: rule.left_out,
-                reversals: rule.reversals,
-            });
+            return Err(number(
+                "`reversals`",
+                "at least 2 more than `left_out`",
+                f64::from(rule.reversals),
+            ));
         }
         Ok(Self {
             level: rule.first,

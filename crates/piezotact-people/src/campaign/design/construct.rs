@@ -60,10 +60,7 @@ impl Blocks {
         }
         let coverage = PairCoverage::of(points, &blocks);
         if !coverage.is_complete() {
-            return Err(DesignError::NotProven {
-                together: coverage.together,
-                pairs: coverage.pairs,
-            });
+            return Err(DesignError::NoBalancedDesign { points, size });
         }
         Ok(Self {
             points,
@@ -503,7 +500,10 @@ mod tests {
         let wrong = developed(13, &[&[0, 1, 4], &[0, 2, 6]]);
         assert!(matches!(
             Blocks::proven(13, 3, wrong, Method::Cyclic),
-            Err(DesignError::NotProven { .. })
+            Err(DesignError::NoBalancedDesign {
+                points: 13,
+                size: 3
+            })
         ));
     }
 

@@ -67,7 +67,7 @@ pub enum DesignError {
     },
     /// Sets of this size cannot be built of so many samples.
     #[error(
-        "sets of {size} of {points} samples cannot be built: expected 2 ≤ size ≤ samples ≤ {most}"
+        "sets of {size} of {points} samples are not possible: use 2 to {points} samples a set and at most {most} samples"
     )]
     ImpossibleSize {
         /// The number of samples.
@@ -77,16 +77,12 @@ pub enum DesignError {
         /// The largest number of samples.
         most: usize,
     },
-    /// What was built does not cover what it must.
-    #[error("the sets that were built put {together} of {pairs} pairs together: not used")]
-    NotProven { together: usize, pairs: usize },
     /// Lengths of sequences that no sequence can have.
     #[error("sequences of {shortest} to {longest}: expected 1 ≤ shortest ≤ longest")]
     ImpossibleLengths { shortest: usize, longest: usize },
     /// Repeats that a sequence cannot have without exclusion.
     #[error(
-        "{length} of {set_size} samples with at most {of_one} of each: the last answers follow by exclusion or no such \
-         sequence exists; allow more of each or make it shorter"
+        "{length} samples of a set of {set_size}, each at most {of_one} times: the last answers would follow by exclusion; allow more of each, or a shorter sequence"
     )]
     ImpossibleRepeats {
         /// The size of the set.
@@ -137,20 +133,18 @@ pub enum DesignError {
         expected: &'static str,
     },
     /// Two samples that no participant can take for each other.
-    #[error(
-        "expected two samples that are together in a set, found {} and {}, which never are: no answer compares them", .pair[0], .pair[1]
+    #[error("{} and {} never occur in one set, so no answer compares them: name another pair", .pair[0], .pair[1]
     )]
     NeverTogether { pair: Box<[String; 2]> },
     /// Too few tasks to compare.
-    #[error(
-        "expected two tasks of which answers name a sample, found {}; compare samples or people", match .known[..] { [] => "none".to_owned(), _ => format!("{} alone", .known.join(", ")) }
+    #[error("tasks cannot be compared: {} has answers that name a sample; compare samples or people", match .known[..] { [] => "none".to_owned(), _ => format!("{} alone", .known.join(", ")) }
     )]
     TooFewToCompare {
         /// Those that there are.
         known: Vec<String>,
     },
     /// Several tasks can be meant.
-    #[error("expected the task whose answers count, one of {known}, found none; name it")]
+    #[error("state the task whose answers count, one of {known}")]
     WhichTask { known: String },
     /// A task or sample that cannot be compared.
     #[error(
@@ -173,10 +167,4 @@ pub enum DesignError {
     /// A name of a task is not that of a task, or of several.
     #[error("task {task} is named by the design and is not described once: correct its name")]
     UnknownTask { task: String },
-    /// A task of association has no rule of sequences.
-    #[error("task {task} associates a sequence and no rule of sequences is given: give one")]
-    NoSequence {
-        /// The name of the task.
-        task: String,
-    },
 }

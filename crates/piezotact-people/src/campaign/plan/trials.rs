@@ -6,9 +6,9 @@ use super::super::protocol::{
 };
 use super::super::random::Stream;
 use super::{
-    AnswerForm, Group, Interval, PlanError, Planner, Presented, Trial, TrialKind, balanced_orders,
-    undeclared,
+    AnswerForm, Group, Interval, Planner, Presented, Trial, TrialKind, balanced_orders, undeclared,
 };
+use crate::campaign::protocol::ProtocolError;
 
 impl<'a> Planner<'a> {
     /// Adds the trials of `task` over `group`: training, then the counted ones with catch trials among them. Each has a stream of
@@ -19,7 +19,7 @@ impl<'a> Planner<'a> {
         task: &'a Task,
         group: Group<'a>,
         name: &str,
-    ) -> Result<(), PlanError> {
+    ) -> Result<(), ProtocolError> {
         let place = Place {
             protocol: self.protocol,
             block,
@@ -51,7 +51,7 @@ impl<'a> Planner<'a> {
         self.trials.extend(trials);
         match self.trials.len() <= MOST_TRIALS {
             true => Ok(()),
-            false => Err(PlanError::TooLong {
+            false => Err(ProtocolError::TooLong {
                 session: self.request.session.to_owned(),
             }),
         }
@@ -112,7 +112,11 @@ impl Place<'_> {
     }
 
     /// Trials of the same form as the counted ones, with independently drawn stimuli; in an adaptive run the levels are drawn at random.
-    fn training(&self, mut stream: Stream, training: Training) -> Result<Vec<Trial>, PlanError> {
+    fn training(
+        &self,
+        mut stream: Stream,
+        training: Training,
+    ) -> Result<Vec<Trial>, ProtocolError> {
         let count = training.trials as usize;
         let mut trials: Vec<Trial> = Vec::new();
         while trials.len() < count {
@@ -150,13 +154,13 @@ impl Place<'_> {
         catch: &Catch,
         mut stream: Stream,
         trials: &mut Vec<Trial>,
-    ) -> Result<(), PlanError> {
+    ) -> Result<(), ProtocolError> {
         let fitting: Vec<&Vec<String>> = catch.known.iter().filter(|one| self.fits(one)).collect();
         let Some(answer) = trials.first().map(|trial| trial.answer.clone()) else {
             return Ok(());
         };
         if fitting.is_empty() {
-            return Err(PlanError::NoSequence {
+            return Err(ProtocolError::NoSequence {
                 task: self.task.name.clone(),
                 set: self.group.set.unwrap_or("of all samples").to_owned(),
             });
@@ -228,7 +232,7 @@ impl Place<'_> {
     }
 
     /// The counted trials.
-    fn counted(&self, stream: &mut Stream) -> Result<Vec<Trial>, PlanError> {
+    fn counted(&self, stream: &mut Stream) -> Result<Vec<Trial>, ProtocolError> {
         let Self {
             block,
             task,
@@ -394,7 +398,7 @@ fn sequences(
     task: &Task,
     group: Group<'_>,
     stream: &mut Stream,
-) -> Result<Vec<Vec<String>>, PlanError> {
+) -> Result<Vec<Vec<String>>, ProtocolError> {
     let samples = group.samples;
     match sequence {
         // Put in order by the planner.
@@ -413,7 +417,7 @@ fn sequences(
                 .collect();
             match found.is_empty() {
                 false => Ok(found),
-                true => Err(PlanError::NoSequence {
+                true => Err(ProtocolError::NoSequence {
                     task: task.name.clone(),
                     set: group.set.unwrap_or("of all samples").to_owned(),
                 }),

@@ -88,28 +88,45 @@ pub enum ProtocolError {
         "{place}: the staircase can ask for level {level}, which no stimulus has; list one, or change `first`, `steps`, `lowest` or `highest`"
     )]
     NoStimulus { place: String, level: String },
-    /// An adaptive rule that cannot be followed.
-    #[error("{place}: {why}; correct the rule")]
-    Rule { place: String, why: String },
-    /// An adaptive rule that cannot reach a threshold.
+    /// A method, adaptive rule or training that cannot be followed.
     #[error("{place}: {why}")]
-    Target {
+    Place {
         place: String,
         /// Why, and what to do.
-        why: &'static str,
-    },
-    /// A trial that needs a right answer, and has none.
-    #[error("{place}: {what}")]
-    NoKnownAnswer {
-        place: String,
-        /// What, and what to do.
-        what: &'static str,
+        why: String,
     },
     /// An answer in A, B, C of an order that is not made before.
     #[error(
         "task {task} answers in the order of task {order}, which does not stand before it in its block; put it before"
     )]
     OrderAfter { task: String, order: String },
+    /// The protocol has no such session.
+    #[error("the protocol {protocol} has no session `{session}`; its sessions are {known}")]
+    Session {
+        protocol: String,
+        /// The session that was asked for.
+        session: String,
+        /// The sessions that it has.
+        known: String,
+    },
+    /// The participant has completed the session.
+    #[error(
+        "{participant} has completed the session {session} already; a participant takes part once"
+    )]
+    Completed {
+        participant: String,
+        session: String,
+    },
+    /// More trials than anybody can do.
+    #[error(
+        "session {session} has more than 86400 trials; lower the repeats and presentations of its tasks"
+    )]
+    TooLong { session: String },
+    /// A fixed list has no test for a set.
+    #[error(
+        "task {task} has no fixed sequence for set {set}; add one, or leave the set out of the block"
+    )]
+    NoSequence { task: String, set: String },
 }
 
 /// Reads a protocol from TOML and checks that all it names is declared.
@@ -268,9 +285,9 @@ fn task(protocol: &Protocol, task: &Task) -> Result<(), ProtocolError> {
         }
     );
     if task.may_not_know && is_adaptive {
-        return Err(ProtocolError::NoKnownAnswer {
+        return Err(ProtocolError::Place {
             place: format!("{place}: may_not_know"),
-            what: "an adaptive method needs an answer in each trial: leave it out, and ask the participant to guess",
+            why: "an adaptive method needs an answer in each trial: leave it out, and ask the participant to guess".to_owned(),
         });
     }
     match &task.kind {

@@ -1,5 +1,6 @@
 //! Answers, and whether they fit their trial.
 
+use crate::campaign::session::SessionError;
 use serde::{Deserialize, Serialize};
 
 use super::super::plan::AnswerForm;
@@ -36,28 +37,6 @@ pub fn letters() -> impl Iterator<Item = String> {
     })
 }
 
-/// Why a text is no answer.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum AnswerError {
-    /// Not one of the choices.
-    #[error("`{found}` is not one of the choices {choices}")]
-    NoChoice { found: String, choices: String },
-    /// Another number of names.
-    #[error("expected {expected} of {choices}, found {found}")]
-    Count {
-        expected: String,
-        choices: String,
-        /// How many were given.
-        found: usize,
-    },
-    /// The same name twice in an order.
-    #[error("`{name}` stands twice; name each of {choices} once")]
-    Twice { name: String, choices: String },
-    /// No number within the scale.
-    #[error("expected a whole number from {from} to {to}, found `{found}`")]
-    Scale { from: i64, to: i64, found: String },
-}
-
 /// The answer that `words` give to a trial that is answered in `form`, where `choices` are what may be said with what it stands for
 /// and `elements` is the number of elements presented; `may_not_know` says whether "I do not know" is an answer.
 pub(super) fn understand(
@@ -65,7 +44,7 @@ pub(super) fn understand(
     choices: &[(String, String)],
     elements: usize,
     words: &[String],
-) -> Result<Answer, AnswerError> {
+) -> Result<Answer, SessionError> {
     let listed = || {
         choices
             .iter()
@@ -73,7 +52,7 @@ pub(super) fn understand(
             .collect::<Vec<_>>()
             .join(" ")
     };
-    let count = |expected: String| AnswerError::Count {
+    let count = |expected: String| SessionError::Count {
         expected,
         choices: listed(),
         found: words.len(),
@@ -121,7 +100,7 @@ pub(super) fn understand(
             let said = words.join(" ");
             match said.parse::<i64>() {
                 Ok(number) if (*from..=*to).contains(&number) => Ok(Answer::Number(number)),
-                _ => Err(AnswerError::Scale {
+                _ => Err(SessionError::Scale {
                     from: *from,
                     to: *to,
                     found: said,
@@ -136,7 +115,7 @@ fn choice(
     word: &str,
     choices: &[(String, String)],
     listed: &impl Fn() -> String,
-) -> Result<usize, AnswerError> {
+) -> Result<usize, SessionError> {
     let exact = choices.iter().position(|(said, _)| said == word);
     let small = word.to_lowercase();
     let mut alike = (0..choices.len()).filter(|i| choices[*i].0.to_lowercase() == small);
@@ -144,13 +123,13 @@ fn choice(
         (Some(only), None) => Some(only),
         _ => None,
     };
-    exact.or(only).ok_or_else(|| AnswerError::NoChoice {
+    exact.or(only).ok_or_else(|| SessionError::NoChoice {
         found: word.to_owned(),
         choices: listed(),
     })
 }
 
-fn distinct(answer: &Answer, listed: &impl Fn() -> String) -> Result<(), AnswerError> {
+fn distinct(answer: &Answer, listed: &impl Fn() -> String) -> Result<(), SessionError> {
     let Answer::Names(names) = answer else {
         return Ok(());
     };
@@ -160,7 +139,7 @@ fn distinct(answer: &Answer, listed: &impl Fn() -> String) -> Result<(), AnswerE
         .find(|(i, name)| names[..*i].contains(name));
     match twice {
         None => Ok(()),
-        Some((_, name)) => Err(AnswerError::Twice {
+        Some((_, name)) => Err(SessionError::NamedTwice {
             name: name.clone(),
             choices: listed(),
         }),

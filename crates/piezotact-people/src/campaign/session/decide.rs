@@ -1,5 +1,6 @@
 //! What a command of the experimenter makes happen.
 
+use crate::campaign::session::SessionError;
 use piezotact::number::counted;
 
 use super::super::chain::Sha;
@@ -9,8 +10,7 @@ use super::super::store::Purpose;
 use super::super::text::{TextError, check_long};
 use super::answer::{letters, understand};
 use super::{
-    Answer, AnswerError, Event, Evidence, Participant, Stage, State, Step, TouchRecord,
-    checklist_place,
+    Answer, Event, Evidence, Participant, Stage, State, Step, TouchRecord, checklist_place,
 };
 
 /// A command of the experimenter.
@@ -110,7 +110,7 @@ pub enum Refusal {
     NotPresentable { name: String },
     /// The answer does not fit.
     #[error(transparent)]
-    Answer(#[from] AnswerError),
+    Answer(#[from] SessionError),
     /// A note or a reason that cannot be shown.
     #[error(transparent)]
     Text(#[from] TextError),
@@ -410,7 +410,7 @@ impl State<'_> {
             }
             let twice = (1..names.len()).find(|i| names[..*i].contains(&names[*i]));
             if let Some(i) = twice {
-                return Err(Refusal::Answer(AnswerError::Twice {
+                return Err(Refusal::Answer(SessionError::NamedTwice {
                     name: names[i].clone(),
                     choices: self.protocol.samples.join(" "),
                 }));
@@ -419,7 +419,7 @@ impl State<'_> {
         let wanted = self.presented(trial).len();
         match names.len() == wanted {
             true => Ok(names.to_vec()),
-            false => Err(Refusal::Answer(AnswerError::Count {
+            false => Err(Refusal::Answer(SessionError::Count {
                 expected: wanted.to_string(),
                 choices: self.protocol.samples.join(" "),
                 found: names.len(),

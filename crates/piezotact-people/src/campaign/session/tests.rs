@@ -472,7 +472,7 @@ fn a_changed_protocol_or_plan_under_a_running_session_is_refused() {
     assert!(
         matches!(
             error,
-            ReplayError::Changed {
+            SessionError::Changed {
                 what: "protocol",
                 ..
             }
@@ -483,7 +483,7 @@ fn a_changed_protocol_or_plan_under_a_running_session_is_refused() {
     other.trials.swap(0, 1);
     let error = State::after(&protocol, &other, run.events).unwrap_err();
     assert!(
-        matches!(error, ReplayError::Changed { what: "plan", .. }),
+        matches!(error, SessionError::Changed { what: "plan", .. }),
         "{error}"
     );
 }

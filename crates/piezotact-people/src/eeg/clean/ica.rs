@@ -86,13 +86,17 @@ impl Ica {
     /// Source: A. Hyvärinen (1999), IEEE Trans. Neural Netw. 10 (symmetric `FastICA`, contrast log cosh).
     ///
     /// # Errors
-    /// [`IcaError`] for more components than independent directions, no component or iteration, a tolerance that is not above 0, or a name that
+    /// [`EpochsError`] for more components than independent directions, no component or iteration, a tolerance that is not above 0, or a name that
     /// no channel has.
-    pub fn fit(epochs: &Epochs, channels: &[&str], config: &IcaConfig) -> Result<Self, IcaError> {
+    pub fn fit(
+        epochs: &Epochs,
+        channels: &[&str],
+        config: &IcaConfig,
+    ) -> Result<Self, EpochsError> {
         if config.max_iterations == 0 || !(config.tolerance > 0.0 && config.tolerance < 1.0) {
-            return Err(IcaError::Rule {
-                iterations: config.max_iterations,
-                tolerance: config.tolerance,
+            return Err(EpochsError::Shape {
+                expected: "at least 1 iteration and a tolerance between 0 and 1".to_owned(),
+                found: format!("{} and {}", config.max_iterations, config.tolerance),
             });
         }
         let indices = epochs.indices(channels)?;
@@ -122,7 +126,7 @@ impl Ica {
             .filter(|v| **v > least && **v > 0.0)
             .count();
         if k == 0 || k > rank {
-            return Err(IcaError::Components { found: k, rank });
+            return Err(EpochsError::Components { found: k, rank });
         }
         let whitening: Vec<f64> = (0..k * n)
             .map(|i| directions[i] / variances[i / n].sqrt())
@@ -218,8 +222,8 @@ impl Ica {
     /// The components of `epochs`, components × epochs × samples, without a unit.
     ///
     /// # Errors
-    /// [`IcaError::Epochs`] for a channel that is not there.
-    pub fn sources(&self, epochs: &Epochs) -> Result<Vec<Vec<f64>>, IcaError> {
+    /// [`EpochsError::NoChannel`] for a channel that is not there.
+    pub fn sources(&self, epochs: &Epochs) -> Result<Vec<Vec<f64>>, EpochsError> {
         let names: Vec<&str> = self.channels.iter().map(String::as_str).collect();
         let indices = epochs.indices(&names)?;
         let centred: Vec<Vec<f64>> = indices
@@ -235,8 +239,8 @@ impl Ica {
     /// Source: Pearson's correlation over all samples, as MNE-Python's `find_bads_eog(measure="correlation")`.
     ///
     /// # Errors
-    /// [`IcaError::Epochs`] for a channel that is not there.
-    pub fn correlations(&self, epochs: &Epochs, channel: &str) -> Result<Vec<f64>, IcaError> {
+    /// [`EpochsError::NoChannel`] for a channel that is not there.
+    pub fn correlations(&self, epochs: &Epochs, channel: &str) -> Result<Vec<f64>, EpochsError> {
         let index = epochs.indices(&[channel])?[0];
         let with = epochs.channel(index);
         let sources = self.sources(epochs)?;
@@ -255,13 +259,13 @@ impl Ica {
     /// Source: Pearson's correlation, as MNE-Python's `find_bads_eog(measure="correlation")`.
     ///
     /// # Errors
-    /// [`IcaError::Epochs`] for a channel that is not there.
+    /// [`EpochsError::NoChannel`] for a channel that is not there.
     pub fn beside_eyes(
         &self,
         epochs: &Epochs,
         eog: &[&str],
         least_share: f64,
-    ) -> Result<EyeComponents, IcaError> {
+    ) -> Result<EyeComponents, EpochsError> {
         let k = self.config.components;
         let mut best = vec![("", 0.0); k];
         for channel in eog {
@@ -293,13 +297,13 @@ impl Ica {
     /// `epochs` without the components of the indices `out`, V. Channels that were not fitted are as they were.
     ///
     /// # Errors
-    /// [`IcaError::NoComponent`] for a component that does not exist, [`IcaError::Epochs`] for a channel that is not there.
-    pub fn without(&self, epochs: &Epochs, out: &[usize]) -> Result<Epochs, IcaError> {
+    /// [`EpochsError`] for a component that does not exist, or a channel that is not there.
+    pub fn without(&self, epochs: &Epochs, out: &[usize]) -> Result<Epochs, EpochsError> {
         let (k, n) = (self.config.components, self.channels.len());
         if let Some(&found) = out.iter().find(|c| **c >= k) {
-            return Err(IcaError::NoComponent {
-                found,
-                components: k,
+            return Err(EpochsError::Shape {
+                expected: format!("components below {k}"),
+                found: found.to_string(),
             });
         }
         let names: Vec<&str> = self.channels.iter().map(String::as_str).collect();
@@ -437,37 +441,6 @@ fn orthogonal(matrix: &[f64], k: usize) -> Vec<f64> {
     product(&root, matrix, k, k, k)
 }
 
-/// Components that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum IcaError {
-    /// More components than independent directions.
-    #[error(
-        "expected 1 to {rank} components, as many as the signals have independent directions, found {found}; an average reference takes one away"
-    )]
-    Components {
-        /// How many were asked for.
-        found: usize,
-        /// How many there can be.
-        rank: usize,
-    },
-    /// A rule that never stops, or at once.
-    #[error(
-        "expected at least 1 iteration and a tolerance between 0 and 1, found {iterations} and {tolerance}; 200 and 1e-4 are usual"
-    )]
-    Rule { iterations: usize, tolerance: f64 },
-    /// A component that does not exist.
-    #[error("expected components below {components}, found {found}; count from 0")]
-    NoComponent {
-        /// What was asked for.
-        found: usize,
-        /// How many there are.
-        components: usize,
-    },
-    /// A channel that does not exist.
-    #[error(transparent)]
-    Epochs(#[from] EpochsError),
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -571,7 +544,7 @@ mod tests {
         };
         assert!(matches!(
             with(|c| c.components = 5),
-            Err(IcaError::Components { rank: 4, .. })
+            Err(EpochsError::Components { rank: 4, .. })
         ));
         assert!(with(|c| c.components = 0).is_err() && with(|c| c.max_iterations = 0).is_err());
         assert!(with(|c| c.tolerance = f64::NAN).is_err());

@@ -3,5 +3,5 @@
 mod ica;
 mod regression;
 
-pub use ica::{EyeComponent, EyeComponents, Ica, IcaConfig, IcaError};
-pub use regression::{EogRegression, RegressionError};
+pub use ica::{EyeComponent, EyeComponents, Ica, IcaConfig};
+pub use regression::EogRegression;

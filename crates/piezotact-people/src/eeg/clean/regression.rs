@@ -20,14 +20,14 @@ impl EogRegression {
     /// Source: G. Gratton, M. G. H. Coles and E. Donchin (1983), Electroencephalogr. Clin. Neurophysiol. 55; as MNE-Python's `EOGRegression`.
     ///
     /// # Errors
-    /// [`RegressionError`] without a channel, for a name that no channel has or that stands in both lists, or EOG channels that are constant
+    /// [`EpochsError`] without a channel, for a name that no channel has or that stands in both lists, or EOG channels that are constant
     /// or multiples of each other.
-    pub fn fit(epochs: &Epochs, eog: &[&str], channels: &[&str]) -> Result<Self, RegressionError> {
+    pub fn fit(epochs: &Epochs, eog: &[&str], channels: &[&str]) -> Result<Self, EpochsError> {
         if eog.is_empty() || channels.is_empty() {
-            return Err(RegressionError::NoChannel);
+            return Err(EpochsError::NoEog);
         }
         if let Some(name) = channels.iter().find(|name| eog.contains(name)) {
-            return Err(RegressionError::Both {
+            return Err(EpochsError::Both {
                 name: (*name).to_owned(),
             });
         }
@@ -52,7 +52,7 @@ impl EogRegression {
         let covariance: Vec<f64> = (0..n * n)
             .map(|i| dot(&artefacts[i / n], &artefacts[i % n]))
             .collect();
-        let inverted = inverse(&covariance, n).ok_or(RegressionError::Dependent { eog: n })?;
+        let inverted = inverse(&covariance, n).ok_or(EpochsError::Dependent { eog: n })?;
         let mut coefficients = Vec::with_capacity(signals.len() * n);
         for signal in &signals {
             let with: Vec<f64> = artefacts
@@ -78,8 +78,8 @@ impl EogRegression {
     /// `epochs` less what the EOG channels, each about its mean over the epoch, put into the channels fitted, V. Other channels are as they were.
     ///
     /// # Errors
-    /// [`RegressionError::Epochs`] for a channel that is not there.
-    pub fn apply(&self, epochs: &Epochs) -> Result<Epochs, RegressionError> {
+    /// [`EpochsError::NoChannel`] for a channel that is not there.
+    pub fn apply(&self, epochs: &Epochs) -> Result<Epochs, EpochsError> {
         let names = |names: &[String]| {
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             epochs.indices(&names)
@@ -105,28 +105,6 @@ impl EogRegression {
         let mixed = centred.mixed(epochs.channels().to_vec(), &weights);
         Ok(mixed.with_channels_of(epochs, &eog))
     }
-}
-
-/// A regression that cannot be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum RegressionError {
-    /// No channel of one kind.
-    #[error("expected at least one EOG channel and one other, found none; name them")]
-    NoChannel,
-    /// A channel of both kinds.
-    #[error("expected EOG channels and others, found `{name}` among both; leave it out of one")]
-    Both { name: String },
-    /// EOG channels that say the same.
-    #[error(
-        "expected {eog} EOG channels that differ, found constant ones or multiples of each other; leave one out"
-    )]
-    Dependent {
-        /// How many there are.
-        eog: usize,
-    },
-    /// A channel that does not exist.
-    #[error(transparent)]
-    Epochs(#[from] EpochsError),
 }
 
 #[cfg(test)]

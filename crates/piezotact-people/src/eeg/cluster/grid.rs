@@ -1,5 +1,7 @@
 //! The nodes of a test and which of them are neighbours.
 
+use crate::eeg::cluster::ClusterError;
+
 /// Channels × frequencies × times, and which channels are neighbours. Nodes are numbered in this order, times fastest.
 ///
 /// Neighbours are: the same channel and frequency at the next time; the same channel and time at the next frequency; neighbouring channels at the
@@ -17,29 +19,31 @@ impl Grid {
     /// A grid with the pairs of neighbouring channels, in any order.
     ///
     /// # Errors
-    /// [`GridError`] without a channel, frequency or time, with more than 2³¹ nodes, or a pair of a channel that does not exist.
+    /// [`ClusterError`] without a channel, frequency or time, with more than 2³¹ nodes, or a pair of a channel that does not exist.
     pub fn new(
         channels: usize,
         frequencies: usize,
         times: usize,
         neighbours: &[[usize; 2]],
-    ) -> Result<Self, GridError> {
+    ) -> Result<Self, ClusterError> {
         let nodes = channels
             .checked_mul(frequencies)
             .and_then(|nodes| nodes.checked_mul(times))
             .filter(|nodes| (1..1 << 31).contains(nodes));
         if nodes.is_none() {
-            return Err(GridError::Size {
-                channels,
-                frequencies,
-                times,
+            return Err(ClusterError::Shape {
+                expected: "1 to 2³¹ nodes".to_owned(),
+                found: format!("{channels} channels × {frequencies} frequencies × {times} times"),
             });
         }
         let mut lower = vec![Vec::new(); channels];
         for &[a, b] in neighbours {
             let found = a.max(b);
             if found >= channels {
-                return Err(GridError::Neighbour { found, channels });
+                return Err(ClusterError::Shape {
+                    expected: format!("neighbours below {channels}"),
+                    found: found.to_string(),
+                });
             }
             if a != b {
                 lower[found].push(a.min(b));
@@ -88,27 +92,4 @@ impl Grid {
             to(node - (channel - other) * self.frequencies * self.times);
         }
     }
-}
-
-/// A grid that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum GridError {
-    /// No node, or too many.
-    #[error(
-        "expected 1 to 2³¹ nodes, found {channels} channels × {frequencies} frequencies × {times} times; state at least one of each, or decimate"
-    )]
-    Size {
-        channels: usize,
-        frequencies: usize,
-        times: usize,
-    },
-    /// A neighbour that does not exist.
-    #[error(
-        "expected neighbours below {channels}, found {found}; take them from the montage of the same channels"
-    )]
-    Neighbour {
-        found: usize,
-        /// The number of channels.
-        channels: usize,
-    },
 }

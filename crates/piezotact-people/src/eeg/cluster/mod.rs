@@ -15,7 +15,7 @@ use super::EegWarning;
 use components::Components;
 use flips::{Flips, Sums};
 
-pub use grid::{Grid, GridError};
+pub use grid::Grid;
 
 /// No p below this can be shown: fewer people cannot decide.
 const LEVEL: f64 = 0.05;
@@ -112,13 +112,13 @@ pub struct ClusterTest {
 /// Source: the paired design of E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164.
 ///
 /// # Errors
-/// [`ClusterError::Pairs`] unless each person has as many nodes in both.
+/// [`ClusterError::Shape`] unless each person has as many nodes in both.
 pub fn differences(a: &[Vec<f64>], b: &[Vec<f64>]) -> Result<Vec<Vec<f64>>, ClusterError> {
     let pairs = a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.len() == b.len());
     if !pairs {
-        return Err(ClusterError::Pairs {
-            a: a.len(),
-            b: b.len(),
+        return Err(ClusterError::Shape {
+            expected: "the same people and nodes in both conditions".to_owned(),
+            found: format!("{} and {} people", a.len(), b.len()),
         });
     }
     let of = |(a, b): (&Vec<f64>, &Vec<f64>)| a.iter().zip(b).map(|(a, b)| b - a).collect();
@@ -256,10 +256,9 @@ fn check(people: &[Vec<f64>], grid: &Grid, config: &ClusterConfig) -> Result<(),
         .iter()
         .position(|values| values.len() != grid.nodes())
     {
-        return Err(ClusterError::Nodes {
-            person,
-            expected: grid.nodes(),
-            found: people[person].len(),
+        return Err(ClusterError::Shape {
+            expected: format!("{} nodes of each person", grid.nodes()),
+            found: format!("{} of person {person} (from 0)", people[person].len()),
         });
     }
     let broken = |values: &Vec<f64>| values.iter().any(|v| !v.is_finite());
@@ -267,8 +266,9 @@ fn check(people: &[Vec<f64>], grid: &Grid, config: &ClusterConfig) -> Result<(),
         return Err(ClusterError::NotFinite { person });
     }
     if !(config.threshold_t > 0.0 && config.threshold_t.is_finite()) {
-        return Err(ClusterError::Threshold {
-            found: config.threshold_t,
+        return Err(ClusterError::Shape {
+            expected: "a threshold above 0".to_owned(),
+            found: config.threshold_t.to_string(),
         });
     }
     if config.flips == 0 {
@@ -277,51 +277,43 @@ fn check(people: &[Vec<f64>], grid: &Grid, config: &ClusterConfig) -> Result<(),
     Ok(())
 }
 
-/// A cluster test that cannot be.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+/// A test over people that cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ClusterError {
     /// Too few people.
     #[error(
         "expected at least 2 people, found {found}; measure more (6 are the fewest that can show p < 0.05)"
     )]
     FewPeople { found: usize },
-    /// Conditions of different people or shapes.
-    #[error(
-        "expected the same people with the same nodes in both conditions, found {a} and {b} people; leave out people without both"
-    )]
-    Pairs {
-        /// People of the first condition.
-        a: usize,
-        /// People of the second.
-        b: usize,
-    },
-    /// A person with another number of nodes.
-    #[error(
-        "expected {expected} values of person {person} (from 0), one for each node, found {found}; compute all people with one plan"
-    )]
-    Nodes {
-        /// The index of the person.
-        person: usize,
-        /// The number of nodes.
-        expected: usize,
-        found: usize,
-    },
+    /// Values, nodes or neighbours of another number than the rest.
+    #[error("internal error: expected {expected}, found {found}; please report it")]
+    Shape { expected: String, found: String },
     /// A value that is no number.
     #[error(
-        "expected finite values, found one that is none of person {person} (from 0); leave the channel out for everybody"
+        "person {person} (from 0) has a value that is not finite: leave the channel out for everybody"
     )]
     NotFinite {
         /// The index of the person.
         person: usize,
     },
-    /// A threshold that is none.
-    #[error(
-        "expected a threshold above 0, found {found}; the two-sided 5 % point of Student's t is usual"
-    )]
-    Threshold { found: f64 },
     /// No flip.
     #[error("expected at least 1 sign flip, found 0; 1000 or more are usual")]
     NoFlip,
+    /// Lists of different people, or too few.
+    #[error(
+        "expected one value in each condition of at least 3 people, found {a} and {b}; leave out people without both"
+    )]
+    FewPairs {
+        /// Values of the first condition.
+        a: usize,
+        /// Values of the second.
+        b: usize,
+    },
+    /// Differences without spread.
+    #[error(
+        "the differences of people are all the same, or not finite: check that the conditions are different measurements"
+    )]
+    NoSpread,
 }
 
 #[cfg(test)]

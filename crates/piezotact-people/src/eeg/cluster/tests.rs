@@ -157,7 +157,7 @@ fn what_cannot_be_is_refused() {
     short[2].pop();
     assert!(matches!(
         test(&short, &grid, &config),
-        Err(ClusterError::Nodes { person: 2, .. })
+        Err(ClusterError::Shape { found, .. }) if found.ends_with("of person 2 (from 0)")
     ));
     let mut broken = people.clone();
     broken[1][3] = f64::NAN;

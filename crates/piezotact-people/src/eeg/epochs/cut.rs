@@ -110,25 +110,25 @@ pub struct Cut {
 /// Source: as MNE-Python's `Epochs` (`tmin`, `tmax`), without a baseline.
 ///
 /// # Errors
-/// [`CutError`] when the recording has no sample, its buffer is not channels × samples, the extent is not ascending, or no epoch is left.
+/// [`EpochsError`] when the recording has no sample, its buffer is not channels × samples, the extent is not ascending, or no epoch is left.
 pub fn cut(
     recording: &Continuous<'_>,
     events: &[Event],
     config: &CutConfig,
-) -> Result<Cut, CutError> {
+) -> Result<Cut, EpochsError> {
     let CutConfig { start_s, end_s } = *config;
     let rate = recording.rate.hz();
     if !(start_s.is_finite() && end_s.is_finite() && start_s < end_s) {
-        return Err(CutError::Extent { start_s, end_s });
+        return Err(EpochsError::Extent { start_s, end_s });
     }
     let channels = recording.channels.len();
     if channels == 0
         || recording.volts.is_empty()
         || !recording.volts.len().is_multiple_of(channels)
     {
-        return Err(CutError::Length {
-            channels,
-            found: recording.volts.len(),
+        return Err(EpochsError::Shape {
+            expected: format!("equally many samples of each of {channels} channels"),
+            found: format!("{} values", recording.volts.len()),
         });
     }
     let length = recording.volts.len() / channels;
@@ -161,7 +161,7 @@ pub fn cut(
         }
     }
     if kept.is_empty() {
-        return Err(CutError::NoneLeft {
+        return Err(EpochsError::NoneCut {
             events: events.len(),
             why: left_out.first().map_or_else(
                 || "there is no event".to_owned(),
@@ -178,39 +178,6 @@ pub fn cut(
     let names = recording.channels.to_vec();
     let epochs = Epochs::new(names, conditions, recording.rate, first / rate, volts)?;
     Ok(Cut { epochs, left_out })
-}
-
-/// Epochs that cannot be cut.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum CutError {
-    /// An extent that is not ascending.
-    #[error(
-        "expected an epoch from an earlier to a later time, found {start_s} s to {end_s} s; exchange or correct them"
-    )]
-    Extent {
-        /// The first time, s.
-        start_s: f64,
-        /// The last time, s.
-        end_s: f64,
-    },
-    /// A buffer of the wrong length.
-    #[error(
-        "expected channels × samples values, found {found} values for {channels} channels; give as many samples of each channel"
-    )]
-    Length { channels: usize, found: usize },
-    /// No epoch is left.
-    #[error(
-        "expected at least one whole epoch, found none for {events} events: {why}; take a shorter extent or correct the events"
-    )]
-    NoneLeft {
-        /// How many events there are.
-        events: usize,
-        /// Why the first has none.
-        why: String,
-    },
-    /// The recording's values or names.
-    #[error(transparent)]
-    Epochs(#[from] EpochsError),
 }
 
 #[cfg(test)]
@@ -254,7 +221,7 @@ mod tests {
         assert!((found.epochs.first_s() + 0.5).abs() < 1e-12);
         assert!(matches!(
             cut(&recording, &events[..1], &config),
-            Err(CutError::NoneLeft { events: 1, .. })
+            Err(EpochsError::NoneCut { events: 1, .. })
         ));
         let backwards = CutConfig {
             start_s: 1.0,

@@ -3,10 +3,11 @@
 mod cut;
 mod reject;
 
+use crate::eeg::pulses::Device;
 use piezotact::quantity::SampleRate;
 
-pub use cut::{Continuous, Cut, CutConfig, CutError, Event, LeftOut, NotCut, cut};
-pub use reject::{Criterion, Kept, RejectError, Rejected, Rejection, reject};
+pub use cut::{Continuous, Cut, CutConfig, Event, LeftOut, NotCut, cut};
+pub use reject::{Criterion, Kept, Rejected, Rejection, reject};
 
 /// EEG around events: channels × epochs × samples in one buffer, in V.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,10 +36,13 @@ impl Epochs {
     ) -> Result<Self, EpochsError> {
         let signals = channels.len() * conditions.len();
         if signals == 0 || volts.is_empty() || !volts.len().is_multiple_of(signals) {
-            return Err(EpochsError::Length {
-                channels: channels.len(),
-                epochs: conditions.len(),
-                found: volts.len(),
+            return Err(EpochsError::Shape {
+                expected: format!(
+                    "equally many samples in each of {} epochs of {} channels",
+                    conditions.len(),
+                    channels.len()
+                ),
+                found: format!("{} values", volts.len()),
             });
         }
         if let Some(name) = twice(&channels) {
@@ -295,27 +299,17 @@ fn twice(names: &[String]) -> Option<String> {
     found.map(|pair| pair[0].clone())
 }
 
-/// Epochs that cannot be.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+/// Invalid epochs, or a method that cannot be applied to them.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum EpochsError {
-    /// A buffer of the wrong length.
-    #[error(
-        "expected channels × epochs × samples values, at least one of each; found {found} values for {channels} channels and {epochs} epochs; \
-         state all channels and one condition per epoch"
-    )]
-    Length {
-        channels: usize,
-        /// Conditions stated, one for each epoch.
-        epochs: usize,
-        found: usize,
-    },
+    /// Values or settings that do not fit: of another number, or out of range.
+    #[error("expected {expected}, found {found}; correct the call")]
+    Shape { expected: String, found: String },
     /// A channel name that stands twice.
-    #[error("expected a name of its own for each channel, found `{name}` twice; rename one")]
+    #[error("two channels are named `{name}`: rename one")]
     Twice { name: String },
     /// A value that is no number.
-    #[error(
-        "expected finite values, found one that is none in channel {channel}, epoch {epoch}, sample {sample}; leave the epoch out"
-    )]
+    #[error("channel {channel}, epoch {epoch}, sample {sample} is not finite: leave the epoch out")]
     NotFinite {
         channel: String,
         /// Its epoch, from 0.
@@ -341,6 +335,135 @@ pub enum EpochsError {
         condition: String,
         found: String,
     },
+    /// An extent that is not ascending.
+    #[error(
+        "expected an epoch from an earlier to a later time, found {start_s} s to {end_s} s; exchange or correct them"
+    )]
+    Extent {
+        /// The first time, s.
+        start_s: f64,
+        /// The last time, s.
+        end_s: f64,
+    },
+    /// No epoch is left.
+    #[error(
+        "none of {events} events has a whole epoch: {why}; take a shorter extent or correct the events"
+    )]
+    NoneCut {
+        /// How many events there are.
+        events: usize,
+        /// Why the first has none.
+        why: String,
+    },
+    /// No criterion.
+    #[error("no criterion is stated: state a limit, or use the epochs as they are")]
+    NoCriterion,
+    /// A limit that is no amplitude.
+    #[error("expected a limit above 0 V, found {found_v} V; state it in V (100 µV is 1e-4 V)")]
+    Limit {
+        /// What was found, V.
+        found_v: f64,
+    },
+    /// Every epoch is rejected.
+    #[error(
+        "all {epochs} epochs are rejected (the first: {why}); check the unit of the signals and the limits"
+    )]
+    AllRejected {
+        /// How many there were.
+        epochs: usize,
+        /// By what the first was rejected.
+        why: String,
+    },
+    /// More components than independent directions.
+    #[error(
+        "{found} components were asked for, but the signals have {rank} independent directions (an average reference takes one away)"
+    )]
+    Components {
+        /// How many were asked for.
+        found: usize,
+        /// How many there can be.
+        rank: usize,
+    },
+    /// No channel of one kind.
+    #[error("at least one EOG channel and one other are needed: name them")]
+    NoEog,
+    /// A channel of both kinds.
+    #[error("channel `{name}` is named both as EOG and as another: leave it out of one")]
+    Both { name: String },
+    /// EOG channels that say the same.
+    #[error("the {eog} EOG channels are constant or multiples of each other: leave one out")]
+    Dependent {
+        /// How many there are.
+        eog: usize,
+    },
+    /// No reference.
+    #[error(
+        "no channel is named as the reference: name the mastoids (M1, M2), or take the average reference"
+    )]
+    NoReference,
+    /// A channel that has no built-in position.
+    #[error(
+        "`{name}` is no electrode of the 10-10 system: rename it, leave it out, or state measured positions"
+    )]
+    NoPosition { name: String },
+    /// Positions that are none.
+    #[error(
+        "{found} positions for {channels} channels are not usable: each channel needs one of its own, finite and off the centre"
+    )]
+    Positions { channels: usize, found: usize },
+    /// Positions that lie on no sphere.
+    #[error("{found} positions fit no sphere: give at least 8 positions on a head, not in a plane")]
+    Sphere {
+        /// How many there are.
+        found: usize,
+    },
+    /// Electrodes that do not determine a spline.
+    #[error(
+        "the positions of {channels} electrodes do not determine a spline: add electrodes or a regularisation"
+    )]
+    Singular {
+        /// How many there are.
+        channels: usize,
+    },
+    /// Times that do not ascend.
+    #[error(
+        "the pulse times of the {device} device are not finite and ascending: sort them and leave repetitions out"
+    )]
+    PulseOrder { device: Device },
+    /// Too few pulses that both have.
+    #[error(
+        "only {found} pulses were recorded by both devices ({first} by the first, {second} by the second), and 3 are needed: check that both lists are of the same pulses"
+    )]
+    FewShared {
+        found: usize,
+        /// Pulses of the first device.
+        first: usize,
+        /// Pulses of the second.
+        second: usize,
+    },
+    /// An edge outside the band of the signal.
+    #[error(
+        "expected an edge above 0 Hz and below half the rate ({nyquist_hz} Hz), found {found_hz} Hz; state another"
+    )]
+    Edge {
+        /// What was found, Hz.
+        found_hz: f64,
+        /// Half the rate, Hz.
+        nyquist_hz: f64,
+    },
+    /// Edges that do not ascend.
+    #[error(
+        "the edge {low_hz} Hz is not below the next, {high_hz} Hz: exchange them, or leave one notch out"
+    )]
+    EdgeOrder { low_hz: f64, high_hz: f64 },
+    /// A transition so narrow that the filter is too long.
+    #[error(
+        "the filter would be {length_s} s long, above 10 million samples: move the edge further from 0 Hz or half the rate"
+    )]
+    TooLong { length_s: f64 },
+    /// No notch.
+    #[error("no frequency to leave out is stated: state 50 Hz or 60 Hz")]
+    NoNotch,
 }
 
 #[cfg(test)]

@@ -149,20 +149,20 @@ pub struct Rejection {
 /// Source: as MNE-Python's `Epochs` (`reject`, `flat`); drift as EEGLAB's `rejtrend`, without its condition on R².
 ///
 /// # Errors
-/// [`RejectError`] without a criterion, for a limit that is no positive number, a channel that does not exist, or when every epoch
+/// [`EpochsError`] without a criterion, for a limit that is no positive number, a channel that does not exist, or when every epoch
 /// is rejected.
 pub fn reject(
     epochs: &Epochs,
     channels: &[&str],
     criteria: &[Criterion],
-) -> Result<Rejection, RejectError> {
+) -> Result<Rejection, EpochsError> {
     if criteria.is_empty() {
-        return Err(RejectError::NoCriterion);
+        return Err(EpochsError::NoCriterion);
     }
     for criterion in criteria {
         let found_v = criterion.limit_v();
         if !(found_v > 0.0 && found_v.is_finite()) {
-            return Err(RejectError::Limit { found_v });
+            return Err(EpochsError::Limit { found_v });
         }
     }
     let indices = epochs.indices(channels)?;
@@ -206,7 +206,7 @@ pub fn reject(
     }
     if kept.is_empty() {
         let first = &rejected[0];
-        return Err(RejectError::NoneLeft {
+        return Err(EpochsError::AllRejected {
             epochs: epochs.count(),
             why: format!("{}: {}", first.channel, first.criterion),
         });
@@ -250,35 +250,6 @@ fn warnings_of(counts: &BTreeMap<String, Kept>) -> Vec<Warning> {
         );
     }
     warnings
-}
-
-/// Epochs that cannot be selected.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RejectError {
-    /// No criterion.
-    #[error(
-        "expected at least one criterion, found none; state a limit, or use the epochs as they are"
-    )]
-    NoCriterion,
-    /// A limit that is no amplitude.
-    #[error("expected a limit above 0 V, found {found_v} V; state it in V (100 µV is 1e-4 V)")]
-    Limit {
-        /// What was found, V.
-        found_v: f64,
-    },
-    /// Every epoch is rejected.
-    #[error(
-        "expected an epoch that no criterion rejects, found none of {epochs} (the first: {why}); check the unit of the signals and the limits"
-    )]
-    NoneLeft {
-        /// How many there were.
-        epochs: usize,
-        /// By what the first was rejected.
-        why: String,
-    },
-    /// A channel that does not exist.
-    #[error(transparent)]
-    Epochs(#[from] EpochsError),
 }
 
 #[cfg(test)]
@@ -331,7 +302,7 @@ mod tests {
         let microvolts = Criterion::Flat { below_v: f64::NAN };
         assert!(matches!(
             reject(&epochs, &["C3"], &[microvolts]),
-            Err(RejectError::Limit { .. })
+            Err(EpochsError::Limit { .. })
         ));
     }
 }

@@ -1,6 +1,6 @@
 //! Why people cannot be compared.
 
-use crate::eeg::cluster::{ClusterError, GridError};
+use crate::eeg::cluster::ClusterError;
 
 /// Why people cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -22,22 +22,18 @@ pub enum GroupError {
     },
     /// Two names that may be those of one person, task or surface.
     #[error(
-        "expected names that differ in more than case, signs and leading zeros, found {first} and {second}; give one person, task or surface one name"
+        "{first} and {second} differ only in case, signs or leading zeros: give one person, task or surface one name"
     )]
     AlmostTwice { first: String, second: String },
     /// A recording under two names.
-    #[error(
-        "expected different recordings, found the same numbers in {first} and {second}; give each recording once"
-    )]
+    #[error("{first} and {second} hold the same numbers: give each recording once")]
     Copy {
         /// A file, and who and what it is of.
         first: String,
         second: String,
     },
     /// Documents of other settings.
-    #[error(
-        "expected the same {what} in all documents, found others in {first} and {second}; analyse all recordings with the same options"
-    )]
+    #[error("{first} and {second} differ in {what}: analyse all recordings with the same options")]
     Settings {
         what: String,
         first: String,
@@ -52,9 +48,7 @@ pub enum GroupError {
         found: String,
     },
     /// No electrode in common.
-    #[error(
-        "expected electrodes that all documents have, found none; check the names of the channels"
-    )]
+    #[error("no electrode is in all documents: check the names of the channels")]
     NoElectrode,
     /// A task of the gradient that is not there.
     #[error("expected one of the tasks {tasks}, found `{task}` in the claimed order; correct it")]
@@ -64,12 +58,10 @@ pub enum GroupError {
         tasks: String,
     },
     /// A gradient of one task.
-    #[error("expected an order of at least two different tasks, found one; state the others")]
+    #[error("an order of one task says nothing: state at least two different tasks")]
     OneStep,
     /// A margin that is none.
-    #[error(
-        "expected a margin above 0, found another; state how large a difference is of no interest"
-    )]
+    #[error("the margin must be above 0: state the largest difference of no interest")]
     Margin,
     /// A map with another number of values than its axes.
     #[error(
@@ -79,7 +71,4 @@ pub enum GroupError {
     /// The cluster test cannot be.
     #[error(transparent)]
     Cluster(#[from] ClusterError),
-    /// The nodes of the cluster test cannot be.
-    #[error(transparent)]
-    Grid(#[from] GridError),
 }

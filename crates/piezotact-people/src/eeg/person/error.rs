@@ -1,17 +1,16 @@
 //! Why there is no desynchronisation.
 
 use crate::eeg::epochs::EpochsError;
-use crate::eeg::erd::ErdError;
 use crate::eeg::tfr::TfrError;
 
 /// Why there is no desynchronisation of a person.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PersonError {
     /// No band or region.
-    #[error("expected at least one band and one region, found none; state them")]
+    #[error("no band or no region is stated: state at least one of each")]
     Nothing,
     /// Two bands or two regions of one name.
-    #[error("expected names that differ, found `{name}` twice; rename one")]
+    #[error("`{name}` is the name of two: rename one")]
     Twice { name: String },
     /// A band that the wavelets do not cover.
     #[error(
@@ -74,5 +73,5 @@ pub enum PersonError {
     Epochs(#[from] EpochsError),
     /// There is no change of power on one surface.
     #[error("{surface}: {error}")]
-    Erd { surface: String, error: ErdError },
+    Erd { surface: String, error: TfrError },
 }

@@ -1,18 +1,15 @@
 //! Why a recording gives no epochs.
 
-use crate::eeg::clean::{IcaError, RegressionError};
-use crate::eeg::epochs::{CutError, EpochsError, RejectError};
-use crate::eeg::filter::FirError;
-use crate::eeg::reference::ReferenceError;
+use crate::eeg::epochs::EpochsError;
 
 /// Why a recording gives no epochs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PrepareError {
     /// No segment, or none with samples.
-    #[error("expected a recording with samples, found none; check the export")]
+    #[error("the recording has no samples: check the export")]
     Empty,
     /// No electrode.
-    #[error("expected channels of EEG (in V), found none among {channels}; name them")]
+    #[error("no channel of EEG (in V) is among {channels}: name them")]
     NoElectrode {
         /// The channels that there are.
         channels: String,
@@ -28,7 +25,7 @@ pub enum PrepareError {
     },
     /// A channel in the reference that is no electrode.
     #[error(
-        "expected electrodes where the reference is made of all of them, found {name}, which records {kind}; leave it out, or name it as EOG"
+        "{name} records {kind} and cannot be part of the average reference: leave it out, or name it as EOG"
     )]
     NotAnElectrode { name: String, kind: &'static str },
     /// Channels of other rates.
@@ -42,14 +39,11 @@ pub enum PrepareError {
         other_hz: f64,
     },
     /// Channels that never change.
-    #[error(
-        "expected signals that change, found {channels} flat over the whole recording; leave {channels} out"
-    )]
+    #[error("{channels} never changed over the whole recording: leave {channels} out")]
     Flat { channels: String },
     /// Channels at a limit of the amplifier.
     #[error(
-        "expected signals within the range of the amplifier, found {channel} at its limit in {percent:.1} % of the samples; leave it out, or \
-         record with a lower gain"
+        "{channel} is at the limit of the amplifier in {percent:.1} % of the samples: leave it out, or record with a lower gain"
     )]
     Saturated {
         channel: String,
@@ -58,8 +52,7 @@ pub enum PrepareError {
     },
     /// No epoch that can be used.
     #[error(
-        "expected an epoch without unusable parts, found none of {markers} markers; of the first, {why}; leave that channel out, or correct the \
-         events"
+        "none of {markers} markers has an epoch without unusable parts; of the first, {why}; leave that channel out, or correct the events"
     )]
     NoneUsable {
         /// How many markers there are.
@@ -68,9 +61,7 @@ pub enum PrepareError {
         why: String,
     },
     /// No marker was asked for.
-    #[error(
-        "expected the markers around which epochs are cut, found none stated; the file has {found}"
-    )]
+    #[error("state the markers around which epochs are cut; the file has {found}")]
     NoMarkerStated {
         /// The markers that there are.
         found: String,
@@ -87,7 +78,7 @@ pub enum PrepareError {
     },
     /// Markers of another task, or none.
     #[error(
-        "expected markers `{wanted}` within task {task}, found them in other tasks only; name another task or marker"
+        "the markers `{wanted}` occur in other tasks than {task} only: name another task or marker"
     )]
     NoMarkerInTask {
         /// The marker asked for.
@@ -133,28 +124,11 @@ pub enum PrepareError {
         /// Why the first of them was left out; may be empty.
         why: String,
     },
-    /// Epochs cannot be cut.
-    #[error(transparent)]
-    Cut(#[from] CutError),
     /// Epochs cannot be.
     #[error(transparent)]
     Epochs(#[from] EpochsError),
-    /// Epochs cannot be rejected, or all are.
-    #[error(transparent)]
-    Reject(#[from] RejectError),
-    /// A filter cannot be.
-    #[error(transparent)]
-    Filter(#[from] FirError),
-    /// The regression on EOG cannot be.
-    #[error(transparent)]
-    Regression(#[from] RegressionError),
-    /// Independent components cannot be.
-    #[error(transparent)]
-    Components(#[from] IcaError),
     /// An electrode that is interpolated and left out.
-    #[error(
-        "expected `{name}` to be left out or interpolated, found it in both; take it out of one of them"
-    )]
+    #[error("`{name}` is both left out and interpolated: choose one")]
     OutAndInterpolated { name: String },
     /// Too few electrodes for a spline.
     #[error(
@@ -169,7 +143,4 @@ pub enum PrepareError {
         /// How many are needed.
         needed: usize,
     },
-    /// The reference cannot be.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
 }

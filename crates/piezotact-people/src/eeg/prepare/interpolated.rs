@@ -1,11 +1,12 @@
 //! Signals of electrodes that are computed from those of the others.
 
+use crate::eeg::epochs::EpochsError;
 use piezotact::Warning;
 
 use super::{PrepareConfig, PrepareError};
 use crate::eeg::EegWarning;
 use crate::eeg::epochs::Epochs;
-use crate::eeg::reference::{Interpolation, Montage, ReferenceError};
+use crate::eeg::reference::{Interpolation, Montage};
 
 /// From fewer electrodes nothing is interpolated.
 const FEWEST: usize = 8;
@@ -26,7 +27,7 @@ pub(super) fn interpolated(
         None => Montage::known(names),
         Some(montage) => montage.of(names),
     };
-    let without = |name: &String| ReferenceError::NoPosition { name: name.clone() };
+    let without = |name: &String| EpochsError::NoPosition { name: name.clone() };
     let targets = wanted.iter().zip(positions(wanted));
     let targets: Vec<[f64; 3]> = targets
         .map(|(name, position)| position.ok_or_else(|| without(name)))

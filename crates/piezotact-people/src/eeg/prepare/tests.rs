@@ -1,4 +1,5 @@
 use super::*;
+use crate::eeg::epochs::EpochsError;
 use crate::eeg::source::StatedChannel;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Channel, Condition, Event, EventValue, Provenance, Recording};
@@ -174,7 +175,10 @@ fn steps_follow_each_other() {
         ..asked
     };
     let error = prepare(&segments(&parts), &strict).unwrap_err();
-    assert!(matches!(error, PrepareError::Reject(_)), "{error}");
+    assert!(
+        matches!(error, PrepareError::Epochs(EpochsError::AllRejected { .. })),
+        "{error}"
+    );
 }
 
 #[test]
@@ -376,7 +380,7 @@ fn what_the_table_beside_the_file_states_is_used() {
         ..asked.clone()
     };
     let said = prepare(&[plain], &mixed).unwrap_err().to_string();
-    assert!(said.contains("found VEOG, which records EOG"), "{said}");
+    assert!(said.contains("VEOG records EOG"), "{said}");
     // An electrode that all others are referred to would be 0.
     let to_one = PrepareConfig {
         reference: Reference::Channels(vec!["C4".into()]),
@@ -440,7 +444,7 @@ fn a_part_that_is_called_bad_is_in_no_epoch() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("found none of 8 markers; of the first, BAD_movement"),
+        said.contains("without unusable parts; of the first, BAD_movement"),
         "{said}"
     );
 }

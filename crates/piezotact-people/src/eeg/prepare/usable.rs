@@ -1,5 +1,6 @@
 //! What epochs may hold: markers once, parts without bad samples, channels with a position.
 
+use crate::eeg::epochs::EpochsError;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -10,7 +11,7 @@ use super::signals::Signals;
 use super::{Marked, NotWhole, PrepareError};
 use crate::eeg::EegWarning;
 use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
-use crate::eeg::reference::{Montage, ReferenceError};
+use crate::eeg::reference::Montage;
 use crate::eeg::source::{Segment, is_bad_part, marker_name};
 
 /// The markers without those that stand a second time at one sample under one condition.
@@ -105,7 +106,7 @@ pub(super) fn with_position(
     }
     if let (true, Some(first)) = (names.is_empty(), missing.first()) {
         let name = (*first).to_owned();
-        return Err(ReferenceError::NoPosition { name }.into());
+        return Err(EpochsError::NoPosition { name }.into());
     }
     if !missing.is_empty() {
         let names = missing.join(", ");

@@ -38,12 +38,12 @@ impl Montage {
     /// those of T7, T8, P7 and P8.
     ///
     /// # Errors
-    /// [`ReferenceError::NoPosition`] for a name that is not built in; [`Montage::new`] takes positions of any channel.
-    pub fn ten_ten(channels: &[String]) -> Result<Self, ReferenceError> {
+    /// [`EpochsError::NoPosition`] for a name that is not built in; [`Montage::new`] takes positions of any channel.
+    pub fn ten_ten(channels: &[String]) -> Result<Self, EpochsError> {
         let known = Self::known(channels).into_iter().zip(channels);
         let positions = known
             .map(|(position, name)| {
-                position.ok_or_else(|| ReferenceError::NoPosition { name: name.clone() })
+                position.ok_or_else(|| EpochsError::NoPosition { name: name.clone() })
             })
             .collect::<Result<_, _>>()?;
         Self::new(channels.to_vec(), positions)
@@ -99,8 +99,8 @@ impl Montage {
     /// Channels at measured positions, relative to the centre of a sphere, in any unit: they are set to length 1.
     ///
     /// # Errors
-    /// [`ReferenceError::Positions`] unless there is one position for each channel, of finite length above 0, no two of them the same.
-    pub fn new(channels: Vec<String>, positions: Vec<[f64; 3]>) -> Result<Self, ReferenceError> {
+    /// [`EpochsError::Positions`] unless there is one position for each channel, of finite length above 0, no two of them the same.
+    pub fn new(channels: Vec<String>, positions: Vec<[f64; 3]>) -> Result<Self, EpochsError> {
         let unit: Vec<[f64; 3]> = positions
             .iter()
             .map(|position| on_sphere(*position))
@@ -116,7 +116,7 @@ impl Montage {
             || broken
             || (0..unit.len()).any(same)
         {
-            return Err(ReferenceError::Positions {
+            return Err(EpochsError::Positions {
                 channels: channels.len(),
                 found: positions.len(),
             });
@@ -135,10 +135,10 @@ impl Montage {
     /// Source: as MNE-Python fits a sphere to digitised points.
     ///
     /// # Errors
-    /// [`ReferenceError::Sphere`] for fewer than 8 positions or those that lie on no sphere, and [`ReferenceError::Positions`] as
+    /// [`EpochsError::Sphere`] for fewer than 8 positions or those that lie on no sphere, and [`EpochsError::Positions`] as
     /// [`Self::new`].
-    pub fn measured(channels: Vec<String>, positions: &[[f64; 3]]) -> Result<Self, ReferenceError> {
-        let centre = centre_of(positions).ok_or(ReferenceError::Sphere {
+    pub fn measured(channels: Vec<String>, positions: &[[f64; 3]]) -> Result<Self, EpochsError> {
+        let centre = centre_of(positions).ok_or(EpochsError::Sphere {
             found: positions.len(),
         })?;
         let seen = positions
@@ -228,10 +228,10 @@ pub fn average(epochs: &Epochs) -> Epochs {
 /// Source: as MNE-Python's `set_eeg_reference(ref_channels=…)`.
 ///
 /// # Errors
-/// [`ReferenceError`] without a reference, or for a name that no channel has.
-pub fn to_channels(epochs: &Epochs, references: &[&str]) -> Result<Epochs, ReferenceError> {
+/// [`EpochsError`] without a reference, or for a name that no channel has.
+pub fn to_channels(epochs: &Epochs, references: &[&str]) -> Result<Epochs, EpochsError> {
     if references.is_empty() {
-        return Err(ReferenceError::NoReference);
+        return Err(EpochsError::NoReference);
     }
     let indices = epochs.indices(references)?;
     let n = epochs.channels().len();
@@ -303,60 +303,6 @@ fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Warning> {
         .collect()
 }
 
-/// A reference, density or map that cannot be.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum ReferenceError {
-    /// No reference.
-    #[error(
-        "expected at least one channel as the reference, found none; name the mastoids (M1, M2), or take the average reference"
-    )]
-    NoReference,
-    /// A channel that has no built-in position.
-    #[error(
-        "expected a name of the 10-10 system, found `{name}`; rename it, leave it out, or state measured positions"
-    )]
-    NoPosition { name: String },
-    /// Positions that are none.
-    #[error(
-        "expected one position for each of {channels} channels, finite, not at the centre and no two the same; found {found}; correct them"
-    )]
-    Positions { channels: usize, found: usize },
-    /// Positions that lie on no sphere.
-    #[error(
-        "expected at least {FEWEST_OF_A_SPHERE} positions on a head, not in a plane, found {found} that fit no sphere; give all of the cap"
-    )]
-    Sphere {
-        /// How many there are.
-        found: usize,
-    },
-    /// Settings without a spline.
-    #[error(
-        "expected a radius above 0 m, a regularisation from 0 to below 1, a stiffness from 2 and at least 3 terms, found {radius_m} m, {regularisation}, \
-         {stiffness} and {terms}; 0.095 m, 1e-5, 4 and 50 are usual"
-    )]
-    Spline {
-        radius_m: f64,
-        regularisation: f64,
-        stiffness: u32,
-        /// The number of terms.
-        terms: usize,
-    },
-    /// Electrodes that do not determine a spline.
-    #[error(
-        "expected electrodes that determine a spline, found {channels} that do not; add electrodes or a regularisation"
-    )]
-    Singular {
-        /// How many there are.
-        channels: usize,
-    },
-    /// Values that are not one for each channel.
-    #[error("expected one value for each of {channels} channels, found {found}; give all of them")]
-    Values { channels: usize, found: usize },
-    /// A channel that does not exist.
-    #[error(transparent)]
-    Epochs(#[from] EpochsError),
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -421,7 +367,7 @@ mod tests {
         }
         assert!(matches!(
             Montage::measured(all[..3].to_vec(), &digitised[..3]),
-            Err(ReferenceError::Sphere { found: 3 })
+            Err(EpochsError::Sphere { found: 3 })
         ));
         // In any unit.
         let far = Montage::new(vec!["a".into()], vec![[30.0, 0.0, 40.0]]).unwrap();

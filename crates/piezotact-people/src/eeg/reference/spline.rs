@@ -1,11 +1,12 @@
 //! Spherical splines.
 
+use crate::eeg::epochs::EpochsError;
 use std::f64::consts::PI;
 
 use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
-use super::{Montage, ReferenceError, dot, far};
+use super::{Montage, dot, far};
 use crate::eeg::epochs::Epochs;
 use crate::eeg::linear::{inverse, product};
 
@@ -50,8 +51,8 @@ impl Csd {
     /// The plan for the channels of `montage`.
     ///
     /// # Errors
-    /// [`ReferenceError::Spline`] for settings without a spline, [`ReferenceError::Singular`] for electrodes that do not determine one.
-    pub fn plan(montage: &Montage, config: &CsdConfig) -> Result<Self, ReferenceError> {
+    /// [`EpochsError::Shape`] for settings without a spline, [`EpochsError::Singular`] for electrodes that do not determine one.
+    pub fn plan(montage: &Montage, config: &CsdConfig) -> Result<Self, EpochsError> {
         let CsdConfig {
             radius_m,
             regularisation,
@@ -64,11 +65,9 @@ impl Csd {
             && (2..=10).contains(&stiffness)
             && (3..=1000).contains(&terms);
         if !fits {
-            return Err(ReferenceError::Spline {
-                radius_m,
-                regularisation,
-                stiffness,
-                terms,
+            return Err(EpochsError::Shape {
+                expected: "a radius above 0 m, a regularisation from 0 to below 1, a stiffness of 2 to 10 and 3 to 1000 terms".to_owned(),
+                found: format!("{radius_m} m, {regularisation}, {stiffness} and {terms}"),
             });
         }
         let n = montage.positions.len();
@@ -80,7 +79,7 @@ impl Csd {
             regularisation,
         );
         let h = matrix(positions, positions, &factors(stiffness - 1, terms), 0.0);
-        let inverted = inverse(&g, n).ok_or(ReferenceError::Singular { channels: n })?;
+        let inverted = inverse(&g, n).ok_or(EpochsError::Singular { channels: n })?;
         let columns: Vec<f64> = (0..n)
             .map(|j| (0..n).map(|i| inverted[i * n + j]).sum())
             .collect();
@@ -138,8 +137,8 @@ impl Interpolation {
     /// Source: F. Perrin et al. (1989); as MNE-Python's `interpolate_bads` (λ = 1e-5, m = 4, 50 terms).
     ///
     /// # Errors
-    /// [`ReferenceError::Singular`] for electrodes that do not determine a spline.
-    pub fn plan(montage: &Montage, positions: &[[f64; 3]]) -> Result<Self, ReferenceError> {
+    /// [`EpochsError::Singular`] for electrodes that do not determine a spline.
+    pub fn plan(montage: &Montage, positions: &[[f64; 3]]) -> Result<Self, EpochsError> {
         let (regularisation, stiffness, terms) = INTERPOLATION;
         let n = montage.positions.len();
         let positions: Vec<[f64; 3]> = positions.iter().map(|p| super::on_sphere(*p)).collect();
@@ -155,7 +154,7 @@ impl Interpolation {
             bordered[i * (n + 1)..i * (n + 1) + n].copy_from_slice(&own[i * n..(i + 1) * n]);
         }
         bordered[n * (n + 1) + n] = 0.0;
-        let inverted = inverse(&bordered, n + 1).ok_or(ReferenceError::Singular { channels: n })?;
+        let inverted = inverse(&bordered, n + 1).ok_or(EpochsError::Singular { channels: n })?;
         let across = matrix(&positions, &montage.positions, &factors, 0.0);
         let mut weights = Vec::with_capacity(positions.len() * n);
         for row in across.chunks_exact(n) {
@@ -182,12 +181,12 @@ impl Interpolation {
     /// The value at each position from one value at each channel, in their unit.
     ///
     /// # Errors
-    /// [`ReferenceError::Values`] unless there is one value for each channel.
-    pub fn apply(&self, values: &[f64]) -> Result<Vec<f64>, ReferenceError> {
+    /// [`EpochsError::Shape`] unless there is one value for each channel.
+    pub fn apply(&self, values: &[f64]) -> Result<Vec<f64>, EpochsError> {
         if values.len() != self.channels {
-            return Err(ReferenceError::Values {
-                channels: self.channels,
-                found: values.len(),
+            return Err(EpochsError::Shape {
+                expected: format!("one value for each of {} channels", self.channels),
+                found: values.len().to_string(),
             });
         }
         let rows = self.weights.chunks_exact(self.channels);

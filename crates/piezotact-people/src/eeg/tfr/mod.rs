@@ -9,6 +9,7 @@ mod taper;
 mod wavelet;
 mod windows;
 
+use crate::eeg::erd::Part;
 use piezotact::fourier::{Complex, ComplexPlanner};
 use piezotact::quantity::{Band, SampleRate};
 use serde::{Deserialize, Serialize};
@@ -18,7 +19,7 @@ use run::{Kernel, good_length};
 
 pub(super) use run::Sink;
 pub(super) use spread::SpreadSink;
-pub use windows::{TrialPowers, Window, WindowError};
+pub use windows::{TrialPowers, Window};
 pub(super) use windows::{WindowSink, times_within};
 
 /// More frequencies are a mistake.
@@ -246,7 +247,7 @@ impl TfrPlan {
     /// The mean power of each channel and epoch in each of `windows`, V²; nothing else is kept of single epochs.
     ///
     /// # Errors
-    /// [`TfrError::Epochs`] for epochs of another rate or length than planned, [`TfrError::Window`] for a window without a time or frequency.
+    /// [`TfrError::Epochs`] for epochs of another rate or length than planned, [`TfrError::NoTime`] or [`TfrError::NoFrequency`] for a window without a time or frequency.
     pub fn trials(&self, epochs: &Epochs, windows: &[Window]) -> Result<TrialPowers, TfrError> {
         let mut sink = WindowSink::new(self, epochs, windows)?;
         self.run(epochs, &mut sink)?;
@@ -413,7 +414,7 @@ impl Sink for AverageSink {
     }
 }
 
-/// An estimate that cannot be.
+/// Power over time and frequency, or a change of it, that cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TfrError {
     /// A step that gives no frequencies.
@@ -448,8 +449,7 @@ pub enum TfrError {
     },
     /// A wavelet that is longer than the epoch.
     #[error(
-        "expected a wavelet within the epoch of {epoch_s} s, found one of {wavelet_s} s at {frequency_hz} Hz; take fewer cycles, a higher \
-         frequency or longer epochs"
+        "the wavelet at {frequency_hz} Hz is {wavelet_s} s long, longer than the epoch of {epoch_s} s: take fewer cycles, a higher frequency or longer epochs"
     )]
     LongerThanEpoch {
         frequency_hz: f64,
@@ -463,7 +463,7 @@ pub enum TfrError {
     TimeBandwidth { found: f64 },
     /// A window too short for its tapers.
     #[error(
-        "expected a window that is long enough for its tapers, found {length_s} s at {frequency_hz} Hz; take more cycles or a smaller product"
+        "a window of {length_s} s at {frequency_hz} Hz is too short for its tapers: take more cycles, or a smaller time-bandwidth product"
     )]
     NoTapers {
         frequency_hz: f64,
@@ -481,7 +481,7 @@ pub enum TfrError {
     },
     /// Epochs of another rate or length than planned.
     #[error(
-        "expected epochs of {samples} samples at {rate_hz} Hz as planned, found {found} at {found_hz} Hz; plan again for these epochs"
+        "internal error: planned for {samples} samples at {rate_hz} Hz, found {found} at {found_hz} Hz; please report it"
     )]
     Epochs {
         samples: usize,
@@ -491,7 +491,76 @@ pub enum TfrError {
         /// The rate found, Hz.
         found_hz: f64,
     },
-    /// A window that holds no time or frequency.
-    #[error(transparent)]
-    Window(#[from] WindowError),
+    /// No time.
+    #[error(
+        "no time of the epoch ({first_s} s to {last_s} s) lies in the window from {from_s} s to {to_s} s: state another"
+    )]
+    NoTime {
+        /// The window's first time, s.
+        from_s: f64,
+        /// Its last time, s.
+        to_s: f64,
+        /// The epoch's first time, s.
+        first_s: f64,
+        /// Its last time, s.
+        last_s: f64,
+    },
+    /// No frequency.
+    #[error(
+        "no planned frequency lies between {low_hz} Hz and {high_hz} Hz: plan frequencies within the band"
+    )]
+    NoFrequency {
+        /// The band's lower end, Hz.
+        low_hz: f64,
+        /// Its upper end, Hz.
+        high_hz: f64,
+    },
+    /// Too few epochs.
+    #[error("expected at least {needed} epochs, found {found}; record more, or reject fewer")]
+    FewEpochs {
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// A part outside the epoch.
+    #[error(
+        "the {part} ({from_s} s to {to_s} s) is not within the epoch ({first_s} s to {last_s} s): state another, or cut longer epochs"
+    )]
+    Outside {
+        part: Part,
+        /// Its first time, s.
+        from_s: f64,
+        /// Its last time, s.
+        to_s: f64,
+        /// The epoch's first time, s.
+        first_s: f64,
+        /// The epoch's last time, s.
+        last_s: f64,
+    },
+    /// A part that lies only where wavelets reach beyond the epoch.
+    #[error(
+        "the {part} ({from_s} s to {to_s} s) lies within {reach_s:.3} s of the ends of the epoch, the reach of the wavelet: cut longer epochs, or take fewer cycles"
+    )]
+    AtEdge {
+        part: Part,
+        /// Its first time, s.
+        from_s: f64,
+        /// Its last time, s.
+        to_s: f64,
+        /// Two standard deviations of the wavelet, s.
+        reach_s: f64,
+    },
+    /// A baseline that overlaps the window.
+    #[error("the baseline overlaps the window by {by_s:.3} s: move one of them")]
+    Overlap {
+        /// By how much, s.
+        by_s: f64,
+    },
+    /// A baseline without power.
+    #[error("the baseline of {channel} has no power: leave the channel out")]
+    NoPower { channel: String },
+    /// No band.
+    #[error("no band of frequencies above 0 Hz is stated: state one")]
+    NoBand,
 }

@@ -1,5 +1,6 @@
 //! Mean power of single epochs in bands and windows.
 
+use crate::eeg::tfr::TfrError;
 use std::ops::Range;
 
 use piezotact::fourier::Complex;
@@ -56,7 +57,7 @@ impl WindowSink {
         plan: &TfrPlan,
         epochs: &Epochs,
         windows: &[Window],
-    ) -> Result<Self, WindowError> {
+    ) -> Result<Self, TfrError> {
         let times: Vec<f64> = (0..plan.times())
             .map(|i| epochs.time_s(i * plan.config.decimation))
             .collect();
@@ -66,7 +67,7 @@ impl WindowSink {
             let frequencies: Vec<bool> = hz.iter().map(|f| window.band.contains(*f)).collect();
             let count = frequencies.iter().filter(|is| **is).count();
             if range.is_empty() {
-                return Err(WindowError::NoTime {
+                return Err(TfrError::NoTime {
                     from_s: window.extent_s[0],
                     to_s: window.extent_s[1],
                     first_s: epochs.first_s(),
@@ -74,7 +75,7 @@ impl WindowSink {
                 });
             }
             if count == 0 {
-                return Err(WindowError::NoFrequency {
+                return Err(TfrError::NoFrequency {
                     low_hz: window.band.low().0,
                     high_hz: window.band.high().0,
                 });
@@ -142,33 +143,4 @@ impl Sink for WindowSink {
                 scale * part.factor * sum;
         }
     }
-}
-
-/// A window that holds nothing.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WindowError {
-    /// No time.
-    #[error(
-        "expected a window within the epoch ({first_s} s to {last_s} s), found {from_s} s to {to_s} s; state a window that holds times of it"
-    )]
-    NoTime {
-        /// The window's first time, s.
-        from_s: f64,
-        /// Its last time, s.
-        to_s: f64,
-        /// The epoch's first time, s.
-        first_s: f64,
-        /// Its last time, s.
-        last_s: f64,
-    },
-    /// No frequency.
-    #[error(
-        "expected a band with at least one of the planned frequencies, found {low_hz} Hz to {high_hz} Hz; plan frequencies within it"
-    )]
-    NoFrequency {
-        /// The band's lower end, Hz.
-        low_hz: f64,
-        /// Its upper end, Hz.
-        high_hz: f64,
-    },
 }

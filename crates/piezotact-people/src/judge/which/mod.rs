@@ -162,7 +162,7 @@ impl Bounds {
         }
     }
 
-    fn checked(&self) -> Result<(), WhichError> {
+    fn checked(&self) -> Result<(), JudgeError> {
         for (what, [low, high], least) in [
             ("noise_ratio", self.noise_ratio, 1e-3),
             ("spectrum_weight", self.spectrum_weight, 1e-3),
@@ -170,45 +170,13 @@ impl Bounds {
         ] {
             let most = if what == "lapse_share" { 1.0 } else { 1e3 };
             if !(low >= least && low <= high && high <= most) {
-                return Err(WhichError::Bounds { what, low, high });
+                return Err(JudgeError::Answers {
+                    why: format!("the bounds of {what} are {low} to {high}"),
+                });
             }
         }
         Ok(())
     }
-}
-
-/// Why judges cannot be compared.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum WhichError {
-    /// No answers.
-    #[error("expected answers with what was delivered, found none; give those of a campaign")]
-    Empty,
-    /// An answer that is none of the alternatives.
-    #[error(
-        "answer {place}: expected one of {alternatives} alternatives, found place {found}; correct the answer"
-    )]
-    Chosen {
-        /// Its place among the choices, from 0.
-        place: usize,
-        /// How many alternatives there are.
-        alternatives: usize,
-        found: usize,
-    },
-    /// Bounds that cannot be.
-    #[error(
-        "{what}: expected bounds above 0 with the lower one first, found {low} to {high}; correct them"
-    )]
-    Bounds {
-        what: &'static str,
-        low: f64,
-        high: f64,
-    },
-    /// An answer that cannot be judged.
-    #[error(transparent)]
-    Judge(#[from] JudgeError),
-    /// A sense of touch that cannot be.
-    #[error(transparent)]
-    Touch(#[from] super::TouchError),
 }
 
 /// One judge against the answers.
@@ -294,19 +262,21 @@ pub struct Which {
 /// decision 0071 of this project.
 ///
 /// # Errors
-/// [`WhichError`] where there are no answers, or one of them cannot be judged.
-pub fn which_judge(answers: &Answers, touch: &Touch, bounds: Bounds) -> Result<Which, WhichError> {
+/// [`JudgeError`] where there are no answers, or one of them cannot be judged.
+pub fn which_judge(answers: &Answers, touch: &Touch, bounds: Bounds) -> Result<Which, JudgeError> {
     bounds.checked()?;
     touch.checked()?;
     if answers.is_empty() {
-        return Err(WhichError::Empty);
+        return Err(JudgeError::NoAnswers);
     }
     for (place, choice) in answers.choices.iter().enumerate() {
         if choice.chosen >= choice.alternatives.len() {
-            return Err(WhichError::Chosen {
-                place,
-                alternatives: choice.alternatives.len(),
-                found: choice.chosen,
+            return Err(JudgeError::Answers {
+                why: format!(
+                    "answer {place} chose place {} of {} alternatives",
+                    choice.chosen,
+                    choice.alternatives.len()
+                ),
             });
         }
     }

@@ -18,7 +18,7 @@ use super::error::StudyError;
 use super::opening::Begin;
 use super::seal::Sealed;
 use making::{DURABLE, LOSES};
-pub use url::{DatabaseUrl, DatabaseUrlError};
+pub use url::DatabaseUrl;
 
 /// How long connecting may take.
 const CONNECTING: Duration = Duration::from_secs(10);

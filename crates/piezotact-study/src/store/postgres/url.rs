@@ -1,5 +1,6 @@
 //! The address of a database that several stations share.
 
+use crate::store::error::StudyError;
 use std::fmt;
 use std::str::FromStr;
 
@@ -24,21 +25,6 @@ pub struct DatabaseUrl {
     text: String,
 }
 
-/// Why a text is no address of a database. It repeats nothing of what stands where a password can.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DatabaseUrlError {
-    /// It has a password.
-    #[error(
-        "expected the URL of a database without a password, found one with a password; leave it out: it is read from the environment variable PGPASSWORD or the file ~/.pgpass, and never kept in a study"
-    )]
-    Password,
-    /// It is something else.
-    #[error(
-        "expected the URL of a database, such as postgres://user@host:5432/database, found {found}; correct it"
-    )]
-    Form { found: String },
-}
-
 impl DatabaseUrl {
     /// The address as it was given.
     #[must_use]
@@ -47,7 +33,7 @@ impl DatabaseUrl {
     }
 
     /// How to connect: the password is that of PGPASSWORD or of the user's password file.
-    pub(super) fn options(&self) -> Result<PgConnectOptions, DatabaseUrlError> {
+    pub(super) fn options(&self) -> Result<PgConnectOptions, StudyError> {
         let options = PgConnectOptions::from_str(&self.text);
         let options = options.map_err(|error| form(error.to_string()))?;
         // An address of version 6 stands in brackets in a URL, and without them elsewhere.
@@ -63,9 +49,9 @@ impl fmt::Display for DatabaseUrl {
 }
 
 impl FromStr for DatabaseUrl {
-    type Err = DatabaseUrlError;
+    type Err = StudyError;
 
-    fn from_str(text: &str) -> Result<Self, DatabaseUrlError> {
+    fn from_str(text: &str) -> Result<Self, StudyError> {
         let schemes = ["postgres://", "postgresql://"];
         let rest = schemes.iter().find_map(|scheme| text.strip_prefix(scheme));
         let rest = rest.ok_or_else(|| form("another scheme"))?;
@@ -75,14 +61,14 @@ impl FromStr for DatabaseUrl {
         // A password may hold any of the characters that end what stands before it.
         let (before_last_at, _) = rest.rsplit_once('@').unwrap_or_default();
         if before_last_at.contains(':') {
-            return Err(DatabaseUrlError::Password);
+            return Err(StudyError::UrlPassword);
         }
         let (address, options) = rest.split_once('?').unwrap_or((rest, ""));
         let database = address.split_once('/').map_or("", |(_, path)| path);
         for option in options.split('&').filter(|option| !option.is_empty()) {
             let (name, _) = option.split_once('=').unwrap_or((option, ""));
             if name.eq_ignore_ascii_case("password") {
-                return Err(DatabaseUrlError::Password);
+                return Err(StudyError::UrlPassword);
             }
             if !OPTIONS.contains(&name) {
                 let known = OPTIONS.join(", ");
@@ -103,8 +89,8 @@ impl FromStr for DatabaseUrl {
     }
 }
 
-fn form(found: impl Into<String>) -> DatabaseUrlError {
-    DatabaseUrlError::Form {
+fn form(found: impl Into<String>) -> StudyError {
+    StudyError::NoUrl {
         found: found.into(),
     }
 }
@@ -135,7 +121,7 @@ mod tests {
             "postgres://lab@host/touch?sslmode=require&PASSWORD=quince",
         ] {
             let refused = secret.parse::<DatabaseUrl>().unwrap_err();
-            assert_eq!(refused, DatabaseUrlError::Password, "{secret}");
+            assert!(matches!(refused, StudyError::UrlPassword), "{secret}");
         }
         for bad in [
             "",

@@ -177,22 +177,22 @@ fn a_sample_that_is_no_number_passes() {
 #[test]
 fn what_cannot_be_is_refused() {
     let refused = |impulse: &[f64], block| Partitions::new(impulse, block).unwrap_err();
-    assert_eq!(refused(&[1.0], 0), BlockError::Block { found: 0 });
+    assert_eq!(refused(&[1.0], 0), SeriesError::Block { found: 0 });
     assert_eq!(
         refused(&[1.0], usize::MAX),
-        BlockError::Block { found: usize::MAX }
+        SeriesError::Block { found: usize::MAX }
     );
-    assert_eq!(refused(&[], 64), BlockError::NoImpulse);
+    assert_eq!(refused(&[], 64), SeriesError::NoImpulse);
     assert!(matches!(
         refused(&[1.0, f64::NAN], 64),
-        BlockError::NotFinite { at: 1, .. }
+        SeriesError::ImpulseNotFinite { at: 1, .. }
     ));
     let mut convolver = convolver(&wild(100, 0.73), 16);
     let before = convolver.history.newest;
     let length = |found| {
-        Err(BlockError::Length {
-            expected: 16,
-            found,
+        Err(SeriesError::Lengths {
+            expected: "a block of 16 samples".to_owned(),
+            found: usize::to_string(&found),
         })
     };
     assert_eq!(convolver.process(&[0.0; 15], &mut [0.0; 16]), length(15));

@@ -8,7 +8,7 @@ use super::decay::Left;
 use super::pulses::{Force, without_baseline};
 use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
-use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactError, ImpactWarning};
+use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactWarning};
 use crate::fourier::RealTransform;
 use crate::integrity::{SignalWarning, copied};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
@@ -69,7 +69,7 @@ struct Windows {
 /// technique for structural frequency response testing, Sound and Vibration 11(11); decision 0050 of this project.
 ///
 /// # Errors
-/// [`TransferError::Impact`] where the force holds no hit, or none that can be used; [`TransferError::Estimate`] when rate or
+/// [`TransferError::NoHit`] where the force holds no hit, or none that can be used; [`TransferError::Estimate`] when rate or
 /// length differ or a signal is silent; those of [`TransferFunction::from_lines`].
 pub fn estimate_impacts<I: Quantity, O: Quantity>(
     force: &Series<I>,
@@ -97,7 +97,7 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
     if let ExponentialWindow::Damping(found) = config.exponential
         && !(found.is_finite() && found > 0.0)
     {
-        return Err(ImpactError::Damping { found }.into());
+        return Err(TransferError::Damping { found }.into());
     }
     let found = Force::of(signals.force, rate);
     let (level, drift) = without_baseline(signals.response, rate);
@@ -112,14 +112,14 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         ..signals
     };
     if found.hits.is_empty() {
-        return Err(ImpactError::NoHit {
+        return Err(TransferError::NoHit {
             largest: found.largest,
             noise: found.noise,
         }
         .into());
     }
     if !found.is_of_pulses() {
-        return Err(ImpactError::NoPulses.into());
+        return Err(TransferError::NoPulses.into());
     }
     let segments = Segments::of(&signals, &found, config)?;
     let seconds = |samples: usize| rate.duration_of(samples).0;
@@ -127,7 +127,7 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         let segment_s = seconds(segments.length);
         let most = MOST_DAMPING / segment_s;
         if found > most {
-            let error = ImpactError::Overdamped {
+            let error = TransferError::Overdamped {
                 found,
                 most,
                 segment_s,
@@ -149,7 +149,7 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
     let used: Vec<usize> = (0..hits.len()).filter(|i| hits[*i].is_used()).collect();
     if used.is_empty() {
         let first = |hit: &Hit| Some((hit.at_s, *hit.faults.first()?));
-        return Err(ImpactError::NoneUsable {
+        return Err(TransferError::NoneUsable {
             faults: hits.iter().filter_map(first).collect(),
         }
         .into());

@@ -81,7 +81,7 @@ pub enum HitFault {
 
 impl HitFault {
     /// What a person can do.
-    pub(super) fn advice(self) -> &'static str {
+    pub(in crate::transfer) fn advice(self) -> &'static str {
         match self {
             Self::Double { .. } | Self::LostSamples => "measure again",
             Self::ResponseStops { .. } => "check its cable and its range",

@@ -8,7 +8,6 @@
 
 #[cfg(feature = "modal")]
 mod decay;
-mod error;
 #[cfg(feature = "modal")]
 mod estimate;
 mod fault;
@@ -20,7 +19,6 @@ mod record;
 mod segments;
 mod warning;
 
-pub use error::ImpactError;
 #[cfg(feature = "modal")]
 pub(super) use estimate::impacts;
 #[cfg(feature = "modal")]

@@ -1,5 +1,6 @@
 //! The segments of an impact test: how long they are, and which hits have one that can be used.
 
+use crate::transfer::TransferError;
 use std::ops::Range;
 
 use super::decay::{Decay, Judged, Left};
@@ -8,7 +9,7 @@ use super::overload::{
     beyond, force_overload, impulses, limit_of, overload, shared_limit, shared_limit_in_noise,
 };
 use super::pulses::{Force, Struck};
-use super::{ExponentialWindow, ImpactConfig, ImpactError, ImpactSegment};
+use super::{ExponentialWindow, ImpactConfig, ImpactSegment};
 use crate::clipping::step;
 use crate::integrity::{Span, lost_parts};
 use crate::quantity::{SampleRate, Seconds};
@@ -120,7 +121,7 @@ impl Segments {
         signals: &Signals<'_>,
         found: &Force,
         config: &ImpactConfig,
-    ) -> Result<Self, ImpactError> {
+    ) -> Result<Self, TransferError> {
         let samples = signals.force.len();
         let starts: Vec<usize> = found.hits.iter().map(Struck::start).collect();
         let sound = sound(signals, found);
@@ -167,7 +168,7 @@ impl Segments {
             }
         };
         if length < SHORTEST.max(before + pulse) || length > samples {
-            return Err(ImpactError::Segment {
+            return Err(TransferError::Segment {
                 least: SHORTEST.max(before + pulse),
                 samples,
                 found: length,

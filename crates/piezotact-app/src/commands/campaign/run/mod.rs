@@ -8,6 +8,7 @@ mod touches;
 mod typed;
 mod words;
 
+use piezotact_study::session::RunError;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -30,7 +31,7 @@ use piezotact_people::campaign::session::{Command, Event, Participant, Stage};
 use piezotact_people::campaign::store::Purpose;
 use piezotact_people::campaign::text::check_short;
 use piezotact_study::session::{
-    BenchStimulator, Outside, PlayStop, Played, Runner, SaltError, Stimulator, Stimuli, TouchBench,
+    BenchStimulator, Outside, PlayStop, Played, Runner, Stimulator, Stimuli, TouchBench,
 };
 
 use super::plan::planned;
@@ -234,9 +235,9 @@ fn purpose(args: &Arguments) -> Purpose {
 }
 
 /// Fresh entropy of the system.
-fn salt() -> Result<Salt, SaltError> {
+fn salt() -> Result<Salt, RunError> {
     let mut salt = Salt::default();
-    getrandom::fill(&mut salt).map_err(|error| SaltError(error.to_string()))?;
+    getrandom::fill(&mut salt).map_err(|error| RunError::Salt(error.to_string()))?;
     Ok(salt)
 }
 

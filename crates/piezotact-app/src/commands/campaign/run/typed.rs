@@ -6,7 +6,7 @@ use piezotact_people::campaign::chain::Sha;
 use piezotact_people::campaign::session::{Command, Event, Evidence, Participant, Stage, State};
 use piezotact_people::campaign::store::StoreError;
 use piezotact_study::session::{
-    Given, Heard, PlayError, Played, RunError, Runner, Stimulator, StopHandle, TouchBench, TouchEnd,
+    Given, Heard, Played, RunError, Runner, Stimulator, StopHandle, TouchBench, TouchEnd,
 };
 
 use super::shown::{self, PlayedBy, said, shown};
@@ -38,11 +38,11 @@ impl Front for Typing {
 struct Announced<'a>(TouchBench<'a>);
 
 impl Stimulator for Announced<'_> {
-    fn check(&self, stimulus: &str) -> Result<(), PlayError> {
+    fn check(&self, stimulus: &str) -> Result<(), RunError> {
         self.0.check(stimulus)
     }
 
-    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, PlayError> {
+    fn play(&mut self, played: Played<'_>, stop: &StopHandle) -> Result<Evidence, RunError> {
         // Whoever reads has gone: the next prompt finds it out.
         let _said = print(&format!("  texture {} is played …", played.element + 1));
         self.0.play(played, stop)
@@ -208,7 +208,12 @@ fn give(runner: &mut Runner<'_>, command: Command, terminal: &Terminal) -> Outco
             terminal.say(&format!("  NOT STORED: {error}. Then give it again."))
         }
         Err(RunError::Refused(refusal)) => terminal.say(&format!("  {refusal}")),
-        Err(error @ (RunError::NoDrive(_) | RunError::NoBench { .. })) => terminal.say(&format!(
+        Err(
+            error @ (RunError::NoDrive { .. }
+            | RunError::TooLong { .. }
+            | RunError::Device(_)
+            | RunError::NoBench { .. }),
+        ) => terminal.say(&format!(
             "  NOT PRESENTED: {error}. /leave, and give the same command with what is missing."
         )),
         Err(error) => Err(error.into()),

@@ -20,9 +20,10 @@ pub(super) fn method(
             known_stimuli(protocol, place, pairs.iter().flatten())
         }
         Method::Adaptive(_) if question == Question::SameDifferent => {
-            Err(ProtocolError::NoKnownAnswer {
+            Err(ProtocolError::Place {
                 place: place.to_owned(),
-                what: "an adaptive method needs a right answer in each trial; ask `stronger` or `rougher`, or use constant stimuli",
+                why: "an adaptive method needs a right answer in each trial; ask `stronger` or `rougher`, or use constant stimuli"
+                    .to_owned(),
             })
         }
         Method::Adaptive(adaptive) => run(protocol, place, adaptive),
@@ -83,9 +84,9 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
         let place = format!("{place}: trials at most");
         return Err(number(&place, "1 to 5000", rule.at_most()));
     }
-    AdaptiveRun::new(&adaptive.levels(), rule).map_err(|error| ProtocolError::Rule {
+    AdaptiveRun::new(&adaptive.levels(), rule).map_err(|error| ProtocolError::Place {
         place: place.to_owned(),
-        why: error.to_string(),
+        why: format!("{error}; correct the rule"),
     })?;
     match rule {
         AdaptiveRule::Staircase {
@@ -99,9 +100,10 @@ fn run(protocol: &Protocol, place: &str, adaptive: &Adaptive) -> Result<(), Prot
             };
             match thresholds_db.iter().all(out_of_reach) {
                 false => Ok(()),
-                true => Err(ProtocolError::Target {
+                true => Err(ProtocolError::Place {
                     place: place.to_owned(),
-                    why: "no possible threshold lies within the levels; widen the thresholds or the levels",
+                    why: "no possible threshold lies within the levels; widen the thresholds or the levels"
+                        .to_owned(),
                 }),
             }
         }
@@ -114,10 +116,10 @@ fn staircase(
     rule: &StaircaseRule,
     at_most: u32,
 ) -> Result<(), ProtocolError> {
-    let target = |why| {
-        Err(ProtocolError::Target {
+    let target = |why: &str| {
+        Err(ProtocolError::Place {
             place: place.to_owned(),
-            why,
+            why: why.to_owned(),
         })
     };
     if rule.down <= rule.up {
@@ -156,10 +158,10 @@ fn staircase(
 
 /// Whether training and catch trials of a task are possible.
 pub(super) fn beside(protocol: &Protocol, place: &str, task: &Task) -> Result<(), ProtocolError> {
-    let no_answer = |what| {
-        Err(ProtocolError::NoKnownAnswer {
+    let no_answer = |why: &str| {
+        Err(ProtocolError::Place {
             place: place.to_owned(),
-            what,
+            why: why.to_owned(),
         })
     };
     if let Some(training) = task.training {
@@ -197,10 +199,10 @@ fn check_catch(
     task: &Task,
     catch: &Catch,
 ) -> Result<(), ProtocolError> {
-    let no_answer = |what| {
-        Err(ProtocolError::NoKnownAnswer {
+    let no_answer = |why: &str| {
+        Err(ProtocolError::Place {
             place: place.to_owned(),
-            what,
+            why: why.to_owned(),
         })
     };
     let place_of = format!("{place}: catch");

@@ -478,7 +478,7 @@ mod tests {
             (
                 "finger = \"",
                 "finger = \"=1+1 ",
-                "exploration.finger: expected another first character",
+                "exploration.finger: the text begins with `=`",
             ),
         ] {
             let error = changed(from, to).to_string();

@@ -1,4 +1,6 @@
-//! Why a relief cannot be made.
+//! Why the twin cannot be used as asked.
+
+use piezotact::recording::RecordingError;
 
 /// A length in µm, as a person reads it: to the nm.
 fn um(length_m: f64) -> f64 {
@@ -10,39 +12,27 @@ fn um(length_m: f64) -> f64 {
     }
 }
 
-/// A relief that no sample has, or a patch that does not show it.
+/// Parameters, a relief, a patch of it or an EEG that the twin does not have.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SurfaceError {
-    /// A length that is zero, negative or no number.
-    #[error("expected {what} above zero and finite, found {found_m} m; state it in m")]
-    Length {
-        what: &'static str,
-        /// What was found, m.
-        found_m: f64,
+pub enum TwinError {
+    /// A value outside its range.
+    #[error("{what}: expected {expected}, found {found}; {todo}")]
+    Value {
+        what: String,
+        expected: String,
+        found: String,
+        todo: String,
     },
-    /// A length that is negative or no number, where zero means none.
-    #[error("expected {what} of zero or more and finite, found {found_m} m; state 0 for none")]
-    Negative {
-        what: &'static str,
-        /// What was found, m.
-        found_m: f64,
-    },
-    /// A correlation length in grains that cannot be.
+    /// A sample that is not known.
     #[error(
-        "expected a correlation length above zero grains and finite, found {found}; state 1 to 2 for sandpaper"
+        "expected a sample of the twin ({known}), found `{found}`; a parameter file can add one, as [samples.{found}]"
     )]
-    PerGrain {
-        /// What was found, grains.
-        found: f64,
+    Sample {
+        /// The samples there are.
+        known: String,
+        /// What was asked for.
+        found: String,
     },
-    /// A Hurst exponent outside its range.
-    #[error("expected a Hurst exponent from 0 to 1, found {found}; state 0.7 to 0.9 for sandpaper")]
-    Hurst { found: f64 },
-    /// A skewness that no surface of this kind has.
-    #[error(
-        "expected a skewness from -3 to 3, found {found}; state one in this range, 0 for a symmetric distribution of heights"
-    )]
-    Skewness { found: f64 },
     /// A correlation length below what the relief is made of.
     #[error(
         "expected a correlation length (grain times its factor) from {} µm, twice the shortest wave, found {} µm; state a larger grain",
@@ -111,4 +101,22 @@ pub enum SurfaceError {
     /// Heights that make no map.
     #[error(transparent)]
     Map(#[from] piezotact::surface::SurfaceError),
+    /// Channels that make no recording.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+}
+
+/// [`TwinError::Value`].
+pub(crate) fn wrong(
+    what: &str,
+    expected: impl Into<String>,
+    found: impl ToString,
+    todo: &str,
+) -> TwinError {
+    TwinError::Value {
+        what: what.into(),
+        expected: expected.into(),
+        found: found.to_string(),
+        todo: todo.into(),
+    }
 }
