@@ -189,7 +189,7 @@ pub(super) fn excite_and_record(
             underruns,
         }));
     }
-    run_of.end(outcome, &bench.stop, run, (provenance, warnings))?;
+    run_of.end(outcome, &bench.stop, run, (&mut provenance, warnings))?;
     drop(run_of);
     Ok(gathered.recording()?)
 }
@@ -233,7 +233,7 @@ pub fn acquire(
         return Err(refused.into());
     }
     let mut start = start_document(acquirer, run);
-    let provenance = with_rest(&start, &at_rest);
+    let mut provenance = with_rest(&start, &at_rest);
     let mut run_of = Run::new(&start, acquirer.describe().name);
     run_of.sinks.push(sink);
     let outcome = run_of.begin(|run_of| {
@@ -257,7 +257,7 @@ pub fn acquire(
     acquirer.stop();
     let outcome = run_of.noticed(acquirer.events(), outcome);
     let warnings = acquirer.warnings(run);
-    let samples = run_of.end(outcome, stop, run, (provenance.clone(), warnings))?;
+    let samples = run_of.end(outcome, stop, run, (&mut provenance, warnings))?;
     start.about.provenance = provenance;
     Ok((start, samples))
 }
@@ -617,13 +617,13 @@ impl<'a> Run<'a> {
         ))
     }
 
-    /// Emits the end document in any case; returns the number of samples if there was no error.
+    /// Completes the provenance with what was lost, and emits the end document in any case; returns the number of samples if there was no error.
     fn end(
         &mut self,
         outcome: Result<(), ProcedureError>,
         stop: &StopHandle,
         run: &RunPlan,
-        (mut provenance, mut warnings): (Provenance, Vec<Warning>),
+        (provenance, mut warnings): (&mut Provenance, Vec<Warning>),
     ) -> Result<usize, ProcedureError> {
         provenance.losses.samples = self.gaps.iter().sum();
         provenance.losses.stretches_s.clone_from(&self.places_s);
@@ -655,7 +655,7 @@ impl<'a> Run<'a> {
         let kept = self.emit(RunDocument::End(RunEnd {
             samples: self.samples,
             ended: ended.clone(),
-            provenance,
+            provenance: provenance.clone(),
             warnings,
         }));
         outcome?;

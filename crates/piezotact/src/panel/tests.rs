@@ -238,6 +238,7 @@ fn the_complex_mean_loses_what_phases_spread() {
         ..
     } = log.unwrap();
     assert_eq!(participants, ["a", "b"]);
+    assert_eq!(log.about.provenance.averaged_people, Some(2));
     assert!((log.response()[100].norm() - 1.0).abs() < 1e-12);
     assert!(
         log.about.condition.participant.is_none()

@@ -133,13 +133,17 @@ fn warnings_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Warni
 
 #[cfg(test)]
 mod tests {
+    use num_complex::Complex;
     use rand_chacha::ChaCha8Rng;
     use rand_chacha::rand_core::{Rng, SeedableRng};
 
     use super::*;
+    use crate::checksum::Checksum;
     use crate::criterion::Outcome;
     use crate::quantity::{Force, Hertz, Quantity, SampleRate, Unit};
     use crate::recording::{Channel, Condition, Provenance};
+    use crate::render::{RenderConfig, render};
+    use crate::transfer::{Estimator, TransferFunction};
     use crate::verify::VerifyCriterion;
 
     const RATE_HZ: f64 = 5000.0;
@@ -194,8 +198,22 @@ mod tests {
         .unwrap()
     }
 
+    fn band() -> Band {
+        Band::new(Hertz(30.0), Hertz(500.0)).unwrap()
+    }
+
     /// The criterion on drop-outs, and the verdict, of `measured` held against `target`.
     fn compared(measured: &Recording, target: &Recording) -> (Outcome, Verification) {
+        let verification = judged(measured, target, None);
+        let criterion = verification.criterion(VerifyCriterion::DropOut);
+        (criterion.unwrap().outcome, verification)
+    }
+
+    fn judged(
+        measured: &Recording,
+        target: &Recording,
+        rendering: Option<&Rendering>,
+    ) -> Verification {
         let texture: Series<Acceleration> = target.series(Some("acc")).unwrap();
         let compared = judged_measurement(
             Target {
@@ -207,14 +225,12 @@ mod tests {
                 recording: measured,
                 response: measured.series(Some("acc")).unwrap(),
                 drive: None,
-                rendering: None,
+                rendering,
             },
-            Band::new(Hertz(30.0), Hertz(500.0)).unwrap(),
+            band(),
             &[],
         );
-        let verification = compared.unwrap().verification;
-        let criterion = verification.criterion(VerifyCriterion::DropOut);
-        (criterion.unwrap().outcome, verification)
+        compared.unwrap().verification
     }
 
     fn force() -> Vec<f64> {
@@ -259,5 +275,34 @@ mod tests {
         assert_ne!(compared(&measured, &target).0, Outcome::Met);
         target.about.provenance.losses.stretches_s = vec![[0.5, 0.53]];
         assert_eq!(compared(&measured, &target).0, Outcome::Met);
+    }
+
+    /// What answered states which transfer function it was made of, and the drive with which it was rendered.
+    #[test]
+    fn a_drive_played_through_its_own_transfer_function_is_a_rehearsal() {
+        let of_target = texture(3);
+        let target = recording(of_target.clone(), force()[..COUNT].to_vec());
+        let rate = SampleRate::new(RATE_HZ).unwrap();
+        let lines = vec![Complex::new(20.0, 0.0); 501];
+        let coherence = vec![0.99; 501];
+        let function: TransferFunction<Drive, Acceleration> =
+            TransferFunction::from_lines(lines, coherence, 5.0, rate, Estimator::H1, 100).unwrap();
+        let wanted: Series<Acceleration> = target.series(Some("acc")).unwrap();
+        let drive = render(&wanted, &function, &RenderConfig::over(band(), rate)).unwrap();
+        let rendering = Rendering::of(&drive, "target.wav", 0.0);
+        let mut measured = recording(read(&of_target, 1), force());
+        for (through, is_rehearsal) in [
+            (None, false),
+            (Some(Checksum::of([1.0])), false),
+            (Some(function.checksum()), true),
+        ] {
+            measured.about.provenance.answered_with = through;
+            let found = judged(&measured, &target, Some(&rendering));
+            assert_eq!(found.is_rehearsal, is_rehearsal);
+            assert_eq!(found.sentence().contains("rehearsal"), is_rehearsal);
+            let warnings = found.warnings.iter();
+            let own = warnings.filter(|one| one.kind::<RehearsalWarning>().is_some());
+            assert_eq!(own.count(), usize::from(is_rehearsal));
+        }
     }
 }
