@@ -66,10 +66,12 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A variant of an enum of warnings as it is declared: its code, and its fields with their types.
+/// A variant of an enum of warnings as it is declared: its code, its fields with their types, and the tags of what is flattened.
+#[derive(Clone)]
 struct Declared {
     code: String,
     fields: BTreeMap<String, String>,
+    tags: Vec<(String, String)>,
 }
 
 /// The end of the attribute, text or bracket that begins at `start`.
@@ -126,48 +128,106 @@ fn snake(name: &str) -> String {
     snake
 }
 
-/// The warnings that are declared in `source`: enums that are tagged by `code`.
-fn declared(source: &str) -> Vec<Declared> {
+/// An enum as it is declared: the tag of its variants, its name, and its variants.
+struct Tagged {
+    tag: String,
+    name: String,
+    variants: Vec<Declared>,
+}
+
+/// The enums of `source` whose variants are written with a tag.
+fn tagged(source: &str) -> Vec<Tagged> {
     let without_comments: Vec<&str> = source
         .lines()
         .filter(|line| !line.trim().starts_with("//"))
         .collect();
     let source = without_comments.join("\n");
     let mut all = Vec::new();
-    for part in source.split("#[serde(tag = \"code\"").skip(1) {
-        let open = part.find("{\n").unwrap();
-        let signs: Vec<char> = part[open..].chars().collect();
-        let body = &signs[1..closing(&signs, 0) - 1];
-        // Attributes go, but for the names in which a variant is written.
-        let (mut plain, mut renamed, mut at) = (String::new(), Vec::new(), 0);
-        while at < body.len() {
-            if body[at] == '#' {
-                let end = closing(body, at + 1);
-                let attribute: String = body[at..end].iter().collect();
-                if let Some(name) = attribute.strip_prefix("#[serde(rename = \"") {
-                    renamed.push((plain.len(), name.trim_end_matches("\")]").to_owned()));
-                }
-                at = end;
-            } else {
-                plain.push(body[at]);
-                at += 1;
-            }
+    for part in source.split("#[serde(tag = \"").skip(1) {
+        let (tag, part) = part.split_once('"').unwrap();
+        let Some((before, after)) = part.split_once("enum ") else {
+            continue;
+        };
+        if before.contains("struct ") {
+            continue;
         }
-        let mut from = 0;
-        for variant in parts(&plain) {
-            let starts = from + plain[from..].find(&variant).unwrap();
-            let (name, fields) = variant.split_once('{').unwrap_or((&variant, ""));
-            let fields = parts(fields.trim().trim_end_matches('}'));
-            let fields = fields.iter().filter_map(|field| {
-                let (name, kind) = field.split_once(": ")?;
-                Some((name.to_owned(), kind.trim().to_owned()))
+        let (name, body) = after.split_once(" {\n").unwrap();
+        let signs: Vec<char> = format!("{{\n{body}").chars().collect();
+        let body = &signs[1..closing(&signs, 0) - 1];
+        all.push(Tagged {
+            tag: tag.to_owned(),
+            name: name.to_owned(),
+            variants: variants(body),
+        });
+    }
+    all
+}
+
+/// The variants of an enum with this body.
+fn variants(body: &[char]) -> Vec<Declared> {
+    let mut all = Vec::new();
+    // Attributes go, but for the names in which a variant is written, and for what is flattened.
+    let (mut plain, mut renamed, mut at) = (String::new(), Vec::new(), 0);
+    while at < body.len() {
+        if body[at] == '#' {
+            let end = closing(body, at + 1);
+            let attribute: String = body[at..end].iter().collect();
+            if let Some(name) = attribute.strip_prefix("#[serde(rename = \"") {
+                renamed.push((plain.len(), name.trim_end_matches("\")]").to_owned()));
+            } else if attribute == "#[serde(flatten)]" {
+                plain.push_str(FLATTENED);
+            }
+            at = end;
+        } else {
+            plain.push(body[at]);
+            at += 1;
+        }
+    }
+    let mut from = 0;
+    for variant in parts(&plain) {
+        let starts = from + plain[from..].find(&variant).unwrap();
+        let (name, fields) = variant.split_once('{').unwrap_or((&variant, ""));
+        let fields = parts(fields.trim().trim_end_matches('}'));
+        let fields = fields.iter().filter_map(|field| {
+            let (name, kind) = field.split_once(": ")?;
+            Some((name.to_owned(), kind.trim().to_owned()))
+        });
+        let written = renamed.iter().find(|(at, _)| (from..=starts).contains(at));
+        all.push(Declared {
+            code: written.map_or_else(|| snake(name.trim()), |(_, name)| name.clone()),
+            fields: fields.collect(),
+            tags: Vec::new(),
+        });
+        from = starts + variant.len();
+    }
+    all
+}
+
+/// Stands before a field that is written flattened.
+const FLATTENED: &str = "flattened ";
+
+/// The warnings among `enums`: the variants of those that are tagged by `code`; one for each variant of an enum that is flattened into
+/// one.
+fn declared(enums: &[Tagged]) -> Vec<Declared> {
+    let mut all = Vec::new();
+    for warning in enums.iter().filter(|one| one.tag == "code") {
+        for variant in &warning.variants {
+            let flat = variant.fields.iter().find_map(|(name, kind)| {
+                let is_flat = name.trim().starts_with(FLATTENED.trim());
+                is_flat.then(|| (name.clone(), kind.clone()))
             });
-            let written = renamed.iter().find(|(at, _)| (from..=starts).contains(at));
-            all.push(Declared {
-                code: written.map_or_else(|| snake(name.trim()), |(_, name)| name.clone()),
-                fields: fields.collect(),
-            });
-            from = starts + variant.len();
+            let Some((field, kind)) = flat else {
+                all.push(variant.clone());
+                continue;
+            };
+            let inner = enums.iter().find(|one| one.name == kind).unwrap();
+            for cause in &inner.variants {
+                let mut one = variant.clone();
+                one.fields.remove(&field);
+                one.fields.extend(cause.fields.clone());
+                one.tags.push((inner.tag.clone(), cause.code.clone()));
+                all.push(one);
+            }
         }
     }
     all
@@ -258,6 +318,9 @@ fn usual(name: &str) -> f64 {
 /// The sentence of the warning with `number` in each of its fields; `None` where one is of a type that this test does not know.
 fn said(declared: &Declared, number: f64) -> Option<String> {
     let mut written = json!({ "code": declared.code });
+    for (tag, value) in &declared.tags {
+        written[tag] = json!(value);
+    }
     for (name, kind) in &declared.fields {
         written[name] = value(kind, number * usual(name))?;
     }
@@ -273,17 +336,17 @@ fn warnings_have_the_digits_that_mean_something() {
         &mut files,
     );
     let (mut said, mut unknown, mut long) = (0, Vec::new(), Vec::new());
-    for file in files {
-        for declared in declared(&std::fs::read_to_string(file).unwrap()) {
-            for number in [0.001_234_567_89, 0.123_456_789, 1.234_567_89, 123.456_789] {
-                let Some(text) = self::said(&declared, number) else {
-                    unknown.push(declared.code.clone());
-                    break;
-                };
-                said += 1;
-                if !too_long(&text).is_empty() {
-                    long.push(text);
-                }
+    let enums = files.iter();
+    let enums = enums.flat_map(|file| tagged(&std::fs::read_to_string(file).unwrap()));
+    for declared in declared(&enums.collect::<Vec<_>>()) {
+        for number in [0.001_234_567_89, 0.123_456_789, 1.234_567_89, 123.456_789] {
+            let Some(text) = self::said(&declared, number) else {
+                unknown.push((declared.code.clone(), declared.tags.clone()));
+                break;
+            };
+            said += 1;
+            if !too_long(&text).is_empty() {
+                long.push(text);
             }
         }
     }

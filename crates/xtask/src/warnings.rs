@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use anyhow::{Context as _, Result};
+use anyhow::{Context as _, Result, bail};
 use syn::visit::Visit;
 
 use crate::source::{self, Source};
@@ -33,26 +33,101 @@ pub(crate) fn run() -> Result<()> {
     std::fs::write(&path, text).with_context(|| path.display().to_string())
 }
 
-/// All warnings: the variants of enums called `…Warning` that are written with their variant as `code`.
+/// All warnings: the variants of enums called `…Warning` that are written with their variant as `code`. A variant that holds an enum with
+/// another tag, flattened, is one warning, whose comment ends with the values of the tag.
 pub(crate) fn declared(sources: &[Source]) -> Result<Vec<Declared>> {
-    let mut found = Vec::new();
+    let mut enums: Vec<(&str, syn::ItemEnum)> = Vec::new();
     for source in sources.iter().filter(|source| !source.is_all_test()) {
-        if !source.text.contains("tag = \"code\"") {
+        if source.text.contains("#[serde(tag = \"") {
+            let mut own = Enums(Vec::new());
+            own.visit_file(&syn::parse2(source.tokens.clone())?);
+            enums.extend(
+                own.0
+                    .into_iter()
+                    .map(|item| (source.package.as_str(), item)),
+            );
+        }
+    }
+    let mut found = Vec::new();
+    for (package, item) in &enums {
+        if !item.ident.to_string().ends_with("Warning")
+            || tag(&item.attrs)?.as_deref() != Some("code")
+        {
             continue;
         }
-        let mut enums = Enums(Vec::new());
-        enums.visit_file(&syn::parse2(source.tokens.clone())?);
-        for item in enums.0 {
-            let of = format!("{}::{}", source.package, item.ident);
-            for variant in &item.variants {
-                found.push(Declared {
-                    of: of.clone(),
-                    code: code(variant)?,
-                    when: comment(variant),
-                    sentence: sentence(variant)?,
-                });
+        for variant in &item.variants {
+            let mut when = comment(&variant.attrs);
+            for field in &variant.fields {
+                let Some(kind) = flattened(field)? else {
+                    continue;
+                };
+                let inner = enums
+                    .iter()
+                    .filter(|(of, inner)| of == package && inner.ident == *kind);
+                match inner.collect::<Vec<_>>().as_slice() {
+                    [(_, inner)] => when += &values(inner)?,
+                    [] => {}
+                    _ => bail!("{package} has two enums called {kind}"),
+                }
             }
+            found.push(Declared {
+                of: format!("{package}::{}", item.ident),
+                code: code(variant)?,
+                when,
+                sentence: sentence(variant)?,
+            });
         }
+    }
+    Ok(found)
+}
+
+/// The values of the tag of `inner`, each with the first line of its comment.
+fn values(inner: &syn::ItemEnum) -> Result<String> {
+    let Some(tag) = tag(&inner.attrs)? else {
+        return Ok(String::new());
+    };
+    let mut values = Vec::new();
+    for variant in &inner.variants {
+        let comment = lines_of_comment(&variant.attrs);
+        let first = comment.first().map_or("", String::as_str);
+        values.push(format!(
+            "`{}` ({})",
+            code(variant)?,
+            first.trim_end_matches('.')
+        ));
+    }
+    Ok(format!(" Values of `{tag}`: {}.", values.join(", ")))
+}
+
+/// The tag with which serde writes the variants of an enum.
+fn tag(attributes: &[syn::Attribute]) -> Result<Option<String>> {
+    Ok(in_serde(attributes, "tag")?.flatten())
+}
+
+/// The type of a field that is written flattened.
+fn flattened(field: &syn::Field) -> Result<Option<&syn::Ident>> {
+    let syn::Type::Path(path) = &field.ty else {
+        return Ok(None);
+    };
+    let is_flat = in_serde(&field.attrs, "flatten")?.is_some();
+    let kind = path.path.segments.last().filter(|_| is_flat);
+    Ok(kind.map(|segment| &segment.ident))
+}
+
+/// The entry `name` of the attribute `serde`, with its text where it is `name = "…"`.
+fn in_serde(attributes: &[syn::Attribute], name: &str) -> Result<Option<Option<String>>> {
+    let mut found = None;
+    for attribute in attributes.iter().filter(|one| one.path().is_ident("serde")) {
+        attribute.parse_nested_meta(|meta| {
+            let text = match meta.input.peek(syn::Token![=]) {
+                true => Some(meta.value()?.parse::<syn::LitStr>()?.value()),
+                false => None,
+            };
+            if meta.path.is_ident(name) {
+                found = Some(text);
+            }
+            Ok(())
+        })?;
     }
     Ok(found)
 }
@@ -92,27 +167,14 @@ struct Enums(Vec<syn::ItemEnum>);
 
 impl<'ast> Visit<'ast> for Enums {
     fn visit_item_enum(&mut self, item: &'ast syn::ItemEnum) {
-        if item.ident.to_string().ends_with("Warning") {
-            self.0.push(item.clone());
-        }
+        self.0.push(item.clone());
     }
 }
 
 /// The name in which serde writes a variant.
 fn code(variant: &syn::Variant) -> Result<String> {
-    for attribute in &variant.attrs {
-        if attribute.path().is_ident("serde") {
-            let mut renamed = None;
-            attribute.parse_nested_meta(|meta| {
-                if meta.path.is_ident("rename") {
-                    renamed = Some(meta.value()?.parse::<syn::LitStr>()?.value());
-                }
-                Ok(())
-            })?;
-            if let Some(renamed) = renamed {
-                return Ok(renamed);
-            }
-        }
+    if let Some(Some(renamed)) = in_serde(&variant.attrs, "rename")? {
+        return Ok(renamed);
     }
     let mut snake = String::new();
     for sign in variant.ident.to_string().chars() {
@@ -124,9 +186,13 @@ fn code(variant: &syn::Variant) -> Result<String> {
     Ok(snake)
 }
 
-/// The comment of a variant as one line.
-fn comment(variant: &syn::Variant) -> String {
-    let lines = variant.attrs.iter().filter_map(|attribute| {
+/// A comment as one line.
+fn comment(attributes: &[syn::Attribute]) -> String {
+    lines_of_comment(attributes).join(" ")
+}
+
+fn lines_of_comment(attributes: &[syn::Attribute]) -> Vec<String> {
+    let lines = attributes.iter().filter_map(|attribute| {
         let syn::Meta::NameValue(pair) = &attribute.meta else {
             return None;
         };
@@ -138,7 +204,7 @@ fn comment(variant: &syn::Variant) -> String {
             _ => None,
         }
     });
-    lines.collect::<Vec<_>>().join(" ")
+    lines.collect()
 }
 
 /// The sentence of a variant: the text of its `#[error(…)]`, with names in the place of values.
@@ -209,6 +275,13 @@ impl<'ast> Visit<'ast> for First {
             .for_each(|argument| self.visit_expr(argument));
     }
 
+    fn visit_expr_method_call(&mut self, call: &'ast syn::ExprMethodCall) {
+        if call.method == "advice" {
+            self.0.get_or_insert_with(|| "what to do".to_owned());
+        }
+        self.visit_expr(&call.receiver);
+    }
+
     fn visit_expr_path(&mut self, path: &'ast syn::ExprPath) {
         if let Some(name) = path.path.get_ident() {
             self.0.get_or_insert_with(|| name.to_string());
@@ -227,8 +300,11 @@ mod tests {
             "crates/piezotact/src/render.rs",
             "/// W.\n#[derive(Serialize, thiserror::Error)]\n#[serde(tag = \"code\", rename_all = \"snake_case\")]\npub enum RenderWarning {\n\
              /// Much is\n/// left out.\n#[error(\"in {} of {band_hz:.1}: {x}\", percent(*share), x = rounded(*x))]\nLeftOut { share: f64, band_hz: f64, x: f64 },\n\
-             /// Other.\n#[error(\"none\")]\n#[serde(rename = \"other_code\")]\nOther,\n}\n\
-             #[serde(tag = \"code\")]\npub enum Cause { A }\n",
+             /// Other.\n#[error(\"none\")]\n#[serde(rename = \"other_code\")]\nOther,\n\
+             /// Two.\n#[error(\"{fault}; {}\", fault.advice())]\nFailed { load_n: f64, #[serde(flatten)] fault: Fault },\n}\n\
+             #[serde(tag = \"code\")]\npub enum Cause { A }\n\
+             #[serde(tag = \"fault\", rename_all = \"snake_case\")]\npub enum Fault {\n/// The sensor\n/// clips.\nAtLimit,\n\
+             /// Noise.\n#[serde(rename = \"noise_only\")]\nNoise { share: f64 },\n}\n",
         )]);
         let all = declared(&sources).unwrap();
         let expected = |code: &str, when: &str, sentence: &str| Declared {
@@ -246,11 +322,16 @@ mod tests {
                     "in *share* of *band hz*: *x*"
                 ),
                 expected("other_code", "Other.", "none"),
+                expected(
+                    "failed",
+                    "Two. Values of `fault`: `at_limit` (The sensor), `noise_only` (Noise).",
+                    "*fault*; *what to do*"
+                ),
             ]
         );
         let page = page(&all);
         assert!(
-            page.contains("There are 2 codes.")
+            page.contains("There are 3 codes.")
                 && page.contains("| `other_code` | Other. | none |"),
             "{page}"
         );
