@@ -13,59 +13,72 @@ use piezotact::transfer::TransferError;
 use piezotact::warning::Merged;
 #[cfg(feature = "haptic")]
 
-/// The options that a warning's advice needs, by code.
-const OPTIONS: [(&str, &str); 42] = [
-    ("contact_map_ends", "--contact-map"),
-    ("counts", "--scale"),
-    ("cutoff_unsettled", "--cutoff"),
-    ("device_not_described", "--gain and --volts-per-full-scale"),
-    ("few_averages", "--segment"),
-    ("filtered_twice", "--filter none"),
-    ("gesture_kept", "--high-pass"),
-    ("instrument_differs", "--cutoff"),
-    ("late_response", "--segment"),
-    ("length_unconfirmed", "--step"),
-    ("long_stroke", "--cuts"),
-    ("looks_filtered", "--filter none"),
-    ("low_coherence", "--band"),
-    ("no_contact", "--load"),
-    ("no_normal_force", "--normal-force"),
-    ("no_target_power", "--band"),
-    ("not_excited", "--band"),
-    ("nothing_cut", "--cuts"),
-    ("open_multiple", "--high-pass"),
+/// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
+const OPTIONS: [(&str, &str, &str); 40] = [
+    ("band_part_lost", "no_target", "--band"),
+    ("channel_chosen", "motion", "--motion"),
+    ("channel_chosen", "normal_force", "--normal-force"),
+    ("channel_chosen", "vibration", "--vibration"),
+    ("contact_map_ends", "", "--contact-map"),
+    ("counts", "", "--scale"),
+    ("cutoff_unsettled", "", "--cutoff"),
+    (
+        "device_not_described",
+        "",
+        "--gain and --volts-per-full-scale",
+    ),
+    ("few", "averages", "--segment"),
+    ("few", "sections", "--cutoff"),
+    ("filtered_twice", "", "--filter none"),
+    ("gesture_kept", "", "--high-pass"),
+    ("instrument_differs", "", "--cutoff"),
+    ("late_response", "", "--segment"),
+    ("length_unconfirmed", "", "--step"),
+    ("long_stroke", "", "--cuts"),
+    ("looks_filtered", "", "--filter none"),
+    ("low_coherence", "", "--band"),
+    ("no_contact", "", "--load"),
+    ("not_excited", "", "--band"),
+    ("nothing_cut", "", "--cuts"),
+    ("open_multiple", "", "--high-pass"),
     (
         "played_through_its_own",
+        "",
         "panel=FOLDER after the file name of the measured bench",
     ),
-    ("power_outside_band", "--band"),
-    ("pulses_in_drive", "--excitation impact"),
-    ("pulses_in_response", "--drive and --response"),
-    ("rate_not_used", "without --rate"),
-    ("rehearsed", "piezotact info"),
-    ("rejected", "--cuts"),
-    ("response_not_decayed", "--exponential"),
-    ("several_accelerations", "--vibration"),
-    ("several_forces", "--normal-force"),
-    ("several_motions", "--motion"),
-    ("short_evaluation", "--cutoff"),
-    ("short_strokes", "--segment"),
-    ("slew_limited", "--band"),
-    ("strokes_differ", "--cuts"),
-    ("swapped_units", "--drive and --response"),
-    ("taken_as_impact", "--excitation"),
-    ("taken_whole", "--stroke N"),
-    ("thresholds_of_skin", "--contact-map"),
-    ("uncalibrated", "--scale"),
-    ("uneven_profile", "--cutoff"),
-    ("unresolved_resonance", "--segment"),
-    ("vibration_assumed", "--vibration"),
+    ("power_outside_band", "", "--band"),
+    ("pulses_in_drive", "", "--excitation impact"),
+    ("pulses_in_response", "", "--drive and --response"),
+    ("rate_not_used", "", "without --rate"),
+    ("rejected", "", "--cuts"),
+    ("response_not_decayed", "", "--exponential"),
+    ("short_strokes", "", "--segment"),
+    ("scatter", "strokes_of_texture", "--cuts"),
+    ("simulated", "transfer", "piezotact info"),
+    ("slew_limited", "", "--band"),
+    ("swapped_units", "", "--drive and --response"),
+    ("taken_as_impact", "", "--excitation"),
+    ("taken_whole", "", "--stroke N"),
+    ("thresholds_of_skin", "", "--contact-map"),
+    ("uncalibrated", "", "--scale"),
+    ("uneven_profile", "", "--cutoff"),
+    ("unresolved_resonance", "", "--segment"),
 ];
+
+/// The fields that hold which cause or fault a warning is about.
+const CAUSES: [&str; 7] = ["by", "fault", "how", "of", "role", "what", "why"];
 
 /// A warning in words: what was found, and what to do on the command line.
 pub(crate) fn text(warning: &Warning) -> String {
-    match OPTIONS.iter().find(|(code, _)| *code == warning.code) {
-        Some((_, option)) => format!("{warning} ({option})"),
+    let is = |cause: &str| {
+        let mut causes = CAUSES.iter().filter_map(|name| warning.fields.get(*name));
+        cause.is_empty() || causes.any(|found| found == cause)
+    };
+    let option = OPTIONS
+        .iter()
+        .find(|(code, cause, _)| *code == warning.code && is(cause));
+    match option {
+        Some((_, _, option)) => format!("{warning} ({option})"),
         None => warning.to_string(),
     }
 }

@@ -40,7 +40,9 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
         if !line.contains("verify") {
             holds(
                 &done.err(),
-                &["virtual volunteers who judge as `thurstone` answered in 4 sessions, no person"],
+                &[
+                    "virtual volunteers answered in 4 sessions, judging as the model `thurstone`: no person answered",
+                ],
             );
         }
     }
@@ -49,10 +51,15 @@ fn a_simulated_study_is_read_as_any_other_and_never_taken_for_one_of_people() {
     exported.expect_success();
     holds(
         &exported.err(),
-        &["virtual volunteers who judge as `thurstone` answered in 2 sessions, no person"],
+        &[
+            "virtual volunteers answered in 2 sessions, judging as the model `thurstone`: no person answered",
+        ],
     );
     let orders = run(&folder, "matrix exported/orders.csv");
-    holds(&orders.err(), &["answered in 2 sessions, no person"]);
+    holds(
+        &orders.err(),
+        &["answered in 2 sessions", "no person answered"],
+    );
     let people = table(&folder.path("exported/participants.csv"));
     assert_eq!(people.len(), 4);
     assert!(people.iter().all(|row| row["judge"] == "thurstone"));

@@ -378,9 +378,13 @@ fn a_changed_level_is_said() {
         "{verified}"
     );
     assert!(
-        verified["warnings"]
-            .to_string()
-            .contains("intentionally rendered at -6.0 dB")
+        (verified["level_db"].as_f64().unwrap() + 6.0).abs() < 1e-9,
+        "{verified}"
+    );
+    let said = verified["sentence"].as_str().unwrap();
+    assert!(
+        said.contains("rendered at -6.0 dB and compared at that level"),
+        "{said}"
     );
 }
 

@@ -221,7 +221,9 @@ fn one_hit_has_no_coherence() {
     let done = folder.run(&transfer("one.csv", &["--report", "report.html"]));
     done.expect_success();
     assert!(
-        done.err().contains("one hit has no coherence"),
+        done.err().contains(
+            "only 1 hit, 3 or more are recommended: neither noise nor a second force would show"
+        ),
         "{}",
         done.err()
     );

@@ -115,7 +115,7 @@ fn a_filtered_profile_is_not_filtered_again() {
         (&value["cutoff_mm"], &value["sections"]),
         (&2.5.into(), &4.into())
     );
-    assert_eq!(codes(&value), ["short_evaluation"]);
+    assert_eq!(codes(&value), ["few"]);
     let stated = &value["instrument"];
     assert!((stated["parameters"]["Ra"].as_f64().unwrap() - expected_um).abs() < 1e-6);
     assert_eq!(

@@ -7,7 +7,7 @@ use piezotact::Warning;
 use piezotact::device::{DeviceAtGain, DriveSetup};
 use piezotact::quantity::{Seconds, Volts};
 use piezotact::recording::BenchKind;
-use piezotact::sound::{LatencySummary, SoundCalibration, SoundWarning};
+use piezotact::sound::{CalibrationFault, LatencySummary, SoundCalibration, SoundWarning};
 use piezotact_bench::Bench;
 
 use crate::error::AudioError;
@@ -71,8 +71,10 @@ impl AudioBench {
                     }
                 }
             }
-            None => warnings.push(Warning::from(SoundWarning::NotCalibrated {
-                what: format!("the sound device `{}`", self.setup.called()),
+            None => warnings.push(Warning::from(SoundWarning::Calibration {
+                fault: CalibrationFault::Missing {
+                    what: format!("the sound device `{}`", self.setup.called()),
+                },
             })),
         }
         if self.setup.loopback().is_none() {
@@ -91,8 +93,10 @@ impl AudioBench {
                 }));
             }
             if input.calibrated == Calibrated::No {
-                warnings.push(Warning::from(SoundWarning::NotCalibrated {
-                    what: format!("input {} (`{}`)", input.channel + 1, input.measures.name()),
+                warnings.push(Warning::from(SoundWarning::Calibration {
+                    fault: CalibrationFault::Missing {
+                        what: format!("input {} (`{}`)", input.channel + 1, input.measures.name()),
+                    },
                 }));
             }
         }

@@ -5,7 +5,8 @@ use piezotact::Series;
 use piezotact::align::{AlignConfig, Compared, Named, align_recordings};
 use piezotact::quantity::{Drive, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::sound::{SoundWarning, delay};
+use piezotact::recording::{Clocks, RecordingWarning};
+use piezotact::sound::delay;
 use piezotact::statistics::random::Random;
 
 use super::bench::{codes, recorded_at};
@@ -32,9 +33,12 @@ fn apart(recording: &Recording) -> Option<(f64, f64)> {
     warnings
         .filter_map(|warning| warning.kind())
         .find_map(|kind| match kind {
-            SoundWarning::ClocksApart {
-                ppm,
-                uncertainty_ppm,
+            RecordingWarning::ClocksDiffer {
+                of:
+                    Clocks::Device {
+                        ppm,
+                        uncertainty_ppm,
+                    },
             } => Some((ppm, uncertainty_ppm)),
             _ => None,
         })
@@ -112,10 +116,10 @@ fn one_clock_is_not_taken_for_two() {
     let late = "faults = [{ what = \"underrun\", at_s = 12, for_s = 0.5 }]";
     let codes = codes(&recorded_at(late, &texture(30)));
     assert!(
-        codes.iter().any(|code| code == "playback_incomplete"),
+        codes.iter().any(|code| code == "samples_lost/playback"),
         "{codes:?}"
     );
-    let clocks = ["sound_clocks_apart", "sound_delay_stepped"];
+    let clocks = ["clocks_differ/device", "samples_lost/delay_step"];
     assert!(
         !codes.iter().any(|code| clocks.contains(&code.as_str())),
         "{codes:?}"

@@ -1,13 +1,14 @@
 //! Sources of force: a serial port, over a pseudo-terminal, and a file that grows.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::recording::{LostBy, RecordingWarning};
+use piezotact::stroke::{ForceFault, ForceWarning};
 use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use piezotact::Warning;
-use piezotact::run::ForceSourceWarning;
 use piezotact_audio::force::{
     Columns, ForceError, ForceReading, ForceSource, ForceUnit, GrowingFile, GrowingSettings,
     SerialForceCell, SerialSettings, TimeUnit,
@@ -66,8 +67,10 @@ fn forces(readings: &[ForceReading]) -> Vec<f64> {
 
 fn unreadable(warnings: &[Warning]) -> Option<(usize, usize)> {
     warnings.iter().find_map(|warning| match warning.kind() {
-        Some(ForceSourceWarning::LinesUnreadable {
-            unreadable, lines, ..
+        Some(RecordingWarning::SamplesLost {
+            by: LostBy::ForceLines {
+                unreadable, lines, ..
+            },
         }) => Some((unreadable, lines)),
         _ => None,
     })
@@ -264,7 +267,9 @@ fn append(path: &Path, text: &str) {
 
 fn began_again(warnings: &[Warning]) -> usize {
     let times = warnings.iter().find_map(|warning| match warning.kind() {
-        Some(ForceSourceWarning::FileBeganAgain { times, .. }) => Some(times),
+        Some(ForceWarning::Doubtful {
+            fault: ForceFault::BeganAgain { times, .. },
+        }) => Some(times),
         _ => None,
     });
     times.unwrap_or(0)

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stdout, reason = "what was found stands in the log")]
 
-use piezotact::run::RunWarning;
+use piezotact::recording::{RecordingWarning, Simulated};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -318,13 +318,12 @@ fn a_closed_loop_learns_what_another_day_s_transfer_function_did_not_know() {
             );
             assert!(best < 0.5, "{best}");
             let rendered = &looped.rendered;
-            assert!(
-                rendered
-                    .about
-                    .warnings
-                    .iter()
-                    .any(|d| matches!(d.kind(), Some(RunWarning::Rehearsed { .. })))
-            );
+            assert!(rendered.about.warnings.iter().any(|d| matches!(
+                d.kind(),
+                Some(RecordingWarning::Simulated {
+                    by: Simulated::Transfer { .. }
+                })
+            )));
             assert!(
                 rendered
                     .about

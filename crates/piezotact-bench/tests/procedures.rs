@@ -2,6 +2,7 @@
 //! happened.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::recording::{LostBy, RecordingWarning};
 use std::cell::RefCell;
 use std::time::Duration;
 
@@ -160,7 +161,9 @@ fn played(script: &str, seconds: f64) -> (Result<Recording, ProcedureError>, Kee
 
 fn lost(warnings: &[Warning]) -> Option<(usize, u64)> {
     warnings.iter().find_map(|warning| match warning.kind() {
-        Some(RunWarning::SamplesLost { gaps, samples, .. }) => Some((gaps, samples)),
+        Some(RecordingWarning::SamplesLost {
+            by: LostBy::Device { gaps, samples, .. },
+        }) => Some((gaps, samples)),
         _ => None,
     })
 }
@@ -230,7 +233,7 @@ fn an_output_that_runs_dry_is_said() {
     } = done.unwrap().about;
     assert_eq!(provenance.losses.playback.map(|p| p.underruns), Some(2));
     let said = warnings.iter().any(|d| {
-        matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { played, expected, underruns: 2 }) if played == expected)
+        matches!(d.kind(), Some(RecordingWarning::SamplesLost { by: LostBy::Playback { played, expected, underruns: 2 } }) if played == expected)
     });
     assert!(said, "{warnings:?}");
 }
@@ -370,7 +373,14 @@ fn a_bench_that_delivers_nothing_is_stopped() {
         );
         assert_eq!(keeper.1.ended(), [Ended::Stopped], "{script}");
         let known = keeper.1.last().1.warnings;
-        let played = |d: &Warning| matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { .. }));
+        let played = |d: &Warning| {
+            matches!(
+                d.kind(),
+                Some(RecordingWarning::SamplesLost {
+                    by: LostBy::Playback { .. }
+                })
+            )
+        };
         assert!(!known.iter().any(played), "{script}: {known:?}");
     }
 }
@@ -393,8 +403,14 @@ fn a_bench_that_delivers_nothing_is_given_up() {
                 (0.5, Ended::Failed { said }),
                 "{fault}"
             );
-            let played =
-                |d: &Warning| matches!(d.kind(), Some(RunWarning::PlaybackIncomplete { .. }));
+            let played = |d: &Warning| {
+                matches!(
+                    d.kind(),
+                    Some(RecordingWarning::SamplesLost {
+                        by: LostBy::Playback { .. }
+                    })
+                )
+            };
             assert!(
                 !end.warnings.iter().any(played),
                 "{fault}: {:?}",

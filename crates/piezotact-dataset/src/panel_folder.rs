@@ -7,7 +7,10 @@
 mod bench;
 mod lock;
 
+use piezotact::panel::MissingMeasurements;
 use piezotact::panel::PanelWarning;
+use piezotact::recording::NotUsed;
+use piezotact::recording::RecordingWarning;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -537,14 +540,18 @@ impl PanelFolder {
         }
         let mut warnings = Vec::new();
         if let Some(first) = self.index.planned.first() {
-            warnings.push(Warning::from(PanelWarning::NotMeasured {
-                count: self.index.planned.len(),
-                first: first.to_string(),
+            warnings.push(Warning::from(PanelWarning::IncompletePanel {
+                what: MissingMeasurements::Planned {
+                    count: self.index.planned.len(),
+                    first: first.to_string(),
+                },
             }));
         }
         let files = self.not_listed();
         if !files.is_empty() {
-            warnings.push(Warning::from(PanelWarning::NotListed { files }));
+            warnings.push(Warning::from(RecordingWarning::NotUsed {
+                what: NotUsed::TransferFunctions { files },
+            }));
         }
         Ok(PanelContents {
             panel: entries,

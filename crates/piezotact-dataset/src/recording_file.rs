@@ -1,7 +1,7 @@
 //! Reading of recordings: our Parquet files, and Parquet files of other programs.
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::{OtherOrigin, RecordingWarning};
 use std::path::Path;
 
 use piezotact::Warning;
@@ -49,8 +49,10 @@ pub(crate) fn read_parquet(path: &Path, rate: Option<SampleRate>) -> Result<Stor
             .recording
             .about
             .warnings
-            .push(Warning::from(RecordingWarning::InterruptedLater {
-                file: journal_path(path).display().to_string(),
+            .push(Warning::from(RecordingWarning::OtherOrigin {
+                what: OtherOrigin::LaterRecording {
+                    file: journal_path(path).display().to_string(),
+                },
             }));
     }
     Ok(stored)

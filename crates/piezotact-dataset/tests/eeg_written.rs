@@ -80,7 +80,10 @@ fn edf_is_read_back_to_half_a_step() {
         assert_eq!(file.kind, EegKind::EdfPlus);
         let part = &file.segments[0];
         let found = part.recording.len() - count;
-        assert_eq!(warnings.len() == 2, found > 0, "{warnings:?}");
+        let added_to = warnings
+            .iter()
+            .filter(|warning| warning.to_string().contains("were added at the end"));
+        assert_eq!(added_to.count(), usize::from(found > 0), "{warnings:?}");
         assert!(found <= added, "{count} {rate_hz}: {found} added");
         assert!((part.recording.rate().hz() - rate_hz).abs() < 1e-9 * rate_hz);
         assert_eq!(

@@ -5,7 +5,7 @@
 )]
 
 use crate::shared_data;
-use piezotact::transfer::TransferWarning;
+use piezotact::warning::{Few, FewWarning};
 use std::path::{Path, PathBuf};
 
 use crate::support::Lcg;
@@ -310,9 +310,10 @@ fn document() -> TransferDocument {
                 ..Provenance::default()
             }
             .then("estimated"),
-            warnings: vec![Warning::from(TransferWarning::FewAverages {
-                averages: 12,
+            warnings: vec![Warning::from(FewWarning::Few {
+                found: 12,
                 recommended: 20,
+                what: Few::Averages,
             })],
         },
         drive: Some(

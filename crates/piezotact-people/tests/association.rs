@@ -3,6 +3,7 @@
 
 use piezotact::criterion::Outcome;
 use piezotact::statistics::random::Random;
+use piezotact::warning::{Few, FewWarning};
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, AssociationError, AssociationMatrix,
     AssociationWarning, Declared, Flag, FlaggedTrials, Grouping, MatrixConfig, PairOutcome,
@@ -198,20 +199,20 @@ fn flagged_trials_and_rehearsals_are_counted() {
     };
     assert!(kinds(&kept).contains(&AssociationWarning::Flagged {
         trials: 1,
-        of: [1, 0, 0, 0]
+        of: [1, 0, 0, 0],
+        kept: true
     }));
-    assert!(kinds(&kept).contains(&AssociationWarning::Rehearsals { trials: 1 }));
-    assert!(
-        kinds(&without).contains(&AssociationWarning::FlaggedLeftOut {
-            trials: 1,
-            of: [1, 0, 0, 0]
-        })
-    );
-    let few = AssociationWarning::FewParticipants {
-        participants: 1,
-        needed: 3,
+    assert!(kinds(&without).contains(&AssociationWarning::Flagged {
+        trials: 1,
+        of: [1, 0, 0, 0],
+        kept: false
+    }));
+    let few = FewWarning::Few {
+        found: 1,
+        recommended: 3,
+        what: Few::Answering,
     };
-    assert!(kinds(&kept).contains(&few));
+    assert!(kept.warnings.contains(&few.into()));
 }
 
 #[test]

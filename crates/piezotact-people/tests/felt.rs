@@ -12,8 +12,8 @@ use piezotact::score::ScoreWarning;
 use piezotact::series::Series;
 use piezotact_people::association::{
     Answer, AnswerTable, Association, AssociationConfig, Declared, Felt, FeltCriterion,
-    FeltRecording, FeltWarning, PairOutcome, Separates, associate, felt_pairs, felt_part,
-    felt_samples,
+    FeltRecording, FeltUnknown, FeltWarning, PairOutcome, Separates, associate, felt_pairs,
+    felt_part, felt_samples,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -198,22 +198,25 @@ fn recordings_that_are_missing_or_too_short_are_warnings_and_no_verdict() {
         assert!(pair.sentence().contains("what was felt is not known"));
         let warnings = warnings(&found.warnings);
         let why = warnings.iter().find_map(|warning| match warning {
-            FeltWarning::NotUsed { sample, reason } if sample == "B" => Some(reason.clone()),
+            FeltWarning::NotKnown {
+                why: FeltUnknown::Unusable { sample, reason },
+            } if sample == "B" => Some(reason.clone()),
             _ => None,
         });
         assert!(why.as_ref().unwrap().contains(said), "{why:?}");
-        assert!(
-            !warnings
-                .iter()
-                .any(|d| matches!(d, FeltWarning::NotRecorded { .. }))
-        );
+        assert!(!warnings.iter().any(|d| matches!(
+            d,
+            FeltWarning::NotKnown {
+                why: FeltUnknown::NoRecording { .. }
+            }
+        )));
     }
     let found = with(&[felt(None, "A", texture(200.0, 1))]);
-    assert!(
-        warnings(&found.warnings).contains(&FeltWarning::NotRecorded {
+    assert!(warnings(&found.warnings).contains(&FeltWarning::NotKnown {
+        why: FeltUnknown::NoRecording {
             samples: vec!["B".into()]
-        })
-    );
+        }
+    }));
 }
 
 #[test]
@@ -233,8 +236,10 @@ fn participants_are_compared_each_with_their_own() {
         text.contains("confused although of 3 participants, level separates them for 1"),
         "{text}"
     );
-    let of_others = FeltWarning::OfOthers {
-        people: vec!["P9".into()],
+    let of_others = FeltWarning::NotKnown {
+        why: FeltUnknown::OfOthers {
+            people: vec!["P9".into()],
+        },
     };
     assert!(warnings(&found.warnings).contains(&of_others));
     let cells = found.cells_table();
@@ -258,7 +263,9 @@ fn participants_are_compared_each_with_their_own() {
 #[test]
 fn one_recording_for_all_is_a_warning_and_a_document_comes_back() {
     let found = of_two(texture(200.0, 1), texture(200.0, 2));
-    assert!(warnings(&found.warnings).contains(&FeltWarning::OneForAll { participants: 5 }));
+    assert!(warnings(&found.warnings).contains(&FeltWarning::NotKnown {
+        why: FeltUnknown::OneForAll { participants: 5 }
+    }));
     let text = serde_json::to_string(&found).unwrap();
     let back: Association = serde_json::from_str(&text).unwrap();
     assert_eq!(back.felt, found.felt);

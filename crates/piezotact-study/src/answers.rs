@@ -6,15 +6,15 @@
 //! P1,3,A,2,S2,S6
 //! ```
 
+use piezotact::recording::{RecordingWarning, Simulated};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact_people::association::{
-    Answer, AnswerTable, AssociationWarning, Declared, Flag, Purpose, REPETITION, Stimulus,
+    Answer, AnswerTable, AssociationWarning, Declared, Flag, NotDeclared, Purpose, REPETITION,
+    Stimulus,
 };
-
-use piezotact_people::campaign::session::CampaignWarning;
 
 use piezotact_dataset::ReadError;
 
@@ -105,7 +105,12 @@ pub fn read_answers(path: &Path, samples: &[String]) -> Result<AnswersFile, Read
     }
     let mut warnings = virtual_volunteers(&answers);
     let samples = if samples.is_empty() {
-        warnings.push(AssociationWarning::SamplesNotDeclared.into());
+        warnings.push(
+            AssociationWarning::NotDeclared {
+                what: NotDeclared::Samples,
+            }
+            .into(),
+        );
         samples_of(&answers, &stimuli)
     } else {
         samples.to_vec()
@@ -133,9 +138,11 @@ fn virtual_volunteers(answers: &[Answer]) -> Vec<Warning> {
             sessions.entry(judge).or_default().insert(session);
         }
     }
-    let warning = |(judge, sessions): (&str, BTreeSet<_>)| CampaignWarning::Virtual {
-        sessions: sessions.len(),
-        judge: judge.to_owned(),
+    let warning = |(judge, sessions): (&str, BTreeSet<_>)| RecordingWarning::Simulated {
+        by: Simulated::Volunteers {
+            sessions: sessions.len(),
+            judge: judge.to_owned(),
+        },
     };
     sessions
         .into_iter()
@@ -450,7 +457,9 @@ mod tests {
             assert_eq!(found.table.answers()[0].flags, [Flag::MissedTarget]);
             assert_eq!(
                 found.warnings[0].kind(),
-                Some(AssociationWarning::SamplesNotDeclared)
+                Some(AssociationWarning::NotDeclared {
+                    what: NotDeclared::Samples
+                })
             );
         }
         let listed = read(text, &["S1", "S2", "S6", "S10", "S13"]).unwrap();

@@ -8,7 +8,8 @@
     reason = "a test that reads reference files, and fails where they cannot be read"
 )]
 
-use piezotact_surface::SurfaceWarning;
+use piezotact::warning::{Few, FewWarning};
+use piezotact_surface::{HeightsFault, SurfaceWarning};
 use std::f64::consts::{PI, TAU};
 
 use crate::shared_data::shared;
@@ -411,9 +412,10 @@ fn what_a_rule_cannot_settle_is_a_warning() {
     };
     assert!(matches!(
         short.kind(),
-        Some(SurfaceWarning::ShortEvaluation {
-            sections: 2,
-            asked: 5,
+        Some(FewWarning::Few {
+            found: 2,
+            recommended: 5,
+            what: Few::Sections { .. },
             ..
         })
     ));
@@ -535,7 +537,7 @@ fn missing_points_are_left_out_and_reported() {
     within("Sal", holes.sal_m.unwrap(), whole.sal_m.unwrap(), 0.03);
     assert!(holes.surface.heights_m()[13].is_nan());
     assert!(
-        matches!(&holes.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::MissingPoints { .. })))
+        matches!(&holes.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::Heights { fault: HeightsFault::Missing { .. } })))
     );
 }
 
@@ -573,7 +575,7 @@ fn an_instruments_own_roughness_profile_is_met() {
     let r = profile_roughness(&primary, &config).unwrap();
     assert_eq!(r.sections, 4);
     assert!(
-        matches!(&r.warnings[..], [warning] if matches!(warning.kind(), Some(SurfaceWarning::ShortEvaluation { .. })))
+        matches!(&r.warnings[..], [warning] if matches!(warning.kind(), Some(FewWarning::Few { what: Few::Sections { .. }, .. })))
     );
     let (got, expected) = (r.roughness.heights_m(), instrument.heights_m());
     // The instrument measured before and after the line and cuts its weights at half a cut-off; the file holds

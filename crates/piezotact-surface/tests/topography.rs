@@ -8,7 +8,7 @@
 )]
 
 use crate::shared_data;
-use piezotact_surface::SurfaceWarning;
+use piezotact_surface::{HeightsFault, SurfaceWarning};
 use std::path::PathBuf;
 
 use crate::support::Lcg;
@@ -149,8 +149,10 @@ fn every_file_is_what_another_program_reads() {
         }
         let expected: Vec<Warning> = match missing {
             0 => Vec::new(),
-            _ => vec![Warning::from(SurfaceWarning::MissingPoints {
-                share: missing as f64 / heights.len() as f64,
+            _ => vec![Warning::from(SurfaceWarning::Heights {
+                fault: HeightsFault::Missing {
+                    share: missing as f64 / heights.len() as f64,
+                },
             })],
         };
         assert_eq!(read.warnings, expected, "{file}");

@@ -5,7 +5,7 @@
 )]
 
 use piezotact::recording::RecordingWarning;
-use piezotact_surface::SurfaceWarning;
+use piezotact_surface::{HeightsFault, SurfaceWarning};
 use std::io::{Cursor, Write as _};
 
 use crate::support::{Lcg, NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
@@ -62,8 +62,8 @@ fn sur_has_16_and_32_bits_and_either_order_of_bytes() {
         assert_eq!(read.kind, TopographyKind::Sur);
         assert_eq!(
             read.warnings,
-            [Warning::from(SurfaceWarning::MissingPoints {
-                share: 1.0 / 6.0
+            [Warning::from(SurfaceWarning::Heights {
+                fault: HeightsFault::Missing { share: 1.0 / 6.0 }
             })]
         );
         let map = map(&read);

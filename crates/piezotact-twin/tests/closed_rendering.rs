@@ -7,7 +7,7 @@
 )]
 
 use piezotact::correct::LoopWarning;
-use piezotact::render::RenderWarning;
+use piezotact::render::{PartLost, RenderWarning};
 use piezotact::resample::ResampleWarning;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -311,7 +311,10 @@ fn a_level_that_does_not_fit_is_refused_or_turned_down() {
             .warnings
             .iter()
             .find_map(|warning| match warning.kind() {
-                Some(RenderWarning::TurnedDown { fits_at_db, .. }) => Some(fits_at_db),
+                Some(RenderWarning::BandPartLost {
+                    why: PartLost::TurnedDown { fits_at_db, .. },
+                    ..
+                }) => Some(fits_at_db),
                 _ => None,
             });
     // It fits at that level, crests pressed, and not much above.

@@ -10,10 +10,11 @@ mod crest;
 mod summary;
 mod warning;
 
+use crate::render::{PartLost, RenderWarning};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 pub use summary::{CorrectedRendering, RenderingSums};
-pub use warning::{LoopStop, LoopWarning, MeasurementFaultWarning};
+pub use warning::{LoopStop, LoopWarning, MeasurementFault, MeasurementFaultWarning};
 
 use crate::device::DriveSetup;
 use crate::fourier::RealTransform;
@@ -586,9 +587,10 @@ impl<O: Quantity> Correction<O> {
         let hidden = lines.iter().filter(|(_, hidden)| *hidden).count();
         let [bands, _] = runs(&lines, band, wanted.resolution_hz);
         Ok((hidden > 0).then(|| {
-            Warning::from(LoopWarning::TargetInNoise {
+            Warning::from(RenderWarning::BandPartLost {
                 share: hidden as f64 / lines.len() as f64,
                 bands,
+                why: PartLost::TargetInNoise,
             })
         }))
     }

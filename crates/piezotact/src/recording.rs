@@ -4,12 +4,15 @@ mod about;
 mod annotations;
 mod clock;
 mod losses;
+mod lost;
 mod rehearsal;
 mod warning;
 
 use std::collections::BTreeSet;
 use std::fmt;
-pub use warning::RecordingWarning;
+pub use warning::{
+    ChannelRole, Clocks, NotUsed, OtherOrigin, Reached, RecordingWarning, ReversedSign, Simulated,
+};
 
 use serde::{Deserialize, Serialize};
 
@@ -26,6 +29,7 @@ pub(crate) use about::MergedAbout;
 pub use annotations::{Annotations, Event, EventValue, NoStartTime, StartTime};
 pub use clock::Clock;
 pub use losses::{BrokenPlayback, Losses};
+pub use lost::LostBy;
 pub use rehearsal::{RehearsalWarning, played_through_its_own, rehearsed_on};
 
 /// How the finger meets the surface.
@@ -178,10 +182,12 @@ impl Condition {
             .filter_map(
                 |(what, rendered_for, measured)| match (rendered_for, measured) {
                     (Some(rendered_for), Some(measured)) if rendered_for != measured => {
-                        Some(Warning::from(RecordingWarning::OtherCondition {
-                            what: what.into(),
-                            rendered_for,
-                            measured,
+                        Some(Warning::from(RecordingWarning::ConditionDiffers {
+                            what: Reached::RenderedFor {
+                                of: what.into(),
+                                rendered_for,
+                                measured,
+                            },
                         }))
                     }
                     _ => None,

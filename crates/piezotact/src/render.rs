@@ -25,7 +25,7 @@ use limits::DriveLimits;
 pub(crate) use limits::cut;
 pub use limits::{GainFit, Headroom, fitting, gains_for, headroom, share_of_least_error};
 pub use rendering::{Rendering, warnings_of_played};
-pub use warning::RenderWarning;
+pub use warning::{PartLost, RenderWarning};
 
 use serde::{Deserialize, Serialize};
 
@@ -179,9 +179,6 @@ pub fn render_with_findings<O: Quantity>(
     }
 
     let mut findings = RenderFindings::of(function, config);
-    if (function.rate.hz() - rate.hz()).abs() > 1e-9 {
-        findings.rates_hz = Some([rate.hz(), function.rate.hz()]);
-    }
     if !inverse.bands.given_up.is_empty() {
         findings.given_up = Some((inverse.bands.given_up.clone(), inverse.given_up_share));
     }

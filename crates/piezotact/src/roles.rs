@@ -1,6 +1,6 @@
 //! Channel roles: which channels of a recording are the vibration, the forces and the motion.
 
-use crate::recording::RecordingWarning;
+use crate::recording::{ChannelRole, RecordingWarning};
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{SampleRate, Unit};
@@ -101,8 +101,10 @@ impl Roles {
             .map(|c| c.name.as_str())
             .collect();
         if normals.len() > 1 {
-            warnings.push(Warning::from(RecordingWarning::SeveralForces {
-                channels: normals.iter().map(|name| (*name).to_owned()).collect(),
+            warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                role: ChannelRole::NormalForce,
+                channel: normal_force.clone(),
+                of: normals.iter().map(|name| (*name).to_owned()).collect(),
             }));
         }
         let tangential_force: Vec<String> = forces
@@ -112,8 +114,10 @@ impl Roles {
             .take(2)
             .collect();
         if normal_force.is_none() && !forces.is_empty() {
-            warnings.push(Warning::from(RecordingWarning::NoNormalForce {
-                channels: forces.iter().map(|c| c.name.clone()).collect(),
+            warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                role: ChannelRole::NormalForce,
+                channel: None,
+                of: forces.iter().map(|c| c.name.clone()).collect(),
             }));
         }
         let pick = |unit: &Unit, warnings: &mut Vec<Warning>| -> Option<String> {
@@ -122,10 +126,10 @@ impl Roles {
                 |c: &&&Channel| named(c, &["speed", "platform", "encoder", "stage"], &["v"]);
             let chosen = all.iter().find(known).or(all.first())?;
             if all.len() > 1 {
-                warnings.push(Warning::from(RecordingWarning::SeveralMotions {
-                    channel: chosen.name.clone(),
-                    unit: unit.to_string(),
-                    count: all.len(),
+                warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                    role: ChannelRole::Motion,
+                    channel: Some(chosen.name.clone()),
+                    of: all.iter().map(|c| format!("{} ({unit})", c.name)).collect(),
                 }));
             }
             Some(chosen.name.clone())
@@ -160,10 +164,10 @@ impl Roles {
                     accelerations
                 };
                 if others.len() > 1 {
-                    warnings.push(Warning::from(RecordingWarning::VibrationAssumed {
-                        first: others[0].clone(),
-                        last: others[others.len() - 1].clone(),
-                        count: others.len(),
+                    warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                        role: ChannelRole::Vibration,
+                        channel: None,
+                        of: others.clone(),
                     }));
                 }
                 others
@@ -174,9 +178,10 @@ impl Roles {
                     .iter()
                     .find(|c| named(c, &["nail", "fiv"], &[]))
                     .unwrap_or(&several[0]);
-                warnings.push(Warning::from(RecordingWarning::SeveralAccelerations {
-                    channel: chosen.name.clone(),
-                    count: several.len(),
+                warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                    role: ChannelRole::Vibration,
+                    channel: Some(chosen.name.clone()),
+                    of: several.iter().map(|c| c.name.clone()).collect(),
                 }));
                 vec![chosen.name.clone()]
             }

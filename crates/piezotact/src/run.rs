@@ -4,11 +4,9 @@
 //! documents, and any number of [`Sink`]s take them: the journal on disk, a gate, a progress bar.
 
 mod acquired;
-mod force_source;
 mod warning;
 
 pub use acquired::{Acquired, Played, Recorded, TwinRecorded};
-pub use force_source::ForceSourceWarning;
 pub use warning::RunWarning;
 
 use std::fmt;

@@ -51,6 +51,9 @@ pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
 pub use warning::TransferWarning;
 
+use crate::recording::LostBy;
+use crate::recording::RecordingWarning;
+use crate::warning::{Few, FewWarning};
 use judge::{Found, Unexcited};
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -186,9 +189,10 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
     #[must_use]
     pub fn few_averages(&self) -> Option<Warning> {
         let is_few = (1..RECOMMENDED_SEGMENTS).contains(&self.averages);
-        let few = TransferWarning::FewAverages {
-            averages: self.averages,
+        let few = FewWarning::Few {
+            found: self.averages,
             recommended: RECOMMENDED_SEGMENTS,
+            what: Few::Averages,
         };
         (is_few && self.impact.is_none()).then(|| few.into())
     }
@@ -522,9 +526,8 @@ fn few_left(of: usize, left_out: usize) -> Result<Option<Warning>, TransferError
             left: of - most,
             of,
         }),
-        _ => Ok(Some(Warning::from(TransferWarning::SegmentsLeftOut {
-            left_out,
-            of,
+        _ => Ok(Some(Warning::from(RecordingWarning::SamplesLost {
+            by: LostBy::Segments { left_out, of },
         }))),
     }
 }

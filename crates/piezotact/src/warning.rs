@@ -5,8 +5,10 @@
 //! its advice. `into` makes a [`Warning`] of it, which holds the same fields and the sentence, so that it can be written, read,
 //! merged and shown without the enum. A warning of another version is kept and written again unchanged.
 
+mod few;
 mod list;
 mod merged;
+mod scatter;
 pub mod words;
 
 use std::collections::BTreeMap;
@@ -17,8 +19,10 @@ use serde::de::{DeserializeOwned, Error as _};
 use serde::{Deserialize, Deserializer, Serialize};
 use serde_json::{Map, Value};
 
+pub use few::{Few, FewWarning};
 pub use list::Warnings;
 pub use merged::{Merged, Range, merged, merged_of, serialize_merged};
+pub use scatter::{Scatter, ScatterWarning};
 
 /// One thing that a person should know before relying on a result.
 #[derive(Clone, Debug, Serialize)]
@@ -107,9 +111,10 @@ impl Warning {
     ///
     /// ```
     /// use piezotact::Warning;
-    /// use piezotact::spectrum::SpectrumWarning;
-    /// let warning = Warning::from(SpectrumWarning::ShortSignal { segments: 2 });
-    /// assert!(matches!(warning.kind(), Some(SpectrumWarning::ShortSignal { segments: 2 })));
+    /// use piezotact::warning::{Few, FewWarning};
+    /// let what = Few::Segments;
+    /// let warning = Warning::from(FewWarning::Few { found: 2, recommended: 10, what });
+    /// assert!(matches!(warning.kind(), Some(FewWarning::Few { found: 2, what: Few::Segments, .. })));
     /// ```
     #[must_use]
     pub fn kind<W: Error + DeserializeOwned>(&self) -> Option<W> {

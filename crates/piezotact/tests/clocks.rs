@@ -1,14 +1,15 @@
 //! Drive and response sampled by two clocks, or with samples missing that nobody reported.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::recording::LostBy;
+use piezotact::recording::{Clocks, RecordingWarning};
 use std::f64::consts::{PI, TAU};
 
 use piezotact::Series;
 use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
-    Estimator, Known, OneClock, TransferFunction, TransferWarning, estimate, estimate_without,
-    on_one_clock,
+    Estimator, Known, OneClock, TransferFunction, estimate, estimate_without, on_one_clock,
 };
 
 const RATE_HZ: f64 = 5_000.0;
@@ -122,9 +123,12 @@ fn clocks_that_differ_are_found_and_corrected_for() {
         let late = noisy(late, 3, 0.01);
         let before = apart_db(&function(&drive, &late), &truth);
         let one = found(&drive, &late).unwrap();
-        let Some(TransferWarning::ClocksDiffer {
-            ppm: told,
-            uncertainty,
+        let Some(RecordingWarning::ClocksDiffer {
+            of:
+                Clocks::Response {
+                    ppm: told,
+                    uncertainty_ppm: uncertainty,
+                },
         }) = one.warnings[0].kind()
         else {
             panic!("{:?}", one.warnings);
@@ -159,8 +163,9 @@ fn missing_samples_are_found() {
             };
             let y = noisy(y, 4, 0.01);
             let one = found(&x, &y).unwrap();
-            let Some(TransferWarning::SamplesMissing { count: told, at_s }) =
-                one.warnings[0].kind()
+            let Some(RecordingWarning::SamplesLost {
+                by: LostBy::Unreported { count: told, at_s },
+            }) = one.warnings[0].kind()
             else {
                 panic!("{:?}", one.warnings);
             };
@@ -220,7 +225,9 @@ fn segments_that_touch_what_was_lost_are_left_out() {
         .warnings
         .iter()
         .find_map(|warning| match warning.kind() {
-            Some(TransferWarning::SegmentsLeftOut { left_out, of }) => Some((left_out, of)),
+            Some(RecordingWarning::SamplesLost {
+                by: LostBy::Segments { left_out, of },
+            }) => Some((left_out, of)),
             _ => None,
         });
     assert_eq!(left_out, Some((4, 47)));

@@ -15,6 +15,8 @@ use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
 use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::{holm, permutation_test, sign_flip_test};
+use piezotact::warning::{Few, FewWarning};
+use piezotact::warning::{Scatter, ScatterWarning};
 use piezotact::{Series, Warning};
 use serde::Deserialize;
 
@@ -137,7 +139,9 @@ fn recordings_that_differ_are_the_units() {
             found.units == SampleUnit::Strokes
                 || found.warnings.iter().any(|d| matches!(
                     d.kind(),
-                    Some(DiscriminationWarning::RecordingsDiffer { .. })
+                    Some(ScatterWarning::Scatter {
+                        of: Scatter::Recordings { .. }
+                    })
                 ))
         );
     }
@@ -171,11 +175,16 @@ fn one_stroke_decides_nothing() {
         (Distinguishability::NotDecided, None)
     );
     assert!(pair.distance_jnd > 6.0);
-    let text = found
-        .warnings
-        .iter()
-        .find(|d| matches!(d.kind(), Some(DiscriminationWarning::OneStroke { .. })));
-    assert!(text.unwrap().to_string().starts_with("A: only one stroke"));
+    let text = found.warnings.iter().find(|d| {
+        matches!(
+            d.kind(),
+            Some(FewWarning::Few {
+                what: Few::StrokesOfSample { .. },
+                ..
+            })
+        )
+    });
+    assert!(text.unwrap().to_string().starts_with("A: only 1 stroke,"));
     // Three strokes of each of two cannot show it either, and that is said.
     let found = study(vec![
         sample(&mut random, "A", &spectrum(Change::Level, 0.0), [1, 3], 0.0),
@@ -185,7 +194,11 @@ fn one_stroke_decides_nothing() {
     assert!(
         found.warnings.iter().any(|d| matches!(
             d.kind(),
-            Some(DiscriminationWarning::TooFewUnits { needed: 4, .. })
+            Some(FewWarning::Few {
+                recommended: 4,
+                what: Few::Units { .. },
+                ..
+            })
         )),
         "{:?}",
         found.warnings
@@ -479,13 +492,18 @@ fn a_score_and_a_comparison_of_the_same_data_do_not_contradict_each_other() {
 #[test]
 fn warnings_come_back_from_json_and_results_are_written_whole() {
     for warning in [
-        DiscriminationWarning::ThresholdsOfSkin,
-        DiscriminationWarning::OneStroke {
-            samples: vec!["A".into()],
-        },
-        DiscriminationWarning::RecordingsDiffer { p_value: 0.01 },
+        Warning::from(DiscriminationWarning::ThresholdsOfSkin),
+        Warning::from(FewWarning::Few {
+            found: 1,
+            recommended: 10,
+            what: Few::StrokesOfSample {
+                samples: vec!["A".into()],
+            },
+        }),
+        Warning::from(ScatterWarning::Scatter {
+            of: Scatter::Recordings { p_value: 0.01 },
+        }),
     ] {
-        let warning = Warning::from(warning);
         let text = serde_json::to_string(&warning).unwrap();
         assert!(text.contains("\"code\":"), "{text}");
         assert_eq!(serde_json::from_str::<Warning>(&text).unwrap(), warning);

@@ -6,6 +6,7 @@
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
+use piezotact::warning::{Scatter, ScatterWarning};
 use std::f64::consts::TAU;
 
 use piezotact::quantity::{Acceleration, Force, Unit};
@@ -412,8 +413,11 @@ fn hits_at_another_point_are_named() {
         *v += w;
     }
     let found = evaluated(&both.noisy(LEVELS, &mut Noise(23)));
-    let named = said(&found).into_iter().find_map(|d| match d {
-        ImpactWarning::OtherResponse { at_s, share, .. } => Some((at_s, share)),
+    let mut warnings = found.about.warnings.iter();
+    let named = warnings.find_map(|d| match d.kind() {
+        Some(ScatterWarning::Scatter {
+            of: Scatter::Hits { at_s, share, .. },
+        }) => Some((at_s, share)),
         _ => None,
     });
     let (at_s, share) = named.unwrap();
@@ -424,22 +428,22 @@ fn hits_at_another_point_are_named() {
             && (at_s[1] - there[1].0).abs() < 0.01
     );
     let alike = evaluated(&recorded(7));
-    assert!(
-        !said(&alike)
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::OtherResponse { .. }))
-    );
+    let differs = |d: &piezotact::Warning| {
+        matches!(
+            d.kind(),
+            Some(ScatterWarning::Scatter {
+                of: Scatter::Hits { .. }
+            })
+        )
+    };
+    assert!(!alike.about.warnings.iter().any(differs));
     // Noise on the response alone sets no hit apart.
     let loud = NoiseLevels {
         response_m_per_s2: 3.0,
         ..LEVELS
     };
     let noisy = evaluated(&recorded(7).noisy(loud, &mut Noise(29)));
-    assert!(
-        !said(&noisy)
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::OtherResponse { .. }))
-    );
+    assert!(!noisy.about.warnings.iter().any(differs));
 }
 
 /// Force and acceleration exchanged: nobody said which is which, and the estimate of a lasting drive says what it looks like.

@@ -22,13 +22,14 @@ use piezotact::prepare::PrepareWarning;
 use piezotact::recording::{RecordingWarning, RehearsalWarning};
 use piezotact::render::RenderWarning;
 use piezotact::resample::ResampleWarning;
-use piezotact::run::{ForceSourceWarning, RunWarning};
+use piezotact::run::RunWarning;
 use piezotact::score::ScoreWarning;
 use piezotact::sound::SoundWarning;
 use piezotact::spectrum::SpectrumWarning;
 use piezotact::stroke::{ForceWarning, StrokeWarning};
 use piezotact::transfer::{ImpactWarning, TransferWarning};
 use piezotact::verify::VerifyWarning;
+use piezotact::warning::{FewWarning, ScatterWarning};
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 
@@ -240,13 +241,13 @@ fn sentence<W: std::error::Error + DeserializeOwned>(written: &Value) -> Option<
 }
 
 /// All enums of warnings of this crate.
-const SENTENCES: [fn(&Value) -> Option<String>; 26] = [
+const SENTENCES: [fn(&Value) -> Option<String>; 27] = [
     sentence::<AlignWarning>,
     sentence::<ClippingWarning>,
     sentence::<CompareWarning>,
     sentence::<DiscriminationWarning>,
     sentence::<FeatureWarning>,
-    sentence::<ForceSourceWarning>,
+    sentence::<FewWarning>,
     sentence::<ForceWarning>,
     sentence::<ImpactWarning>,
     sentence::<LoopWarning>,
@@ -260,6 +261,7 @@ const SENTENCES: [fn(&Value) -> Option<String>; 26] = [
     sentence::<RenderWarning>,
     sentence::<ResampleWarning>,
     sentence::<RunWarning>,
+    sentence::<ScatterWarning>,
     sentence::<ScoreWarning>,
     sentence::<SignalWarning>,
     sentence::<SoundWarning>,
@@ -284,6 +286,7 @@ fn value(kind: &str, number: f64) -> Option<Value> {
         "usize" | "u64" | "u32" => json!(3),
         "String" => json!("name"),
         "Example" => json!({ "example": "name" }),
+        "ChannelRole" => json!("motion"),
         "Counts" => json!({ "name": 2 }),
         "Band" => json!([number, 2.0 * number]),
         "Warning" => json!({ "code": "force_not_measured", "load_n": number, "text": "none" }),

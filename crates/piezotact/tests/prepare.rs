@@ -1,6 +1,7 @@
 //! Prepared drives: SciPy's numbers for the typical stroke, levels that keep differences, and verdicts that would be false.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::warning::{Scatter, ScatterWarning};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -117,15 +118,15 @@ fn short_and_single_strokes_are_reported() {
             .map(|warning| warning.code.to_string())
             .collect()
     };
-    assert_eq!(codes(0.1), ["one_stroke_of_texture", "short_stroke"]);
-    assert_eq!(codes(1.0), ["one_stroke_of_texture"]);
+    assert_eq!(codes(0.1), ["few", "short_stroke"]);
+    assert_eq!(codes(1.0), ["few"]);
     // Strokes at 1, 10 and 100 times the level are not one texture.
     let wide = [(5000, 0.1, 180.0), (5000, 1.0, 300.0), (5000, 10.0, 90.0)];
     let wide = typical_stroke(&strokes(&wide), band()).unwrap();
     let warnings = wide.warnings("S8", Seconds(1.0));
     assert!(matches!(
         warnings[0].kind(),
-        Some(PrepareWarning::StrokesDiffer { spread_db, .. }) if spread_db > 6.0
+        Some(ScatterWarning::Scatter { of: Scatter::StrokesOfTexture { spread_db, .. } }) if spread_db > 6.0
     ));
     assert!(typical_stroke(&[], band()).is_err());
 }

@@ -16,10 +16,10 @@ use piezotact::quantity::{Acceleration, Band, Drive, Hertz, SampleRate};
 use piezotact::render::{Inverse, InverseConfig, PhaseForm, invert};
 use piezotact::resample::Resampler;
 use piezotact::series::Series;
-use piezotact::spectrum::SpectrumWarning;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
 use piezotact::transfer::TransferWarning;
 use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
+use piezotact::warning::{Few, FewWarning};
 
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
 const SPECTRUM_RTOL: f64 = 1e-10;
@@ -178,7 +178,11 @@ fn welch_equals_scipy() {
     );
     assert_eq!(
         short.warnings,
-        [Warning::from(SpectrumWarning::ShortSignal { segments: 1 })]
+        [Warning::from(FewWarning::Few {
+            found: 1,
+            recommended: 10,
+            what: Few::Segments
+        })]
     );
 }
 

@@ -5,8 +5,10 @@
     reason = "a test fails where it cannot go on, and reports what it measured"
 )]
 
-use piezotact::stroke::ForceWarning;
+use piezotact::recording::ReversedSign;
+use piezotact::recording::{Reached, RecordingWarning};
 use piezotact::stroke::StrokeWarning;
+use piezotact::stroke::{ForceFault, ForceWarning};
 use std::collections::BTreeMap;
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
@@ -161,12 +163,12 @@ fn a_force_that_is_negative_in_contact_is_turned_and_said() {
     }
     let turned = segmented(&made);
     assert_eq!(turned.strokes, upright.strokes);
-    assert!(
-        turned
-            .warnings
-            .iter()
-            .any(|d| matches!(d.kind(), Some(StrokeWarning::SignReversed { .. })))
-    );
+    assert!(turned.warnings.iter().any(|d| matches!(
+        d.kind(),
+        Some(RecordingWarning::Sign {
+            of: ReversedSign::Contact { .. }
+        })
+    )));
     assert!((turned.force_zeros.unwrap().sign + 1.0).abs() < 1e-12);
 }
 
@@ -185,7 +187,7 @@ fn swapped_axes_show_as_more_friction_than_skin_has() {
         found
             .warnings
             .iter()
-            .any(|d| matches!(d.kind(), Some(StrokeWarning::HighFriction { coefficient }) if coefficient > 1.2)),
+            .any(|d| matches!(d.kind(), Some(ForceWarning::Doubtful { fault: ForceFault::HighFriction { coefficient } }) if coefficient > 1.2)),
         "{:?}",
         found.warnings
     );
@@ -224,7 +226,7 @@ fn a_zero_that_drifts_through_the_threshold_is_followed_and_said() {
     let said = drifting
         .warnings
         .iter()
-        .any(|d| matches!(d.kind(), Some(ForceWarning::ForceDrift { to_n, from_n, .. }) if to_n - from_n > 0.1));
+        .any(|d| matches!(d.kind(), Some(ForceWarning::Doubtful { fault: ForceFault::ZeroDrifts { to_n, from_n, .. } }) if to_n - from_n > 0.1));
     assert!(said, "{:?}", drifting.warnings);
     // Force and friction are those of the finger, not of the cell's zero.
     let zeros = drifting.force_zeros.unwrap();
@@ -451,11 +453,12 @@ fn plateaus_of_the_speed_are_found_within_20_ms() {
             ..rule.clone()
         };
         let slow = segment_by_speed(&signals, &slow).unwrap();
-        assert!(
-            slow.warnings
-                .iter()
-                .any(|d| matches!(d.kind(), Some(StrokeWarning::SpeedOffTarget { .. })))
-        );
+        assert!(slow.warnings.iter().any(|d| matches!(
+            d.kind(),
+            Some(RecordingWarning::ConditionDiffers {
+                what: Reached::Speed { .. }
+            })
+        )));
     }
     let lifted = platform(0.0);
     let signals = Signals {
@@ -581,7 +584,9 @@ fn a_held_finger_has_its_zeros() {
     assert_eq!(held.strokes.len(), 6);
     assert!(
         held.warnings
-            .contains(&Warning::from(ForceWarning::ZeroUnknown))
+            .contains(&Warning::from(ForceWarning::Doubtful {
+                fault: ForceFault::ZeroUnknown
+            }))
     );
     let heavy: Vec<f64> = made.force_n.iter().map(|f| 3.0 * f).collect();
     let heavy = found(&heavy);

@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::CompareWarning;
+use piezotact::compare::{CompareWarning, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::page::Cell;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
+use piezotact::recording::NotUsed;
 use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingWarning, Touch};
 use piezotact::stroke::{Cut, Cuts, Judging, StrokeWarning};
 use piezotact::study::{
@@ -197,11 +198,11 @@ fn a_persons_cuts_are_applied_and_those_outside_are_reported() {
     let take = taken(recorded);
     assert_eq!(take.segmentation.strokes[0].steady.start, 500);
     assert!(take.cuts_text().ends_with("a.cuts"));
-    let warnings = raised::<StrokeWarning>(&take);
+    let warnings = raised::<RecordingWarning>(&take);
     assert!(
         warnings.iter().any(|warning| matches!(
             warning,
-            StrokeWarning::CutsNotApplied { file, count: 1 } if file == "a.cuts"
+            RecordingWarning::NotUsed { what: NotUsed::Cuts { file, count: 1 } } if file == "a.cuts"
         )),
         "{warnings:?}"
     );
@@ -278,9 +279,12 @@ fn recordings_are_grouped_by_what_they_say() {
     assert_eq!(study.strokes(), 7);
     let pooled = &study.groups[1].summary.warnings;
     assert!(
-        pooled
-            .iter()
-            .any(|warning| matches!(warning.kind(), Some(CompareWarning::Pooled { .. }))),
+        pooled.iter().any(|warning| matches!(
+            warning.kind(),
+            Some(CompareWarning::Mixed {
+                how: Mixed::Pooled { .. }
+            })
+        )),
         "{pooled:?}"
     );
     let speeds = grouped(three(), Some(Factor::Speed));
@@ -321,7 +325,7 @@ fn recordings_that_differ_in_two_things_are_left_out_and_named() {
     assert!(
         matches!(
             left_out.kind(),
-            Some(CompareWarning::NotCompared { recordings }) if recordings == "c.csv"
+            Some(CompareWarning::Mixed { how: Mixed::LeftOut { recordings } }) if recordings == "c.csv"
         ),
         "{left_out}"
     );
@@ -465,17 +469,10 @@ fn a_study_is_handed_out_as_a_document() {
         .collect();
     assert_eq!(settings, ["P1", "P2"]);
     assert_eq!(two["discrimination"]["settings"][1]["setting"], "P2");
-    let codes: Vec<&str> = two["warnings"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|warning| warning["code"].as_str().unwrap())
-        .collect();
     // Four groups of two strokes each: one warning, seen four times.
-    assert_eq!(
-        codes.iter().filter(|code| **code == "few_strokes").count(),
-        1
-    );
+    let warnings = two["warnings"].as_array().unwrap().iter();
+    let few = warnings.filter(|one| one["code"] == "few" && one["what"] == "strokes");
+    assert_eq!(few.count(), 1);
 
     let takes = people(&["P1"]);
     let cut = serde_json::to_value(Document::of(&CutsDocument::of(&takes))).unwrap();

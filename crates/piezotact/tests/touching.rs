@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, recorded};
-use piezotact::compare::{CompareWarning, ContrastUnit, DirectionContrast};
+use piezotact::compare::{CompareWarning, ContrastUnit, DirectionContrast, Mixed};
 use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
@@ -215,7 +215,11 @@ fn what_differs_beside_the_direction_is_a_warning() {
     let confounds = |warning: &CompareWarning| {
         matches!(
             warning,
-            CompareWarning::Confounded { .. } | CompareWarning::MayDiffer { .. }
+            CompareWarning::Mixed {
+                how: Mixed::Confounded { .. }
+            } | CompareWarning::Mixed {
+                how: Mixed::Unknown { .. }
+            }
         )
     };
     assert!(
@@ -240,7 +244,7 @@ fn what_differs_beside_the_direction_is_a_warning() {
         one.condition.speed_m_s = None;
     }
     let study = compared(&free, Factor::Direction).unwrap();
-    let unknown = |warning: &CompareWarning| matches!(warning, CompareWarning::MayDiffer { what, .. } if what == "speed");
+    let unknown = |warning: &CompareWarning| matches!(warning, CompareWarning::Mixed { how: Mixed::Unknown { what, .. } } if what == "speed");
     assert!(
         warnings(&study).iter().any(unknown),
         "{:?}",
@@ -480,7 +484,7 @@ fn a_load_that_differs_too_leaves_the_cause_open() {
             .unwrap()
     };
     assert!(concludes(&same).starts_with("active has a lower level"));
-    let of_load = |warning: &CompareWarning| matches!(warning, CompareWarning::Confounded { what, .. } if what == "load");
+    let of_load = |warning: &CompareWarning| matches!(warning, CompareWarning::Mixed { how: Mixed::Confounded { what, .. } } if what == "load");
     assert!(
         !warnings(&same).iter().any(of_load),
         "{:?}",
@@ -506,7 +510,7 @@ fn a_load_that_differs_too_is_named_whatever_is_compared() {
     let confounded = |made: &[Made], by: Factor| {
         let study = compared(made, by).unwrap();
         let all = warnings(&study);
-        let named = |warning: &&CompareWarning| matches!(warning, CompareWarning::Confounded { what, by: of, .. } if what == "load" && *of == by.word());
+        let named = |warning: &&CompareWarning| matches!(warning, CompareWarning::Mixed { how: Mixed::Confounded { what, by: of, .. } } if what == "load" && *of == by.word());
         let text: String = study.lines().join("\n");
         (all.iter().filter(named).count(), text)
     };
@@ -575,9 +579,11 @@ fn what_was_rejected_is_named_where_nothing_is_left_to_compare() {
 /// Recordings of two participants in one group: the advice was "group by participants, whose strokes are not independent".
 #[test]
 fn the_advice_on_pooled_participants_is_a_sentence() {
-    let warning = piezotact::Warning::from(CompareWarning::Pooled {
-        group: "S1".into(),
-        what: "participants".into(),
+    let warning = piezotact::Warning::from(CompareWarning::Mixed {
+        how: Mixed::Pooled {
+            group: "S1".into(),
+            what: "participants".into(),
+        },
     });
     assert_eq!(
         warning.to_string().matches("not independent").count(),

@@ -5,6 +5,7 @@
     reason = "a test stops where something is missing, and prints what it measured"
 )]
 
+use piezotact::recording::{RecordingWarning, ReversedSign};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -305,13 +306,17 @@ fn inverted_polarity_is_named() {
         !of(1.0)
             .about
             .warnings
-            .contains(&Warning::from(TransferWarning::PolarityInverted))
+            .contains(&Warning::from(RecordingWarning::Sign {
+                of: ReversedSign::Power
+            }))
     );
     assert!(
         of(-1.0)
             .about
             .warnings
-            .contains(&Warning::from(TransferWarning::PolarityInverted))
+            .contains(&Warning::from(RecordingWarning::Sign {
+                of: ReversedSign::Power
+            }))
     );
 }
 

@@ -8,6 +8,7 @@ use piezotact::Warning;
 use piezotact::integrity::SignalWarning;
 use piezotact::panel::PanelWarning;
 use piezotact::quantity::{Band, Hertz};
+use piezotact::recording::{LostBy, RecordingWarning};
 use piezotact::render::RenderWarning;
 use piezotact::run::{Ended, RunWarning};
 use piezotact::transfer::TransferWarning;
@@ -75,9 +76,11 @@ fn what_is_written_is_read_again() {
             worst_db_rms: 7.0,
         }
         .into(),
-        RunWarning::JournalDamaged {
-            places: 2,
-            lost_s: vec![[0.5, 1.25], [3.0, 4.0]],
+        RecordingWarning::SamplesLost {
+            by: LostBy::Journal {
+                places: 2,
+                lost_s: vec![[0.5, 1.25], [3.0, 4.0]],
+            },
         }
         .into(),
         RunWarning::EndedEarly {
@@ -95,13 +98,16 @@ fn what_is_written_is_read_again() {
             above_db: 31.0,
         }
         .into(),
-        VerifyWarning::PartJudged {
+        RenderWarning::PowerOutsideBand {
             share: 0.5,
-            judged: Vec::new(),
             band: band(20.0, 500.0),
         }
         .into(),
-        VerifyWarning::CopyOfTarget.into(),
+        VerifyWarning::Cut {
+            compared_s: 1.5,
+            target_s: 2.0,
+        }
+        .into(),
         TransferWarning::Unrelated {
             coherence: f64::NAN,
             limit: 0.1,
@@ -166,7 +172,10 @@ fn warnings_are_held_once() {
     let mut warnings = Warnings::new();
     warnings.push(outside(0.2));
     warnings.extend([outside(0.2), outside(0.4)]);
-    warnings.push(VerifyWarning::CopyOfTarget);
+    warnings.push(VerifyWarning::Cut {
+        compared_s: 1.5,
+        target_s: 2.0,
+    });
     assert_eq!(warnings.len(), 3);
     warnings.put_first([RunWarning::ForceNotMeasured { load_n: 0.3 }.into()]);
     assert_eq!(warnings[0].code, "force_not_measured");
@@ -187,14 +196,18 @@ fn warnings_are_held_once() {
 /// A cause is a warning within the warning, and is written with its own code and sentence.
 #[test]
 fn cause_is_written_within_the_warning() {
-    use piezotact::correct::{LoopStop, LoopWarning, MeasurementFaultWarning};
-    let cause = MeasurementFaultWarning::SensorClips { fraction: 0.02 }.into();
+    use piezotact::correct::{LoopStop, LoopWarning, MeasurementFault, MeasurementFaultWarning};
+    let cause = MeasurementFaultWarning::Failed {
+        fault: MeasurementFault::SensorClips { fraction: 0.02 },
+    }
+    .into();
     let why = LoopStop::NotBelieved { cause };
     let warning = Warning::from(LoopWarning::LoopStopped { best: 2, why });
     let json = serde_json::to_value(&warning).unwrap();
     let why = &json["why"];
     assert_eq!(why["code"], "not_believed", "{json}");
-    assert_eq!(why["cause"]["code"], "sensor_clips", "{json}");
+    assert_eq!(why["cause"]["code"], "measurement_failed", "{json}");
+    assert_eq!(why["cause"]["fault"], "sensor_clips", "{json}");
     let read: Warning = serde_json::from_value(json).unwrap();
     assert_eq!(read.kind::<LoopWarning>(), warning.kind());
     let said = read.to_string();

@@ -1,5 +1,7 @@
 //! `piezotact record`: what the sensors of a bench acquire while a person touches something; nothing is played.
 
+use piezotact::recording::ReversedSign;
+use piezotact::recording::{Reached, RecordingWarning};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -252,17 +254,21 @@ impl Contact {
         }
         let over_all_n = self.all.0 / self.all.1.max(1) as f64;
         let share = self.negative as f64 / self.all.1.max(1) as f64;
-        let negative = (share > MOST_NEGATIVE).then_some(RunWarning::ForceNegative {
-            share,
-            mean_n: over_all_n,
-            target_n,
+        let negative = (share > MOST_NEGATIVE).then_some(RecordingWarning::Sign {
+            of: ReversedSign::Force {
+                share,
+                mean_n: over_all_n,
+                target_n,
+            },
         });
         let mean_n = match self.count {
             0 => over_all_n,
             count => self.sum / count as f64,
         };
         let is_off = (mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE;
-        let off = is_off.then_some(RunWarning::LoadOffTarget { mean_n, target_n });
+        let off = is_off.then_some(RecordingWarning::ConditionDiffers {
+            what: Reached::Load { mean_n, target_n },
+        });
         negative.into_iter().chain(off).map(Warning::from).collect()
     }
 }

@@ -1,5 +1,6 @@
 //! The playing and the acquiring half of a sound device.
 
+use piezotact::recording::{LostBy, RecordingWarning};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -342,14 +343,18 @@ impl Shared {
         }
         let parts = self.silent_parts();
         if parts > 0 {
-            warnings.push(Warning::from(SoundWarning::SilentParts {
-                parts,
-                samples: self.last.loopback.samples,
+            warnings.push(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Silence {
+                    parts,
+                    samples: self.last.loopback.samples,
+                },
             }));
         }
         let (times, longest_s) = self.last.stalls;
         if times > 0 {
-            warnings.push(Warning::from(SoundWarning::Stalled { times, longest_s }));
+            warnings.push(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Pause { times, longest_s },
+            }));
         }
         warnings.extend(self.clock_warnings());
         warnings.extend(self.force.iter().flat_map(JoinedForce::warnings));

@@ -1,5 +1,6 @@
 //! A text file to which another program appends forces.
 
+use piezotact::stroke::{ForceFault, ForceWarning};
 use std::fs::{File, Metadata};
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::os::unix::fs::{FileExt, MetadataExt};
@@ -7,7 +8,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use piezotact::Warning;
-use piezotact::run::ForceSourceWarning;
 
 use super::error::ForceError;
 use super::lines::{First, Line, Lines};
@@ -177,9 +177,11 @@ impl ForceSource for GrowingFile {
         };
         let mut warnings = following.progress.warnings();
         if following.began_again > 0 {
-            warnings.push(Warning::from(ForceSourceWarning::FileBeganAgain {
-                file: following.name.clone(),
-                times: following.began_again,
+            warnings.push(Warning::from(ForceWarning::Doubtful {
+                fault: ForceFault::BeganAgain {
+                    file: following.name.clone(),
+                    times: following.began_again,
+                },
             }));
         }
         warnings

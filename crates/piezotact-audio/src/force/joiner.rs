@@ -1,12 +1,14 @@
 //! Readings of a force on the clock of a sound device.
 
 use crate::force::ForceError;
+use piezotact::recording::Clocks;
+use piezotact::recording::LostBy;
+use piezotact::recording::RecordingWarning;
 use std::collections::VecDeque;
 use std::time::Instant;
 
 use piezotact::Warning;
 use piezotact::quantity::SampleRate;
-use piezotact::run::ForceSourceWarning;
 
 use super::ForceReading;
 use super::late::{ClockSkewEstimator, Mapping};
@@ -299,9 +301,11 @@ impl ForceJoiner {
     pub fn warnings(&self) -> Vec<Warning> {
         let uncertain = self.uncertainty_s().filter(|u| *u > MOST_UNCERTAIN_S);
         let uncertain = uncertain.map(|uncertainty_s| {
-            Warning::from(ForceSourceWarning::ClockUncertain {
-                uncertainty_s,
-                most_s: MOST_UNCERTAIN_S,
+            Warning::from(RecordingWarning::ClocksDiffer {
+                of: Clocks::Force {
+                    uncertainty_s,
+                    most_s: MOST_UNCERTAIN_S,
+                },
             })
         });
         let Gaps {
@@ -310,11 +314,13 @@ impl ForceJoiner {
             total_s,
         } = self.gaps;
         let gaps = (count > 0).then(|| {
-            Warning::from(ForceSourceWarning::GapsInterpolated {
-                gaps: count,
-                longest_s,
-                total_s,
-                longer_than_s: LONGEST_WITHOUT_WARNING_S,
+            Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Force {
+                    gaps: count,
+                    longest_s,
+                    total_s,
+                    longer_than_s: LONGEST_WITHOUT_WARNING_S,
+                },
             })
         });
         uncertain.into_iter().chain(gaps).collect()

@@ -1,9 +1,9 @@
 //! What came from a source so far, and whether it still talks.
 
+use piezotact::recording::{LostBy, RecordingWarning};
 use std::time::{Duration, Instant};
 
 use piezotact::Warning;
-use piezotact::run::ForceSourceWarning;
 
 use super::error::ForceError;
 
@@ -101,11 +101,13 @@ impl Progress {
     pub(super) fn warnings(&self) -> Vec<Warning> {
         let many = self.unreadable as f64 > MOST_UNREADABLE * self.lines as f64;
         let warning = many.then(|| {
-            Warning::from(ForceSourceWarning::LinesUnreadable {
-                signal: self.name.clone(),
-                unreadable: self.unreadable,
-                lines: self.lines,
-                example: self.example.clone(),
+            Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::ForceLines {
+                    signal: self.name.clone(),
+                    unreadable: self.unreadable,
+                    lines: self.lines,
+                    example: self.example.clone(),
+                },
             })
         });
         warning.into_iter().collect()

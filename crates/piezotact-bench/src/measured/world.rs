@@ -5,9 +5,9 @@ use piezotact::convolve::Convolver;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity};
 use piezotact::recording::RecordingWarning;
+use piezotact::recording::Simulated;
 use piezotact::recording::{BenchKind, Condition};
 use piezotact::render::RenderWarning;
-use piezotact::run::RunWarning;
 use piezotact::statistics::rms;
 
 use super::{MeasuredBench, output_rate};
@@ -103,10 +103,12 @@ impl SimulatedBench for MeasuredBench {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        let mut warnings = vec![Warning::from(RunWarning::Rehearsed {
-            through: self.through(),
-            answers_hz: self.answers,
-            own_warnings: self.function.about.warnings.len(),
+        let mut warnings = vec![Warning::from(RecordingWarning::Simulated {
+            by: Simulated::Transfer {
+                through: self.through(),
+                answers_hz: self.answers,
+                own_warnings: self.function.about.warnings.len(),
+            },
         })];
         let Condition {
             load_n, angle_deg, ..

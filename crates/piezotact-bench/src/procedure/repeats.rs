@@ -1,7 +1,8 @@
 //! Repeats of a characterisation, each judged while it runs and measured again if it does not pass.
 
 use crate::DeviceError;
-use piezotact::transfer::TransferWarning;
+use piezotact::warning::Scatter;
+use piezotact::warning::ScatterWarning;
 use std::fmt;
 
 use piezotact::Warning;
@@ -211,11 +212,14 @@ pub fn repeated(
     let apart_db = band.and_then(|band| max_pair_difference_db(&functions, band));
     let low = low_coherence(&function, config);
     function.about.warnings.extend(low);
-    function.about.warnings.extend(
-        apart_db
-            .filter(|db| *db > MOST_APART_DB)
-            .map(|db_rms| Warning::from(TransferWarning::RepeatsScatter { db_rms })),
-    );
+    function
+        .about
+        .warnings
+        .extend(apart_db.filter(|db| *db > MOST_APART_DB).map(|db_rms| {
+            Warning::from(ScatterWarning::Scatter {
+                of: Scatter::Repeats { db_rms },
+            })
+        }));
     if !refused.is_empty() {
         function.about.provenance = function.about.provenance.then(format!(
             "{} measurements refused and repeated",

@@ -5,9 +5,11 @@ use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
+use piezotact::recording::Reached;
 use piezotact::recording::{
     About, Annotations, BrokenPlayback, Event, EventValue, Provenance, Recording,
 };
+use piezotact::recording::{LostBy, RecordingWarning};
 use piezotact::run::{
     Ended, Judged, RunChunk, RunCollector, RunDocument, RunEnd, RunStart, RunWarning, Sink,
 };
@@ -183,10 +185,12 @@ pub(super) fn excite_and_record(
             expected,
             underruns,
         });
-        warnings.push(Warning::from(RunWarning::PlaybackIncomplete {
-            played,
-            expected,
-            underruns,
+        warnings.push(Warning::from(RecordingWarning::SamplesLost {
+            by: LostBy::Playback {
+                played,
+                expected,
+                underruns,
+            },
         }));
     }
     run_of.end(outcome, &bench.stop, run, (&mut provenance, warnings))?;
@@ -613,7 +617,9 @@ impl<'a> Run<'a> {
         let target_n = run.load?.0;
         let mean_n = mean(&self.force.0);
         ((mean_n / target_n - 1.0).abs() > FORCE_TOLERANCE).then_some(Warning::from(
-            RunWarning::LoadOffTarget { mean_n, target_n },
+            RecordingWarning::ConditionDiffers {
+                what: Reached::Load { mean_n, target_n },
+            },
         ))
     }
 
@@ -638,11 +644,13 @@ impl<'a> Run<'a> {
             Ok(()) => Ended::Completed,
         };
         warnings.extend(self.gaps.iter().max().map(|longest| {
-            RunWarning::SamplesLost {
-                gaps: self.gaps.len(),
-                samples: self.gaps.iter().sum(),
-                longest_s: *longest as f64 / self.start.rate_hz.hz(),
-                places_s: self.places_s.clone(),
+            RecordingWarning::SamplesLost {
+                by: LostBy::Device {
+                    gaps: self.gaps.len(),
+                    samples: self.gaps.iter().sum(),
+                    longest_s: *longest as f64 / self.start.rate_hz.hz(),
+                    places_s: self.places_s.clone(),
+                },
             }
             .into()
         }));

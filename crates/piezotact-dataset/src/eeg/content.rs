@@ -1,5 +1,6 @@
 //! The content of an EEG file before it is cut at its gaps.
 
+use piezotact::recording::NotUsed;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -74,10 +75,12 @@ impl Content {
         let mut names: Vec<String> = self.lines.iter().map(|l| l.channel.name.clone()).collect();
         let renamed = unique_names(&mut names);
         if !renamed.is_empty() {
-            self.warnings
-                .push(Warning::from(RecordingWarning::ChannelsRenamed {
-                    names: renamed,
-                }));
+            self.warnings.push(Warning::from(RecordingWarning::Guessed {
+                what: format!(
+                    "several channels are called {}, and a number was added to their names",
+                    renamed.join(", ")
+                ),
+            }));
         }
         for (line, name) in self.lines.iter_mut().zip(names) {
             line.channel.name = name;
@@ -139,11 +142,13 @@ impl Content {
             let length_s = recording.duration();
             let outside = recording.annotations.outside(length_s);
             if let Some(first) = outside.first() {
-                let warning = Warning::from(RecordingWarning::EventsOutside {
-                    count: outside.len(),
-                    onset_s: first.onset_s.0,
-                    lasts_s: first.duration_s.0,
-                    length_s: length_s.0,
+                let warning = Warning::from(RecordingWarning::NotUsed {
+                    what: NotUsed::Events {
+                        count: outside.len(),
+                        onset_s: first.onset_s.0,
+                        lasts_s: first.duration_s.0,
+                        length_s: length_s.0,
+                    },
                 });
                 recording.about.warnings.push(warning);
             }

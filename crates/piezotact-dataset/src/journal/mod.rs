@@ -265,8 +265,8 @@ mod tests {
     use super::read::read_run_journal as read_journal;
     use super::*;
     use crate::recording_file::read_parquet;
+    use piezotact::recording::Reached;
     use piezotact::recording::{Condition, Provenance, RecordingWarning};
-    use piezotact::run::RunWarning;
 
     fn start() -> StartDocument {
         StartDocument {
@@ -311,9 +311,11 @@ mod tests {
         for of in 0..3 {
             writer.append(&second(of)).unwrap();
         }
-        let warning = Warning::from(RunWarning::LoadOffTarget {
-            mean_n: 0.3,
-            target_n: 0.2,
+        let warning = Warning::from(RecordingWarning::ConditionDiffers {
+            what: Reached::Load {
+                mean_n: 0.3,
+                target_n: 0.2,
+            },
         });
         let mut provenance = start().about.provenance;
         provenance.losses.samples = 25;

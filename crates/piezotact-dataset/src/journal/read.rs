@@ -1,12 +1,13 @@
 //! Reads the journals of runs, including incomplete and damaged ones.
 
+use piezotact::recording::LostBy;
 use piezotact::recording::{Clock, RecordingWarning};
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read as _};
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::run::{RunChunk, RunWarning};
+use piezotact::run::RunChunk;
 use piezotact::series::filled;
 
 use super::frames::{Block, Blocks, FORMAT, Header, MAGIC, blocks_of, looks_like_journal};
@@ -138,18 +139,22 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     losses.is_interrupted = !whole;
     recording.about.warnings = warnings;
     recording.about.warnings.extend((damages > 0).then(|| {
-        Warning::from(RunWarning::JournalDamaged {
-            places: damages,
-            lost_s: lost,
+        Warning::from(RecordingWarning::SamplesLost {
+            by: LostBy::Journal {
+                places: damages,
+                lost_s: lost,
+            },
         })
     }));
     if let Header::Format(found) = header {
         recording
             .about
             .warnings
-            .push(Warning::from(RunWarning::JournalFormat {
-                found: found.into(),
-                read_as: FORMAT.into(),
+            .push(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::JournalHeader {
+                    found: found.into(),
+                    read_as: FORMAT.into(),
+                },
             }));
     }
     if !whole {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
-use piezotact::recording::{Provenance, RecordingWarning};
+use piezotact::recording::{NotUsed, Provenance, RecordingWarning};
 
 use super::{FileKind, ReadOptions};
 use crate::csv_table::Column;
@@ -24,9 +24,11 @@ pub(super) fn not_read(path: &Path, kind: FileKind) -> Option<Warning> {
     let takes_one = [FileKind::WAV, super::npy::NPY.kind].contains(&kind);
     let place = sidecar_path(path);
     (!takes_one && place.is_file()).then(|| {
-        Warning::from(RecordingWarning::SidecarNotRead {
-            file: place.display().to_string(),
-            format: kind.to_string(),
+        Warning::from(RecordingWarning::NotUsed {
+            what: NotUsed::Sidecar {
+                file: place.display().to_string(),
+                format: kind.to_string(),
+            },
         })
     })
 }
@@ -160,11 +162,13 @@ impl Beside {
             .annotations
             .outside(piezotact::quantity::Seconds(length_s));
         let outside = outside.first().map(|first| {
-            Warning::from(RecordingWarning::EventsOutside {
-                count: outside.len(),
-                onset_s: first.onset_s.0,
-                lasts_s: first.duration_s.0,
-                length_s,
+            Warning::from(RecordingWarning::NotUsed {
+                what: NotUsed::Events {
+                    count: outside.len(),
+                    onset_s: first.onset_s.0,
+                    lasts_s: first.duration_s.0,
+                    length_s,
+                },
             })
         });
         recording.about.warnings = about.warnings;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use piezotact::Warning;
-use piezotact::recording::{Condition, Event, RecordingWarning, StartTime};
+use piezotact::recording::{Condition, Event, NotUsed, RecordingWarning, StartTime};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
@@ -186,9 +186,11 @@ pub(super) fn unknown_entries(path: &Path, text: &str) -> Option<Warning> {
     }
     look("", &Value::Object(fields), &ENTRIES);
     (!entries.is_empty()).then(|| {
-        Warning::from(RecordingWarning::UnknownEntries {
-            file: path.display().to_string(),
-            entries,
+        Warning::from(RecordingWarning::NotUsed {
+            what: NotUsed::Entries {
+                file: path.display().to_string(),
+                entries,
+            },
         })
     })
 }

@@ -1,6 +1,8 @@
 //! Everything that answers say, as one value; reports, tables and documents are made of it.
 
 use crate::association::AssociationError;
+use piezotact::warning::Few;
+use piezotact::warning::FewWarning;
 use std::collections::BTreeSet;
 
 use piezotact::Warning;
@@ -21,7 +23,7 @@ use super::matrix::{
     AssociationMatrix, FlaggedTrials, MatrixConfig, Selection, association_matrix,
 };
 use super::order::{Ordering, ordering};
-use super::warning::AssociationWarning;
+use super::warning::{AssociationWarning, NotDeclared};
 use crate::interval::MIN_PARTICIPANTS;
 
 /// What an untested pair is called in tables for programs.
@@ -280,21 +282,28 @@ fn warnings(
     participants: usize,
     pairs: &[ConfusedPair],
 ) -> Vec<Warning> {
+    let few = (participants < MIN_PARTICIPANTS).then(|| {
+        Warning::from(FewWarning::Few {
+            found: participants,
+            recommended: MIN_PARTICIPANTS,
+            what: Few::Answering,
+        })
+    });
     let mut found = Vec::new();
-    if participants < MIN_PARTICIPANTS {
-        found.push(AssociationWarning::FewParticipants {
-            participants,
-            needed: MIN_PARTICIPANTS,
-        });
-    }
     if table.inferred() > 0 {
         let answers = table.inferred();
-        found.push(AssociationWarning::OfferedInferred { answers });
+        found.push(AssociationWarning::NotDeclared {
+            what: NotDeclared::Offered { answers },
+        });
     }
     match config.matrix.flagged {
         FlaggedTrials::Kept => {
             let (trials, of) = flagged(selected.iter().copied());
-            found.extend((trials > 0).then_some(AssociationWarning::Flagged { trials, of }));
+            found.extend((trials > 0).then_some(AssociationWarning::Flagged {
+                trials,
+                of,
+                kept: true,
+            }));
         }
         FlaggedTrials::LeftOut => {
             let kept = MatrixConfig {
@@ -302,12 +311,12 @@ fn warnings(
                 ..config.matrix.clone()
             };
             let (trials, of) = flagged(super::matrix::selected(table, &kept));
-            found.extend((trials > 0).then_some(AssociationWarning::FlaggedLeftOut { trials, of }));
+            found.extend((trials > 0).then_some(AssociationWarning::Flagged {
+                trials,
+                of,
+                kept: false,
+            }));
         }
-    }
-    if table.rehearsals() > 0 {
-        let trials = table.rehearsals();
-        found.push(AssociationWarning::Rehearsals { trials });
     }
     let untested = pairs.iter().filter(|p| p.outcome == PairOutcome::Untested);
     let untested = untested.count();
@@ -327,7 +336,9 @@ fn warnings(
     if guessed && confused > 0 {
         found.push(AssociationWarning::Guesses { pairs: confused });
     }
-    found.into_iter().map(Warning::from).collect()
+    few.into_iter()
+        .chain(found.into_iter().map(Warning::from))
+        .collect()
 }
 
 /// How many of `answers` are flagged, and how many have each flag.

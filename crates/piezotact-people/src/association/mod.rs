@@ -32,8 +32,8 @@ pub use document::{Association, AssociationConfig, GroupMatrix, Grouping, associ
 pub use error::AssociationError;
 pub use expected::{ExpectedCriterion, ExpectedShare, StimulusKind};
 pub use felt::{
-    Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltWarning,
-    Separates, felt_pairs, felt_part, felt_samples,
+    Felt, FeltComparison, FeltCriterion, FeltPair, FeltRecording, FeltSpectrum, FeltUnknown,
+    FeltWarning, Separates, felt_pairs, felt_part, felt_samples,
 };
 pub use matrix::{
     AssociationMatrix, Cell, FlaggedTrials, MatrixConfig, Row, Selection, association_matrix,
@@ -45,4 +45,4 @@ pub use tables::{
     THRESHOLD_COLUMNS, answers_table, evidence_table, participants_table, thresholds_table,
     trials_table,
 };
-pub use warning::AssociationWarning;
+pub use warning::{AssociationWarning, NotDeclared};

@@ -9,31 +9,6 @@ use super::answer::Flag;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum AssociationWarning {
-    /// Too few participants for intervals.
-    #[error(
-        "{}: how much people differ is not known, so cells have no interval and no pair is decided; ask at least {needed}",
-        counted(*participants, "participant")
-    )]
-    FewParticipants { participants: usize, needed: usize },
-    /// What could be answered is not stated in the answers.
-    #[error(
-        "for {} it is not stated what could be answered: assumed are the samples of its task and set, or all samples without sets; state it in a \
-            column `offered`",
-        counted(*answers, "answer")
-    )]
-    OfferedInferred { answers: usize },
-    /// Answers that something was wrong with are counted; `of` has how many have each flag, in the order of [`Flag::ALL`].
-    #[error("{}{}: kept in the matrices, and counted in each cell", counted(*trials, "flagged answer"), each_flag(*of))]
-    #[serde(rename = "flagged_trials")]
-    Flagged { trials: usize, of: [usize; 4] },
-    /// Answers that something was wrong with were left out; `of` has how many have each flag, in the order of [`Flag::ALL`].
-    #[error("{}{}: left out", counted(*trials, "flagged answer"), each_flag(*of))]
-    #[serde(rename = "flagged_trials_left_out")]
-    FlaggedLeftOut { trials: usize, of: [usize; 4] },
-    /// Rehearsals were left out.
-    #[error("{}: left out", counted(*trials, "rehearsal"))]
-    #[serde(rename = "rehearsals_left_out")]
-    Rehearsals { trials: usize },
     /// Trials were answered with "I do not know": shares are of the others.
     #[error(
         "{} of the study {} answered with \"I do not know\": in no matrix, so that shares are of the others; state how many beside them",
@@ -47,11 +22,6 @@ pub enum AssociationWarning {
     )]
     #[serde(rename = "untested_pairs")]
     Untested { pairs: usize, of: usize },
-    /// The samples were not declared: a sample that was neither presented nor answered is missing.
-    #[error(
-        "the list of samples was not given: a sample that was neither presented nor answered has no row and no column; state the list"
-    )]
-    SamplesNotDeclared,
     /// Two groups that are compared as different people have pseudonyms in common.
     #[error(
         "the two groups have {} in common, and are compared as different people: if they are the same, compare them as the same",
@@ -68,6 +38,52 @@ pub enum AssociationWarning {
         }
     )]
     Guesses { pairs: usize },
+    /// Answers that something was wrong with are counted, or were left out; `of` has how many have each flag, in the order of [`Flag::ALL`].
+    #[error(
+        "{}{}: {}; compare the matrices with and without them",
+        counted(*trials, "flagged answer"),
+        each_flag(*of),
+        if *kept { "kept in the matrices, and counted in each cell" } else { "left out of the matrices" }
+    )]
+    #[serde(rename = "flagged_trials")]
+    Flagged {
+        trials: usize,
+        of: [usize; 4],
+        kept: bool,
+    },
+    /// What could be presented or answered is not stated, and is assumed.
+    #[error("{what}; {}", what.advice())]
+    NotDeclared {
+        #[serde(flatten)]
+        what: NotDeclared,
+    },
+}
+
+/// What is not stated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum NotDeclared {
+    /// What could be answered is not stated in the answers.
+    #[error(
+        "for {} it is not stated what could be answered: assumed are the samples of its task and set, or all samples without sets",
+        counted(*answers, "answer")
+    )]
+    Offered { answers: usize },
+    /// The samples were not declared: a sample that was neither presented nor answered is missing.
+    #[error(
+        "the list of samples was not given: a sample that was neither presented nor answered has no row and no column"
+    )]
+    Samples,
+}
+
+impl NotDeclared {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Offered { .. } => "state it in a column `offered`",
+            Self::Samples => "state the list of samples",
+        }
+    }
 }
 
 /// How many answers have each flag, in words.

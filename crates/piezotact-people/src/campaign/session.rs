@@ -17,7 +17,7 @@ pub use adaptive::{CatchCount, Threshold};
 pub use answer::{Answer, UNKNOWN, letters};
 pub use decide::{Command, Refusal};
 pub use event::{Event, Evidence, Participant, TouchRecord, TouchRecording, sha_of_samples};
-pub use warning::CampaignWarning;
+pub use warning::{CampaignWarning, LeftOut};
 
 use super::chain::Sha;
 use super::plan::{Plan, Presented, Trial};

@@ -9,9 +9,9 @@ use piezotact::statistics::{mean, median};
 use serde::{Deserialize, Serialize};
 use statrs::function::gamma::digamma;
 
-use super::EegWarning;
 use super::epochs::Epochs;
 use super::tfr::{Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
+use super::{EegWarning, Smeared};
 
 /// A bias of so many percentage points is a warning.
 pub(super) const BIAS_POINTS: f64 = 1.0;
@@ -433,7 +433,12 @@ fn checked(
     }
     let reach_s = REACH * smear_s;
     if gap_s < reach_s {
-        warnings.push(EegWarning::BaselineNearWindow { gap_s, reach_s }.into());
+        warnings.push(
+            EegWarning::Smeared {
+                by: Smeared::Baseline { gap_s, reach_s },
+            }
+            .into(),
+        );
     }
     Ok((smear_s, warnings))
 }
@@ -493,10 +498,12 @@ fn within(
     }
     if touched_share > slack {
         warnings.push(
-            EegWarning::WindowAtEdge {
-                window: part.to_string(),
-                touched_share,
-                reach_s,
+            EegWarning::Smeared {
+                by: Smeared::Edge {
+                    window: part.to_string(),
+                    touched_share,
+                    reach_s,
+                },
             }
             .into(),
         );

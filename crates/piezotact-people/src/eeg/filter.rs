@@ -10,7 +10,7 @@ use piezotact::number::rounded;
 use piezotact::quantity::SampleRate;
 use serde::{Deserialize, Serialize};
 
-use super::EegWarning;
+use super::{EegWarning, Smeared};
 
 /// Length of a Hamming-windowed filter, in periods of its transition bandwidth.
 const HAMMING: f64 = 3.3;
@@ -162,9 +162,11 @@ impl Fir {
             return Vec::new();
         }
         vec![
-            EegWarning::FilterLongerThanSignal {
-                filter_s: self.length_s(),
-                signal_s: samples as f64 / self.rate.hz(),
+            EegWarning::Smeared {
+                by: Smeared::LongFilter {
+                    filter_s: self.length_s(),
+                    signal_s: samples as f64 / self.rate.hz(),
+                },
             }
             .into(),
         ]

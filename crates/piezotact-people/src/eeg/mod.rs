@@ -26,4 +26,7 @@ pub mod source;
 pub mod tfr;
 mod warning;
 
-pub use warning::EegWarning;
+pub use warning::{
+    EegWarning, ElectrodesFault, EpochsFault, IcaFault, LeftOutElectrodes, MarkersFault, NotCommon,
+    PositionsFault, Smeared,
+};

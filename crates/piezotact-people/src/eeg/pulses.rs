@@ -5,7 +5,7 @@ use piezotact::Warning;
 use piezotact::statistics::{median, t_quantile};
 use serde::{Deserialize, Serialize};
 
-use super::EegWarning;
+use super::{EegWarning, MarkersFault};
 
 /// So many pulses of a list are tried as the first that both have.
 const STARTS: usize = 12;
@@ -146,9 +146,11 @@ pub fn shared_clock(
         .collect();
     let reach = t_quantile(within.len() - 2).unwrap_or(f64::INFINITY) * line.slope_error;
     let drift = line.slope - 1.0;
-    let warning = EegWarning::PulsesPeriodic {
-        matched: pairs.len(),
-        shift_s: others.unwrap_or_default(),
+    let warning = EegWarning::Markers {
+        fault: MarkersFault::Periodic {
+            matched: pairs.len(),
+            shift_s: others.unwrap_or_default(),
+        },
     };
     Ok(SharedClock {
         config: *config,

@@ -5,7 +5,7 @@ use piezotact::number::digits;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::statistics::median;
 
-use super::EegWarning;
+use super::{EegWarning, ElectrodesFault};
 
 /// Changes over this time are looked at: they hold alpha and what is faster, and neither offsets nor drifts.
 const OVER: Seconds = Seconds(0.05);
@@ -41,7 +41,13 @@ pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -
     let middle_v = median(&mut deviations.clone()).unwrap_or_default();
     let mut warnings = Vec::new();
     if !(FAINTEST_V..=STRONGEST_V).contains(&middle_v) {
-        warnings.push(EegWarning::Amplitude { median_v: middle_v }.into());
+        warnings.push(
+            EegWarning::Electrodes {
+                names: String::new(),
+                fault: ElectrodesFault::Amplitude { median_v: middle_v },
+            }
+            .into(),
+        );
     }
     if middle_v <= 0.0 {
         return warnings;
@@ -58,13 +64,25 @@ pub(super) fn warnings(names: &[String], signals: &[&[f64]], rate: SampleRate) -
         let named: Vec<String> = named.collect();
         (!named.is_empty()).then(|| named.join(", "))
     };
-    let noisy = beyond(1.0).map(|names| EegWarning::Noisy { names, middle_v });
-    let quiet = beyond(-1.0).map(|names| EegWarning::Quiet { names, middle_v });
+    let noisy = beyond(1.0).map(|names| EegWarning::Electrodes {
+        names,
+        fault: ElectrodesFault::Noisy { middle_v },
+    });
+    let quiet = beyond(-1.0).map(|names| EegWarning::Electrodes {
+        names,
+        fault: ElectrodesFault::Quiet { middle_v },
+    });
     warnings.extend(noisy.into_iter().chain(quiet).map(Warning::from));
     let pairs = bridged(names, &changes);
     if !pairs.is_empty() {
         let pairs = pairs.join(", ");
-        warnings.push(EegWarning::Bridged { pairs }.into());
+        warnings.push(
+            EegWarning::Electrodes {
+                names: pairs,
+                fault: ElectrodesFault::Bridged,
+            }
+            .into(),
+        );
     }
     warnings
 }
@@ -163,28 +181,35 @@ mod tests {
                 .iter_mut()
                 .for_each(|v| *v += 4e-4 * random.normal());
             assert!(
-                matches!(&said(&noisy)[..], [EegWarning::Noisy { names, .. }] if names.starts_with("E3 (")),
+                matches!(&said(&noisy)[..], [EegWarning::Electrodes { names, fault: ElectrodesFault::Noisy { .. }, .. }] if names.starts_with("E3 (")),
                 "{:?}",
                 said(&noisy)
             );
             let mut quiet = clean.clone();
             quiet[5].iter_mut().for_each(|v| *v *= 5e-3);
             assert!(
-                matches!(&said(&quiet)[..], [EegWarning::Quiet { names, .. }] if names.starts_with("E5 ("))
+                matches!(&said(&quiet)[..], [EegWarning::Electrodes { names, fault: ElectrodesFault::Quiet { .. }, .. }] if names.starts_with("E5 ("))
             );
             let mut bridge = clean.clone();
             bridge[9] = bridge[8].iter().map(|v| 1.01 * v).collect();
             assert_eq!(
                 said(&bridge),
-                [EegWarning::Bridged {
-                    pairs: "E8 and E9".into()
+                [EegWarning::Electrodes {
+                    names: "E8 and E9".into(),
+                    fault: ElectrodesFault::Bridged
                 }]
             );
             let faint: Vec<Vec<f64>> = clean
                 .iter()
                 .map(|own| own.iter().map(|v| 1e-6 * v).collect())
                 .collect();
-            assert!(matches!(said(&faint)[..], [EegWarning::Amplitude { .. }]));
+            assert!(matches!(
+                said(&faint)[..],
+                [EegWarning::Electrodes {
+                    fault: ElectrodesFault::Amplitude { .. },
+                    ..
+                }]
+            ));
             assert_eq!(said(&clean[..7]), []);
         }
     }

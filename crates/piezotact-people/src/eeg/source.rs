@@ -1,5 +1,6 @@
 //! What a file of EEG holds: parts without a gap, kinds of channels, markers and tasks.
 
+use piezotact::recording::{RecordingWarning, Simulated};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -8,8 +9,6 @@ use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{BenchKind, Event, EventValue, Recording};
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
-
-use super::EegWarning;
 
 /// The kind of a marker with which a task begins; its value is the name of the task.
 const TASK: &str = "task";
@@ -32,7 +31,10 @@ pub(super) fn warnings_of(segments: &[Segment<'_>]) -> Vec<Warning> {
     let simulated = segments
         .iter()
         .any(|one| one.recording.about.provenance.bench == Some(BenchKind::Twin));
-    let simulated = simulated.then(|| EegWarning::Simulated {}.into());
+    let twin = RecordingWarning::Simulated {
+        by: Simulated::Twin,
+    };
+    let simulated = simulated.then(|| twin.into());
     let of_segments = segments
         .iter()
         .flat_map(|one| &one.recording.about.warnings);

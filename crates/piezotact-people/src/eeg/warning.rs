@@ -11,57 +11,6 @@ const MOST_INTERPOLATED: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum EegWarning {
-    /// Many epochs of a condition were rejected.
-    #[error(
-        "{condition}: {rejected} of {of} epochs were rejected: those that are left may be of another kind of trial; look at the signals, and \
-            correct blinks by regression or ICA before epochs are rejected"
-    )]
-    #[serde(rename = "eeg_many_epochs_rejected")]
-    ManyRejected {
-        condition: String,
-        rejected: usize,
-        of: usize,
-    },
-    /// Conditions differ in the share of rejected epochs.
-    #[error(
-        "{:.0} % of the epochs of {most} were rejected and {:.0} % of {least}: conditions whose epochs were selected unequally can differ for that \
-            reason alone",
-        100.0 * most_share,
-        100.0 * least_share
-    )]
-    #[serde(rename = "eeg_epochs_rejected_unevenly")]
-    UnevenlyRejected {
-        most: String,
-        most_share: f64,
-        least: String,
-        least_share: f64,
-    },
-    /// A filter is longer than what it filters.
-    #[error(
-        "the filter is {filter_s:.2} s long and the signal {signal_s:.2} s: all of it is distorted at its ends; take a higher cut-off or a longer \
-            recording"
-    )]
-    #[serde(rename = "eeg_filter_longer_than_signal")]
-    FilterLongerThanSignal { filter_s: f64, signal_s: f64 },
-    /// A part of a window is so near to an end of the epoch that the wavelet reaches beyond it.
-    #[error(
-        "{:.0} % of the {window} lies within {reach_s:.2} s (2 SD of the wavelet) of an end of the epoch, where power is too low: cut longer \
-            epochs, or take fewer cycles",
-        100.0 * touched_share
-    )]
-    #[serde(rename = "eeg_window_at_edge")]
-    WindowAtEdge {
-        window: String,
-        touched_share: f64,
-        reach_s: f64,
-    },
-    /// Baseline and window are nearer to each other than the wavelet smears.
-    #[error(
-        "baseline and window are {gap_s:.2} s apart, and the wavelet smears over {reach_s:.2} s (2 SD): each holds some power of the other; move \
-            the baseline, or take fewer cycles"
-    )]
-    #[serde(rename = "eeg_baseline_near_window")]
-    BaselineNearWindow { gap_s: f64, reach_s: f64 },
     /// The baseline's power is so uncertain that the ratio to it is biased.
     #[error(
         "{channel}: with {epochs} epochs the power of the baseline is uncertain, and percentages are too high by about {bias_points:.1} points (a \
@@ -84,138 +33,10 @@ pub enum EegWarning {
         bias_points: f64,
         epochs: usize,
     },
-    /// So few people that the smallest probability is large.
-    #[error(
-        "{people} people have {flips} different sign flips, so the smallest possible p is {smallest_p:.3}{}; measure {} participants or more",
-        match tests {
-        1 => ": no cluster can be below 0.05".to_owned(),
-        tests => format!(
-        ", and {:.3} after Holm over {tests} pairs of tasks: no cluster may be below 0.05",
-        (smallest_p * *tests as f64).min(1.0)
-        ),
-        },
-        people_for(*tests)
-    )]
-    #[serde(rename = "eeg_cluster_few_people")]
-    FewPeople {
-        people: usize,
-        flips: usize,
-        smallest_p: f64,
-        tests: usize,
-    },
-    /// ICA stopped before its rule.
-    #[error(
-        "ICA stopped after {iterations} iterations with a change of {change:.1e}, and {wanted:.1e} was asked for: components may be mixed; give \
-            more samples or fewer components"
-    )]
-    #[serde(rename = "eeg_ica_not_converged")]
-    NotConverged {
-        iterations: usize,
-        change: f64,
-        wanted: f64,
-    },
-    /// Independent components of signals that hold slow drifts.
-    #[error(
-        "Independent components of signals with changes below {wanted_hz} Hz: components may describe drifts in the place of blinks; filter with a \
-            high-pass of {wanted_hz} Hz or more"
-    )]
-    #[serde(rename = "eeg_ica_without_high_pass")]
-    SlowForIca { wanted_hz: f64 },
-    /// No independent component follows the eyes.
-    #[error(
-        "No independent component was taken out: the largest correlation with an EOG channel is {correlation:.2} ({eog}), and {wanted:.2} was asked \
-            for. Blinks may still be in the signals; look at the components, state a lower correlation, or take the regression"
-    )]
-    #[serde(rename = "eeg_no_eye_component")]
-    NoEyeComponent {
-        eog: String,
-        correlation: f64,
-        wanted: f64,
-    },
-    /// Signals that were computed from those of other electrodes.
-    #[error(
-        "{names}: interpolated from {from} electrodes. These signals hold nothing that the others do not hold: an effect there is no measurement at \
-            this place{}",
-        if *share > MOST_INTERPOLATED {
-        format!(". They are {:.0} % of the electrodes; usual are at most 10 %", 100.0 * share)
-        } else {
-        String::new()
-        }
-    )]
-    #[serde(rename = "eeg_electrodes_interpolated")]
-    Interpolated {
-        names: String,
-        from: usize,
-        share: f64,
-    },
-    /// ICA has few samples for its number of components.
-    #[error(
-        "{samples} samples for {components} components, and about {wanted} are wanted (30 times the square of their number): components may be \
-            those of noise; give more samples or fewer components"
-    )]
-    #[serde(rename = "eeg_ica_few_samples")]
-    FewSamplesForIca {
-        samples: usize,
-        wanted: usize,
-        components: usize,
-    },
-    /// Values on the scalp were asked for far from any electrode.
-    #[error(
-        "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
-    )]
-    #[serde(rename = "eeg_map_far_from_electrodes")]
-    FarFromElectrodes { positions: usize, angle_deg: f64 },
-    /// Some people did not take part in all tasks.
-    #[error(
-        "{people} of {of} participants did not take part in all tasks ({names}): each contrast is of those who took part in both"
-    )]
-    #[serde(rename = "eeg_people_without_all_tasks")]
-    PeopleWithoutAllTasks {
-        people: usize,
-        of: usize,
-        names: String,
-    },
-    /// Electrodes that some documents do not have.
-    #[error(
-        "Not in all documents: {names}. Maps and clusters are of the other {kept} electrodes; interpolate those that are bad, and check that no \
-            channel has another name in one recording"
-    )]
-    #[serde(rename = "eeg_electrodes_not_common")]
-    ElectrodesNotCommon { names: String, kept: usize },
-    /// A cluster test without neighbouring electrodes.
-    #[error(
-        "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and times \
-            of one electrode alone"
-    )]
-    #[serde(rename = "eeg_cluster_no_neighbours")]
-    NoNeighbours { electrodes: usize },
-    /// The recording was made by the digital twin.
-    #[error(
-        "the digital twin made this EEG: no person took part, and nothing follows from it about people"
-    )]
-    #[serde(rename = "eeg_simulated")]
-    Simulated,
-    /// Channels that a table calls bad are left out.
-    #[error(
-        "{names}: left out, as the table of channels beside the file calls them bad; name all channels to analyse them"
-    )]
-    #[serde(rename = "eeg_bad_channels_left_out")]
-    BadLeftOut { names: String },
-    /// Channels without a position are in the mean of all electrodes.
-    #[error(
-        "{names}: in the average of all electrodes, without a position of the 10-10 system: if one of them is no electrode, it is now in all \
-            channels; leave it out"
-    )]
-    #[serde(rename = "eeg_unknown_in_reference")]
-    UnknownInReference { names: String },
-    /// Channels without a position are left out of a current source density.
-    #[error("{names}: left out of the current source density, as their positions are not known")]
-    #[serde(rename = "eeg_csd_without_position")]
-    WithoutPosition { names: String },
     /// Power scatters so much from epoch to epoch that maps of few epochs are biased.
     #[error(
-        "{channel}: power comes in bursts (variance over {epochs} epochs {scatter:.0} times that of noise): maps in dB are then too low for few \
-            epochs in spite of their correction; compare equal numbers of epochs only"
+        "{channel}: the variance of power over {epochs} epochs is {scatter:.0} times that of noise, so that maps in dB of few epochs are too low; \
+            compare equal numbers of epochs only"
     )]
     #[serde(rename = "eeg_power_in_bursts")]
     Bursts {
@@ -230,109 +51,10 @@ pub enum EegWarning {
     )]
     #[serde(rename = "eeg_difference_without_scatter")]
     TooAlike { tasks: String, d_z: f64 },
-    /// Electrodes that are far noisier than the others.
-    #[error(
-        "{names}: far noisier than the other electrodes, whose median is {} µV (robust SD): the contact may be bad; leave them out or interpolate \
-            them",
-        digits(1e6 * middle_v)
-    )]
-    #[serde(rename = "eeg_electrodes_noisy")]
-    Noisy { names: String, middle_v: f64 },
-    /// Electrodes that record far less than the others.
-    #[error(
-        "{names}: far below the other electrodes, whose median is {} µV (robust SD): not connected, or beside the reference; leave them out or \
-            interpolate them",
-        digits(1e6 * middle_v)
-    )]
-    #[serde(rename = "eeg_electrodes_quiet")]
-    Quiet { names: String, middle_v: f64 },
-    /// Pairs of electrodes that record the same.
-    #[error(
-        "{pairs}: record the same but for 5 %, so gel may bridge them, or a channel was copied; values at these electrodes are one measurement"
-    )]
-    #[serde(rename = "eeg_electrodes_bridged")]
-    Bridged { pairs: String },
-    /// Signals whose size is not that of EEG.
-    #[error(
-        "The median electrode has a robust SD of {} µV, and scalp EEG has 1 to 50 µV: check the unit of the signals. Changes in % and dB do not \
-            depend on it, limits of rejection do",
-        digits(1e6 * median_v)
-    )]
-    #[serde(rename = "eeg_amplitude_implausible")]
-    Amplitude { median_v: f64 },
-    /// Markers of the file that are others than those of the table beside it.
-    #[error(
-        "{table}: {without} of {of} events have no marker of the file within one sample, and the file has {markers} markers, which are used: the \
-            table may be of another recording; name it as the table of events to use it"
-    )]
-    #[serde(rename = "eeg_events_differ")]
-    EventsDiffer {
-        table: String,
-        without: usize,
-        of: usize,
-        markers: usize,
-    },
-    /// What some of the documents of a study warning.
-    #[error("{names}: {example}")]
+    /// A warning of some of the documents of a study.
+    #[error("{names}: {warning}")]
     #[serde(rename = "eeg_of_people")]
-    OfPeople { names: String, example: Warning },
-    /// Documents with surfaces that others do not have.
-    #[error(
-        "not all documents have all surfaces ({names}): the mean of surfaces and its contrasts are of the others alone; name surfaces alike in all \
-            tasks"
-    )]
-    #[serde(rename = "eeg_surfaces_not_common")]
-    SurfacesNotCommon { names: String },
-    /// Channels that a table calls bad are analysed.
-    #[error(
-        "{names}: analysed although the table of channels beside the file calls them bad; leave them out, or correct the table"
-    )]
-    #[serde(rename = "eeg_bad_channels_used")]
-    BadUsed { names: String },
-    /// Epochs share samples with the next one.
-    #[error(
-        "{overlapping} of {of} epochs hold samples of the next one: markers are as little as {shortest_s:.2} s apart, and baseline and window take \
-            {needed_s:.2} s, so a baseline may hold the movement before; take a shorter baseline or fewer markers"
-    )]
-    #[serde(rename = "eeg_epochs_overlap")]
-    EpochsOverlap {
-        overlapping: usize,
-        of: usize,
-        shortest_s: f64,
-        needed_s: f64,
-    },
-    /// Markers that stand twice at one sample.
-    #[error(
-        "{count} markers stand twice at the same sample under the same condition, and were taken once: check that the triggers were not exported \
-            twice"
-    )]
-    #[serde(rename = "eeg_markers_twice")]
-    MarkersTwice { count: usize },
-    /// A filter takes away a part of a band.
-    #[error(
-        "{band}: the filter ({filter}) takes away a part of the band; move it out of the band, or state a narrower band"
-    )]
-    #[serde(rename = "eeg_filter_in_band")]
-    FilterInBand { band: String, filter: String },
-    /// A current source density of few electrodes.
-    #[error(
-        "the current source density of {electrodes} electrodes is coarse (about 32 are usual): its values depend on where they are; take the \
-            average reference, or record with more electrodes"
-    )]
-    #[serde(rename = "eeg_csd_few_electrodes")]
-    FewForDensity { electrodes: usize },
-    /// Tasks with different numbers of epochs.
-    #[error(
-        "{most} has {most_epochs:.0} epochs of each surface and {fewest} has {fewest_epochs:.0}: values of fewer epochs scatter more, and the bias \
-            of a percentage differs; the maps are corrected for it, but equal numbers are safer"
-    )]
-    #[serde(rename = "eeg_epochs_unequal")]
-    UnequalEpochs {
-        most: String,
-        most_epochs: f64,
-        fewest: String,
-        fewest_epochs: f64,
-    },
+    OfPeople { names: String, warning: Warning },
     /// Some samples of a channel are at the limit of the amplifier.
     #[error(
         "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their amplitude, or \
@@ -341,16 +63,405 @@ pub enum EegWarning {
     )]
     #[serde(rename = "eeg_some_saturated")]
     SomeSaturated { channel: String, share: f64 },
+    /// Which epochs are left, or what they share, makes a comparison doubtful.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "eeg_epochs")]
+    Epochs {
+        #[serde(flatten)]
+        fault: EpochsFault,
+    },
+    /// Markers that may not be those of this recording, or not in time with it.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "eeg_markers")]
+    Markers {
+        #[serde(flatten)]
+        fault: MarkersFault,
+    },
+    /// Power is wrong where a filter or a wavelet reaches over an edge.
+    #[error("{by}; {}", by.advice())]
+    #[serde(rename = "eeg_smeared")]
+    Smeared {
+        #[serde(flatten)]
+        by: Smeared,
+    },
+    /// Electrodes are too few or too far away for values over the scalp.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "eeg_positions")]
+    Positions {
+        #[serde(flatten)]
+        fault: PositionsFault,
+    },
+    /// Electrodes whose signals are doubtful.
+    #[error("{}{fault}; {}", named(names), fault.advice())]
+    #[serde(rename = "eeg_electrodes_doubtful")]
+    Electrodes {
+        names: String,
+        #[serde(flatten)]
+        fault: ElectrodesFault,
+    },
+    /// Electrodes that are left out.
+    #[error("{names}: left out, as {why}; {}", why.advice())]
+    #[serde(rename = "eeg_electrodes_left_out")]
+    ElectrodesLeftOut {
+        names: String,
+        #[serde(flatten)]
+        why: LeftOutElectrodes,
+    },
+    /// What some of the documents of a study do not have.
+    #[error("not in all documents: {names}; {what}")]
+    #[serde(rename = "eeg_not_common")]
+    NotCommon {
+        names: String,
+        #[serde(flatten)]
+        what: NotCommon,
+    },
+    /// Independent components that may not be those of the eyes.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "eeg_ica")]
+    Ica {
+        #[serde(flatten)]
+        fault: IcaFault,
+    },
+}
+
+/// What is doubtful about independent components.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum IcaFault {
+    /// ICA stopped before its rule.
+    #[error(
+        "ICA stopped after {iterations} iterations with a change of {change:.1e}, and {wanted:.1e} was asked for: components may be mixed"
+    )]
+    NotConverged {
+        iterations: usize,
+        change: f64,
+        wanted: f64,
+    },
+    /// Independent components of signals that hold slow drifts.
+    #[error(
+        "the signals contain changes below {wanted_hz} Hz, so that independent components may describe drifts instead of blinks"
+    )]
+    NoHighPass { wanted_hz: f64 },
+    /// No independent component follows the eyes.
+    #[error(
+        "no independent component was removed, as the largest correlation with an EOG channel is {correlation:.2} ({eog}) and {wanted:.2} was asked \
+            for: blinks may still be in the signals"
+    )]
+    NoEyeComponent {
+        eog: String,
+        correlation: f64,
+        wanted: f64,
+    },
+}
+
+impl IcaFault {
+    /// What a person can do.
+    fn advice(&self) -> String {
+        match self {
+            Self::NotConverged { .. } => "give more samples or fewer components".into(),
+            Self::NoHighPass { wanted_hz } => {
+                format!("filter with a high-pass of {wanted_hz} Hz or more before ICA")
+            }
+            Self::NoEyeComponent { .. } => {
+                "look at the components, state a lower correlation, or take the regression".into()
+            }
+        }
+    }
+}
+
+/// What some of the documents of a study do not have.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum NotCommon {
+    /// Electrodes that some documents do not have.
+    #[error(
+        "maps and clusters are of the other {kept} electrodes; interpolate bad electrodes, and check that no channel has another name in one recording"
+    )]
+    Electrodes { kept: usize },
+    /// Some people did not take part in all tasks; the names are theirs.
+    #[error(
+        "{people} of {of} participants did not take part in all tasks, and each contrast is of those who took part in both; give a document of each \
+            participant and task"
+    )]
+    Tasks { people: usize, of: usize },
+    /// Documents with surfaces that others do not have.
+    #[error(
+        "the mean of surfaces and its contrasts use only the surfaces that all documents have; name surfaces alike in all tasks"
+    )]
+    Surfaces,
+}
+
+/// Why electrodes are left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "why", rename_all = "snake_case")]
+pub enum LeftOutElectrodes {
+    /// Channels that a table calls bad are left out.
+    #[error("the table of channels beside the file calls them bad")]
+    CalledBad,
+    /// Channels without a position are left out of a current source density.
+    #[error("their positions are not known, which the current source density needs")]
+    NoPosition,
+}
+
+impl LeftOutElectrodes {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::CalledBad => "name all channels to analyse them",
+            Self::NoPosition => "state their positions to analyse them",
+        }
+    }
+}
+
+/// What is doubtful about electrodes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum ElectrodesFault {
+    /// Electrodes that are far noisier than the others.
+    #[error("far noisier than the other electrodes, whose median is {} µV (robust SD): the contact may be bad", digits(1e6 * middle_v))]
+    Noisy { middle_v: f64 },
+    /// Electrodes that record far less than the others.
+    #[error("far below the other electrodes, whose median is {} µV (robust SD): not connected, or beside the reference", digits(1e6 * middle_v))]
+    Quiet { middle_v: f64 },
+    /// Pairs of electrodes that record the same.
+    #[error(
+        "record the same but for 5 %, so gel may bridge them, or a channel was copied; values at these electrodes are one measurement"
+    )]
+    Bridged,
+    /// Signals whose size is not that of EEG.
+    #[error(
+        "the median electrode has a robust SD of {} µV, and scalp EEG has 1 to 50 µV (changes in % and dB do not depend on it, limits of rejection \
+            do)",
+        digits(1e6 * median_v)
+    )]
+    Amplitude { median_v: f64 },
+    /// Channels that a table calls bad are analysed.
+    #[error("analysed although the table of channels beside the file calls them bad")]
+    CalledBad,
+    /// Channels without a position are in the mean of all electrodes.
+    #[error(
+        "in the average of all electrodes, without a position of the 10-10 system: if one of them is no electrode, it is now in all channels"
+    )]
+    UnknownInReference,
+    /// Signals that were computed from those of other electrodes.
+    #[error(
+        "interpolated from {from} electrodes{}: these signals hold nothing that the others do not hold, and an effect there is no measurement at \
+            this place",
+        if *share > MOST_INTERPOLATED {
+            format!(" (they are {:.0} % of the electrodes, usual are at most 10 %)", 100.0 * share)
+        } else {
+            String::new()
+        }
+    )]
+    Interpolated { from: usize, share: f64 },
+}
+
+impl ElectrodesFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Noisy { .. } | Self::Quiet { .. } => "leave them out or interpolate them",
+            Self::Bridged => "leave one of each pair out, or interpolate it",
+            Self::Amplitude { .. } => "check the unit of the signals",
+            Self::CalledBad => "leave them out, or correct the table",
+            Self::UnknownInReference => "leave out what is no electrode",
+            Self::Interpolated { .. } => "do not rely on an effect at these electrodes alone",
+        }
+    }
+}
+
+/// What is doubtful about the positions of electrodes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum PositionsFault {
+    /// Values on the scalp were asked for far from any electrode.
+    #[error(
+        "{positions} positions are up to {angle_deg:.0}° from the nearest electrode: values there are extrapolated"
+    )]
+    Far { positions: usize, angle_deg: f64 },
+    /// A cluster test without neighbouring electrodes.
+    #[error(
+        "none of {electrodes} electrodes are neighbours: positions are not known, or they are too far apart, so clusters join frequencies and times \
+            of one electrode alone"
+    )]
+    NoNeighbours { electrodes: usize },
+}
+
+impl PositionsFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Far { .. } => "state the positions of the electrodes, or leave the map out",
+            Self::NoNeighbours { .. } => {
+                "state the positions of the electrodes, or leave clusters over the scalp out"
+            }
+        }
+    }
+}
+
+/// What makes power wrong at an edge.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "by", rename_all = "snake_case")]
+pub enum Smeared {
+    /// A filter is longer than what it filters.
+    #[error(
+        "the filter is {filter_s:.2} s long and the signal {signal_s:.2} s: all of it is distorted at its ends"
+    )]
+    LongFilter { filter_s: f64, signal_s: f64 },
+    /// A part of a window is so near to an end of the epoch that the wavelet reaches beyond it.
+    #[error(
+        "{:.0} % of the {window} lies within {reach_s:.2} s (2 SD of the wavelet) of an end of the epoch, where power is too low",
+        100.0 * touched_share
+    )]
+    Edge {
+        window: String,
+        touched_share: f64,
+        reach_s: f64,
+    },
+    /// Baseline and window are nearer to each other than the wavelet smears.
+    #[error(
+        "baseline and window are {gap_s:.2} s apart, and the wavelet smears over {reach_s:.2} s (2 SD): each holds some power of the other"
+    )]
+    Baseline { gap_s: f64, reach_s: f64 },
+    /// A filter takes away a part of a band.
+    #[error("{band}: the filter ({filter}) takes away a part of the band")]
+    FilterInBand { band: String, filter: String },
+}
+
+impl Smeared {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::LongFilter { .. } => "take a higher cut-off or a longer recording",
+            Self::Edge { .. } => "cut longer epochs, or take fewer cycles",
+            Self::Baseline { .. } => "move the baseline, or take fewer cycles",
+            Self::FilterInBand { .. } => {
+                "move the filter out of the band, or state a narrower band"
+            }
+        }
+    }
+}
+
+/// What is doubtful about markers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum MarkersFault {
+    /// Markers that stand twice at one sample.
+    #[error(
+        "{count} markers stand twice at the same sample under the same condition, and were taken once"
+    )]
+    Twice { count: usize },
+    /// Markers of the file that are others than those of the table beside it.
+    #[error(
+        "{table}: {without} of {of} events have no marker of the file within one sample, and the file has {markers} markers, which are used: the \
+            table may be of another recording"
+    )]
+    OtherTable {
+        table: String,
+        without: usize,
+        of: usize,
+        markers: usize,
+    },
     /// Pulses that are so regular that they match with another shift as well.
     #[error(
         "{matched} pulses match with a shift of {shift_s:+.3} s as well, since they are regular: the drift is right with both, the offset with one \
-            of them; send pulses at irregular intervals, or record all of them with both devices"
+            of them"
     )]
-    #[serde(rename = "eeg_pulses_periodic")]
-    PulsesPeriodic { matched: usize, shift_s: f64 },
+    Periodic { matched: usize, shift_s: f64 },
 }
 
-/// The fewest people with whom one of `tests` clusters can be below 5 % after Holm: 2ⁿ⁻¹ sign flips.
-fn people_for(tests: usize) -> usize {
-    ((20.0 * tests as f64).log2().ceil() as usize) + 1
+impl MarkersFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Twice { .. } => "check that the triggers were not exported twice",
+            Self::OtherTable { .. } => "name it as the table of events to use it",
+            Self::Periodic { .. } => {
+                "send pulses at irregular intervals, or record all of them with both devices"
+            }
+        }
+    }
+}
+
+/// What is doubtful about the epochs of a condition.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum EpochsFault {
+    /// Many epochs of a condition were rejected.
+    #[error(
+        "{condition}: {rejected} of {of} epochs were rejected, so that those that are left may be of another kind of trial"
+    )]
+    Rejected {
+        condition: String,
+        rejected: usize,
+        of: usize,
+    },
+    /// Conditions differ in the share of rejected epochs.
+    #[error(
+        "{:.0} % of the epochs of {most} were rejected and {:.0} % of {least}: conditions whose epochs were selected unequally can differ for that \
+            reason alone",
+        100.0 * most_share,
+        100.0 * least_share
+    )]
+    RejectedUnevenly {
+        most: String,
+        most_share: f64,
+        least: String,
+        least_share: f64,
+    },
+    /// Tasks with different numbers of epochs.
+    #[error(
+        "{most} has {most_epochs:.0} epochs of each surface and {fewest} has {fewest_epochs:.0}: values of fewer epochs scatter more, and the bias \
+            of a percentage differs, for which only the maps are corrected"
+    )]
+    Unequal {
+        most: String,
+        most_epochs: f64,
+        fewest: String,
+        fewest_epochs: f64,
+    },
+    /// Epochs share samples with the next one.
+    #[error(
+        "{overlapping} of {of} epochs hold samples of the next one: markers are as little as {shortest_s:.2} s apart, and baseline and window take \
+            {needed_s:.2} s, so a baseline may hold the movement before"
+    )]
+    Overlap {
+        overlapping: usize,
+        of: usize,
+        shortest_s: f64,
+        needed_s: f64,
+    },
+}
+
+impl EpochsFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Rejected { .. } => {
+                "look at the signals, and correct blinks by regression or ICA before epochs are rejected"
+            }
+            Self::RejectedUnevenly { .. } | Self::Unequal { .. } => {
+                "compare equal numbers of epochs"
+            }
+            Self::Overlap { .. } => "take a shorter baseline or fewer markers",
+        }
+    }
+}
+
+/// The names before what is said of them.
+fn named(names: &str) -> String {
+    match names {
+        "" => String::new(),
+        names => format!("{names}: "),
+    }
+}
+
+/// The code of a warning and what it is about, for tests: `eeg_markers/twice`.
+#[cfg(test)]
+pub(crate) fn code_and_cause(warning: &Warning) -> String {
+    let mut tags = ["fault", "what", "why", "by"].iter();
+    match tags.find_map(|tag| warning.fields.get(*tag)?.as_str()) {
+        Some(cause) => format!("{}/{cause}", warning.code),
+        None => warning.code.clone(),
+    }
 }

@@ -3,12 +3,12 @@
 use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 use piezotact::statistics::random::Random;
-use piezotact_people::eeg::EegWarning;
 use piezotact_people::eeg::epochs::Epochs;
 use piezotact_people::eeg::erd::{self, Erd, ErdConfig, Mode, Order, desynchronisation};
 use piezotact_people::eeg::filter::{Fir, Pass};
 use piezotact_people::eeg::tfr::TfrError;
 use piezotact_people::eeg::tfr::{Method, TfrConfig, TfrPlan, Window};
+use piezotact_people::eeg::{EegWarning, Smeared};
 
 use super::{epochs, names};
 
@@ -322,10 +322,14 @@ fn what_cannot_be_is_refused_and_what_is_near_an_edge_is_reported() {
     let warnings =
         |erd: Erd| -> Vec<EegWarning> { erd.warnings.iter().filter_map(Warning::kind).collect() };
     let edge = warnings(of(good.0, [0.3, 2.0], 20).unwrap());
-    assert!(matches!(&edge[0], EegWarning::WindowAtEdge { window, .. } if window == "window"));
+    assert!(
+        matches!(&edge[0], EegWarning::Smeared { by: Smeared::Edge { window, .. } } if window == "window")
+    );
     let near = warnings(of([-1.3, 0.0], [0.0, 0.8], 20).unwrap());
     assert!(matches!(
         near[0],
-        EegWarning::BaselineNearWindow { gap_s: 0.0, .. }
+        EegWarning::Smeared {
+            by: Smeared::Baseline { gap_s: 0.0, .. }
+        }
     ));
 }

@@ -1,6 +1,6 @@
 //! Roughness parameters of a height map.
 
-use crate::roughness::SurfaceWarning;
+use crate::roughness::{HeightsFault, SurfaceWarning};
 use serde::{Deserialize, Serialize};
 
 use super::autocorrelation::{CentralLobe, LEVEL, central_lobe};
@@ -96,8 +96,10 @@ pub fn areal_roughness(
     let lobe = (heights.rms_m > 0.0).then(|| central_lobe(&surface));
     let mut warnings = Vec::new();
     if map.missing_share() > 0.0 {
-        warnings.push(Warning::from(SurfaceWarning::MissingPoints {
-            share: map.missing_share(),
+        warnings.push(Warning::from(SurfaceWarning::Heights {
+            fault: HeightsFault::Missing {
+                share: map.missing_share(),
+            },
         }));
     }
     if let Some(CentralLobe::Open { reached_m, .. }) = lobe {

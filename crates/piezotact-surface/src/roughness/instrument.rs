@@ -351,7 +351,7 @@ mod tests {
         };
         let plain = profile_roughness(&profile, &plain).unwrap();
         assert_eq!(own.ra_m.to_bits(), plain.ra_m.to_bits());
-        assert_eq!(codes(&own), ["short_evaluation"]);
+        assert_eq!(codes(&own), ["few"]);
 
         let other = |change: fn(&mut RoughnessOptions)| {
             let mut wish = wish();

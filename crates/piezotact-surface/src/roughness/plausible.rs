@@ -1,6 +1,6 @@
 //! Heights that no surface has, or that an instrument did not measure: wrong units, spikes, saturation, drop-outs.
 
-use super::{Extent as _, HeightMap, HeightProfile, SurfaceWarning};
+use super::{Extent as _, HeightMap, HeightProfile, HeightsFault, SurfaceWarning};
 use piezotact::statistics::median;
 use piezotact::warning::Warning;
 
@@ -25,7 +25,11 @@ const HELD_SHARE: f64 = 0.005;
 /// The warning that a root-mean-square `slope` is that of no surface: the units of heights or steps are wrong.
 pub(super) fn of_slope(slope: f64) -> Option<Warning> {
     let found = slope > 0.0 && !SLOPES.contains(&slope);
-    found.then(|| Warning::from(SurfaceWarning::ImplausibleSlope { slope }))
+    found.then(|| {
+        Warning::from(SurfaceWarning::Heights {
+            fault: HeightsFault::Slope { slope },
+        })
+    })
 }
 
 /// The warnings about the heights of `profile` as they were read.
@@ -37,7 +41,9 @@ pub(super) fn of_heights(profile: &HeightProfile) -> Vec<Warning> {
         return Vec::new();
     };
     if low >= high {
-        return vec![Warning::from(SurfaceWarning::FlatHeights)];
+        return vec![Warning::from(SurfaceWarning::Heights {
+            fault: HeightsFault::Flat,
+        })];
     }
     let runs = Runs::of(z);
     let limits =
@@ -66,7 +72,9 @@ pub(super) fn of_map(map: &HeightMap) -> Vec<Warning> {
         return Vec::new();
     };
     if low >= high {
-        return vec![Warning::from(SurfaceWarning::FlatHeights)];
+        return vec![Warning::from(SurfaceWarning::Heights {
+            fault: HeightsFault::Flat,
+        })];
     }
     let rows = z.chunks_exact(columns);
     let changes = rows.flat_map(|row| row.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
@@ -95,11 +103,13 @@ pub(super) fn of_map(map: &HeightMap) -> Vec<Warning> {
     }
     let spike = highest.map(|(i, height_m)| {
         let (step_x_m, step_y_m) = map.steps_m();
-        Warning::from(SurfaceWarning::MapSpikes {
-            count,
-            at_x_m: (i % columns) as f64 * step_x_m,
-            at_y_m: (i / columns) as f64 * step_y_m,
-            height_m,
+        Warning::from(SurfaceWarning::Heights {
+            fault: HeightsFault::MapSpikes {
+                count,
+                at_x_m: (i % columns) as f64 * step_x_m,
+                at_y_m: (i / columns) as f64 * step_y_m,
+                height_m,
+            },
         })
     });
     spike.into_iter().collect()
@@ -144,10 +154,12 @@ fn saturated(z: &[f64], runs: &Runs, limit: f64, at: &str) -> Option<(f64, Warni
     });
     let share = points as f64 / z.len() as f64;
     (share >= SATURATED.0 && longest >= SATURATED.1).then(|| {
-        let warning = SurfaceWarning::SaturatedHeights {
-            limit: at.into(),
-            height_m: limit,
-            share,
+        let warning = SurfaceWarning::Heights {
+            fault: HeightsFault::Saturated {
+                limit: at.into(),
+                height_m: limit,
+                share,
+            },
         };
         (limit, Warning::from(warning))
     })
@@ -171,10 +183,12 @@ fn drop_outs(
         })
         .collect();
     let (first, longest) = held.iter().max_by_key(|(_, length)| *length)?;
-    Some(Warning::from(SurfaceWarning::HeldHeights {
-        count: held.len(),
-        at_m: *first as f64 * step_m,
-        longest_m: *longest as f64 * step_m,
+    Some(Warning::from(SurfaceWarning::Heights {
+        fault: HeightsFault::Held {
+            count: held.len(),
+            at_m: *first as f64 * step_m,
+            longest_m: *longest as f64 * step_m,
+        },
     }))
 }
 
@@ -201,16 +215,24 @@ fn spikes(z: &[f64], sorted: &[f64], step_m: f64) -> Option<Warning> {
         }
     }
     let (at, height_m) = highest?;
-    Some(Warning::from(SurfaceWarning::Spikes {
-        count,
-        at_m: at as f64 * step_m,
-        height_m,
+    Some(Warning::from(SurfaceWarning::Heights {
+        fault: HeightsFault::Spikes {
+            count,
+            at_m: at as f64 * step_m,
+            height_m,
+        },
     }))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What is wrong with heights.
+    fn fault(warning: &Warning) -> String {
+        assert_eq!(warning.code, "heights_doubtful");
+        warning.fields["fault"].as_str().unwrap().to_owned()
+    }
 
     fn rough(change: impl Fn(usize, f64) -> f64) -> Vec<String> {
         let mut state = 5u64;
@@ -226,10 +248,7 @@ mod tests {
             })
             .collect();
         let profile = HeightProfile::new(heights, 1e-6).unwrap();
-        of_heights(&profile)
-            .iter()
-            .map(|warning| warning.code.to_string())
-            .collect()
+        of_heights(&profile).iter().map(fault).collect()
     }
 
     #[test]
@@ -242,10 +261,10 @@ mod tests {
             rough(|i, z| if i == 70 || i == 71 { z - 40e-6 } else { z }),
             ["spikes"]
         );
-        assert_eq!(rough(|_, z| z.min(0.8e-6)), ["saturated_heights"]);
+        assert_eq!(rough(|_, z| z.min(0.8e-6)), ["saturated"]);
         assert_eq!(
             rough(|i, z| if (900..960).contains(&i) { 0.0 } else { z }),
-            ["held_heights"]
+            ["held"]
         );
         // grooves and steps are surfaces
         assert_eq!(
@@ -259,7 +278,12 @@ mod tests {
         let squares: Vec<f64> = (0..4000).map(|i| f64::from(i / 50 % 2) * 1e-6).collect();
         assert_eq!(of_heights(&HeightProfile::new(squares, 1e-6).unwrap()), []);
         let flat = of_heights(&HeightProfile::new(vec![1e-6; 100], 1e-6).unwrap());
-        assert_eq!(flat, [Warning::from(SurfaceWarning::FlatHeights)]);
+        assert_eq!(
+            flat,
+            [Warning::from(SurfaceWarning::Heights {
+                fault: HeightsFault::Flat
+            })]
+        );
     }
 
     #[test]
@@ -277,19 +301,19 @@ mod tests {
         };
         let codes = |change: &dyn Fn(usize, usize, f64) -> f64| -> Vec<String> {
             let warnings = of_map(&map(change));
-            warnings
-                .iter()
-                .map(|warning| warning.code.to_string())
-                .collect()
+            warnings.iter().map(fault).collect()
         };
         assert_eq!(codes(&|_, _, z| z), [""; 0]);
         let spike = |x, y, z| if (x, y) == (40, 30) { z + 40e-6 } else { z };
         let found = of_map(&map(&spike));
-        let Some(SurfaceWarning::MapSpikes {
-            count,
-            at_x_m,
-            at_y_m,
-            height_m,
+        let Some(SurfaceWarning::Heights {
+            fault:
+                HeightsFault::MapSpikes {
+                    count,
+                    at_x_m,
+                    at_y_m,
+                    height_m,
+                },
         }) = found[0].kind()
         else {
             panic!("{found:?}");
@@ -306,7 +330,7 @@ mod tests {
             codes(&|_, y, z| if y == 50 { z + 40e-6 } else { z }),
             [""; 0]
         );
-        assert_eq!(codes(&|_, _, _| 0.0), ["flat_heights"]);
+        assert_eq!(codes(&|_, _, _| 0.0), ["flat"]);
         // Points that were not measured are none.
         assert_eq!(
             codes(&|x, y, z| if (x, y) == (40, 30) { f64::NAN } else { z }),

@@ -1,6 +1,7 @@
 //! Roughness parameters of a profile.
 
 use crate::roughness::SurfaceWarning;
+use piezotact::warning::{Few, FewWarning};
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -332,10 +333,10 @@ impl Split {
         };
         let short = self.cutoff_m.filter(|_| sections < SECTIONS);
         let short = short.map(|cutoff_m| {
-            Warning::from(SurfaceWarning::ShortEvaluation {
-                sections,
-                asked: SECTIONS,
-                cutoff_m,
+            Warning::from(FewWarning::Few {
+                found: sections,
+                recommended: SECTIONS,
+                what: Few::Sections { cutoff_m },
             })
         });
         let whole = table_entry(&self.roughness, section_m, Cutoff::Iso4288);

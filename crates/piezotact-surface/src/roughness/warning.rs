@@ -9,27 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SurfaceWarning {
-    /// Part of a height map was not measured.
-    #[error(
-        "{} of the points were not measured and are left out: parameters are those of the remaining points; fill or measure again the areas where \
-            many are missing",
-        percent(*share)
-    )]
-    MissingPoints { share: f64 },
     /// Points of a topography that are not evenly spaced were read as if they were.
     #[error("the points are not evenly spaced (steps differ by up to {}): slopes and spacings have the same uncertainty", percent(*worst))]
     UnevenSteps { worst: f64 },
-    /// A roughness parameter from less than the standard's evaluation length.
-    #[error(
-        "only {sections} section{} of the cut-off {} mm, the standard requires {asked}: measure a longer line or a larger area; state the cut-off",
-        if *sections == 1 { "" } else { "s" },
-        rounded(cutoff_m * 1e3)
-    )]
-    ShortEvaluation {
-        sections: usize,
-        asked: usize,
-        cutoff_m: f64,
-    },
     /// The stretch of a profile that was evaluated is not like the whole.
     #[error(
         "the sections in the middle differ from the rest: their Ra is {} µm, that of the whole line {} µm; the line may include more than the \
@@ -125,16 +107,42 @@ pub enum SurfaceWarning {
         step_m: f64,
         usual_step_m: f64,
     },
+    /// The autocorrelation of a height map does not fall to its level within the lags that the map holds.
+    #[error(
+        "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, nor is Sal if it does not \
+            fall in any direction; measure a longer line or a larger area; remove more form or waviness",
+        reached_m * 1e3,
+        level = rounded(*level)
+    )]
+    LongCorrelation { level: f64, reached_m: f64 },
+    /// Heights that cannot be trusted.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "heights_doubtful")]
+    Heights {
+        #[serde(flatten)]
+        fault: HeightsFault,
+    },
+}
+
+/// What is wrong with heights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum HeightsFault {
+    /// Part of a height map was not measured.
+    #[error(
+        "{} of the points were not measured and are left out: parameters are those of the remaining points",
+        percent(*share)
+    )]
+    Missing { share: f64 },
     /// The slope is that of no surface: the units of heights or steps are wrong.
     #[error(
-        "the root-mean-square slope is {}, which is that of no surface: the unit of the heights or of the steps is wrong; check its unit and scale",
+        "the root-mean-square slope is {}, which is that of no surface: the unit of the heights or of the steps is wrong",
         digits_that_count(*slope, 3)
     )]
-    ImplausibleSlope { slope: f64 },
+    Slope { slope: f64 },
     /// Single points stand far out of a profile.
     #[error(
-        "{} far out of the profile, the highest by {} at {}: their remainder after filtering affects every parameter; check that measurement \
-            (sensor, placement, person)",
+        "{} far out of the profile, the highest by {} at {}: their remainder after filtering affects every parameter",
         match count {
         1 => "1 spike stands".to_owned(),
         count => format!("{count} spikes stand"),
@@ -149,8 +157,7 @@ pub enum SurfaceWarning {
     },
     /// Single points stand far out of a height map.
     #[error(
-        "{} far out of the map, the highest by {} at x {}, y {}: Sz, Sp, Sv and Sku are theirs, and Sq is larger; check that measurement (sensor, \
-            placement, person)",
+        "{} far out of the map, the highest by {} at x {}, y {}: Sz, Sp, Sv and Sku are theirs, and Sq is larger",
         match count {
         1 => "1 point stands".to_owned(),
         count => format!("{count} points stand"),
@@ -166,45 +173,49 @@ pub enum SurfaceWarning {
         height_m: f64,
     },
     /// Every height is the same.
-    #[error(
-        "every height is the same: nothing was measured; check that measurement (sensor, placement, person)"
-    )]
-    FlatHeights,
+    #[error("every height is the same: nothing was measured")]
+    Flat,
     /// Heights end at one value: the range of the instrument was too small.
     #[error(
-        "{} of the points have exactly the {limit} value, {}: the range of the instrument was too small, and heights are underestimated; check that \
-            measurement (sensor, placement, person)",
+        "{} of the points have exactly the {limit} value, {}: the range of the instrument was too small, and heights are underestimated",
         percent(*share),
         length_text(*height_m)
     )]
-    SaturatedHeights {
+    Saturated {
         limit: String,
         height_m: f64,
         share: f64,
     },
     /// One value stands for a stretch in which nothing was measured.
     #[error(
-        "{} where one value is held, the longest of {} from {} on: nothing was measured there; check that measurement (sensor, placement, person)",
+        "the profile is constant over {}, the longest of {} from {} on: the instrument measured nothing there and repeated its last value",
         match count {
-        1 => "there is 1 stretch".to_owned(),
-        count => format!("there are {count} stretches"),
+            1 => "1 stretch".to_owned(),
+            count => format!("{count} stretches"),
         },
         length_text(*longest_m),
         length_text(*at_m)
     )]
-    HeldHeights {
+    Held {
         count: usize,
         at_m: f64,
         longest_m: f64,
     },
-    /// The autocorrelation of a height map does not fall to its level within the lags that the map holds.
-    #[error(
-        "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, nor is Sal if it does not \
-            fall in any direction; measure a longer line or a larger area; remove more form or waviness",
-        reached_m * 1e3,
-        level = rounded(*level)
-    )]
-    LongCorrelation { level: f64, reached_m: f64 },
+}
+
+impl HeightsFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Missing { .. } => "measure again the areas where many are missing",
+            Self::Slope { .. } => "check the unit and scale of heights and steps",
+            Self::Spikes { .. }
+            | Self::MapSpikes { .. }
+            | Self::Flat
+            | Self::Saturated { .. }
+            | Self::Held { .. } => "look at the heights, and measure them again",
+        }
+    }
 }
 
 /// A cut-off, where there is one.

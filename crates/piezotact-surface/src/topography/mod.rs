@@ -17,7 +17,7 @@ mod text;
 mod x3p;
 
 use crate::roughness::{
-    HeightProfile, InstrumentSettings, ProfileKind, SurfaceWarning, Topography,
+    HeightProfile, HeightsFault, InstrumentSettings, ProfileKind, SurfaceWarning, Topography,
 };
 use std::path::Path;
 
@@ -281,7 +281,9 @@ impl Read {
             let map = HeightMap::new(heights_m, columns, step_x_m, step_y_m).map_err(surface)?;
             let share = map.missing_share();
             if share > 0.0 {
-                warnings.push(Warning::from(SurfaceWarning::MissingPoints { share }));
+                warnings.push(Warning::from(SurfaceWarning::Heights {
+                    fault: HeightsFault::Missing { share },
+                }));
             }
             Topography::Map(map)
         };

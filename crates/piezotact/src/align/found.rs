@@ -5,7 +5,8 @@ use super::burst::Bursts;
 use super::line::{Found, LEAST_STEP_S, Line, converged, robust, step};
 use super::search::{Blocks, Lead, NEAR_S, Placed};
 use super::{
-    AlignError, AlignWarning, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared, Span,
+    AlignError, AlignFault, AlignWarning, AlignedBy, Alignment, BlockPlace, BurstPlace, Prepared,
+    Span,
 };
 use crate::quantity::Seconds;
 use crate::statistics::median;
@@ -209,7 +210,12 @@ pub(super) fn by_bursts(both: &Prepared, bursts: &Bursts) -> Result<Alignment, A
             let runs = phases.iter().filter_map(|run| wandering(run));
             (missed(placed, both, &spans), runs.reduce(f64::max))
         }
-        Err(_not_placed) => (vec![AlignWarning::BetweenNotSeen], None),
+        Err(_not_placed) => (
+            vec![AlignWarning::Doubtful {
+                fault: AlignFault::BetweenNotSeen,
+            }],
+            None,
+        ),
     };
     let off = Off {
         apart_s,
@@ -251,11 +257,13 @@ fn missed(placed: &Placed, both: &Prepared, bursts: &[Span]) -> Vec<AlignWarning
     }
     let warning = match (missed.first(), missed.last()) {
         (Some(first), Some(last)) if is_clear || longest >= RUN || MANY * missed.len() > of => {
-            Some(AlignWarning::NotThere {
-                missed: missed.len(),
-                of,
-                from_s: first - 0.5 * block_s,
-                to_s: last + 0.5 * block_s,
+            Some(AlignWarning::Doubtful {
+                fault: AlignFault::DriveNotThere {
+                    missed: missed.len(),
+                    of,
+                    from_s: first - 0.5 * block_s,
+                    to_s: last + 0.5 * block_s,
+                },
             })
         }
         _ => None,
@@ -326,16 +334,22 @@ impl Off {
 
     /// The warnings about it, among `more`.
     fn warnings(&self, more: Vec<AlignWarning>) -> Vec<AlignWarning> {
-        let apart = self.apart_s.map(|by_s| AlignWarning::Apart { by_s });
-        let uneven = self.uneven_s.map(|by_s| AlignWarning::Uneven { by_s });
-        let step = self
-            .step
-            .map(|[at_s, by_s]| AlignWarning::Step { at_s, by_s });
-        let scatter = self.scatter.as_ref().map(|found| AlignWarning::Scatter {
-            spread_s: found.spread_s,
-            expected_s: found.expected_s,
-            largest_s: found.largest_s,
-            variation_s: found.variation_s,
+        let apart = self.apart_s.map(|by_s| AlignWarning::Doubtful {
+            fault: AlignFault::BurstsApart { by_s },
+        });
+        let uneven = self.uneven_s.map(|by_s| AlignWarning::Doubtful {
+            fault: AlignFault::Uneven { by_s },
+        });
+        let step = self.step.map(|[at_s, by_s]| AlignWarning::Doubtful {
+            fault: AlignFault::Step { at_s, by_s },
+        });
+        let scatter = self.scatter.as_ref().map(|found| AlignWarning::Doubtful {
+            fault: AlignFault::Scatter {
+                spread_s: found.spread_s,
+                expected_s: found.expected_s,
+                largest_s: found.largest_s,
+                variation_s: found.variation_s,
+            },
         });
         let of_line = [uneven, step, scatter].into_iter().flatten();
         apart.into_iter().chain(more).chain(of_line).collect()
@@ -369,32 +383,31 @@ fn alignment(
         offset_s.max(0.0),
         line.at(length_s).min(both.drive_length_s),
     ];
-    if covered_s[0] > CERTAIN_S || covered_s[1] < both.drive_length_s - CERTAIN_S {
-        warnings.push(AlignWarning::PartCovered {
-            from_s: covered_s[0],
-            to_s: covered_s[1],
-            length_s: both.drive_length_s,
-        });
-    }
     if uncertainty_s > CERTAIN_S {
-        warnings.push(AlignWarning::Uncertain {
-            uncertainty_s,
-            blocks: match (by, blocks) {
-                (AlignedBy::Blocks, Some(found)) => found.used.len() - found.left_out(),
-                _ => 0,
+        warnings.push(AlignWarning::Doubtful {
+            fault: AlignFault::Uncertain {
+                uncertainty_s,
+                blocks: match (by, blocks) {
+                    (AlignedBy::Blocks, Some(found)) => found.used.len() - found.left_out(),
+                    _ => 0,
+                },
             },
         });
     }
     if let Some(found) = blocks {
         let (left_out, of) = (found.left_out(), found.used.len());
         if by == AlignedBy::Blocks && MANY * left_out > of {
-            warnings.push(AlignWarning::ManyLeftOut { left_out, of });
+            warnings.push(AlignWarning::Doubtful {
+                fault: AlignFault::LeftOut { left_out, of },
+            });
         }
     }
     if drift_ppm.abs() > 0.8 * both.config.most_drift_ppm {
-        warnings.push(AlignWarning::DriftAtLimit {
-            drift_ppm,
-            most_ppm: both.config.most_drift_ppm,
+        warnings.push(AlignWarning::Doubtful {
+            fault: AlignFault::DriftAtLimit {
+                drift_ppm,
+                most_ppm: both.config.most_drift_ppm,
+            },
         });
     }
     let times = (0..=STEPS).map(|i| length_s * i as f64 / STEPS as f64);

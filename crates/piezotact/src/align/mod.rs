@@ -30,7 +30,7 @@ pub use burst::{
 pub use error::AlignError;
 pub use recordings::{AlignedRecording, Compared, FIRST_SAMPLE, Named, SignalOf, align_recordings};
 pub use tracked::{ClockTracker, ClocksCompared};
-pub use warning::AlignWarning;
+pub use warning::{AlignFault, AlignWarning};
 
 /// The share of the lower Nyquist frequency up to which signals are compared.
 const PASSBAND: f64 = 0.9;

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    AlignConfig, AlignError, AlignWarning, Alignment, Bursts, align, align_with_bursts, place,
+    AlignConfig, AlignError, AlignFault, AlignWarning, Alignment, Bursts, align, align_with_bursts,
+    place,
 };
 use crate::document::Content;
 use crate::number::plus;
@@ -147,8 +148,10 @@ pub fn align_recordings(
     let others: Vec<String> = others.map(|(one, _)| one.name.clone()).collect();
     if !others.is_empty() {
         alignment.warnings.push(
-            AlignWarning::OtherClocks {
-                channels: others.join(", "),
+            AlignWarning::Doubtful {
+                fault: AlignFault::OtherClocks {
+                    channels: others.join(", "),
+                },
             }
             .into(),
         );

@@ -1,12 +1,14 @@
 //! The clocks of output and input while both run: blocks of the drive are found in the loopback as they arrive, with memory for a few seconds.
 
+use crate::recording::LostBy;
+use crate::recording::{Clocks, RecordingWarning};
 use std::collections::VecDeque;
 
 use super::line::{FEWEST_BLOCKS, Found, robust, step};
 use crate::fourier::hann;
 use crate::fourier::{RealTransform, fast_length};
 use crate::quantity::{SampleRate, Seconds};
-use crate::sound::{SoundWarning, phase_slope};
+use crate::sound::phase_slope;
 use crate::warning::Warning;
 
 /// The samples of a block, and of the stretch in which a block is looked for near where it is expected.
@@ -55,15 +57,22 @@ impl ClocksCompared {
     #[must_use]
     pub fn warnings(&self, rate: SampleRate) -> Vec<Warning> {
         if let Some([at_s, by_s]) = self.step_s {
-            return vec![SoundWarning::DelayStepped { at_s, by_s }.into()];
+            return vec![
+                RecordingWarning::SamplesLost {
+                    by: LostBy::DelayStep { at_s, by_s },
+                }
+                .into(),
+            ];
         }
         let samples = 1e-6 * self.drift_ppm.abs() * self.over_s.0 * rate.hz();
         let is_known = self.drift_ppm.abs() > self.uncertainty_ppm;
         if is_known && samples > MATTERS_SAMPLES {
             return vec![
-                SoundWarning::ClocksApart {
-                    ppm: self.drift_ppm,
-                    uncertainty_ppm: self.uncertainty_ppm,
+                RecordingWarning::ClocksDiffer {
+                    of: Clocks::Device {
+                        ppm: self.drift_ppm,
+                        uncertainty_ppm: self.uncertainty_ppm,
+                    },
                 }
                 .into(),
             ];

@@ -1,6 +1,6 @@
 //! Conditions that differ between groups beside the one that is compared.
 
-use super::{CompareWarning, Summary};
+use super::{CompareWarning, Mixed, Summary};
 use crate::feature::Statistics;
 use crate::number::digits;
 use crate::warning::Warning;
@@ -27,12 +27,14 @@ impl Confounder {
     /// The warning that a difference between groups `by` something may come from it.
     #[must_use]
     pub fn warning(&self, by: &str) -> Warning {
-        Warning::from(CompareWarning::Confounded {
-            what: self.what.into(),
-            by: by.into(),
-            low: self.low,
-            high: self.high,
-            unit: self.unit.into(),
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::Confounded {
+                what: self.what.into(),
+                by: by.into(),
+                low: self.low,
+                high: self.high,
+                unit: self.unit.into(),
+            },
         })
     }
 }
@@ -118,9 +120,11 @@ pub(super) fn warnings(groups: &[&Summary], stated_n: &[Option<f64>], by: &str) 
     let unknown = factors(groups, stated_n, by).into_iter();
     let unknown = unknown.filter(|(_, _, values)| values.iter().any(Option::is_none));
     let unknown = unknown.map(|(what, ..)| {
-        Warning::from(CompareWarning::MayDiffer {
-            what: what.into(),
-            by: by.into(),
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::Unknown {
+                what: what.into(),
+                by: by.into(),
+            },
         })
     });
     let differ = confounders(groups, stated_n, by).into_iter();

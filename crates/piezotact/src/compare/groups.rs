@@ -1,13 +1,14 @@
 //! Which samples are distinguishable by their vibration, from the strokes of each.
 
 use crate::warning::Warning;
+use crate::warning::{Few, FewWarning};
+use crate::warning::{Scatter, ScatterWarning};
 use serde::{Deserialize, Serialize};
 
 use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};
 use crate::criterion::{Criterion, Limit};
 use crate::discrimination::{
-    Difference, DiscriminationWarning, Evidence, Excitation, ExcitationPlan, Model, Units,
-    differences,
+    Difference, Evidence, Excitation, ExcitationPlan, Model, Units, differences,
 };
 use crate::feature::Analysis;
 use crate::quantity::{Band, Hertz, Unit};
@@ -253,8 +254,8 @@ pub fn discriminate(
     let apart = recordings_differ(strokes.iter().flatten(), &config);
     let units = match apart {
         Some(p_value) if p_value < POOLED_FROM => {
-            warnings.push(Warning::from(DiscriminationWarning::RecordingsDiffer {
-                p_value,
+            warnings.push(Warning::from(ScatterWarning::Scatter {
+                of: Scatter::Recordings { p_value },
             }));
             SampleUnit::Recordings
         }
@@ -565,14 +566,18 @@ fn about_units(
     let strokes = |t: &Texture| t.recordings.iter().map(Vec::len).sum::<usize>();
     let single = names(&|t| strokes(t) == 1);
     if !single.is_empty() {
-        warnings.push(Warning::from(DiscriminationWarning::OneStroke {
-            samples: single,
+        warnings.push(Warning::from(FewWarning::Few {
+            found: 1,
+            recommended: 10,
+            what: Few::StrokesOfSample { samples: single },
         }));
     }
     let alone = names(&|t| t.recordings.len() == 1 && strokes(t) > 1);
     if !alone.is_empty() {
-        warnings.push(Warning::from(DiscriminationWarning::OneRecording {
-            samples: alone,
+        warnings.push(Warning::from(FewWarning::Few {
+            found: 1,
+            recommended: 2,
+            what: Few::RecordingsOfSample { samples: alone },
         }));
     }
     // Pairs of several units each that no division could show anything of.
@@ -584,11 +589,13 @@ fn about_units(
         .map(|[a, b]| a.min(b))
         .min();
     if let Some(found) = mute {
-        warnings.push(Warning::from(DiscriminationWarning::TooFewUnits {
-            unit: units.word().into(),
+        warnings.push(Warning::from(FewWarning::Few {
             found,
-            needed: units_needed(family, alpha),
-            pairs: family,
+            recommended: units_needed(family, alpha),
+            what: Few::Units {
+                unit: units.word().into(),
+                pairs: family,
+            },
         }));
     }
     warnings

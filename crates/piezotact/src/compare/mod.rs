@@ -30,7 +30,7 @@ pub use trends::{
     across_participants, across_roughness, active_against_passive, friction_against_rms,
     friction_change, rms_on_speed,
 };
-pub use warning::CompareWarning;
+pub use warning::{CompareWarning, Mixed};
 
 use crate::quantity::Band;
 

@@ -1,6 +1,7 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
 use crate::compare::CompareWarning;
+use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
@@ -385,12 +386,13 @@ pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<Spatial
             }));
     }
     if interval_m.is_none() {
-        found
-            .warnings
-            .push(Warning::from(CompareWarning::NoInterval {
+        found.warnings.push(Warning::from(FewWarning::Few {
+            found: units.len(),
+            recommended: 3,
+            what: Few::Groups {
                 result: "the spatial period".into(),
-                groups: units.len(),
-            }));
+            },
+        }));
     }
     Some(found)
 }

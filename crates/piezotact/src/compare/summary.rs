@@ -1,8 +1,10 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
+use crate::warning::{Few, FewWarning};
+use crate::warning::{Scatter, ScatterWarning};
 use std::collections::BTreeMap;
 
-use crate::compare::CompareWarning;
+use crate::compare::{CompareWarning, Mixed};
 use serde::Serialize;
 
 use super::CompareError;
@@ -192,24 +194,28 @@ pub fn summarise(
     };
     let mut warnings = Vec::new();
     if strokes.len() < RECOMMENDED_STROKES {
-        warnings.push(Warning::from(CompareWarning::FewStrokes {
-            group: name.into(),
-            kept: strokes.len(),
+        warnings.push(Warning::from(FewWarning::Few {
+            found: strokes.len(),
             recommended: RECOMMENDED_STROKES,
+            what: Few::Strokes { group: name.into() },
         }));
     }
     let pooled = pooled(members, speed_m_s);
     warnings.extend(pooled.iter().map(|what| {
-        Warning::from(CompareWarning::Pooled {
-            group: name.into(),
-            what: (*what).into(),
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::Pooled {
+                group: name.into(),
+                what: (*what).into(),
+            },
         })
     }));
     let rms = over(&|s| s.rms)?;
     if rms.sd > 0.5 * rms.mean && pooled.is_empty() {
-        warnings.push(Warning::from(CompareWarning::Scattered {
-            group: name.into(),
-            share: rms.sd / rms.mean,
+        warnings.push(Warning::from(ScatterWarning::Scatter {
+            of: Scatter::Strokes {
+                group: name.into(),
+                share: rms.sd / rms.mean,
+            },
         }));
     }
     Ok(Summary {

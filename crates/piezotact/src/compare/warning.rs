@@ -1,66 +1,12 @@
 //! Warnings about comparisons.
 
 use crate::number::{digits, rounded};
-use crate::warning::words::percent;
 use serde::{Deserialize, Serialize};
 
 /// Warnings about summaries of groups and comparisons between them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum CompareWarning {
-    /// Recordings without a counterpart for comparison.
-    #[error(
-        "{recordings} cannot be compared: they differ from the others in more than the compared factor; give recordings that differ only in the \
-            compared factor"
-    )]
-    NotCompared { recordings: String },
-    /// Strokes that differ far more than strokes of one texture do.
-    #[error(
-        "{group}: the rms of the strokes varies by {} of its mean, far more than usual for strokes of one texture; check whether the sensor is \
-            loose or the conditions differ",
-        percent(*share)
-    )]
-    Scattered { group: String, share: f64 },
-    /// Few strokes: their average scatters.
-    #[error(
-        "{group}: strokes kept: {kept}, so averages are uncertain; record {recommended} or more"
-    )]
-    FewStrokes {
-        group: String,
-        kept: usize,
-        recommended: usize,
-    },
-    /// A group contains recordings made under different conditions.
-    #[error(
-        "{group}: recordings of different {what} are averaged together{}: group by {}, or compare the groups",
-        if what == "participants" {
-        ", although the strokes of one participant are not independent"
-        } else {
-        ""
-        },
-        factor_of(what)
-    )]
-    Pooled { group: String, what: String },
-    /// Groups differ in something beside what is compared.
-    #[error(
-        "the groups differ in {what} too ({} to {} {unit}): a difference between them may come from the {what} and not from the {by}; give \
-            recordings that differ only in the compared factor",
-        digits(*low),
-        digits(*high)
-    )]
-    Confounded {
-        what: String,
-        by: String,
-        low: f64,
-        high: f64,
-        unit: String,
-    },
-    /// Groups of which it is not known whether they differ in something beside what is compared.
-    #[error(
-        "the {what} of some recordings is not known: a difference between groups may come from it and not from the {by}; give recordings that \
-            differ only in the compared factor"
-    )]
-    MayDiffer { what: String, by: String },
     /// No spatial period stands out at all speeds.
     #[error(
         "no spatial period is clear at every speed (the strongest candidate is {prominence_db:.1} dB above the background): the surface may have \
@@ -81,11 +27,74 @@ pub enum CompareWarning {
         multiple_m: f64,
         needed_hz: f64,
     },
-    /// A value from so few groups that it has no interval.
+    /// Recordings that are averaged or compared differ in more than the compared factor, as far as is known.
+    #[error("{how}; {}", how.advice())]
+    #[serde(rename = "conditions_mixed")]
+    Mixed {
+        #[serde(flatten)]
+        how: Mixed,
+    },
+}
+
+/// How conditions are mixed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "how", rename_all = "snake_case")]
+pub enum Mixed {
+    /// A group contains recordings made under different conditions.
     #[error(
-        "{result} is from {groups} group(s) only, so it has no confidence interval: record 3 or more"
+        "{group}: recordings of different {what} are averaged together{}",
+        if what == "participants" { ", although the strokes of one participant are not independent" } else { "" }
     )]
-    NoInterval { result: String, groups: usize },
+    Pooled { group: String, what: String },
+    /// Groups differ in something beside what is compared.
+    #[error(
+        "the groups differ in {what} too ({} to {} {unit}): a difference between them may come from the {what} and not from the {by}",
+        digits(*low),
+        digits(*high)
+    )]
+    Confounded {
+        what: String,
+        by: String,
+        low: f64,
+        high: f64,
+        unit: String,
+    },
+    /// Groups of which it is not known whether they differ in something beside what is compared.
+    #[error(
+        "the {what} of some recordings is not known: a difference between groups may come from it and not from the {by}"
+    )]
+    Unknown { what: String, by: String },
+    /// Recordings without a counterpart for comparison.
+    #[error(
+        "{recordings} cannot be compared, as they differ from the others in more than the compared factor"
+    )]
+    LeftOut { recordings: String },
+    /// Strokes of one texture were recorded under different conditions.
+    #[error(
+        "strokes of different {what} ({values}) count as one texture: the one that is rendered is typical of none of them"
+    )]
+    OneTexture {
+        texture: String,
+        what: String,
+        values: String,
+    },
+}
+
+impl Mixed {
+    /// What a person can do.
+    fn advice(&self) -> String {
+        match self {
+            Self::Pooled { what, .. } => {
+                format!("group by {}, or compare the groups", factor_of(what))
+            }
+            Self::Confounded { .. }
+            | Self::Unknown { .. }
+            | Self::LeftOut { .. }
+            | Self::OneTexture { .. } => {
+                "give recordings that differ only in the compared factor".into()
+            }
+        }
+    }
 }
 
 /// A number above zero with one digit, rounded down.

@@ -1,9 +1,7 @@
 //! Warnings about a closed loop.
 
 use crate::number::{digits, rounded};
-use crate::quantity::Band;
 use crate::warning::Warning;
-use crate::warning::words::{bands as list, percent};
 use serde::{Deserialize, Serialize};
 
 /// Warnings about a closed loop.
@@ -22,14 +20,6 @@ pub enum LoopWarning {
         limit_db = rounded(*limit_db)
     )]
     TargetMissed { error_db_rms: f64, limit_db: f64 },
-    /// Lines of the target that the sensor's noise hides.
-    #[error(
-        "in {} of the band ({}) the target is below the noise of the sensor: most of the error there is noise, and little of it can be corrected; \
-            raise the level; use a sensor with less noise",
-        percent(*share),
-        list(bands)
-    )]
-    TargetInNoise { share: f64, bands: Vec<Band> },
     /// The crests of a drive were limited, which changed its waveform.
     #[error(
         "the peaks of the drive were limited so that it fits (correlation {correlation:.2} with the requested drive): the spectrum is kept, but \
@@ -60,9 +50,22 @@ pub enum LoopStop {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum MeasurementFaultWarning {
+    /// A measurement of a closed loop failed.
+    #[error("{fault}")]
+    #[serde(rename = "measurement_failed")]
+    Failed {
+        #[serde(flatten)]
+        fault: MeasurementFault,
+    },
+}
+
+/// What can be wrong with one measurement of a closed loop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum MeasurementFault {
     /// The bench failed.
     #[error("{said}")]
-    BenchFailed { said: String },
+    Bench { said: String },
     /// The force was not held.
     #[error(
         "from {from_s:.0} s on, the mean force was {mean_n:.3} N, expected {asked_n} N ± {:.0} %: hold the finger so that the display shows this \
@@ -70,7 +73,7 @@ pub enum MeasurementFaultWarning {
         share * 100.0,
         asked_n = rounded(*asked_n)
     )]
-    ForceNotHeld {
+    Force {
         from_s: f64,
         mean_n: f64,
         asked_n: f64,
@@ -84,14 +87,12 @@ pub enum MeasurementFaultWarning {
     SensorClips { fraction: f64 },
     /// The response is no louder than its noise.
     #[error(
-        "the response ({} m/s² rms) is less than twice its noise ({}): the finger lifted, the sensor came off, the amplifier is off, or the level \
-            of the texture is too low for a correction",
+        "the response ({} m/s² rms) is less than twice its noise ({}): check the finger, the sensor and the amplifier, or raise the level",
         digits(*rms_m_s2),
         digits(*noise_m_s2)
     )]
-    #[serde(rename = "response_faint")]
-    Faint { rms_m_s2: f64, noise_m_s2: f64 },
+    ResponseFaint { rms_m_s2: f64, noise_m_s2: f64 },
     /// No correction could be computed from this measurement.
     #[error("{said}")]
-    NotCorrected { said: String },
+    Correction { said: String },
 }

@@ -9,7 +9,7 @@ mod weighting;
 
 use crate::clipping::ClippingWarning;
 use crate::integrity::{SignalWarning, never_changes};
-use crate::spectrum::SpectrumWarning;
+use crate::warning::{Few, FewWarning};
 use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
@@ -403,8 +403,10 @@ pub fn analyse(
         .map(|s| segments_in(s.steady.len(), config.welch.segment, hop))
         .sum();
     if segments < RECOMMENDED_SEGMENTS {
-        warnings.push(Warning::from(SpectrumWarning::ShortSignal {
-            segments: segments.max(1),
+        warnings.push(Warning::from(FewWarning::Few {
+            found: segments.max(1),
+            recommended: RECOMMENDED_SEGMENTS,
+            what: Few::Segments,
         }));
     }
     if config.high_pass.is_none() {

@@ -1,7 +1,8 @@
 //! The complete analysis of a panel, as one value.
 
-use crate::panel::PanelWarning;
 use crate::transfer::TransferError;
+use crate::warning::Few;
+use crate::warning::FewWarning;
 use serde::{Deserialize, Serialize};
 
 use super::average::{averages, of_members};
@@ -170,9 +171,10 @@ pub fn analyse<I: Quantity, O: Quantity>(
     let levels = Levels::of(panel, band, config.averaging).map_err(named)?;
     let mut warnings = panel.warnings.clone();
     if people < ENOUGH_FOR_RESAMPLES {
-        warnings.push(Warning::from(PanelWarning::FewPeople {
-            participants: people,
+        warnings.push(Warning::from(FewWarning::Few {
+            found: people,
             recommended: ENOUGH_FOR_RESAMPLES,
+            what: Few::Participants,
         }));
     }
     let (spreads, odd) = by_cell(&levels, config.averaging, band, &config.bands).map_err(named)?;

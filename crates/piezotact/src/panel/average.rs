@@ -1,7 +1,7 @@
 //! Averages over people by both means, the penalty that they cost a new person, and the verdict on whether they are acceptable.
 
-use crate::compare::CompareWarning;
 use crate::panel::PanelWarning;
+use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
@@ -554,13 +554,13 @@ pub fn average_of_panel<I: Quantity, O: Quantity>(
                 worst_db_rms: costs.worst.db_rms,
             }));
     } else {
-        averaged
-            .about
-            .warnings
-            .push(Warning::from(CompareWarning::NoInterval {
+        averaged.about.warnings.push(Warning::from(FewWarning::Few {
+            found: 1,
+            recommended: 3,
+            what: Few::Groups {
                 result: "the average over participants".into(),
-                groups: 1,
-            }));
+            },
+        }));
     }
     Ok(PanelAverage {
         participants: people.into_iter().map(str::to_owned).collect(),

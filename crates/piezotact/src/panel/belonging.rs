@@ -1,7 +1,8 @@
 //! Tests: measurements that do not belong in a panel are refused or reported by name.
 
-use crate::panel::PanelWarning;
+use crate::recording::{RecordingWarning, ReversedSign};
 use crate::transfer::TransferWarning;
+use crate::warning::{Scatter, ScatterWarning};
 use num_complex::Complex;
 
 use super::*;
@@ -79,7 +80,14 @@ fn a_turned_sign_is_named() {
     entries.push(turned(of("e", 1, 0.2)));
     let said: Vec<String> = warnings(entries.clone())
         .iter()
-        .filter(|d| matches!(d.kind(), Some(PanelWarning::OppositeSign { .. })))
+        .filter(|d| {
+            matches!(
+                d.kind(),
+                Some(RecordingWarning::Sign {
+                    of: ReversedSign::Member { .. }
+                })
+            )
+        })
         .map(ToString::to_string)
         .collect();
     assert_eq!(said.len(), 1, "{said:?}");
@@ -92,7 +100,14 @@ fn a_turned_sign_is_named() {
     let averaged = average_of_panel(&panel, at(), log, band())
         .unwrap()
         .function;
-    let opposite = |d: &Warning| matches!(d.kind(), Some(PanelWarning::OppositeSign { .. }));
+    let opposite = |d: &Warning| {
+        matches!(
+            d.kind(),
+            Some(RecordingWarning::Sign {
+                of: ReversedSign::Member { .. }
+            })
+        )
+    };
     assert!(averaged.about.warnings.iter().any(opposite));
     // Two measurements that cancel: the error must not claim that the device does not respond.
     let cancel = Panel::new(vec![of("a", 1, 0.0), turned(of("b", 1, 0.0))]).unwrap();
@@ -269,15 +284,21 @@ fn mixed_repeats_are_seen_in_small_panels_too() {
             of("b", 2, 1.1),
         ]
     };
-    assert!(
-        !warnings(repeats(0.9))
-            .iter()
-            .any(|d| matches!(d.kind(), Some(PanelWarning::MixedRepeats { .. })))
-    );
+    assert!(!warnings(repeats(0.9)).iter().any(|d| matches!(
+        d.kind(),
+        Some(ScatterWarning::Scatter {
+            of: Scatter::RepeatsOfParticipant { .. }
+        })
+    )));
     let said = warnings(repeats(1.2));
-    let mixed = said
-        .iter()
-        .find(|d| matches!(d.kind(), Some(PanelWarning::MixedRepeats { .. })));
+    let mixed = said.iter().find(|d| {
+        matches!(
+            d.kind(),
+            Some(ScatterWarning::Scatter {
+                of: Scatter::RepeatsOfParticipant { .. }
+            })
+        )
+    });
     assert!(mixed.unwrap().to_string().contains("a at 20°"), "{said:?}");
 }
 

@@ -39,7 +39,7 @@ pub use placement::{PlacementSpread, SpreadKind, placement_spread};
 pub use repeat::{Components, PairDistances, Repeatability, repeatability};
 pub use spread::{BandSpread, CellSpread, FallsWithLoad, ParticipantDistance, WorstCase};
 pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
-pub use warning::PanelWarning;
+pub use warning::{MissingMeasurements, PanelWarning};
 
 use crate::number::rounded;
 use crate::transfer::TransferError;
@@ -282,9 +282,11 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             .collect();
         (!missing.is_empty()).then(|| {
             Warning::from(PanelWarning::IncompletePanel {
-                missing,
-                complete: self.complete().len(),
-                participants: self.participants.len(),
+                what: MissingMeasurements::Cells {
+                    missing,
+                    complete: self.complete().len(),
+                    participants: self.participants.len(),
+                },
             })
         })
     }

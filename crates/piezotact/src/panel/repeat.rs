@@ -1,6 +1,6 @@
 //! Repeatability of measurements with and without replacing the finger, and the components of their variance.
 
-use crate::panel::PanelWarning;
+use crate::warning::{Scatter, ScatterWarning};
 use serde::{Deserialize, Serialize};
 
 use super::levels::{levels_db, robust_score};
@@ -273,11 +273,13 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warnin
     if groups.len() < ENOUGH_GROUPS {
         let far = |group: &&Group| most_apart_db.is_some_and(|most| group.largest() > most);
         let warning = |group: &Group| {
-            Warning::from(PanelWarning::MixedRepeats {
-                what: what.into(),
-                participant: group.name.clone(),
-                db_rms: group.largest(),
-                usual_db_rms: most_apart_db.unwrap_or_default(),
+            Warning::from(ScatterWarning::Scatter {
+                of: Scatter::RepeatsOfParticipant {
+                    kind: what.into(),
+                    participant: group.name.clone(),
+                    db_rms: group.largest(),
+                    usual_db_rms: most_apart_db.unwrap_or_default(),
+                },
             })
         };
         return groups.iter().filter(far).map(warning).collect();
@@ -293,11 +295,13 @@ fn mixed(groups: &[Group], what: &str, most_apart_db: Option<f64>) -> Vec<Warnin
                 && robust_score(&largest, **db, 1e-3) > MIXED_SCORE
         })
         .map(|(group, db)| {
-            Warning::from(PanelWarning::MixedRepeats {
-                what: what.into(),
-                participant: group.name.clone(),
-                db_rms: *db,
-                usual_db_rms,
+            Warning::from(ScatterWarning::Scatter {
+                of: Scatter::RepeatsOfParticipant {
+                    kind: what.into(),
+                    participant: group.name.clone(),
+                    db_rms: *db,
+                    usual_db_rms,
+                },
             })
         })
         .collect()

@@ -1,6 +1,6 @@
 //! Differences between people: by cell, in the worst cell, and whether they fall with load.
 
-use crate::panel::PanelWarning;
+use crate::warning::{Scatter, ScatterWarning};
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, robust_score, steps};
@@ -267,11 +267,13 @@ fn odd_ones(people: &mut [ParticipantDistance], cell: Cell) -> Vec<Warning> {
         .iter()
         .filter(|p| p.is_odd)
         .map(|p| {
-            Warning::from(PanelWarning::OddOneOut {
-                participant: p.participant.clone(),
-                at: Example::from(cell.to_string()),
-                db_rms: p.db_rms,
-                usual_db_rms,
+            Warning::from(ScatterWarning::Scatter {
+                of: Scatter::Participant {
+                    participant: p.participant.clone(),
+                    at: Example::from(cell.to_string()),
+                    db_rms: p.db_rms,
+                    usual_db_rms,
+                },
             })
         })
         .collect()

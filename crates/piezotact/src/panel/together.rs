@@ -1,6 +1,7 @@
 //! Checks whether transfer functions can be combined in a panel: errors that refuse it, and warnings.
 
-use crate::panel::PanelWarning;
+use crate::recording::ReversedSign;
+use crate::recording::{OtherOrigin, RecordingWarning};
 use std::collections::BTreeMap;
 
 use super::membership::{self, LOW_COHERENCE, MemberCriterion};
@@ -206,11 +207,13 @@ impl Sign<'_> {
     /// The warning about it; `None` where no other has the opposite sign.
     pub(super) fn warning(&self) -> Option<Warning> {
         let first = self.against.first()?;
-        let opposite = PanelWarning::OppositeSign {
-            measurement: self.of.to_string(),
-            count: self.against.len(),
-            of: self.others,
-            such_as: Example::from(first.to_string()),
+        let opposite = RecordingWarning::Sign {
+            of: ReversedSign::Member {
+                measurement: self.of.to_string(),
+                count: self.against.len(),
+                of_others: self.others,
+                such_as: Example::from(first.to_string()),
+            },
         };
         Some(opposite.into())
     }
@@ -226,11 +229,13 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         });
         let (one, one_seed) = twins.next()?;
         let (other, other_seed) = twins.find(|(_, seed)| *seed != one_seed)?;
-        Some(Warning::from(PanelWarning::SeveralTwins {
-            one: one.to_string(),
-            one_seed: one_seed.to_string(),
-            other: other.to_string(),
-            other_seed: other_seed.to_string(),
+        Some(Warning::from(RecordingWarning::OtherOrigin {
+            what: OtherOrigin::Twins {
+                one: one.to_string(),
+                one_seed: one_seed.to_string(),
+                other: other.to_string(),
+                other_seed: other_seed.to_string(),
+            },
         }))
     }
 
@@ -240,9 +245,11 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
             let filed = &entry.filing.participant;
             let stated = entry.function.about.condition.participant.clone();
             let found = stated.filter(|stated| stated != filed)?;
-            let other = PanelWarning::OtherParticipant {
-                measurement: entry.filing.to_string(),
-                found: Example::from(found),
+            let other = RecordingWarning::OtherOrigin {
+                what: OtherOrigin::Participant {
+                    measurement: entry.filing.to_string(),
+                    found: Example::from(found),
+                },
             };
             Some(other.into())
         };

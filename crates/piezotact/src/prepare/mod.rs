@@ -8,16 +8,20 @@ mod warning;
 pub use document::{ChosenStroke, NotGoodEnough, Prepared, PreparedDrives, State, TextureStrokes};
 pub use warning::PrepareWarning;
 
+use crate::compare::{CompareWarning, Mixed};
 use crate::feature::band_power;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Hertz, Seconds};
 use crate::recording::Condition;
+use crate::recording::{Reached, RecordingWarning};
 use crate::render::{RenderConfig, RenderError, at_fitting_level, render};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan};
 use crate::statistics::{mean, median, rms};
 use crate::transfer::TransferFunction;
 use crate::warning::Warning;
+use crate::warning::{Few, FewWarning};
+use crate::warning::{Scatter, ScatterWarning};
 
 /// A shorter stroke is compared with others only where all are as short.
 const SHORTEST: Seconds = Seconds(0.25);
@@ -55,15 +59,21 @@ impl TypicalStroke {
         let texture = texture.to_owned();
         let mut warnings = Vec::new();
         if self.distances_db.len() == 1 {
-            warnings.push(Warning::from(PrepareWarning::OneStroke {
-                texture: texture.clone(),
+            warnings.push(Warning::from(FewWarning::Few {
+                found: 1,
+                recommended: 3,
+                what: Few::StrokesOfTexture {
+                    texture: texture.clone(),
+                },
             }));
         }
         let spread_db = self.spread_db();
         if spread_db > STROKES_DIFFER_DB {
-            warnings.push(Warning::from(PrepareWarning::StrokesDiffer {
-                texture: texture.clone(),
-                spread_db,
+            warnings.push(Warning::from(ScatterWarning::Scatter {
+                of: Scatter::StrokesOfTexture {
+                    texture: texture.clone(),
+                    spread_db,
+                },
             }));
         }
         if chosen.0 < 2.0 * SHORTEST.0 {
@@ -183,10 +193,12 @@ pub fn warnings_of_conditions(
         values.sort();
         values.dedup();
         (values.len() > 1).then(|| {
-            Warning::from(PrepareWarning::ConditionsDiffer {
-                texture: texture.to_owned(),
-                what: what.to_owned(),
-                values: values.join(", "),
+            Warning::from(CompareWarning::Mixed {
+                how: Mixed::OneTexture {
+                    texture: texture.to_owned(),
+                    what: what.to_owned(),
+                    values: values.join(", "),
+                },
             })
         })
     };
@@ -213,10 +225,12 @@ pub fn warnings_of_conditions(
     let mut other =
         other.filter(|(strokes_n, transfer_n)| (strokes_n / transfer_n - 1.0).abs() > OTHER_LOAD);
     warnings.extend(other.next().map(|(strokes_n, transfer_n)| {
-        Warning::from(PrepareWarning::OtherLoad {
-            texture: texture.to_owned(),
-            strokes_n,
-            transfer_n,
+        Warning::from(RecordingWarning::ConditionDiffers {
+            what: Reached::StrokesLoad {
+                texture: texture.to_owned(),
+                strokes_n,
+                transfer_n,
+            },
         })
     }));
     warnings

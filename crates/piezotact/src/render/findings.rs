@@ -1,6 +1,6 @@
 //! What gives warnings about a rendering.
 
-use super::{Headroom, RenderConfig, RenderWarning};
+use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::ClippingWarning;
 use crate::quantity::{Band, Drive, Quantity};
 use crate::transfer::TransferFunction;
@@ -11,8 +11,6 @@ use crate::warning::Warning;
 pub struct RenderFindings {
     /// The warnings about the transfer function, which apply to everything derived from it.
     pub function: Vec<Warning>,
-    /// The rates of target and transfer function, Hz, where they differ.
-    pub rates_hz: Option<[f64; 2]>,
     /// Whether the transfer function does not say its device.
     pub is_device_unknown: bool,
     /// The parts of the band that are given up, and their share of it, 0–1.
@@ -61,22 +59,22 @@ impl RenderFindings {
     /// The warnings about a drive with `headroom` for the part of a texture in `band`.
     #[must_use]
     pub fn warnings(self, band: Band, headroom: &Headroom) -> Vec<Warning> {
-        let rates = self
-            .rates_hz
-            .map(|[target_hz, transfer_hz]| RenderWarning::RatesDiffer {
-                target_hz,
-                transfer_hz,
-            });
         let unknown = self
             .is_device_unknown
             .then_some(RenderWarning::DeviceNotDescribed);
         let given_up = self
             .given_up
-            .map(|(bands, share)| RenderWarning::GivenUp { bands, share });
-        let turned_down = self.turned_down.map(|found| RenderWarning::TurnedDown {
+            .map(|(bands, share)| RenderWarning::BandPartLost {
+                bands,
+                share,
+                why: PartLost::GivenUp,
+            });
+        let turned_down = self.turned_down.map(|found| RenderWarning::BandPartLost {
             share: found.share,
             bands: found.bands,
-            fits_at_db: found.fits_at_db,
+            why: PartLost::TurnedDown {
+                fits_at_db: found.fits_at_db,
+            },
         });
         let outside = self
             .power_outside
@@ -92,7 +90,7 @@ impl RenderFindings {
                     limit_v_per_s,
                 },
             );
-        let first = [rates, unknown, given_up, turned_down, outside];
+        let first = [unknown, given_up, turned_down, outside];
         let mut warnings = self.function;
         warnings.extend(first.into_iter().flatten().map(Warning::from));
         warnings.extend(clipped.map(Warning::from));

@@ -8,39 +8,12 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum RenderWarning {
-    /// Frequencies in the band that the inverse gives up.
-    #[error(
-        "the inverse gives up {} of the band ({}): the device hardly responds there or was not measured well, and the vibration there may be \
-            missing or wrong",
-        percent(*share),
-        list(bands)
-    )]
-    GivenUp { bands: Vec<Band>, share: f64 },
-    /// Frequencies that were intentionally attenuated so that the drive fits.
-    #[error(
-        "{} of the band ({}) was attenuated by more than 0.5 dB so that the drive fits, and the vibration there is too weak; at a level {:.1} dB \
-            lower, no attenuation is needed",
-        percent(*share),
-        list(bands),
-        -fits_at_db
-    )]
-    TurnedDown {
-        bands: Vec<Band>,
-        share: f64,
-        fits_at_db: f64,
-    },
     /// The device of a transfer function is not described: only the digital full scale limits the drive.
     #[error(
         "the transfer function does not say its amplifier gain and volts at full scale: only the digital full scale was checked, and the amplifier \
             may clip at a lower drive; state amplifier gain and volts at full scale when the transfer function is estimated"
     )]
     DeviceNotDescribed,
-    /// The target and the transfer function come from recordings of different rates.
-    #[error(
-        "the target is sampled at {target_hz} Hz and the transfer function was measured at {transfer_hz} Hz: the band fits both and is rendered; \
-            check that they belong together"
-    )]
-    RatesDiffer { target_hz: f64, transfer_hz: f64 },
     /// The amplifier cannot follow the drive into the capacitive load.
     #[error(
         "the drive needs a slew rate of {asked_v_per_s:.2e} V/s, but the amplifier reaches {limit_v_per_s:.2e} V/s with this load: high frequencies \
@@ -57,4 +30,62 @@ pub enum RenderWarning {
         percent(*share)
     )]
     PowerOutsideBand { share: f64, band: Band },
+    /// A part of the band is not reached, or not compared.
+    #[error("{} of the band{} {why}; {}", percent(*share), in_bands(bands), why.advice())]
+    BandPartLost {
+        share: f64,
+        bands: Vec<Band>,
+        #[serde(flatten)]
+        why: PartLost,
+    },
+}
+
+/// Why a part of the band is not reached or not compared.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "why", rename_all = "snake_case")]
+pub enum PartLost {
+    /// Frequencies in the band that the inverse gives up.
+    #[error(
+        "is given up by the inverse: the device hardly responds there or was not measured well, and the vibration there may be missing or wrong"
+    )]
+    GivenUp,
+    /// Frequencies that were intentionally attenuated so that the drive fits.
+    #[error(
+        "was attenuated by more than 0.5 dB so that the drive fits, and the vibration there is too weak"
+    )]
+    TurnedDown { fits_at_db: f64 },
+    /// Lines of the target that the sensor's noise hides.
+    #[error(
+        "holds a target below the noise of the sensor: most of the error there is noise, and little of it can be corrected"
+    )]
+    TargetInNoise,
+    /// Part of the target's lines is hidden by the sensor's noise and was not compared.
+    #[error("is hidden by the noise of the sensor, with {:.2} % of the power of the target, and is not compared", power_share * 100.0)]
+    HiddenByNoise { power_share: f64 },
+    /// Part of the band holds almost no target power: errors in dB are meaningless there and are left out.
+    #[error("holds almost no power of the target, and is left out of the error")]
+    NoTarget,
+}
+
+impl PartLost {
+    /// What a person can do.
+    fn advice(&self) -> String {
+        match self {
+            Self::GivenUp => "narrow the band, or measure the transfer function again".into(),
+            Self::TurnedDown { fits_at_db } => {
+                format!("lower the level by {:.1} dB", -fits_at_db)
+            }
+            Self::TargetInNoise => "raise the level, or use a sensor with less noise".into(),
+            Self::HiddenByNoise { .. } => "use a sensor with less noise".into(),
+            Self::NoTarget => "narrow the band".into(),
+        }
+    }
+}
+
+/// The parts of the band, where they are known.
+fn in_bands(bands: &[Band]) -> String {
+    match bands {
+        [] => String::new(),
+        bands => format!(" ({})", list(bands)),
+    }
 }

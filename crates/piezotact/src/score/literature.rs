@@ -1,5 +1,6 @@
 //! ST-SIM and SPQI, for comparison with the literature: locked to the waveform, and without a unit.
 
+use crate::score::NotComputed;
 use crate::score::ScoreError;
 use crate::score::ScoreWarning;
 use serde::{Deserialize, Serialize};
@@ -273,10 +274,14 @@ pub fn literature(
     let (r, d) = (scaled(reference)?, scaled(test)?);
     let st_sim = st_sim(&r, &d, config.curve)?;
     let warnings = match st_sim.value {
-        Some(value) if value > 1.0 => vec![Warning::from(ScoreWarning::IndexBeyondRange { value })],
+        Some(value) if value > 1.0 => vec![Warning::from(ScoreWarning::NotComputed {
+            what: NotComputed::StSimBeyondRange { value },
+        })],
         Some(_) => Vec::new(),
-        None => vec![Warning::from(ScoreWarning::NoRealIndex {
-            temporal: st_sim.temporal,
+        None => vec![Warning::from(ScoreWarning::NotComputed {
+            what: NotComputed::StSim {
+                temporal: st_sim.temporal,
+            },
         })],
     };
     Ok(Literature {

@@ -4,11 +4,13 @@ use super::with_perceptible_difference;
 use crate::clipping::clipping;
 use crate::integrity::inspect;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Seconds};
+use crate::recording::OtherOrigin;
+use crate::recording::RecordingWarning;
 use crate::recording::{Recording, RehearsalWarning, rehearsed_on};
 use crate::render::Rendering;
 use crate::resample::{CommonRate, to_common_rate};
 use crate::series::Series;
-use crate::verify::{Measured, Verification, VerifyConfig, VerifyError, VerifyWarning, verify};
+use crate::verify::{Measured, Verification, VerifyConfig, VerifyError, verify};
 use crate::warning::{Warning, Warnings};
 
 /// The texture that was to be felt.
@@ -122,9 +124,11 @@ fn warnings_before(target: Target<'_>, measured: &Measurement<'_>, more: &[Warni
     let condition = &measured.recording.about.condition;
     warnings.extend(rendering.about.condition.warnings_when_measured(condition));
     if !rendering.target.is_empty() && rendering.target != target.name {
-        warnings.push(VerifyWarning::OtherTarget {
-            rendered: rendering.target.clone(),
-            compared: target.name.to_owned(),
+        warnings.push(RecordingWarning::OtherOrigin {
+            what: OtherOrigin::Target {
+                rendered: rendering.target.clone(),
+                compared: target.name.to_owned(),
+            },
         });
     }
     warnings.extend(rendering.about.warnings.iter().cloned());

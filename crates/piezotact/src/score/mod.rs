@@ -15,10 +15,13 @@ mod waveform;
 
 use crate::clipping::ClippingWarning;
 use crate::series::SeriesError;
-use crate::spectrum::SpectrumWarning;
+use crate::warning::Few;
+use crate::warning::FewWarning;
+use crate::warning::Scatter;
+use crate::warning::ScatterWarning;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
-pub use warning::{NoIndicesCause, NotComparedCause, ScoreWarning};
+pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
 
 pub use literature::{Literature, LiteratureConfig};
 pub use measurement::{JudgedMeasurement, Measurement, Target, judged_measurement};
@@ -29,9 +32,7 @@ pub use waveform::{Extent, Waveform};
 use crate::clipping::flat_top_fraction;
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
-use crate::discrimination::{
-    ContactMap, Differences, DiscriminationWarning, Excitation, Model, differences,
-};
+use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
 use crate::document::Content;
 use crate::feature::Weighting;
 use crate::number::rounded;
@@ -292,8 +293,8 @@ fn scored(
         }
         // Said below, with the name that it has here.
         Err(VerifyError::Silent { .. }) => {}
-        Err(error) => warnings.push(Warning::from(ScoreWarning::WaveformNotCompared {
-            why: error.into(),
+        Err(error) => warnings.push(Warning::from(ScoreWarning::NotComputed {
+            what: NotComputed::Waveform { why: error.into() },
         })),
     }
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
@@ -345,24 +346,20 @@ fn scored(
     warnings.extend(warnings_about([reference, test], [a, b], segments));
     warnings.extend(model.warnings());
     if wanders {
-        warnings.push(Warning::from(DiscriminationWarning::NotStationary));
-    }
-    let modulation = over_time.map(|[a, b]| [a.db, b.db]);
-    if let Some([reference_db, test_db]) = modulation
-        && verdict::not_met(&criteria, ScoreCriterion::ShortTimeSpread)
-    {
-        warnings.push(Warning::from(ScoreWarning::OtherModulation {
-            reference_db,
-            test_db,
+        warnings.push(Warning::from(ScatterWarning::Scatter {
+            of: Scatter::Parts,
         }));
     }
+    let modulation = over_time.map(|[a, b]| [a.db, b.db]);
     let literature = match indices(reference, test) {
         Ok(literature) => {
             warnings.extend(literature.iter().flat_map(|found| found.warnings.clone()));
             literature
         }
         Err(error) => {
-            warnings.push(Warning::from(ScoreWarning::NoIndices { why: error.into() }));
+            warnings.push(Warning::from(ScoreWarning::NotComputed {
+                what: NotComputed::Indices { why: error.into() },
+            }));
             None
         }
     };
@@ -553,7 +550,11 @@ fn warnings_about(
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
     if segments < RECOMMENDED_SEGMENTS {
-        warnings.push(Warning::from(SpectrumWarning::ShortSignal { segments }));
+        warnings.push(Warning::from(FewWarning::Few {
+            found: segments,
+            recommended: RECOMMENDED_SEGMENTS,
+            what: Few::Segments,
+        }));
     }
     for (what, x, excitation) in [("the reference", reference, a), ("the test", test, b)] {
         let fraction = flat_top_fraction(x.samples());

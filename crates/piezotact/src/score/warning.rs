@@ -9,33 +9,51 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum ScoreWarning {
-    /// The short-time levels of two textures vary differently, which spectra do not show.
-    #[error(
-        "the spread of short-time levels is {reference_db:.1} dB in the reference and {test_db:.1} dB in the test: the level of one varies more \
-            over time, or has more bursts; spectra and the score do not show this; compare them by hand"
-    )]
-    OtherModulation { reference_db: f64, test_db: f64 },
     /// A vibration below the detection threshold.
     #[error("{signal} is {:.1} dB below the detection threshold: it is not felt; check its unit and scale; raise the level", -level_db)]
     NotFelt { signal: String, level_db: f64 },
+    /// A value of a score that is not given, or is beyond its range.
+    #[error("{what}; {}", what.advice())]
+    NotComputed {
+        #[serde(flatten)]
+        what: NotComputed,
+    },
+}
+
+/// What a score does not compute.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum NotComputed {
     /// An index of the literature that is not a real number for these signals.
     #[error(
-        "ST-SIM has no value: the temporal similarity is {temporal:.3}, and a negative number has no real power 2/3 (vibromaf 0.0.8 gives a complex \
-            one); use the score instead"
+        "ST-SIM is not given: its temporal similarity is {temporal:.3}, and a negative number has no real power 2/3"
     )]
-    NoRealIndex { temporal: f64 },
+    StSim { temporal: f64 },
     /// An index of the literature above its range.
     #[error(
-        "ST-SIM is {value:.3}, above its range of 0 to 1: the published formula does not cover a test that excites more than the reference; \
-            exchange reference and test; use the score instead"
+        "ST-SIM is {value:.3}, above its range of 0 to 1: the published formula does not cover a test that excites more than the reference"
     )]
-    IndexBeyondRange { value: f64 },
+    StSimBeyondRange { value: f64 },
     /// The indices of the literature could not be computed.
-    #[error("ST-SIM and SPQI are left out: {why}")]
-    NoIndices { why: NoIndicesCause },
+    #[error("ST-SIM and SPQI are not given: {why}")]
+    Indices { why: NoIndicesCause },
     /// Waveforms that were not compared.
     #[error("the waveforms are not compared: {why}")]
-    WaveformNotCompared { why: NotComparedCause },
+    Waveform { why: NotComparedCause },
+}
+
+impl NotComputed {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::StSimBeyondRange { .. } => {
+                "exchange reference and test, or use the score instead"
+            }
+            Self::StSim { .. } | Self::Indices { .. } | Self::Waveform { .. } => {
+                "use the score instead"
+            }
+        }
+    }
 }
 
 /// Why the indices of the literature could not be computed.

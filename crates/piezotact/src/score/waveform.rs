@@ -1,5 +1,6 @@
 //! How alike two waveforms are once their delay is taken away.
 
+use crate::recording::{RecordingWarning, ReversedSign};
 use crate::verify::VerifyWarning;
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +73,9 @@ pub(super) fn waveform(
     let nearly_all = compared.len() as f64 >= NEARLY_ALL * shorter as f64;
     let follows = correlation.abs() > if nearly_all { FOLLOWS } else { FOLLOWS_IN_PART };
     if follows && correlation < 0.0 {
-        warnings.push(Warning::from(VerifyWarning::Inverted { correlation }));
+        warnings.push(Warning::from(RecordingWarning::Sign {
+            of: ReversedSign::Measurement { correlation },
+        }));
     }
     let mut shared = None;
     if follows {

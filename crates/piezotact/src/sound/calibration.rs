@@ -4,7 +4,7 @@ use super::SoundError;
 use serde::{Deserialize, Serialize};
 
 use super::tone::Tone;
-use super::{SoundWarning, Wire};
+use super::{CalibrationFault, SoundWarning, Wire};
 use crate::document::Content;
 use crate::number::digits;
 use crate::quantity::{Hertz, SampleRate, Unit};
@@ -325,11 +325,13 @@ impl SoundCalibration {
         for (what, made) in self.parts() {
             let days = today - made.day;
             if !(0..=OLD_DAYS).contains(&days) {
-                warnings.push(Warning::from(SoundWarning::CalibrationOld {
-                    what,
-                    made_on: made.date,
-                    days: days as f64,
-                    most_days: OLD_DAYS as f64,
+                warnings.push(Warning::from(SoundWarning::Calibration {
+                    fault: CalibrationFault::Old {
+                        what,
+                        made_on: made.date,
+                        days: days as f64,
+                        most_days: OLD_DAYS as f64,
+                    },
                 }));
             }
         }
@@ -406,11 +408,13 @@ impl SoundCalibration {
     pub fn disagreement(what: &str, found: (&str, f64), other: (&str, f64)) -> Option<Warning> {
         let by_db = 20.0 * (found.1 / other.1).abs().log10();
         (by_db.is_nan() || by_db.abs() > DISAGREES_DB).then(|| {
-            Warning::from(SoundWarning::WaysDisagree {
-                what: what.into(),
-                found_by: found.0.into(),
-                other_by: other.0.into(),
-                by_db,
+            Warning::from(SoundWarning::Calibration {
+                fault: CalibrationFault::WaysDisagree {
+                    what: what.into(),
+                    found_by: found.0.into(),
+                    other_by: other.0.into(),
+                    by_db,
+                },
             })
         })
     }

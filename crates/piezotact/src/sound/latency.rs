@@ -1,8 +1,10 @@
 //! The time from output to input over many restarts.
 
+use crate::recording::{LostBy, RecordingWarning};
+use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
-use super::SoundWarning;
+use super::{CalibrationFault, SoundWarning};
 use crate::document::Content;
 use crate::quantity::{SampleRate, Seconds};
 use crate::warning::Warning;
@@ -107,16 +109,19 @@ impl LatencySummary {
         let restarts = runs.len();
         let dropped = runs.iter().filter(|run| run.drop_outs > 0).count();
         if restarts < FEW {
-            warnings.push(Warning::from(SoundWarning::FewRestarts {
-                restarts,
-                few: FEW,
+            warnings.push(Warning::from(FewWarning::Few {
+                found: restarts,
+                recommended: FEW,
+                what: Few::Restarts,
             }));
         }
         if silent + dropped > 0 {
-            warnings.push(Warning::from(SoundWarning::RestartsFailed {
-                silent,
-                dropped,
-                restarts,
+            warnings.push(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Restarts {
+                    silent,
+                    dropped,
+                    restarts,
+                },
             }));
         }
         Self {
@@ -138,10 +143,12 @@ impl LatencySummary {
         let [low, high] = self.latency?.range_s;
         let is_within = (low.0 - slack.0..=high.0 + slack.0).contains(&found.0);
         (!is_within).then(|| {
-            Warning::from(SoundWarning::LatencyChanged {
-                measured_on: self.measured_on.clone(),
-                stored_s: self.latency.map_or(0.0, |spread| spread.median_s.0),
-                found_s: found.0,
+            Warning::from(SoundWarning::Calibration {
+                fault: CalibrationFault::LatencyChanged {
+                    measured_on: self.measured_on.clone(),
+                    stored_s: self.latency.map_or(0.0, |spread| spread.median_s.0),
+                    found_s: found.0,
+                },
             })
         })
     }

@@ -24,5 +24,5 @@ pub use devices::{Answers, DeviceListing, Offer, SoundDevices, SoundHost};
 pub use error::SoundError;
 pub use latency::{LatencyRun, LatencySummary, Spread};
 pub use tone::{Tone, tone, tone_near};
-pub use warning::SoundWarning;
+pub use warning::{CalibrationFault, SoundWarning};
 pub use wiring::{Wire, wiring};

@@ -7,6 +7,7 @@ mod spectrogram;
 mod warning;
 mod window;
 
+use crate::warning::{Few, FewWarning};
 pub use document::SpectrumDocument;
 use std::marker::PhantomData;
 pub use warning::SpectrumWarning;
@@ -359,8 +360,10 @@ impl WelchPlan {
         one_sided(&mut values, self.config.segment, scale);
         let mut warnings = Vec::new();
         if averages < RECOMMENDED_SEGMENTS {
-            warnings.push(Warning::from(SpectrumWarning::ShortSignal {
-                segments: averages,
+            warnings.push(Warning::from(FewWarning::Few {
+                found: averages,
+                recommended: RECOMMENDED_SEGMENTS,
+                what: Few::Segments,
             }));
         }
         Ok(Spectrum {

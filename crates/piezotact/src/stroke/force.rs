@@ -1,6 +1,8 @@
 //! Active touch: segmentation into strokes by the normal force.
 
+use crate::recording::{RecordingWarning, ReversedSign};
 use crate::stroke::StrokeWarning;
+use crate::stroke::{ForceFault, ForceWarning};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
@@ -276,8 +278,10 @@ pub(super) fn oriented(
         for value in &mut force {
             *value = -*value;
         }
-        warnings.push(Warning::from(StrokeWarning::SignReversed {
-            channel: "the normal force".into(),
+        warnings.push(Warning::from(RecordingWarning::Sign {
+            of: ReversedSign::Contact {
+                channel: "the normal force".into(),
+            },
         }));
     }
     Ok((force, sign))
@@ -545,7 +549,9 @@ impl Cutter<'_> {
         }
         let coefficient = quantile(friction, 0.5);
         if coefficient > HIGH_FRICTION {
-            warnings.push(Warning::from(StrokeWarning::HighFriction { coefficient }));
+            warnings.push(Warning::from(ForceWarning::Doubtful {
+                fault: ForceFault::HighFriction { coefficient },
+            }));
         }
         warnings
     }

@@ -4,7 +4,7 @@
 use super::contact::Force;
 use super::frames::quantile;
 use crate::clipping::flat_top_fraction;
-use crate::number::rounded;
+use crate::number::{counted, rounded};
 use crate::statistics::mean;
 use crate::warning::Warning;
 use serde::{Deserialize, Serialize};
@@ -23,17 +23,29 @@ const NORMAL: f64 = 1.645;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum ForceWarning {
+    /// A force that cannot be trusted.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "force_doubtful")]
+    Doubtful {
+        #[serde(flatten)]
+        fault: ForceFault,
+    },
+}
+
+/// What is wrong with a force.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum ForceFault {
     /// A normal force that no fingertip presses with.
     #[error(
-        "the normal force reaches {level_n:.0} N{}, and no fingertip presses with more than {largest_n:.0} N: {}, so forces and friction are wrong; \
-            check its unit and scale",
+        "the normal force reaches {level_n:.0} N{}, and no fingertip presses with more than {largest_n:.0} N: {}, so forces and friction are wrong",
         match at_limit_share {
         0.0 => String::new(),
         share => format!(" and stays at its limit in {:.1} % of the samples", 100.0 * share),
         },
         if *at_limit_share > 0.0 { "the cell is saturated, or its unit or scale is wrong" } else { "its unit or scale is wrong (mN, g or counts instead of N)" }
     )]
-    ForceImplausible {
+    Implausible {
         level_n: f64,
         largest_n: f64,
         at_limit_share: f64,
@@ -41,16 +53,16 @@ pub enum ForceWarning {
     /// The zero of a force cell lies farther from 0 than any fingertip presses.
     #[error(
         "the zero of the normal force lies at {zero_n:.0} N, farther from 0 than the {largest_n:.0} N that a fingertip presses with: the cell was \
-            not zeroed, carries a weight, or its unit is wrong; check the zero of the force cell, and any weight on it"
+            not zeroed, carries a weight, or its unit is wrong"
     )]
-    ForceZeroFar { zero_n: f64, largest_n: f64 },
+    ZeroFar { zero_n: f64, largest_n: f64 },
     /// The zero of a force cell differs from lift to lift without a trend.
     #[error(
         "the zero of the normal force lies between {from_n:.3} and {to_n:.3} N in {lifts} lifts, without a clear drift (a contact needs \
-            {threshold_n} N): forces have this uncertainty; check the zero of the force cell, and any weight on it",
+            {threshold_n} N): forces have this uncertainty",
         threshold_n = rounded(*threshold_n)
     )]
-    ForceZeroScatters {
+    ZeroScatters {
         from_n: f64,
         to_n: f64,
         lifts: usize,
@@ -59,20 +71,46 @@ pub enum ForceWarning {
     /// The forces never leave one level: their zeros are not known.
     #[error(
         "the finger never leaves the surface, or never touches it: the zeros of the forces are assumed to be 0, and force and friction are only as \
-            accurate as this assumption; record a part with the finger lifted"
+            accurate as this assumption"
     )]
     ZeroUnknown,
     /// The zero of a force cell drifts.
     #[error(
         "the zero of the normal force drifts between {from_n:.3} and {to_n:.3} N (a contact needs {threshold_n} N): contacts are found above the \
-            drifting zero; let the cell warm up, or zero it between trials",
+            drifting zero",
         threshold_n = rounded(*threshold_n)
     )]
-    ForceDrift {
+    ZeroDrifts {
         from_n: f64,
         to_n: f64,
         threshold_n: f64,
     },
+    /// More friction than skin usually has.
+    #[error(
+        "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped"
+    )]
+    HighFriction { coefficient: f64 },
+    /// The file of the force began again while it was followed.
+    #[error(
+        "{file} was emptied or replaced, or its time began again, {} while it was followed: the zero of the force may have changed",
+        counted(*times, "time")
+    )]
+    BeganAgain { file: String, times: usize },
+}
+
+impl ForceFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Implausible { .. } => "check its unit and scale",
+            Self::ZeroFar { .. } | Self::ZeroScatters { .. } | Self::BeganAgain { .. } => {
+                "check the zero of the force cell, and any weight on it"
+            }
+            Self::ZeroUnknown => "record a part with the finger lifted",
+            Self::ZeroDrifts { .. } => "let the cell warm up, or zero it between trials",
+            Self::HighFriction { .. } => "check which channel is the normal force",
+        }
+    }
 }
 
 /// The warnings about `force`, computed from the samples `normal_n` with the contact threshold `on_n`.
@@ -84,19 +122,23 @@ pub enum ForceWarning {
 pub(super) fn warnings_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> Vec<Warning> {
     let level_n = quantile(&force.level_n, 0.99);
     if level_n > LARGEST_N {
-        return vec![Warning::from(ForceWarning::ForceImplausible {
-            level_n,
-            largest_n: LARGEST_N,
-            at_limit_share: flat_top_fraction(normal_n),
+        return vec![Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::Implausible {
+                level_n,
+                largest_n: LARGEST_N,
+                at_limit_share: flat_top_fraction(normal_n),
+            },
         })];
     }
     let zeros_n: Vec<f64> = force.baseline.0.iter().map(|(_, zero_n)| *zero_n).collect();
     let zero_n = quantile(&zeros_n, 0.5);
     let mut warnings = Vec::new();
     if zero_n.abs() > LARGEST_N {
-        warnings.push(Warning::from(ForceWarning::ForceZeroFar {
-            zero_n,
-            largest_n: LARGEST_N,
+        warnings.push(Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::ZeroFar {
+                zero_n,
+                largest_n: LARGEST_N,
+            },
         }));
     }
     let (from_n, to_n) = force.baseline.range();
@@ -106,19 +148,25 @@ pub(super) fn warnings_of_force(normal_n: &[f64], force: &Force, on_n: f64) -> V
     }
     warnings.push(if force.lifts.is_empty() {
         // The lower envelope of one contact is no zero.
-        Warning::from(ForceWarning::ZeroUnknown)
+        Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::ZeroUnknown,
+        })
     } else if has_a_course(&zeros_n) {
-        Warning::from(ForceWarning::ForceDrift {
-            from_n,
-            to_n,
-            threshold_n,
+        Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::ZeroDrifts {
+                from_n,
+                to_n,
+                threshold_n,
+            },
         })
     } else {
-        Warning::from(ForceWarning::ForceZeroScatters {
-            from_n,
-            to_n,
-            lifts: zeros_n.len(),
-            threshold_n,
+        Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::ZeroScatters {
+                from_n,
+                to_n,
+                lifts: zeros_n.len(),
+                threshold_n,
+            },
         })
     });
     warnings

@@ -26,7 +26,7 @@ use crate::warning::{Counts, Warning};
 pub use criteria::StrokeCriterion;
 pub use cuts::{Cut, Cuts};
 pub use force::{ForceRule, Judging, segment_by_force};
-pub use force_warning::ForceWarning;
+pub use force_warning::{ForceFault, ForceWarning};
 pub(crate) use speed::stroke_speed_m_s;
 pub use speed::{SpeedRule, segment_by_speed};
 

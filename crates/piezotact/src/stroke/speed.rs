@@ -1,7 +1,8 @@
 //! Passive touch: segmentation into strokes by the plateau of the surface's speed.
 
-use crate::stroke::ForceWarning;
+use crate::recording::{Reached, RecordingWarning};
 use crate::stroke::StrokeWarning;
+use crate::stroke::{ForceFault, ForceWarning};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
@@ -148,7 +149,9 @@ pub fn segment_by_speed(
         .collect();
     let coefficient = quantile(&friction, 0.5);
     if coefficient > HIGH_FRICTION {
-        warnings.push(Warning::from(StrokeWarning::HighFriction { coefficient }));
+        warnings.push(Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::HighFriction { coefficient },
+        }));
     }
     let plateaus: Vec<f64> = strokes
         .iter()
@@ -163,9 +166,11 @@ pub fn segment_by_speed(
         && !strokes.is_empty()
         && (reached / asked_m_s - 1.0).abs() > OFF_SPEED
     {
-        warnings.push(Warning::from(StrokeWarning::SpeedOffTarget {
-            mean_m_s: reached,
-            target_m_s: asked_m_s,
+        warnings.push(Warning::from(RecordingWarning::ConditionDiffers {
+            what: Reached::Speed {
+                mean_m_s: reached,
+                target_m_s: asked_m_s,
+            },
         }));
     }
     Ok(Segmentation {
@@ -232,7 +237,9 @@ fn held(
     let (on_n, off_n) = (rule.touch_n.0, 0.5 * rule.touch_n.0);
     let Some(force) = above_rest(frames, smooth_n.clone(), on_n) else {
         // One level all along: the finger touches always or never, and the zeros are not known.
-        warnings.push(Warning::from(ForceWarning::ZeroUnknown));
+        warnings.push(Warning::from(ForceWarning::Doubtful {
+            fault: ForceFault::ZeroUnknown,
+        }));
         return Ok(Some(Held {
             touches: events(smooth_n.iter().copied(), on_n, off_n),
             tangential: vec![Polyline(Vec::new()); signals.tangential_force_n.len()],

@@ -30,17 +30,6 @@ pub enum StrokeWarning {
         "no normal force was recorded: the finger is assumed to touch whenever the surface moves; measure the force together with the acceleration"
     )]
     ContactAssumed,
-    /// A force that is negative in contact was taken with its sign reversed.
-    #[error(
-        "{channel} is negative in contact and its sign was reversed: check the polarity of the sensors and the actuator"
-    )]
-    SignReversed { channel: String },
-    /// More friction than skin usually has.
-    #[error(
-        "the friction coefficient is {coefficient:.2}, more than skin usually has: an adhesive surface, or the force axes are swapped; check which \
-            channel is the normal force"
-    )]
-    HighFriction { coefficient: f64 },
     /// A stroke much longer than others: maybe two.
     #[error(
         "the stroke at {at_s:.2} s lasts {length_s:.1} s, a typical one {usual_s:.1} s: it may be two strokes, or a movement back and forth without \
@@ -51,13 +40,6 @@ pub enum StrokeWarning {
         length_s: f64,
         usual_s: f64,
     },
-    /// The speed differs from the requested one.
-    #[error(
-        "the speed was {:.2} mm/s, but {:.2} mm/s was requested: frequencies and rms are those of the speed that was reached",
-        mean_m_s * 1e3,
-        target_m_s * 1e3
-    )]
-    SpeedOffTarget { mean_m_s: f64, target_m_s: f64 },
     /// Parts of a recording that looked like strokes were rejected.
     #[error(
         "{count} of {of} parts that looked like strokes were rejected ({}): check the rejected parts in the report; cut the strokes by hand",
@@ -75,9 +57,4 @@ pub enum StrokeWarning {
         of: usize,
         reasons: Counts,
     },
-    /// A person's cuts that lie outside the recording.
-    #[error(
-        "{count} cuts of {file} are outside the recording and were not applied: check the times of the cuts"
-    )]
-    CutsNotApplied { file: String, count: usize },
 }

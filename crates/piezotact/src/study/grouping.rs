@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{AnalysedRecording, StudyError, StudySettings};
 use crate::compare::{
-    CommonLine, CompareWarning, LinesOf, Periods, Summary, common_lines, set_apart, summarise,
+    CommonLine, CompareWarning, LinesOf, Mixed, Periods, Summary, common_lines, set_apart,
+    summarise,
 };
 use crate::recording::{SlidingDirection, Touch};
 use crate::surface::{Duplex, SampleSet, SurfaceSample};
@@ -401,8 +402,10 @@ pub(super) fn left_out<'a>(
         .map(|place| takes[place].name.as_str())
         .collect();
     (!names.is_empty()).then(|| {
-        Warning::from(CompareWarning::NotCompared {
-            recordings: names.join(", "),
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::LeftOut {
+                recordings: names.join(", "),
+            },
         })
     })
 }

@@ -1,5 +1,6 @@
 //! Recordings of a study, named and cut: what a person states counts before what the recording says, and that before its name.
 
+use crate::recording::{NotUsed, RecordingWarning};
 use std::collections::BTreeMap;
 
 use super::StudyError;
@@ -7,7 +8,7 @@ use crate::feature::Analysis;
 use crate::quantity::Unit;
 use crate::recording::{Condition, Recording};
 use crate::roles::{Motion, Roles};
-use crate::stroke::{Cuts, Expected, Judging, Segmentation, StrokeWarning, segment};
+use crate::stroke::{Cuts, Expected, Judging, Segmentation, segment};
 use crate::warning::{Warning, Warnings};
 
 /// A faster sliding speed is none of a finger, m/s: an arm that throws reaches about this.
@@ -269,9 +270,11 @@ fn with_cuts(
         let (cut, outside) = cuts.apply(segmentation, recording.len(), recording.rate());
         segmentation = cut;
         if !outside.is_empty() {
-            let warning = StrokeWarning::CutsNotApplied {
-                file: cuts.source.clone(),
-                count: outside.len(),
+            let warning = RecordingWarning::NotUsed {
+                what: NotUsed::Cuts {
+                    file: cuts.source.clone(),
+                    count: outside.len(),
+                },
             };
             segmentation.warnings.push(Warning::from(warning));
         }

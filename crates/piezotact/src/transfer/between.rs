@@ -1,5 +1,6 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
+use crate::recording::{RecordingWarning, ReversedSign};
 use serde::Serialize;
 
 use super::related::repeats_itself;
@@ -252,7 +253,12 @@ fn warning(
     let from_force = *drive_unit == Unit::Newton;
     if at_one_point && from_force && *response_unit == Unit::MetrePerSecondSquared {
         let inverted = found.is_inverted(function);
-        let inverted = inverted.then(|| TransferWarning::PolarityInverted.into());
+        let inverted = inverted.then(|| {
+            RecordingWarning::Sign {
+                of: ReversedSign::Power,
+            }
+            .into()
+        });
         function.about.warnings.extend(inverted);
     }
 }

@@ -1,11 +1,12 @@
 //! Clock drift and missing samples in a recording of drive and response: how the delay of the response changes over the
 //! recording, and the response corrected to the clock of its drive.
 
+use crate::recording::LostBy;
+use crate::recording::{Clocks, RecordingWarning};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use super::TransferWarning;
 use crate::fourier::RealTransform;
 use crate::fourier::hann;
 use crate::quantity::{Quantity, SampleRate};
@@ -90,15 +91,19 @@ pub fn on_one_clock<I: Quantity, O: Quantity>(
     }
     let mut warnings = Vec::new();
     if let Some([ppm, uncertainty]) = course.drift_ppm {
-        warnings.push(Warning::from(TransferWarning::ClocksDiffer {
-            ppm,
-            uncertainty,
+        warnings.push(Warning::from(RecordingWarning::ClocksDiffer {
+            of: Clocks::Response {
+                ppm,
+                uncertainty_ppm: uncertainty,
+            },
         }));
     }
     for [at, missing] in &course.steps {
-        warnings.push(Warning::from(TransferWarning::SamplesMissing {
-            count: *missing,
-            at_s: at / rate.hz(),
+        warnings.push(Warning::from(RecordingWarning::SamplesLost {
+            by: LostBy::Unreported {
+                count: *missing,
+                at_s: at / rate.hz(),
+            },
         }));
     }
     let reach = blocks.span as f64;

@@ -1,6 +1,7 @@
 //! Measurement faults detected in a transfer function: swapped, delayed or inverted channels, unresolved resonances, and
 //! lines that were not excited.
 
+use crate::recording::{RecordingWarning, ReversedSign};
 use crate::transfer::TransferWarning;
 use num_complex::Complex;
 
@@ -107,8 +108,12 @@ impl Found {
             self.step
                 .map(|delay| step_warning(delay, 1.0 / resolution_hz)),
             unresolved,
-            self.inverted
-                .then(|| TransferWarning::PolarityInverted.into()),
+            self.inverted.then(|| {
+                RecordingWarning::Sign {
+                    of: ReversedSign::Power,
+                }
+                .into()
+            }),
         ];
         gaps.chain(of_lines.into_iter().flatten()).collect()
     }

@@ -1,12 +1,11 @@
 //! Transfer functions from periodic drives: sweeps and multisines. Blocks are transformed without a window,
 //! and neighbouring lines are averaged to the line spacing of an estimate by segments.
 
+use crate::recording::{LostBy, RecordingWarning};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
-use super::{
-    CrossSpectra, Estimator, Known, TransferError, TransferFunction, TransferWarning, touches,
-};
+use super::{CrossSpectra, Estimator, Known, TransferError, TransferFunction, touches};
 use crate::fourier::RealTransform;
 use crate::quantity::{Quantity, SampleRate};
 use crate::series::Series;
@@ -114,9 +113,8 @@ impl Transformed {
             drive: cut(drive.samples()),
             response: cut(response.samples()),
             step_hz: drive.rate().hz() / length as f64,
-            left_out: (left_out > 0).then_some(Warning::from(TransferWarning::SegmentsLeftOut {
-                left_out,
-                of: rows,
+            left_out: (left_out > 0).then_some(Warning::from(RecordingWarning::SamplesLost {
+                by: LostBy::Segments { left_out, of: rows },
             })),
         })
     }

@@ -31,12 +31,6 @@ pub enum TransferWarning {
         found: f64,
         lines: usize,
     },
-    /// Few averages: the estimate scatters.
-    #[error(
-        "only {averages} segments were averaged, {recommended} or more are recommended: the estimate is uncertain; measure longer; use shorter \
-            segments"
-    )]
-    FewAverages { averages: usize, recommended: usize },
     /// The response comes so late after the drive that segments no longer hold the same event.
     #[error(
         "the response comes {:.1} ± {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; use longer segments; align the \
@@ -86,40 +80,12 @@ pub enum TransferWarning {
         lines: f64,
         resolution_hz: f64,
     },
-    /// Repeats of one measurement differ.
-    #[error(
-        "repeats differ by up to {db_rms:.1} dB rms: the finger moved or its force changed, or a repeat is from another participant; measure again"
-    )]
-    RepeatsScatter { db_rms: f64 },
     /// The device distorts.
     #[error(
         "distortion reaches {level_db:.0} dB of the response at {band_hz}: the transfer function is valid only for this level of drive; \
             characterise at the level that will be played"
     )]
     Nonlinear { level_db: f64, band_hz: Band },
-    /// The force takes power out of the finger: one of two channels has the wrong sign.
-    #[error(
-        "the force seems to extract power from the finger: force or acceleration has the wrong sign; check the polarity of the sensors and the \
-            actuator"
-    )]
-    PolarityInverted,
-    /// Drive and response were sampled with two clocks; the response was corrected to the clock of the drive.
-    #[error(
-        "the clock of the response runs {ppm:.1} ± {uncertainty:.1} parts per million faster than that of the drive: the response was resampled to \
-            the clock of the drive; drive playback and recording from one clock, or use short textures"
-    )]
-    ClocksDiffer { ppm: f64, uncertainty: f64 },
-    /// Samples of the response are missing without having been reported; the following samples were shifted back into place.
-    #[error(
-        "{:.0} samples of the {} are missing at about {at_s:.2} s and were not reported as lost: the later samples were shifted to their correct \
-            times; close other programs; measure again",
-        count.abs(),
-        if *count < 0.0 { "drive" } else { "response" }
-    )]
-    SamplesMissing { count: f64, at_s: f64 },
-    /// Segments that touch samples which were lost are left out of the estimate.
-    #[error("{left_out} of {of} segments contain lost samples, and were left out: measure again")]
-    SegmentsLeftOut { left_out: usize, of: usize },
     /// Limits that were stored do not follow from coherence and averages.
     #[error(
         "the limits stored with the transfer function are {ratio:.3} times those that follow from its coherence and averages: one of them was \
@@ -128,9 +94,9 @@ pub enum TransferWarning {
     LimitsDiffer { ratio: f64 },
     /// A stored transfer function does not follow from the spectra stored beside it.
     #[error(
-        "the stored transfer function differs from the ratio of the stored spectra by up to {difference:.1e} of its value (at {at_hz:.1} Hz), and \
-            the stored coherence from theirs by up to {coherence_difference:.1e}: they were estimated by other methods, or the file was changed; \
-            ask the author of the program that exported it"
+        "the stored transfer function and coherence are not those of the stored spectra: they differ by up to {difference:.1e} of the value (at \
+            {at_hz:.1} Hz) and by {coherence_difference:.1e}, as other methods were used, or the file was changed; ask the author of the program \
+            that exported it"
     )]
     StoredDiffers {
         difference: f64,

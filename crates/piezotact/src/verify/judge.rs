@@ -1,7 +1,9 @@
 //! The criteria of a verification, judged from the spectra and waveforms of target and measurement.
 
+use crate::recording::LostBy;
+use crate::recording::{Clocks, RecordingWarning};
+use crate::render::{PartLost, RenderWarning};
 use crate::statistics::Z_95;
-use crate::verify::VerifyWarning;
 use statrs::distribution::{ContinuousCDF, StudentsT};
 
 use super::clock::Clock;
@@ -128,7 +130,6 @@ pub(super) fn judge(evidence: &Evidence<'_>) -> Judgement {
     criteria.extend(extent(evidence, &lines));
     let correlation = all.correlation();
     if all.plain_correlation() >= COPY {
-        more.push(Warning::from(VerifyWarning::CopyOfTarget));
         criteria.push(Criterion {
             found: Some(correlation),
             ..Criterion::unmeasured(VerifyCriterion::Independent, "", Limit::at_most(COPY))
@@ -157,15 +158,21 @@ fn of(what: VerifyCriterion, unit: &str, found: Found, limit: Limit) -> Criterio
 
 /// The warnings about the clocks.
 fn of_clock(clock: &Clock) -> Vec<Warning> {
-    let drift = clock.drift_ppm.map(|ppm| VerifyWarning::ClockDrift { ppm });
-    let lost = (!clock.lost.is_empty()).then(|| VerifyWarning::LostSamples {
-        samples: clock.lost.iter().map(|lost| lost.samples).sum(),
-        places: clock.lost.len(),
+    let drift = clock.drift_ppm.map(|ppm| RecordingWarning::ClocksDiffer {
+        of: Clocks::Playback { ppm },
+    });
+    let lost = (!clock.lost.is_empty()).then(|| RecordingWarning::SamplesLost {
+        by: LostBy::Recording {
+            samples: clock.lost.iter().map(|lost| lost.samples).sum(),
+            places: clock.lost.len(),
+        },
     });
     let wanders = clock
         .wander_s
         .filter(|wander_s| *wander_s > WANDERS_S)
-        .map(|rms_s| VerifyWarning::DelayWanders { rms_s });
+        .map(|rms_s| RecordingWarning::ClocksDiffer {
+            of: Clocks::Wanders { rms_s },
+        });
     [drift, lost, wanders]
         .into_iter()
         .flatten()
@@ -263,9 +270,12 @@ fn spectrum(
     }
     let all = lines.compared.len() + lines.hidden;
     if lines.hidden > 0 {
-        more.push(Warning::from(VerifyWarning::HiddenByNoise {
-            line_share: lines.hidden as f64 / all.max(1) as f64,
-            power_share: lines.hidden_power / in_band.max(f64::MIN_POSITIVE),
+        more.push(Warning::from(RenderWarning::BandPartLost {
+            share: lines.hidden as f64 / all.max(1) as f64,
+            bands: Vec::new(),
+            why: PartLost::HiddenByNoise {
+                power_share: lines.hidden_power / in_band.max(f64::MIN_POSITIVE),
+            },
         }));
     }
     criteria

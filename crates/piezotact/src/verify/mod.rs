@@ -21,6 +21,8 @@ mod uncompensated;
 mod verdict;
 mod warning;
 
+use crate::recording::{RecordingWarning, ReversedSign};
+use crate::render::{PartLost, RenderWarning};
 pub(crate) use align::align;
 pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
@@ -236,10 +238,6 @@ pub(crate) fn nmse_db(difference_rms: f64, target_rms: f64) -> f64 {
 
 /// A waveform follows its target in time when the magnitude of their correlation exceeds this.
 const FOLLOWS: f64 = 0.5;
-/// A warning is raised when at least this share of the band is not judged.
-const WARNING_UNJUDGED_SHARE: f64 = 0.05;
-/// A warning is raised when the power on lines without target exceeds this share of the target's power.
-const WARNING_ADDED_POWER: f64 = 0.01;
 
 /// What [`verify`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
@@ -337,35 +335,15 @@ pub fn verify<Q: Quantity>(
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
     let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
-    let judged_share = if config.reached.is_empty() {
-        1.0
-    } else {
-        reached.len() as f64 / lines.compared.len() as f64
-    };
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut warnings: Warnings = target_psd.warnings.iter().cloned().collect();
-    if judged_share < 1.0 - WARNING_UNJUDGED_SHARE {
-        warnings.push(Warning::from(VerifyWarning::PartJudged {
-            share: judged_share,
-            judged: config.reached.clone(),
-            band: config.band,
-        }));
-    }
-    if added_power > WARNING_ADDED_POWER {
-        warnings.push(Warning::from(VerifyWarning::PowerAdded {
-            ratio: added_power,
-        }));
-    }
-    if config.level.0 != 0.0 {
-        warnings.push(Warning::from(VerifyWarning::LevelChanged {
-            level_db: config.level.0,
-        }));
-    }
     if lines.without_target > 0 {
         let all = lines.without_target + lines.compared.len();
-        warnings.push(Warning::from(VerifyWarning::NoTargetPower {
+        warnings.push(Warning::from(RenderWarning::BandPartLost {
             share: lines.without_target as f64 / all as f64,
+            bands: Vec::new(),
+            why: PartLost::NoTarget,
         }));
     }
     if is_cut(compared.len(), target.samples().len()) {
@@ -376,8 +354,10 @@ pub fn verify<Q: Quantity>(
     }
     warnings.extend(measured.clipping.warnings);
     if waveform_correlation < INVERTED {
-        warnings.push(Warning::from(VerifyWarning::Inverted {
-            correlation: waveform_correlation,
+        warnings.push(Warning::from(RecordingWarning::Sign {
+            of: ReversedSign::Measurement {
+                correlation: waveform_correlation,
+            },
         }));
     }
     let floor = intended::floor(&intended, response, &aligned, config.band);

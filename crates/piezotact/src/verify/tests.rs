@@ -1,5 +1,6 @@
 //! Tests with known delays, signs, levels and limits.
 
+use crate::recording::{RecordingWarning, ReversedSign};
 use crate::verify::VerifyWarning;
 use std::f64::consts::TAU;
 
@@ -92,11 +93,12 @@ fn a_tone_between_samples_is_not_taken_for_its_inverse() {
 fn a_reversed_sign_is_said() {
     let v = judged(&texture(20_000, 0.0, 1.0), &texture(20_000, 0.004, -1.0));
     assert!(v.waveform_correlation < -0.99 && !v.passed());
-    assert!(
-        v.warnings
-            .iter()
-            .any(|warning| matches!(warning.kind(), Some(VerifyWarning::Inverted { .. })))
-    );
+    assert!(v.warnings.iter().any(|warning| matches!(
+        warning.kind(),
+        Some(RecordingWarning::Sign {
+            of: ReversedSign::Measurement { .. }
+        })
+    )));
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Signals that are known to be right or wrong, and the verdicts on them.
 
-use crate::verify::VerifyWarning;
+use crate::recording::{Clocks, RecordingWarning};
 use std::f64::consts::TAU;
 
 use rand_chacha::ChaCha8Rng;
@@ -274,7 +274,14 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
             Some(found) => assert!((found - ppm).abs() < 0.5, "{ppm}: {found}"),
             None => assert_eq!(ppm, 0.0),
         }
-        let said = |d: &Warning| matches!(d.kind(), Some(VerifyWarning::ClockDrift { .. }));
+        let said = |d: &Warning| {
+            matches!(
+                d.kind(),
+                Some(RecordingWarning::ClocksDiffer {
+                    of: Clocks::Playback { .. }
+                })
+            )
+        };
         assert_eq!(v.warnings.iter().any(said), ppm != 0.0);
     }
     let target = noise(40_000, 8);
@@ -322,7 +329,14 @@ fn two_clocks_and_lost_samples_are_corrected_for_and_said() {
         .collect();
     let v = judged(&target, &wandering, &usual());
     assert_eq!(v.verdict, Verdict::NotPassed, "{}", v.sentence());
-    let said = |d: &Warning| matches!(d.kind(), Some(VerifyWarning::DelayWanders { .. }));
+    let said = |d: &Warning| {
+        matches!(
+            d.kind(),
+            Some(RecordingWarning::ClocksDiffer {
+                of: Clocks::Wanders { .. }
+            })
+        )
+    };
     assert!(v.warnings.iter().any(said), "{:?}", v.warnings);
 }
 

@@ -174,7 +174,8 @@ fn kind_of(warning: &Warning) -> Kind<'_> {
             Value::Object(fields) => {
                 let is_band = fields.contains_key("low_hz");
                 let counts = fields.values().all(Value::is_u64);
-                name == "example" || fields.contains_key("example") || (counts && !is_band)
+                let is_example = fields.len() == 1 && fields.contains_key("example");
+                name == "example" || is_example || (counts && !is_band)
             }
             Value::Null | Value::Bool(_) => false,
         };
@@ -314,12 +315,12 @@ fn digits(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::CompareWarning;
     use crate::quantity::{Band, Hertz};
     use crate::recording::RecordingWarning;
     use crate::render::RenderWarning;
-    use crate::stroke::ForceWarning;
     use crate::stroke::StrokeWarning;
+    use crate::stroke::{ForceFault, ForceWarning};
+    use crate::warning::{Few, FewWarning};
 
     fn outside(share: f64) -> Warning {
         let band = Band::new(Hertz(20.0), Hertz(500.0)).unwrap();
@@ -360,7 +361,12 @@ mod tests {
     #[test]
     fn every_file_is_counted_whatever_else_is_reported_of_it() {
         let names: Vec<String> = (0..20).map(|k| format!("{k}.vav")).collect();
-        let both = [outside(0.3), Warning::from(ForceWarning::ZeroUnknown)];
+        let both = [
+            outside(0.3),
+            Warning::from(ForceWarning::Doubtful {
+                fault: ForceFault::ZeroUnknown,
+            }),
+        ];
         let all = names
             .iter()
             .flat_map(|name| both.iter().map(move |d| (Some(name.as_str()), d)));
@@ -385,10 +391,10 @@ mod tests {
     #[test]
     fn what_a_warning_names_is_listed() {
         let few = |what: &str, kept| {
-            Warning::from(CompareWarning::FewStrokes {
-                group: what.into(),
-                kept,
+            Warning::from(FewWarning::Few {
+                found: kept,
                 recommended: 15,
+                what: Few::Strokes { group: what.into() },
             })
         };
         let told = merged(&[
@@ -400,8 +406,8 @@ mod tests {
         let text: Vec<String> = told.iter().map(ToString::to_string).collect();
         assert_eq!(text.len(), 2);
         assert!(
-            text[0].starts_with("S1: strokes kept: 3")
-                && text[0].ends_with("(likewise S2 and S3; 3 of this kind: kept 3 to 5)"),
+            text[0].starts_with("S1: only 3 strokes, 15 or more are recommended")
+                && text[0].ends_with("(likewise S2 and S3; 3 of this kind: found 3 to 5)"),
             "{text:?}"
         );
         let guessed = |what: &str| Warning::from(RecordingWarning::Guessed { what: what.into() });

@@ -1,5 +1,6 @@
 //! A study that is open: its store, its campaign, and the sessions with their plans.
 
+use piezotact::recording::{RecordingWarning, Simulated};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -13,7 +14,7 @@ use piezotact_people::association::{
 };
 use piezotact_people::campaign::plan::{CompletedSession, Plan};
 use piezotact_people::campaign::protocol::TaskKind;
-use piezotact_people::campaign::session::{CampaignWarning, Stage, State};
+use piezotact_people::campaign::session::{CampaignWarning, LeftOut, Stage, State};
 use piezotact_people::campaign::store::{Purpose, SessionEntry, Store as _};
 use piezotact_study::session::state_of;
 use piezotact_study::store::{Notice, Pseudonym, StudyCampaign, StudyStore};
@@ -199,7 +200,9 @@ impl Study {
     /// What a person should know of the sessions with volunteers.
     pub(crate) fn warnings(&self) -> Outcome<Vec<Warning>> {
         let not_erased = self.not_erased()?.into_iter();
-        let not_erased = not_erased.map(|participant| CampaignWarning::NotErased { participant });
+        let not_erased = not_erased.map(|participant| CampaignWarning::LeftOut {
+            why: LeftOut::Withdrawn { participant },
+        });
         let mut warnings: Vec<Warning> = not_erased.map(Warning::from).collect();
         for begun in self.sessions()? {
             if let Some(Failure::Data(why) | Failure::Usage(why)) = &begun.unreadable {
@@ -208,7 +211,12 @@ impl Study {
                     begun.entry.key.session, begun.entry.key.participant
                 );
                 let why = sentence(why);
-                warnings.push(CampaignWarning::NoPlan { session, why }.into());
+                warnings.push(
+                    CampaignWarning::LeftOut {
+                        why: LeftOut::Plan { session, said: why },
+                    }
+                    .into(),
+                );
             }
         }
         let mut by_judge: BTreeMap<String, usize> = BTreeMap::new();
@@ -225,8 +233,12 @@ impl Study {
             }
         }
         let virtual_volunteers = by_judge.into_iter();
-        let virtual_volunteers = virtual_volunteers
-            .map(|(judge, sessions)| CampaignWarning::Virtual { sessions, judge }.into());
+        let virtual_volunteers = virtual_volunteers.map(|(judge, sessions)| {
+            RecordingWarning::Simulated {
+                by: Simulated::Volunteers { sessions, judge },
+            }
+            .into()
+        });
         warnings.extend(virtual_volunteers);
         warnings
             .extend((unknown > 0).then(|| AssociationWarning::NotKnown { trials: unknown }.into()));

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use piezotact_dataset::eeg::{EegSource, files_of, read_eeg_source};
-use piezotact_people::eeg::EegWarning;
 use piezotact_people::eeg::source::{Segment, StatedChannel, Subject};
+use piezotact_people::eeg::{EegWarning, MarkersFault};
 
 use crate::failure::{Failure, Outcome, usage};
 use crate::memory::reading_fits;
@@ -79,11 +79,13 @@ impl Source {
             .events
             .iter()
             .filter(|table| table.without_marker > 0);
-        let warnings = differing.map(|table| EegWarning::EventsDiffer {
-            table: table.name.clone(),
-            without: table.without_marker,
-            of: table.events,
-            markers: table.markers,
+        let warnings = differing.map(|table| EegWarning::Markers {
+            fault: MarkersFault::OtherTable {
+                table: table.name.clone(),
+                without: table.without_marker,
+                of: table.events,
+                markers: table.markers,
+            },
         });
         let warnings: Vec<EegWarning> = warnings.collect();
         source.segments[0]

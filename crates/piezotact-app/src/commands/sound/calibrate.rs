@@ -1,5 +1,6 @@
 //! `piezotact calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
 
+use piezotact::sound::CalibrationFault;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -150,9 +151,12 @@ fn find_wires(device: &SoundDevice, found: &mut SoundCalibration) -> Outcome {
             // An output to the amplifier arrives at the sensors, if it arrives at all.
             Err(error) => {
                 let what = error.to_string();
-                found
-                    .warnings
-                    .push(SoundWarning::WireNotFound { what }.into());
+                found.warnings.push(
+                    SoundWarning::Calibration {
+                        fault: CalibrationFault::WireNotFound { what },
+                    }
+                    .into(),
+                );
             }
         }
     }

@@ -1,6 +1,7 @@
+use piezotact::recording::LostBy;
+use piezotact::recording::{Clocks, RecordingWarning};
 use std::time::Duration;
 
-use piezotact::run::ForceSourceWarning;
 use piezotact::statistics::random::Random;
 
 use super::*;
@@ -260,7 +261,7 @@ fn readings_without_times_are_joined_by_their_arrival() {
     let warnings = joiner.warnings();
     assert!(matches!(
         warnings[0].kind(),
-        Some(ForceSourceWarning::ClockUncertain { uncertainty_s, .. }) if (uncertainty_s - 0.025).abs() < 0.012
+        Some(RecordingWarning::ClocksDiffer { of: Clocks::Force { uncertainty_s, .. } }) if (uncertainty_s - 0.025).abs() < 0.012
     ));
 }
 
@@ -279,7 +280,7 @@ fn gaps_are_told_and_long_ones_refused() {
     assert!(matches!(
         warning.kind(),
         // From the last reading before 6 s to the one at 6.5 s.
-        Some(ForceSourceWarning::GapsInterpolated { gaps: 1, longest_s, .. }) if (longest_s - 0.5125).abs() < 1e-3
+        Some(RecordingWarning::SamplesLost { by: LostBy::Force { gaps: 1, longest_s, .. } }) if (longest_s - 0.5125).abs() < 1e-3
     ));
     let error = joined(&gap([6.0, 7.5]), 10.0).unwrap_err();
     assert!(matches!(error, ForceError::Stale { .. }), "{error}");

@@ -4,9 +4,10 @@ use piezotact::Warning;
 use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
+use piezotact::recording::LostBy;
 use piezotact::recording::{BenchKind, BrokenPlayback, Recording, RecordingWarning, StartTime};
 use piezotact::resample::resample_over;
-use piezotact::run::{RunStart, RunWarning, Sink, SinkError};
+use piezotact::run::{RunStart, Sink, SinkError};
 use piezotact::series::Series;
 use piezotact::spectrum::{Spectrum, WelchConfig, WelchPlan};
 use piezotact::statistics::{mean, standard_deviation};
@@ -320,19 +321,23 @@ fn incomplete(recording: &Recording) -> Option<Warning> {
         underruns,
     }) = losses.playback
     {
-        let cut = RunWarning::PlaybackIncomplete {
-            played,
-            expected,
-            underruns,
+        let cut = RecordingWarning::SamplesLost {
+            by: LostBy::Playback {
+                played,
+                expected,
+                underruns,
+            },
         };
         return Some(cut.into());
     }
     if losses.samples > 0 {
-        let lost = RunWarning::SamplesLost {
-            gaps: losses.stretches_s.len(),
-            samples: losses.samples,
-            longest_s: losses.longest().0,
-            places_s: losses.stretches_s.clone(),
+        let lost = RecordingWarning::SamplesLost {
+            by: LostBy::Device {
+                gaps: losses.stretches_s.len(),
+                samples: losses.samples,
+                longest_s: losses.longest().0,
+                places_s: losses.stretches_s.clone(),
+            },
         };
         return Some(lost.into());
     }

@@ -7,7 +7,8 @@ mod result;
 use crate::DeviceError;
 use piezotact::clipping::ClippingWarning;
 use piezotact::correct::{LoopStop, LoopWarning};
-use piezotact::render::RenderWarning;
+use piezotact::recording::{RecordingWarning, ReversedSign};
+use piezotact::render::{PartLost, RenderWarning};
 use piezotact::resample::ResampleWarning;
 use piezotact::verify::VerifyWarning;
 use std::fmt;
@@ -420,10 +421,12 @@ impl Fit {
     fn warnings(&self, fits_at: Option<Decibels>) -> Vec<Warning> {
         let turned_down = self.turned_down.clone().zip(fits_at);
         let turned_down = turned_down.map(|((bands, share), fits_at)| {
-            Warning::from(RenderWarning::TurnedDown {
+            Warning::from(RenderWarning::BandPartLost {
                 bands,
                 share,
-                fits_at_db: fits_at.0,
+                why: PartLost::TurnedDown {
+                    fits_at_db: fits_at.0,
+                },
             })
         });
         let pressed = (self.crest_correlation < UNLIKE).then_some(Warning::from(
@@ -547,16 +550,20 @@ fn judged(
 }
 
 /// Why a measured response cannot be that of the drive: it ends too early, or is inverted.
-fn wrong(verification: &Verification) -> Option<VerifyWarning> {
+fn wrong(verification: &Verification) -> Option<Warning> {
     let seconds = |samples: usize| samples as f64 / verification.rate_hz;
     if verification.is_cut() {
-        return Some(VerifyWarning::Cut {
+        let cut = VerifyWarning::Cut {
             compared_s: seconds(verification.compared.len()),
             target_s: seconds(verification.target.len()),
-        });
+        };
+        return Some(cut.into());
     }
     let correlation = verification.waveform_correlation;
-    (verification.is_inverted()).then_some(VerifyWarning::Inverted { correlation })
+    let inverted = RecordingWarning::Sign {
+        of: ReversedSign::Measurement { correlation },
+    };
+    (verification.is_inverted()).then(|| inverted.into())
 }
 
 /// The first rendering with the loop's drive in its place.

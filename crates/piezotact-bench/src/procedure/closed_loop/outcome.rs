@@ -3,7 +3,7 @@
 use std::fmt;
 
 use piezotact::Warning;
-use piezotact::correct::MeasurementFaultWarning;
+use piezotact::correct::{MeasurementFault, MeasurementFaultWarning};
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::lineage::Mode;
 use piezotact::statistics::{mean, t_quantile};
@@ -65,34 +65,31 @@ impl LoopFailure {
     /// The mishap as a warning.
     #[must_use]
     pub fn warning(&self) -> Warning {
-        match self.clone() {
-            Self::Bench { said } => MeasurementFaultWarning::BenchFailed { said }.into(),
-            Self::Correction { said } => MeasurementFaultWarning::NotCorrected { said }.into(),
-            Self::Playback { warning } | Self::Response { warning } => *warning,
+        let fault = match self.clone() {
+            Self::Playback { warning } | Self::Response { warning } => return *warning,
+            Self::Bench { said } => MeasurementFault::Bench { said },
+            Self::Correction { said } => MeasurementFault::Correction { said },
             Self::Force {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
-            } => MeasurementFaultWarning::ForceNotHeld {
+            } => MeasurementFault::Force {
                 from_s,
                 mean_n,
                 asked_n,
                 share,
-            }
-            .into(),
-            Self::SensorClips { fraction } => {
-                MeasurementFaultWarning::SensorClips { fraction }.into()
-            }
+            },
+            Self::SensorClips { fraction } => MeasurementFault::SensorClips { fraction },
             Self::Faint {
                 rms_m_s2,
                 noise_m_s2,
-            } => MeasurementFaultWarning::Faint {
+            } => MeasurementFault::ResponseFaint {
                 rms_m_s2,
                 noise_m_s2,
-            }
-            .into(),
-        }
+            },
+        };
+        MeasurementFaultWarning::Failed { fault }.into()
     }
 }
 

@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use piezotact::Warning;
+use piezotact::number::counted;
 use piezotact::quantity::Unit;
 use piezotact::recording::{
     BenchKind, Channel, Event, EventValue, Recording, RecordingWarning, StartTime,
@@ -64,14 +65,20 @@ pub fn write_edf(path: &Path, recording: &Recording) -> Result<Vec<Warning>, Wri
         }
         Ok(())
     })?;
-    let mut warnings = vec![Warning::from(RecordingWarning::FormatLoses {
-        format: "EDF+".into(),
-        what: "the condition, the labels, the provenance and the warnings of a recording, nor samples in more than 16 bits".into(),
-    })];
+    let loses = |what: String| {
+        Warning::from(RecordingWarning::FormatLoses {
+            format: "EDF+".into(),
+            what,
+        })
+    };
+    let mut warnings = vec![loses(
+        "the condition, the labels, the provenance and the warnings of a recording, nor samples in more than 16 bits".into(),
+    )];
     if layout.added > 0 {
-        warnings.push(Warning::from(RecordingWarning::Padded {
-            samples: layout.added,
-        }));
+        let added = counted(layout.added, "sample");
+        warnings.push(loses(format!(
+            "a last record that is not full, so that {added} with the last value of each channel were added at the end"
+        )));
     }
     Ok(warnings)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    Channel, Clock, Condition, Event, EventValue, Provenance, Recording, RecordingWarning,
+    Channel, Clock, Condition, Event, EventValue, NotUsed, Provenance, Recording, RecordingWarning,
 };
 
 use super::{XdfStream, XdfValues, parse_xdf};
@@ -71,11 +71,13 @@ pub(crate) fn recording_of_xdf(path: &Path, bytes: &[u8]) -> Result<Recording, R
     let length_s = recording.duration();
     let outside = recording.annotations.outside(length_s);
     if let Some(first) = outside.first() {
-        warnings.push(Warning::from(RecordingWarning::EventsOutside {
-            count: outside.len(),
-            onset_s: first.onset_s.0,
-            lasts_s: first.duration_s.0,
-            length_s: length_s.0,
+        warnings.push(Warning::from(RecordingWarning::NotUsed {
+            what: NotUsed::Events {
+                count: outside.len(),
+                onset_s: first.onset_s.0,
+                lasts_s: first.duration_s.0,
+                length_s: length_s.0,
+            },
         }));
     }
     recording.about.warnings = warnings;

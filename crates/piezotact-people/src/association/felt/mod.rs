@@ -15,7 +15,7 @@ use piezotact::spectrum::welch;
 use serde::{Deserialize, Serialize};
 
 pub use pair::{FeltComparison, FeltCriterion, FeltPair, Separates};
-pub use warning::FeltWarning;
+pub use warning::{FeltUnknown, FeltWarning};
 
 use super::confused::{ConfusedPair, PairOutcome};
 use pair::{compared, welch_for};
@@ -154,15 +154,30 @@ pub fn felt_pairs(
     }
     if !others.is_empty() {
         let people = others.into_iter().collect();
-        warnings.push(FeltWarning::OfOthers { people }.into());
+        warnings.push(
+            FeltWarning::NotKnown {
+                why: FeltUnknown::OfOthers { people },
+            }
+            .into(),
+        );
     }
     if fingers.contains_key(&None) && people.len() > 1 {
         let participants = people.len();
-        warnings.push(FeltWarning::OneForAll { participants }.into());
+        warnings.push(
+            FeltWarning::NotKnown {
+                why: FeltUnknown::OneForAll { participants },
+            }
+            .into(),
+        );
     }
     let missing = missing(&wanted, &fingers);
     if !missing.is_empty() {
-        warnings.push(FeltWarning::NotRecorded { samples: missing }.into());
+        warnings.push(
+            FeltWarning::NotKnown {
+                why: FeltUnknown::NoRecording { samples: missing },
+            }
+            .into(),
+        );
     }
     let used = fingers.values().flat_map(BTreeMap::values);
     let shortest_s = used.filter_map(|of| usable_s(of)).fold(f64::MAX, f64::min);
@@ -172,9 +187,11 @@ pub fn felt_pairs(
             match spectrum(recording, model, shortest_s) {
                 Ok(found) => spectra.push(found),
                 Err(reason) => warnings.push(
-                    FeltWarning::NotUsed {
-                        sample: of_person(&recording.sample, *person),
-                        reason,
+                    FeltWarning::NotKnown {
+                        why: FeltUnknown::Unusable {
+                            sample: of_person(&recording.sample, *person),
+                            reason,
+                        },
                     }
                     .into(),
                 ),
@@ -203,9 +220,11 @@ pub fn felt_pairs(
                     warnings.extend(of_it);
                 }
                 Err(reason) => warnings.push(
-                    FeltWarning::NotCompared {
-                        pair: of_person(&pair.pair.join(" – "), *person),
-                        reason,
+                    FeltWarning::NotKnown {
+                        why: FeltUnknown::NotCompared {
+                            pair: of_person(&pair.pair.join(" – "), *person),
+                            reason,
+                        },
                     }
                     .into(),
                 ),

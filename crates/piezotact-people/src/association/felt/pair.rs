@@ -1,14 +1,15 @@
 //! One pair: how far apart what was felt is in level, and in spectrum at equal level.
 
+use piezotact::warning::{Few, FewWarning, Scatter, ScatterWarning};
 use std::fmt;
 
 use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
-use piezotact::discrimination::{DiscriminationWarning, Model};
+use piezotact::discrimination::Model;
 use piezotact::quantity::{Decibels, SampleRate};
 use piezotact::resample::to_common_rate;
 use piezotact::score::{Difference, Extent, Score, ScoreConfig, not_felt, score};
-use piezotact::spectrum::{RECOMMENDED_SEGMENTS, SpectrumWarning, WelchConfig};
+use piezotact::spectrum::{RECOMMENDED_SEGMENTS, WelchConfig};
 use serde::{Deserialize, Serialize};
 
 use super::super::confused::PairOutcome;
@@ -353,10 +354,15 @@ pub(super) fn compared(
 /// The warnings about the score of the samples `names` on which its verdicts depend.
 fn warnings_about(found: &Score, names: [&str; 2]) -> Vec<Warning> {
     let segments = found.segments;
-    let short = SpectrumWarning::ShortSignal { segments };
+    let short = FewWarning::Few {
+        found: segments,
+        recommended: RECOMMENDED_SEGMENTS,
+        what: Few::Segments,
+    };
     let short = (segments < RECOMMENDED_SEGMENTS).then(|| short.into());
     let levels = [found.reference_sensation_db, found.test_sensation_db];
-    let changes = (found.is_nonstationary).then(|| DiscriminationWarning::NotStationary.into());
+    let changes =
+        (found.is_nonstationary).then(|| ScatterWarning::Scatter { of: Scatter::Parts }.into());
     let of_both = short.into_iter().chain(not_felt(names, levels));
     of_both
         .chain(found.config.model().warnings())

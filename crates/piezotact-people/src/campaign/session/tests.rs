@@ -550,10 +550,11 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_warning() {
     let mut run = Run::begun(&protocol, &plan);
     assert_eq!(run.state.warnings(), []);
     run.trial();
-    let under_way = || CampaignWarning::UnderWay {
+    let under_way = || CampaignWarning::Incomplete {
         session: "session discrimination of P01".to_owned(),
         confirmed: 1,
         planned: 27,
+        stopped: false,
     };
     assert_eq!(run.state.warnings(), [Warning::from(under_way())]);
     let mut stopped = Run {

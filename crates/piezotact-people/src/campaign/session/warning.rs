@@ -1,5 +1,6 @@
 //! Warnings about a session.
 
+use piezotact::recording::{RecordingWarning, Simulated};
 use std::collections::BTreeMap;
 
 use piezotact::Warning;
@@ -23,27 +24,6 @@ pub enum CampaignWarning {
         answered: usize,
         allowed: usize,
     },
-    /// The session was stopped before its end; the answers until then are counted.
-    #[error(
-        "{session} was stopped after {confirmed} of {planned} trials; the answers until then are counted: decide, before the answers are looked at, \
-            whether incomplete sessions belong to the analysis"
-    )]
-    #[serde(rename = "session_stopped_early")]
-    StoppedEarly {
-        session: String,
-        confirmed: usize,
-        planned: usize,
-    },
-    /// The session is under way; the answers until now are counted.
-    #[error(
-        "{session} is under way: {confirmed} of {planned} trials are confirmed and counted here; trials that were not reached yet are missing"
-    )]
-    #[serde(rename = "session_under_way")]
-    UnderWay {
-        session: String,
-        confirmed: usize,
-        planned: usize,
-    },
     /// The participant's own order was corrected after its letters were answered with; `trial` is the number of the trial with the order, from 1.
     #[error(
         "{session}: the participant's own order of trial {trial} was corrected after its letters had been answered with: {answers} {} for other \
@@ -55,29 +35,57 @@ pub enum CampaignWarning {
         trial: usize,
         answers: usize,
     },
+    /// All sessions of a participant are left out.
+    #[error("{why}; {}", why.advice())]
+    #[serde(rename = "participant_left_out")]
+    LeftOut {
+        #[serde(flatten)]
+        why: LeftOut,
+    },
+    /// A session that was stopped, or is under way: the answers until now are counted.
+    #[error(
+        "{session} {}, and their answers are counted: decide, before the answers are looked at, whether incomplete sessions belong to the analysis",
+        progress(*stopped, *confirmed, *planned)
+    )]
+    #[serde(rename = "session_incomplete")]
+    Incomplete {
+        session: String,
+        confirmed: usize,
+        planned: usize,
+        stopped: bool,
+    },
+}
+
+/// How far a session is, in words.
+fn progress(stopped: bool, confirmed: usize, planned: usize) -> String {
+    match stopped {
+        true => format!("was stopped after {confirmed} of {planned} trials"),
+        false => format!("is under way: {confirmed} of {planned} trials are confirmed"),
+    }
+}
+
+/// Why the sessions of a participant are left out.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "why", rename_all = "snake_case")]
+pub enum LeftOut {
     /// A participant withdrew, and what is stored was not erased yet.
     #[error(
-        "{participant} has withdrawn and is not erased yet: the sessions of {participant} are left out here; erase everything of this participant \
-            now"
+        "{participant} has withdrawn and is not erased yet, so that all sessions of {participant} are left out here"
     )]
-    #[serde(rename = "withdrawn_not_erased")]
-    NotErased { participant: String },
+    Withdrawn { participant: String },
     /// The plan of a session cannot be read.
-    #[error("{session}: {why}; all sessions of this participant are left out here")]
-    #[serde(rename = "plan_unreadable")]
-    NoPlan { session: String, why: String },
-    /// Virtual volunteers, who judge as a model does.
-    #[error(
-        "virtual volunteers who judge as `{judge}` answered in {sessions} sessions, no person: the answers say what this model does"
-    )]
-    #[serde(rename = "virtual_volunteer")]
-    Virtual { sessions: usize, judge: String },
-    /// Stimuli were played to a finger that a bench simulates: no person felt them.
-    #[error(
-        "{session}: {playings} playings were on a simulated bench: no person felt them, and the answers say nothing about people"
-    )]
-    #[serde(rename = "felt_by_a_simulated_finger")]
-    Simulated { session: String, playings: usize },
+    #[error("{session}: {said}; all sessions of this participant are left out here")]
+    Plan { session: String, said: String },
+}
+
+impl LeftOut {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Withdrawn { .. } => "erase everything of this participant now",
+            Self::Plan { .. } => "repair or remove the plan",
+        }
+    }
 }
 
 impl State<'_> {
@@ -87,9 +95,11 @@ impl State<'_> {
         let mut warnings = self.warnings_but_of_judge();
         let judge = self.participant.judge;
         warnings.extend(judge.map(|judge| {
-            Warning::from(CampaignWarning::Virtual {
-                sessions: 1,
-                judge: judge.name().to_owned(),
+            Warning::from(RecordingWarning::Simulated {
+                by: Simulated::Volunteers {
+                    sessions: 1,
+                    judge: judge.name().to_owned(),
+                },
             })
         }));
         warnings
@@ -112,30 +122,34 @@ impl State<'_> {
         let confirmed = self.confirmed();
         let planned = self.progress().values().map(|(_, needed)| needed).sum();
         match self.stage {
-            Stage::Stopped if confirmed > 0 => warnings.push(CampaignWarning::StoppedEarly {
+            Stage::Stopped if confirmed > 0 => warnings.push(CampaignWarning::Incomplete {
                 session: session.clone(),
                 confirmed,
                 planned,
+                stopped: true,
             }),
             Stage::Running | Stage::Paused if confirmed > 0 => {
-                warnings.push(CampaignWarning::UnderWay {
+                warnings.push(CampaignWarning::Incomplete {
                     session: session.clone(),
                     confirmed,
                     planned,
+                    stopped: false,
                 });
             }
             _ => {}
         }
         warnings.extend(self.orders_corrected(&session));
+        let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
         if self.participant.judge.is_some() {
-            return warnings.into_iter().map(Warning::from).collect();
+            return warnings;
         }
         let played = self.trials.iter().flat_map(|trial| &trial.evidence);
         let playings = played.filter(|(_, one)| one.is_simulated()).count();
         if playings > 0 {
-            warnings.push(CampaignWarning::Simulated { session, playings });
+            let by = Simulated::Bench { session, playings };
+            warnings.push(RecordingWarning::Simulated { by }.into());
         }
-        warnings.into_iter().map(Warning::from).collect()
+        warnings
     }
 
     /// The orders that were corrected after their letters had been answered with.

@@ -3,11 +3,12 @@
 use piezotact::Warning;
 use piezotact::statistics::correlation;
 use piezotact::statistics::random::Random;
+use piezotact::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
-use crate::eeg::EegWarning;
 use crate::eeg::epochs::{Epochs, EpochsError};
 use crate::eeg::linear::{eigen, product, transposed};
+use crate::eeg::{EegWarning, IcaFault};
 
 /// Directions whose variance is below this share of the largest are none: of an average reference, or interpolated channels.
 const LEAST_VARIANCE: f64 = 1e-10;
@@ -152,10 +153,10 @@ impl Ica {
         ica.sort();
         let wanted = SAMPLES_PER_SQUARE * k * k;
         if samples < wanted {
-            let warning = EegWarning::FewSamplesForIca {
-                samples,
-                wanted,
-                components: k,
+            let warning = FewWarning::Few {
+                found: samples,
+                recommended: wanted,
+                what: Few::IcaSamples { components: k },
             };
             ica.warnings.push(warning.into());
         }
@@ -166,10 +167,12 @@ impl Ica {
     #[must_use]
     pub fn not_converged(&self) -> Option<Warning> {
         let change = self.changes.iter().copied().fold(0.0, f64::max);
-        let unsettled = EegWarning::NotConverged {
-            iterations: self.iterations,
-            change,
-            wanted: self.config.tolerance,
+        let unsettled = EegWarning::Ica {
+            fault: IcaFault::NotConverged {
+                iterations: self.iterations,
+                change,
+                wanted: self.config.tolerance,
+            },
         };
         (change > self.config.tolerance).then(|| unsettled.into())
     }
@@ -552,7 +555,9 @@ mod tests {
         let unsettled = early.not_converged().unwrap();
         assert!(matches!(
             unsettled.kind(),
-            Some(EegWarning::NotConverged { iterations: 1, .. })
+            Some(EegWarning::Ica {
+                fault: IcaFault::NotConverged { iterations: 1, .. }
+            })
         ));
         assert!(early.without(&epochs, &[4]).is_err());
     }

@@ -9,9 +9,9 @@ mod grid;
 
 use piezotact::Warning;
 use piezotact::statistics::t_quantile;
+use piezotact::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
-use super::EegWarning;
 use components::Components;
 use flips::{Flips, Sums};
 
@@ -181,11 +181,14 @@ pub fn test(
         })
         .collect();
     let smallest_p = 1.0 / count as f64;
-    let warning = EegWarning::FewPeople {
-        people: n,
-        flips: count,
-        smallest_p,
-        tests: 1,
+    let warning = FewWarning::Few {
+        found: n,
+        recommended: people_for(1),
+        what: Few::ParticipantsOfClusters {
+            flips: count,
+            smallest_p,
+            tests: 1,
+        },
     };
     Ok(ClusterTest {
         config: *config,
@@ -314,6 +317,11 @@ pub enum ClusterError {
         "the differences of people are all the same, or not finite: check that the conditions are different measurements"
     )]
     NoSpread,
+}
+
+/// The fewest people with whom one of `tests` clusters can be below 5 % after Holm: 2ⁿ⁻¹ sign flips.
+pub(super) fn people_for(tests: usize) -> usize {
+    ((20.0 * tests as f64).log2().ceil() as usize) + 1
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::{Epochs, EpochsError};
-use crate::eeg::EegWarning;
+use crate::eeg::{EegWarning, EpochsFault};
 
 /// More than this share of a condition's epochs rejected is a warning.
 const MANY_SHARE: f64 = 0.3;
@@ -225,10 +225,12 @@ fn warnings_of(counts: &BTreeMap<String, Kept>) -> Vec<Warning> {
         .iter()
         .filter(|(_, count)| count.rejected_share() > MANY_SHARE)
         .map(|(condition, count)| {
-            EegWarning::ManyRejected {
-                condition: condition.clone(),
-                rejected: count.rejected,
-                of: count.kept + count.rejected,
+            EegWarning::Epochs {
+                fault: EpochsFault::Rejected {
+                    condition: condition.clone(),
+                    rejected: count.rejected,
+                    of: count.kept + count.rejected,
+                },
             }
             .into()
         })
@@ -240,11 +242,13 @@ fn warnings_of(counts: &BTreeMap<String, Kept>) -> Vec<Warning> {
         && share(&most) - share(&least) > UNEVEN_SHARE
     {
         warnings.push(
-            EegWarning::UnevenlyRejected {
-                most: most.0.clone(),
-                most_share: share(&most),
-                least: least.0.clone(),
-                least_share: share(&least),
+            EegWarning::Epochs {
+                fault: EpochsFault::RejectedUnevenly {
+                    most: most.0.clone(),
+                    most_share: share(&most),
+                    least: least.0.clone(),
+                    least_share: share(&least),
+                },
             }
             .into(),
         );

@@ -3,14 +3,17 @@
 use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::statistics::holm;
+use piezotact::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
 use super::people::People;
 use super::{GroupConfig, GroupCriterion, GroupError, LEVEL};
-use crate::eeg::EegWarning;
-use crate::eeg::cluster::{Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, test};
+use crate::eeg::cluster::{
+    Cluster, ClusterConfig, ClusterTest, Grid, Tried, differences, people_for, test,
+};
 use crate::eeg::person::EegErd;
 use crate::eeg::reference::Montage;
+use crate::eeg::{EegWarning, PositionsFault};
 
 /// So many clusters are listed, the largest first.
 const LISTED: usize = 10;
@@ -82,8 +85,10 @@ pub(super) fn clusters(
     let pairs = neighbours(people, config.neighbours_deg);
     if pairs.is_empty() && people.channels.len() > 1 {
         warnings.push(
-            EegWarning::NoNeighbours {
-                electrodes: people.channels.len(),
+            EegWarning::Positions {
+                fault: PositionsFault::NoNeighbours {
+                    electrodes: people.channels.len(),
+                },
             }
             .into(),
         );
@@ -124,11 +129,14 @@ fn few_people(found: &[TaskClusters]) -> Option<Warning> {
     let worst = found
         .iter()
         .max_by(|a, b| a.smallest_p.total_cmp(&b.smallest_p))?;
-    let warning = EegWarning::FewPeople {
-        people: worst.people.len(),
-        flips: worst.flips,
-        smallest_p: worst.smallest_p,
-        tests,
+    let warning = FewWarning::Few {
+        found: worst.people.len(),
+        recommended: people_for(tests),
+        what: Few::ParticipantsOfClusters {
+            flips: worst.flips,
+            smallest_p: worst.smallest_p,
+            tests,
+        },
     };
     (worst.smallest_p * tests as f64 > LEVEL).then(|| warning.into())
 }

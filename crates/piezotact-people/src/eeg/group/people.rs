@@ -6,9 +6,9 @@ use piezotact::Warning;
 use piezotact::statistics::{correlation, mean, mean_interval};
 
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
-use crate::eeg::EegWarning;
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
+use crate::eeg::{EegWarning, EpochsFault, NotCommon};
 
 /// Changes at so many electrodes and more tell recordings apart.
 const ALIKE: usize = 24;
@@ -194,10 +194,12 @@ impl<'a> People<'a> {
             .collect();
         if !incomplete.is_empty() {
             warnings.push(
-                EegWarning::PeopleWithoutAllTasks {
-                    people: incomplete.len(),
-                    of: self.participants.len(),
+                EegWarning::NotCommon {
                     names: incomplete.join(", "),
+                    what: NotCommon::Tasks {
+                        people: incomplete.len(),
+                        of: self.participants.len(),
+                    },
                 }
                 .into(),
             );
@@ -215,7 +217,13 @@ impl<'a> People<'a> {
             .collect();
         if !lacking.is_empty() {
             let names = lacking.join("; ");
-            warnings.push(EegWarning::SurfacesNotCommon { names }.into());
+            warnings.push(
+                EegWarning::NotCommon {
+                    names,
+                    what: NotCommon::Surfaces,
+                }
+                .into(),
+            );
         }
         let mut left_out: Vec<&String> = documents
             .iter()
@@ -232,9 +240,11 @@ impl<'a> People<'a> {
             });
             let names: Vec<String> = named.collect();
             warnings.push(
-                EegWarning::ElectrodesNotCommon {
+                EegWarning::NotCommon {
                     names: names.join(", "),
-                    kept: self.channels.len(),
+                    what: NotCommon::Electrodes {
+                        kept: self.channels.len(),
+                    },
                 }
                 .into(),
             );
@@ -286,7 +296,7 @@ impl<'a> People<'a> {
             true => warning,
             false => EegWarning::OfPeople {
                 names: some_of(&whom),
-                example: warning,
+                warning,
             }
             .into(),
         };
@@ -343,11 +353,13 @@ pub(super) fn unequal(epochs: &[TaskEpochs]) -> Option<[&TaskEpochs; 2]> {
 }
 
 fn unequal_warning([most, fewest]: [&TaskEpochs; 2]) -> Warning {
-    EegWarning::UnequalEpochs {
-        most: most.task.clone(),
-        most_epochs: most.mean,
-        fewest: fewest.task.clone(),
-        fewest_epochs: fewest.mean,
+    EegWarning::Epochs {
+        fault: EpochsFault::Unequal {
+            most: most.task.clone(),
+            most_epochs: most.mean,
+            fewest: fewest.task.clone(),
+            fewest_epochs: fewest.mean,
+        },
     }
     .into()
 }

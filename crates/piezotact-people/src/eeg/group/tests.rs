@@ -7,6 +7,9 @@ use crate::eeg::prepare::{ChannelChoice, EpochCounts, PrepareConfig, Reference};
 use crate::eeg::reference::Montage;
 use crate::eeg::source::Subject;
 use crate::eeg::tfr::{Method, TfrConfig};
+use crate::eeg::warning::code_and_cause;
+use crate::eeg::{EegWarning, ElectrodesFault, MarkersFault};
+use piezotact::Warning;
 use piezotact::quantity::{Band, Hertz, SampleRate};
 
 const CHANNELS: [&str; 9] = ["C3", "C1", "Cz", "C2", "C4", "FC3", "FC4", "CP3", "CP4"];
@@ -218,7 +221,7 @@ fn few_people_decide_nothing() {
     assert!(
         four.warnings
             .iter()
-            .any(|warning| warning.code == "eeg_cluster_few_people")
+            .any(|warning| code_and_cause(warning) == "few/participants_of_clusters")
     );
 }
 
@@ -388,7 +391,7 @@ fn unequal_numbers_of_epochs_are_said() {
         found
             .warnings
             .iter()
-            .any(|warning| warning.code == "eeg_epochs_unequal")
+            .any(|warning| code_and_cause(warning) == "eeg_epochs/unequal")
     );
     // The bias of a percentage follows the number of epochs: nothing is decided in percent, and dB are free of it.
     assert!(found.withheld_sentence().is_some());
@@ -456,18 +459,14 @@ fn who_and_what_is_left_out_is_said() {
         map.decibels.drain(2 * each..3 * each);
     }
     let found = compare(&all, &config()).unwrap();
-    let codes: Vec<&str> = found
-        .warnings
-        .iter()
-        .map(|warning| warning.code.as_ref())
-        .collect();
+    let codes: Vec<String> = found.warnings.iter().map(code_and_cause).collect();
     assert_eq!(
         codes,
         [
-            "eeg_people_without_all_tasks",
-            "eeg_electrodes_not_common",
+            "eeg_not_common/tasks",
+            "eeg_not_common/electrodes",
             // Six people in a pair of tasks cannot decide over three pairs.
-            "eeg_cluster_few_people"
+            "few/participants_of_clusters"
         ]
     );
     assert_eq!(found.electrodes.len(), 8);
@@ -541,8 +540,32 @@ fn surfaces_of_other_names_are_said() {
     let warning = found
         .warnings
         .iter()
-        .find(|warning| warning.code == "eeg_surfaces_not_common");
+        .find(|warning| code_and_cause(warning) == "eeg_not_common/surfaces");
     assert!(warning.is_some(), "{:?}", found.warnings);
+}
+
+#[test]
+fn two_warnings_of_the_same_people_are_shown_as_two() {
+    let of = |warning: EegWarning| {
+        Warning::from(EegWarning::OfPeople {
+            names: "P01, touch".into(),
+            warning: warning.into(),
+        })
+    };
+    let both = [
+        of(EegWarning::Markers {
+            fault: MarkersFault::Twice { count: 3 },
+        }),
+        of(EegWarning::Electrodes {
+            names: "C3".into(),
+            fault: ElectrodesFault::CalledBad,
+        }),
+    ];
+    let shown = piezotact::warning::merged(&both);
+    assert_eq!(shown.len(), 2, "{shown:?}");
+    assert!(shown.iter().all(|one| one.warning.seen == 1), "{shown:?}");
+    let twice = [both[0].clone(), both[0].clone()];
+    assert_eq!(piezotact::warning::merged(&twice).len(), 1);
 }
 
 #[test]

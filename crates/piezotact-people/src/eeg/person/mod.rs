@@ -11,7 +11,6 @@ use piezotact::quantity::{Band, SampleRate};
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 
-use super::EegWarning;
 use super::clean::EyeComponents;
 use super::epochs::{CutConfig, Epochs};
 use super::erd::{BIAS_POINTS, Changes, Erd, ErdConfig, ErdMap, Mode, Order, changes};
@@ -20,6 +19,7 @@ use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
 use super::source::Subject;
 use super::tfr::{TfrConfig, TfrPlan};
+use super::{EegWarning, EpochsFault, Smeared};
 
 pub use error::PersonError;
 pub(in crate::eeg) use maps::{head_map, time_frequency_panel};
@@ -437,7 +437,12 @@ fn filtered(bands: &[NamedBand], filters: &[Pass]) -> Result<Vec<Warning>, Perso
             }
             if touched {
                 let (band, filter) = (band.name.clone(), filter.to_string());
-                warnings.push(EegWarning::FilterInBand { band, filter }.into());
+                warnings.push(
+                    EegWarning::Smeared {
+                        by: Smeared::FilterInBand { band, filter },
+                    }
+                    .into(),
+                );
             }
         }
     }
@@ -452,11 +457,13 @@ fn overlap(prepared: &Prepared, config: &PersonConfig) -> Vec<Warning> {
     onsets.sort_by(f64::total_cmp);
     let near = onsets.windows(2).map(|pair| pair[1] - pair[0]);
     let near: Vec<f64> = near.filter(|between| *between < needed_s - 1e-9).collect();
-    let warning = EegWarning::EpochsOverlap {
-        overlapping: near.len(),
-        of: onsets.len(),
-        shortest_s: near.iter().copied().fold(f64::INFINITY, f64::min),
-        needed_s,
+    let warning = EegWarning::Epochs {
+        fault: EpochsFault::Overlap {
+            overlapping: near.len(),
+            of: onsets.len(),
+            shortest_s: near.iter().copied().fold(f64::INFINITY, f64::min),
+            needed_s,
+        },
     };
     (!near.is_empty())
         .then(|| warning.into())

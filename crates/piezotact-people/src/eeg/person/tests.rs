@@ -1,6 +1,7 @@
 use super::*;
 use crate::eeg::epochs::{Criterion, CutConfig};
 use crate::eeg::prepare::{ChannelChoice, ConditionCount, MarkerChoice, PrepareConfig, Reference};
+use crate::eeg::warning::code_and_cause;
 use piezotact::quantity::Hertz;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
@@ -320,7 +321,7 @@ fn a_filter_in_a_band_is_no_silent_one() {
     assert!(
         warnings
             .iter()
-            .any(|warning| warning.code == "eeg_filter_in_band")
+            .any(|warning| code_and_cause(warning) == "eeg_smeared/filter_in_band")
     );
     prepared.config.filters = vec![Pass::Below(6.0)];
     let said = of(&prepared).unwrap_err().to_string();
@@ -334,7 +335,7 @@ fn a_filter_in_a_band_is_no_silent_one() {
     assert!(
         warnings
             .iter()
-            .any(|warning| warning.code == "eeg_epochs_overlap"),
+            .any(|warning| code_and_cause(warning) == "eeg_epochs/overlap"),
         "{warnings:?}"
     );
 }

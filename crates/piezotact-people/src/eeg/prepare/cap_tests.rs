@@ -2,6 +2,8 @@
 
 use super::tests::config;
 use super::*;
+use crate::eeg::warning::code_and_cause;
+use crate::eeg::{EegWarning, ElectrodesFault};
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Channel, Condition, Event, Provenance, Recording};
 
@@ -136,12 +138,22 @@ fn bad_electrodes_are_interpolated_from_the_others_and_said_to_be() {
             .filter_map(|warning| warning.kind());
         kinds.collect()
     };
-    assert!(said(&found).contains(&EegWarning::Interpolated {
+    assert!(said(&found).contains(&EegWarning::Electrodes {
         names: "C3, F4".into(),
-        from: 18,
-        share: 0.1
+        fault: ElectrodesFault::Interpolated {
+            from: 18,
+            share: 0.1
+        }
     }));
-    let is_computed = |kind: &EegWarning| matches!(kind, EegWarning::Interpolated { .. });
+    let is_computed = |kind: &EegWarning| {
+        matches!(
+            kind,
+            EegWarning::Electrodes {
+                fault: ElectrodesFault::Interpolated { .. },
+                ..
+            }
+        )
+    };
     assert!(!said(&expected).iter().any(is_computed));
     let refused = |interpolated: &[&str], without: &[&str], named: &[&str]| {
         let owned = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
@@ -207,18 +219,15 @@ fn eye_movements_go_with_the_component_that_follows_them() {
     assert!(same > 0.95, "{same}");
     // Slow drifts are a warning, unless they are filtered away; no component that follows the eyes is another.
     let codes = |prepared: &Prepared| -> Vec<String> {
-        let codes = prepared
-            .warnings
-            .iter()
-            .map(|warning| warning.code.to_string());
+        let codes = prepared.warnings.iter().map(code_and_cause);
         // Far from both sources electrodes record little.
         codes
-            .filter(|code| code != "eeg_electrodes_quiet")
+            .filter(|code| code != "eeg_electrodes_doubtful/quiet")
             .collect()
     };
-    assert_eq!(codes(&found), ["eeg_ica_without_high_pass"]);
+    assert_eq!(codes(&found), ["eeg_ica/no_high_pass"]);
     let strict = of_cap(&recording, &at, &asked(ica(1.0), Some(1.0))).unwrap();
-    assert!(codes(&strict).contains(&"eeg_no_eye_component".to_owned()));
+    assert!(codes(&strict).contains(&"eeg_ica/no_eye_component".to_owned()));
     assert!(strict.eye_components.unwrap().taken_out().is_empty());
     let regressed = of_cap(&recording, &at, &asked(EyeMethod::Regression, None)).unwrap();
     // The regression takes away what changes within an epoch; the level of each stays.

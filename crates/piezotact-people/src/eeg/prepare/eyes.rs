@@ -4,10 +4,10 @@ use piezotact::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::{PrepareConfig, PrepareError};
-use crate::eeg::EegWarning;
 use crate::eeg::clean::{EogRegression, EyeComponents, Ica, IcaConfig};
 use crate::eeg::epochs::Epochs;
 use crate::eeg::filter::Pass;
+use crate::eeg::{EegWarning, IcaFault};
 
 /// Components of signals with slower changes than these describe drifts, Hz.
 const SLOWEST_HZ: f64 = 1.0;
@@ -109,15 +109,22 @@ fn warnings(
     let is_fast = |pass: &Pass| matches!(pass, Pass::Above(hz) if *hz >= SLOWEST_HZ);
     if !config.filters.iter().any(is_fast) {
         let wanted_hz = SLOWEST_HZ;
-        warnings.push(EegWarning::SlowForIca { wanted_hz }.into());
+        warnings.push(
+            EegWarning::Ica {
+                fault: IcaFault::NoHighPass { wanted_hz },
+            }
+            .into(),
+        );
     }
     let all = found.components.iter();
     let strongest = all.max_by(|a, b| a.correlation.abs().total_cmp(&b.correlation.abs()));
     if let (true, Some(strongest)) = (found.taken_out().is_empty(), strongest) {
-        let warning = EegWarning::NoEyeComponent {
-            eog: strongest.eog.clone(),
-            correlation: strongest.correlation.abs(),
-            wanted: asked.least_correlation,
+        let warning = EegWarning::Ica {
+            fault: IcaFault::NoEyeComponent {
+                eog: strongest.eog.clone(),
+                correlation: strongest.correlation.abs(),
+                wanted: asked.least_correlation,
+            },
         };
         warnings.push(warning.into());
     }

@@ -1,10 +1,11 @@
 //! Signals of electrodes that are computed from those of the others.
 
+use crate::eeg::EegWarning;
+use crate::eeg::ElectrodesFault;
 use crate::eeg::epochs::EpochsError;
 use piezotact::Warning;
 
 use super::{PrepareConfig, PrepareError};
-use crate::eeg::EegWarning;
 use crate::eeg::epochs::Epochs;
 use crate::eeg::reference::{Interpolation, Montage};
 
@@ -62,10 +63,12 @@ pub(super) fn interpolated(
         }
     }
     warnings.push(
-        EegWarning::Interpolated {
+        EegWarning::Electrodes {
             names: wanted.join(", "),
-            from: known.len(),
-            share: wanted.len() as f64 / all.len() as f64,
+            fault: ElectrodesFault::Interpolated {
+                from: known.len(),
+                share: wanted.len() as f64 / all.len() as f64,
+            },
         }
         .into(),
     );

@@ -6,6 +6,7 @@ mod interpolated;
 mod signals;
 mod usable;
 
+use piezotact::warning::{Few, FewWarning};
 use std::collections::{BTreeMap, BTreeSet};
 
 use piezotact::Warning;
@@ -13,7 +14,6 @@ use piezotact::quantity::SampleRate;
 use piezotact::recording::{Event, EventValue};
 use serde::{Deserialize, Serialize};
 
-use super::EegWarning;
 use super::clean::EyeComponents;
 use super::epochs::{Continuous, Criterion, CutConfig, Epochs, NotCut, cut, reject};
 use super::filter::{Fir, Pass};
@@ -281,7 +281,14 @@ pub fn prepare_at(
             let (known, montage) = with_position(&epochs, measured, &mut warnings)?;
             let electrodes = known.channels().len();
             if electrodes < FEW_FOR_DENSITY {
-                warnings.push(EegWarning::FewForDensity { electrodes }.into());
+                warnings.push(
+                    FewWarning::Few {
+                        found: electrodes,
+                        recommended: FEW_FOR_DENSITY,
+                        what: Few::DensityElectrodes,
+                    }
+                    .into(),
+                );
             }
             Csd::plan(&montage, csd)?.apply(&known)
         }

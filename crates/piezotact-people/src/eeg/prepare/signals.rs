@@ -11,10 +11,10 @@ use piezotact::recording::Channel;
 use serde::{Deserialize, Serialize};
 
 use super::{PrepareConfig, PrepareError, Reference};
-use crate::eeg::EegWarning;
 use crate::eeg::held::held;
 use crate::eeg::quality;
 use crate::eeg::source::{Segment, SignalKind};
+use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes};
 
 /// A larger share of samples at a limit of the amplifier is refused, a smaller one reported.
 const SATURATED_SHARE: f64 = 0.01;
@@ -126,13 +126,25 @@ impl Signals {
         let mut found = Self::joined(segments, names, electrodes)?.checked()?;
         if !bad.is_empty() {
             let names = bad.join(", ");
-            found.warnings.push(EegWarning::BadLeftOut { names }.into());
+            found.warnings.push(
+                EegWarning::ElectrodesLeftOut {
+                    names,
+                    why: LeftOutElectrodes::CalledBad,
+                }
+                .into(),
+            );
         }
         let used = found.electrodes.iter().filter(|name| first.is_bad(name));
         let used: Vec<&str> = used.map(String::as_str).collect();
         if !used.is_empty() {
             let names = used.join(", ");
-            found.warnings.push(EegWarning::BadUsed { names }.into());
+            found.warnings.push(
+                EegWarning::Electrodes {
+                    names,
+                    fault: ElectrodesFault::CalledBad,
+                }
+                .into(),
+            );
         }
         Ok(found)
     }

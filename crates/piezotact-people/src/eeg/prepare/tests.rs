@@ -1,6 +1,7 @@
 use super::*;
 use crate::eeg::epochs::EpochsError;
 use crate::eeg::source::StatedChannel;
+use crate::eeg::warning::code_and_cause;
 use piezotact::quantity::{Seconds, Unit};
 use piezotact::recording::{Channel, Condition, Event, EventValue, Provenance, Recording};
 
@@ -351,12 +352,11 @@ fn what_the_table_beside_the_file_states_is_used() {
     let asked = config(&[("touch", "S1")]);
     let found = prepare(&[segment], &asked).unwrap();
     assert_eq!(found.epochs.channels(), ["C3", "VEOG"]);
-    let codes: Vec<&str> = found
-        .warnings
-        .iter()
-        .map(|warning| warning.code.as_ref())
-        .collect();
-    assert_eq!(codes, ["eeg_markers_twice", "eeg_bad_channels_left_out"]);
+    let codes: Vec<String> = found.warnings.iter().map(code_and_cause).collect();
+    assert_eq!(
+        codes,
+        ["eeg_markers/twice", "eeg_electrodes_left_out/called_bad"]
+    );
     assert_eq!(found.epochs.count(), 4);
     let named = PrepareConfig {
         channels: ChannelChoice::Named(["C3", "C4"].map(String::from).to_vec()),
@@ -366,7 +366,7 @@ fn what_the_table_beside_the_file_states_is_used() {
     assert!(
         warnings
             .iter()
-            .any(|warning| warning.code == "eeg_bad_channels_used"),
+            .any(|warning| code_and_cause(warning) == "eeg_electrodes_doubtful/called_bad"),
         "{warnings:?}"
     );
     // Without the table VEOG is no electrode, and no part of the mean of all.
@@ -527,14 +527,13 @@ fn a_density_is_of_the_positions_that_are_given() {
     let fewer = Montage::new(names[1..].to_vec(), same.positions[1..].to_vec()).unwrap();
     let found = of(Some(&fewer));
     assert_eq!(found.epochs.channels(), &names[1..]);
-    let codes: Vec<&str> = found
-        .warnings
-        .iter()
-        .map(|warning| warning.code.as_ref())
-        .collect();
+    let codes: Vec<String> = found.warnings.iter().map(code_and_cause).collect();
     assert_eq!(
         codes,
-        ["eeg_csd_without_position", "eeg_csd_few_electrodes"]
+        [
+            "eeg_electrodes_left_out/no_position",
+            "few/density_electrodes"
+        ]
     );
     // Axes as EEGLAB has them, x to the front.
     let turned = same.positions.iter().map(|[x, y, z]| [*y, -x, *z]);

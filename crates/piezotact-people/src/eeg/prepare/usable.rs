@@ -9,10 +9,10 @@ use piezotact::quantity::SampleRate;
 
 use super::signals::Signals;
 use super::{Marked, NotWhole, PrepareError};
-use crate::eeg::EegWarning;
 use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
 use crate::eeg::reference::Montage;
 use crate::eeg::source::{Segment, is_bad_part, marker_name};
+use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes, MarkersFault};
 
 /// The markers without those that stand a second time at one sample under one condition.
 pub(super) fn once(marked: Vec<Marked>, warnings: &mut Vec<Warning>) -> Vec<Marked> {
@@ -24,7 +24,12 @@ pub(super) fn once(marked: Vec<Marked>, warnings: &mut Vec<Warning>) -> Vec<Mark
         .collect();
     let count = all - kept.len();
     if count > 0 {
-        warnings.push(EegWarning::MarkersTwice { count }.into());
+        warnings.push(
+            EegWarning::Markers {
+                fault: MarkersFault::Twice { count },
+            }
+            .into(),
+        );
     }
     kept
 }
@@ -110,7 +115,13 @@ pub(super) fn with_position(
     }
     if !missing.is_empty() {
         let names = missing.join(", ");
-        warnings.push(EegWarning::WithoutPosition { names }.into());
+        warnings.push(
+            EegWarning::ElectrodesLeftOut {
+                names,
+                why: LeftOutElectrodes::NoPosition,
+            }
+            .into(),
+        );
     }
     let picked: Vec<&str> = names.iter().map(String::as_str).collect();
     let epochs = epochs.picked(&picked)?;
@@ -124,8 +135,9 @@ pub(super) fn unknown_in_average(epochs: &Epochs) -> Option<Warning> {
     let unknown = all.filter(|(_, position)| position.is_none());
     let names: Vec<&str> = unknown.map(|(name, _)| name.as_str()).collect();
     let few = !names.is_empty() && 2 * names.len() < epochs.channels().len();
-    let warning = EegWarning::UnknownInReference {
+    let warning = EegWarning::Electrodes {
         names: names.join(", "),
+        fault: ElectrodesFault::UnknownInReference,
     };
     few.then(|| warning.into())
 }

@@ -6,9 +6,9 @@ mod spline;
 use piezotact::Warning;
 use piezotact::statistics::median;
 
-use super::EegWarning;
 use super::epochs::{Epochs, EpochsError};
 use super::source::is_lettered;
+use super::{EegWarning, PositionsFault};
 use positions::POSITIONS;
 
 pub use spline::{Csd, CsdConfig, Interpolation};
@@ -293,9 +293,11 @@ fn far(montage: &Montage, positions: &[[f64; 3]]) -> Vec<Warning> {
         .filter(|a| *a > FAR_DEG)
         .collect();
     let angle_deg = angles.iter().copied().fold(0.0, f64::max);
-    let warning = EegWarning::FarFromElectrodes {
-        positions: angles.len(),
-        angle_deg,
+    let warning = EegWarning::Positions {
+        fault: PositionsFault::Far {
+            positions: angles.len(),
+            angle_deg,
+        },
     };
     (!angles.is_empty())
         .then(|| warning.into())

@@ -1,5 +1,8 @@
 //! The transfer function of an impact test: every hit a segment, transformed without a window but those stated.
 
+use crate::recording::{RecordingWarning, ReversedSign};
+use crate::warning::{Few, FewWarning};
+use crate::warning::{Scatter, ScatterWarning};
 use std::f64::consts::PI;
 
 use num_complex::Complex;
@@ -427,7 +430,10 @@ impl Cut {
             .unzip();
         (!at_s.is_empty()).then(|| {
             let share = found.iter().copied().fold(0.0, f64::max);
-            ImpactWarning::OtherResponse { at_s, share, usual }.into()
+            ScatterWarning::Scatter {
+                of: Scatter::Hits { at_s, share, usual },
+            }
+            .into()
         })
     }
 
@@ -565,16 +571,15 @@ fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
             })
         })
         .collect();
-    match test.used() {
-        1 => warnings.push(ImpactWarning::OneHit.into()),
-        hits if hits < RECOMMENDED_HITS => warnings.push(
-            ImpactWarning::FewHits {
-                hits,
+    if test.used() < RECOMMENDED_HITS {
+        warnings.push(
+            FewWarning::Few {
+                found: test.used(),
                 recommended: RECOMMENDED_HITS,
+                what: Few::Hits,
             }
             .into(),
-        ),
-        _ => {}
+        );
     }
     if test.added_damping_per_s > 0.0 {
         warnings.push(
@@ -605,7 +610,12 @@ fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
     if polarity(found) < 0.0 {
         let used = test.hits.iter().filter(|hit| hit.is_used());
         let peak = used.map(|hit| hit.peak).fold(0.0, f64::min);
-        warnings.push(ImpactWarning::NegativeForce { peak }.into());
+        warnings.push(
+            RecordingWarning::Sign {
+                of: ReversedSign::Hits { peak },
+            }
+            .into(),
+        );
     }
     warnings
 }

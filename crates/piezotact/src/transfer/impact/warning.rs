@@ -18,16 +18,6 @@ pub enum ImpactWarning {
         percent(*share)
     )]
     TakenAsImpact { hits: usize, share: f64 },
-    /// Coherence and scatter cannot be told from one hit.
-    #[error(
-        "one hit has no coherence, so that neither noise nor a second force would show: the uncertainty is not known; hit 3 times or more"
-    )]
-    OneHit,
-    /// Few hits: coherence and scatter are uncertain.
-    #[error(
-        "only {hits} hits were used, {recommended} or more are recommended: coherence and limits are uncertain; hit {recommended} times or more"
-    )]
-    FewHits { hits: usize, recommended: usize },
     /// An exponential window added damping to every resonance.
     #[error(
         "an exponential window adds a damping of σ = {} 1/s to every resonance, whose half-power bandwidth is {} Hz wider and whose height is \
@@ -51,34 +41,12 @@ pub enum ImpactWarning {
         octave_hz: Option<[f64; 2]>,
         segment_s: f64,
     },
-    /// The pulses of the force are negative.
-    #[error(
-        "the force is negative in the hits (peak {}), although a hammer pushes: either it hit against the direction of the sensor, or the sign of \
-            the force is reversed and the phase is off by 180°; check the polarity of the sensors and the actuator",
-        digits(*peak)
-    )]
-    NegativeForce { peak: f64 },
     /// A hit that was left out.
     #[error("the hit at {at_s:.3} s is not used: {fault}; {}", fault.advice())]
     HitNotUsed {
         at_s: f64,
         #[serde(flatten)]
         fault: HitFault,
-    },
-    /// Some hits have another response than the others.
-    #[error(
-        "the response to the hit{} at {} is not that to the others: up to {} of its energy differs from what they predict ({} for the median hit); \
-            it is used all the same: check that all hits were at one point in one direction, and that nothing moved between them",
-        if at_s.len() == 1 { "" } else { "s" },
-        at_s.iter().map(|at_s| format!("{at_s:.3} s")).collect::<Vec<_>>().join(", "),
-        percent(*share),
-        percent(*usual)
-    )]
-    #[serde(rename = "hits_differ")]
-    OtherResponse {
-        at_s: Vec<f64>,
-        share: f64,
-        usual: f64,
     },
     /// The response to the hit before has not come to rest, and the hits are used.
     #[error(

@@ -579,5 +579,8 @@ fn an_interrupted_run_goes_on_from_its_answers() {
 }
 
 fn is_under_way(warning: &Warning) -> bool {
-    matches!(warning.kind(), Some(CampaignWarning::UnderWay { .. }))
+    matches!(
+        warning.kind(),
+        Some(CampaignWarning::Incomplete { stopped: false, .. })
+    )
 }
