@@ -4,8 +4,7 @@
 use piezotact::Series;
 use piezotact::align::{AlignConfig, Compared, Named, align_recordings};
 use piezotact::quantity::{Drive, SampleRate, Unit};
-use piezotact::recording::{Channel, Condition, Provenance, Recording};
-use piezotact::recording::{Clocks, RecordingWarning};
+use piezotact::recording::{Channel, Clocks, Condition, Provenance, Recording, RecordingWarning};
 use piezotact::sound::delay;
 use piezotact::statistics::random::Random;
 

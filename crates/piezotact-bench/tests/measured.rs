@@ -2,7 +2,6 @@
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 #![allow(clippy::print_stdout, reason = "what was found stands in the log")]
 
-use piezotact::recording::{RecordingWarning, Simulated};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -12,7 +11,7 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds, Volts,
 };
-use piezotact::recording::{BenchKind, Recording};
+use piezotact::recording::{BenchKind, Recording, RecordingWarning, Simulated};
 use piezotact::render::RenderConfig;
 use piezotact::run::Discard;
 use piezotact::spectrum::WelchConfig;

@@ -2,7 +2,6 @@
 //! happened.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::recording::{LostBy, RecordingWarning};
 use std::cell::RefCell;
 use std::time::Duration;
 
@@ -12,7 +11,7 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::recording::{About, Event, EventValue, Recording};
+use piezotact::recording::{About, Event, EventValue, LostBy, Recording, RecordingWarning};
 use piezotact::render::RenderConfig;
 use piezotact::run::{
     Discard, Ended, Judged, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,

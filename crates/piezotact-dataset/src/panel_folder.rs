@@ -7,15 +7,14 @@
 mod bench;
 mod lock;
 
-use piezotact::panel::MissingMeasurements;
-use piezotact::panel::PanelWarning;
-use piezotact::recording::NotUsed;
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::{NotUsed, RecordingWarning};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
-use piezotact::panel::{Cell, Entry, FiledMeasurement, Filing, Panel, PanelKind};
+use piezotact::panel::{
+    Cell, Entry, FiledMeasurement, Filing, MissingMeasurements, Panel, PanelKind, PanelWarning,
+};
 use piezotact::quantity::{Uncalibrated, Unit};
 use piezotact::transfer::TransferFunction;
 use serde::{Deserialize, Serialize};

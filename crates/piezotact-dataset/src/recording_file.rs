@@ -1,13 +1,14 @@
 //! Reading of recordings: our Parquet files, and Parquet files of other programs.
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::{OtherOrigin, RecordingWarning};
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{About, Annotations, Channel, Provenance, Recording};
+use piezotact::recording::{
+    About, Annotations, Channel, OtherOrigin, Provenance, Recording, RecordingWarning,
+};
 
 use crate::error::ReadError;
 use crate::journal::{

@@ -6,21 +6,18 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use piezotact::correct::LoopWarning;
-use piezotact::render::{PartLost, RenderWarning};
-use piezotact::resample::ResampleWarning;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use piezotact::Warning;
-use piezotact::correct::CorrectConfig;
+use piezotact::correct::{CorrectConfig, LoopWarning};
 use piezotact::device::DeviceDescription;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Decibels, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::render::{Inverse, PhaseForm, RenderConfig, RenderError};
-use piezotact::resample::resample;
+use piezotact::render::{Inverse, PartLost, PhaseForm, RenderConfig, RenderError, RenderWarning};
+use piezotact::resample::{ResampleWarning, resample};
 use piezotact::run::{Discard, RunChunk};
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;

@@ -10,7 +10,6 @@ mod crest;
 mod summary;
 mod warning;
 
-use crate::render::{PartLost, RenderWarning};
 use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 pub use summary::{CorrectedRendering, RenderingSums};
@@ -21,8 +20,8 @@ use crate::fourier::RealTransform;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Decibels, Drive, Quantity};
 use crate::render::{
-    Coverage, Frame, Inverse, InverseConfig, InversePlan, Overload, PhaseForm, RenderConfig,
-    RenderError, coverage, cut, floored, runs,
+    Coverage, Frame, Inverse, InverseConfig, InversePlan, Overload, PartLost, PhaseForm,
+    RenderConfig, RenderError, RenderWarning, coverage, cut, floored, runs,
 };
 use crate::series::{Series, SeriesError};
 use crate::spectrum::{Spectrum, WelchConfig, WelchPlan};

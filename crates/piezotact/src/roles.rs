@@ -1,10 +1,9 @@
 //! Channel roles: which channels of a recording are the vibration, the forces and the motion.
 
-use crate::recording::{ChannelRole, RecordingWarning};
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{SampleRate, Unit};
-use crate::recording::{Channel, Recording, RecordingError};
+use crate::recording::{Channel, ChannelRole, Recording, RecordingError, RecordingWarning};
 use crate::warning::Warning;
 
 /// Most vibration channels that are taken without being named: a skin of taxels has more than one.

@@ -51,9 +51,6 @@ pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
 pub use warning::TransferWarning;
 
-use crate::recording::LostBy;
-use crate::recording::RecordingWarning;
-use crate::warning::{Few, FewWarning};
 use judge::{Found, Unexcited};
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -65,11 +62,11 @@ use crate::checksum::Checksum;
 use crate::device::DriveSetup;
 use crate::fourier;
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
-use crate::recording::About;
+use crate::recording::{About, LostBy, RecordingWarning};
 use crate::series::{Series, is_sample};
 use crate::spectrum::{RECOMMENDED_SEGMENTS, WelchConfig, frequency_axis};
 use crate::statistics::median;
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Warning};
 
 /// The transfer function from a drive `I` to a response `O`: one complex value and one coherence a line, on
 /// a uniform axis from 0 Hz to half the rate, in units of `O` per `I`, with the condition and device it is valid for. Documents leave

@@ -1,8 +1,7 @@
 //! Drive and response sampled by two clocks, or with samples missing that nobody reported.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::recording::LostBy;
-use piezotact::recording::{Clocks, RecordingWarning};
+use piezotact::recording::{Clocks, LostBy, RecordingWarning};
 use std::f64::consts::{PI, TAU};
 
 use piezotact::Series;

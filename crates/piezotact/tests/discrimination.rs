@@ -15,8 +15,7 @@ use piezotact::quantity::{Acceleration, Band, Hertz, SampleRate, Unit};
 use piezotact::score::{ScoreConfig, Verdict, score};
 use piezotact::spectrum::{WelchConfig, welch};
 use piezotact::statistics::{holm, permutation_test, sign_flip_test};
-use piezotact::warning::{Few, FewWarning};
-use piezotact::warning::{Scatter, ScatterWarning};
+use piezotact::warning::{Few, FewWarning, Scatter, ScatterWarning};
 use piezotact::{Series, Warning};
 use serde::Deserialize;
 

@@ -1,7 +1,6 @@
 //! Prepared drives: SciPy's numbers for the typical stroke, levels that keep differences, and verdicts that would be false.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::warning::{Scatter, ScatterWarning};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
@@ -14,7 +13,7 @@ use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Hertz, SampleRate
 use piezotact::render::{RenderConfig, render};
 use piezotact::series::Series;
 use piezotact::transfer::{Estimator, TransferFunction};
-use piezotact::warning::Warnings;
+use piezotact::warning::{Scatter, ScatterWarning, Warnings};
 
 const RATE_HZ: f64 = 5000.0;
 

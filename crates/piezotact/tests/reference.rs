@@ -17,8 +17,7 @@ use piezotact::render::{Inverse, InverseConfig, PhaseForm, invert};
 use piezotact::resample::Resampler;
 use piezotact::series::Series;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
-use piezotact::transfer::TransferWarning;
-use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction};
+use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction, TransferWarning};
 use piezotact::warning::{Few, FewWarning};
 
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.

@@ -8,7 +8,6 @@
 )]
 
 use piezotact::criterion::Outcome;
-use piezotact::score::{NotComputed, Score, ScoreCriterion, ScoreWarning};
 use piezotact::verify::VerifyWarning;
 use piezotact::warning::{Few, FewWarning};
 use std::collections::BTreeMap;
@@ -25,7 +24,10 @@ use piezotact::discrimination::DiscriminationWarning;
 use piezotact::feature::Weighting;
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate};
 use piezotact::score::literature::{LevelCurve, literature, spqi, st_sim};
-use piezotact::score::{Extent, How, LiteratureConfig, ScoreConfig, ScoreError, Verdict, score};
+use piezotact::score::{
+    Extent, How, LiteratureConfig, NotComputed, Score, ScoreConfig, ScoreCriterion, ScoreError,
+    ScoreWarning, Verdict, score,
+};
 use serde::Deserialize;
 
 /// The same magnitudes with other phases.

@@ -5,10 +5,7 @@
     reason = "a test fails where it cannot go on, and reports what it measured"
 )]
 
-use piezotact::recording::ReversedSign;
-use piezotact::recording::{Reached, RecordingWarning};
-use piezotact::stroke::StrokeWarning;
-use piezotact::stroke::{ForceFault, ForceWarning};
+use piezotact::recording::{Reached, RecordingWarning, ReversedSign};
 use std::collections::BTreeMap;
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
@@ -16,8 +13,9 @@ use piezotact::Warning;
 use piezotact::criterion::Outcome;
 use piezotact::quantity::{Newtons, SampleRate};
 use piezotact::stroke::{
-    Expected, ForceRule, Judging, MotionKind, Reason, SegmentError, Segmentation, Signals,
-    SpeedRule, StrokeCriterion, segment_by_force, segment_by_speed, whole,
+    Expected, ForceFault, ForceRule, ForceWarning, Judging, MotionKind, Reason, SegmentError,
+    Segmentation, Signals, SpeedRule, StrokeCriterion, StrokeWarning, segment_by_force,
+    segment_by_speed, whole,
 };
 
 fn signals(made: &Recorded) -> Signals<'_> {

@@ -7,8 +7,9 @@ use piezotact::discrimination::Model;
 use piezotact::document::Document;
 use piezotact::page::Cell;
 use piezotact::quantity::{Band, Hertz, Newtons, SampleRate, Unit};
-use piezotact::recording::NotUsed;
-use piezotact::recording::{Channel, Condition, Provenance, Recording, RecordingWarning, Touch};
+use piezotact::recording::{
+    Channel, Condition, NotUsed, Provenance, Recording, RecordingWarning, Touch,
+};
 use piezotact::stroke::{Cut, Cuts, Judging, StrokeWarning};
 use piezotact::study::{
     AnalysedRecording, AnalysisDocument, Breadth, ComparisonDocument, CutsDocument, Factor,

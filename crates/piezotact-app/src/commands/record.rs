@@ -1,7 +1,5 @@
 //! `piezotact record`: what the sensors of a bench acquire while a person touches something; nothing is played.
 
-use piezotact::recording::ReversedSign;
-use piezotact::recording::{Reached, RecordingWarning};
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
@@ -9,7 +7,9 @@ use clap::Args;
 use indicatif::ProgressBar;
 use piezotact::Warning;
 use piezotact::quantity::{Degrees, Drive, Newtons, Quantity as _, Seconds};
-use piezotact::recording::{Condition, SlidingDirection, Touch};
+use piezotact::recording::{
+    Condition, Reached, RecordingWarning, ReversedSign, SlidingDirection, Touch,
+};
 use piezotact::run::{
     Acquired, Ended, Judged, Recorded, RunChunk, RunDocument, RunEnd, RunStart, RunWarning, Sink,
     SinkError,
@@ -21,8 +21,7 @@ use piezotact_dataset::JournalSink;
 use crate::benches::{self, BenchSpec};
 use crate::cli::twin::{DirectionName, speed};
 use crate::dashboard::{Counts, Dashboard};
-use crate::failure::bench_failure;
-use crate::failure::{Failure, Outcome, usage};
+use crate::failure::{Failure, Outcome, bench_failure, usage};
 use crate::interrupt;
 use crate::keeping::{began, say_moved};
 use crate::live::{Live, Showing};

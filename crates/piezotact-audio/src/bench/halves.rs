@@ -1,6 +1,5 @@
 //! The playing and the acquiring half of a sound device.
 
-use piezotact::recording::{LostBy, RecordingWarning};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -10,7 +9,9 @@ use piezotact::align::ClockTracker;
 use piezotact::device::DriveSetup;
 use piezotact::number::{counted, digits};
 use piezotact::quantity::{SampleRate, Seconds, Unit};
-use piezotact::recording::{BenchKind, Condition, Event, EventValue, Touch};
+use piezotact::recording::{
+    BenchKind, Condition, Event, EventValue, LostBy, RecordingWarning, Touch,
+};
 use piezotact::run::RunChunk;
 use piezotact::sound::{SoundWarning, silent_runs};
 use piezotact::statistics::{mean, rms};

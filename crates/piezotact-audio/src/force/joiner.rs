@@ -1,9 +1,7 @@
 //! Readings of a force on the clock of a sound device.
 
 use crate::force::ForceError;
-use piezotact::recording::Clocks;
-use piezotact::recording::LostBy;
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::{Clocks, LostBy, RecordingWarning};
 use std::collections::VecDeque;
 use std::time::Instant;
 

@@ -4,9 +4,7 @@ use piezotact::Warning;
 use piezotact::convolve::Convolver;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Quantity};
-use piezotact::recording::RecordingWarning;
-use piezotact::recording::Simulated;
-use piezotact::recording::{BenchKind, Condition};
+use piezotact::recording::{BenchKind, Condition, RecordingWarning, Simulated};
 use piezotact::render::RenderWarning;
 use piezotact::statistics::rms;
 

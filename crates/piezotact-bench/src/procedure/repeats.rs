@@ -1,8 +1,7 @@
 //! Repeats of a characterisation, each judged while it runs and measured again if it does not pass.
 
 use crate::DeviceError;
-use piezotact::warning::Scatter;
-use piezotact::warning::ScatterWarning;
+use piezotact::warning::{Scatter, ScatterWarning};
 use std::fmt;
 
 use piezotact::Warning;
@@ -21,8 +20,7 @@ use super::{
     ACCELERATION_CHANNEL, Characterisation, CharacteriseConfig, DRIVE_CHANNEL, FORCE_CHANNEL,
     RunKeeper, excite, transfer_of,
 };
-use crate::error::ProcedureError;
-use crate::error::Refusal;
+use crate::error::{ProcedureError, Refusal};
 use crate::gate::{Gate, GateConfig, GateRoles};
 use crate::plan::{Placement, RunPlan};
 use crate::traits::Bench;

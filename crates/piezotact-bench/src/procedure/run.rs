@@ -5,11 +5,10 @@ use piezotact::checksum::Checksum;
 use piezotact::device::DriveSetup;
 use piezotact::number::signed;
 use piezotact::quantity::{Band, Drive, Seconds};
-use piezotact::recording::Reached;
 use piezotact::recording::{
-    About, Annotations, BrokenPlayback, Event, EventValue, Provenance, Recording,
+    About, Annotations, BrokenPlayback, Event, EventValue, LostBy, Provenance, Reached, Recording,
+    RecordingWarning,
 };
-use piezotact::recording::{LostBy, RecordingWarning};
 use piezotact::run::{
     Ended, Judged, RunChunk, RunCollector, RunDocument, RunEnd, RunStart, RunWarning, Sink,
 };
@@ -19,8 +18,7 @@ use piezotact::{Warning, criterion::Outcome};
 
 use super::keeper::RunKeeper;
 use super::{FORCE_CHANNEL, require_device};
-use crate::error::Refusal;
-use crate::error::{DeviceError, ProcedureError};
+use crate::error::{DeviceError, ProcedureError, Refusal};
 use crate::gate::Gate;
 use crate::plan::{Playback, RunPlan, Until};
 use crate::stop::StopHandle;

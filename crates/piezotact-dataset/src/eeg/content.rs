@@ -1,13 +1,12 @@
 //! The content of an EEG file before it is cut at its gaps.
 
-use piezotact::recording::NotUsed;
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Seconds};
 use piezotact::recording::{
-    BenchKind, Channel, Clock, Condition, Event, EventValue, Losses, Provenance, Recording,
-    RecordingWarning, StartTime,
+    BenchKind, Channel, Clock, Condition, Event, EventValue, Losses, NotUsed, Provenance,
+    Recording, RecordingWarning, StartTime,
 };
 
 use super::{EegFile, EegKind, EegSegment, unique_names};

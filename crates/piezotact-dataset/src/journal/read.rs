@@ -1,7 +1,6 @@
 //! Reads the journals of runs, including incomplete and damaged ones.
 
-use piezotact::recording::LostBy;
-use piezotact::recording::{Clock, RecordingWarning};
+use piezotact::recording::{Clock, LostBy, RecordingWarning};
 use std::fs::File;
 use std::io::{BufReader, Error, ErrorKind, Read as _};
 use std::path::Path;

@@ -1,8 +1,7 @@
 //! Everything that answers say, as one value; reports, tables and documents are made of it.
 
 use crate::association::AssociationError;
-use piezotact::warning::Few;
-use piezotact::warning::FewWarning;
+use piezotact::warning::{Few, FewWarning};
 use std::collections::BTreeSet;
 
 use piezotact::Warning;

@@ -1,12 +1,11 @@
 //! What a file of EEG holds: parts without a gap, kinds of channels, markers and tasks.
 
-use piezotact::recording::{RecordingWarning, Simulated};
 use std::collections::BTreeMap;
 use std::fmt;
 
 use piezotact::Warning;
 use piezotact::quantity::{Seconds, Unit};
-use piezotact::recording::{BenchKind, Event, EventValue, Recording};
+use piezotact::recording::{BenchKind, Event, EventValue, Recording, RecordingWarning, Simulated};
 use piezotact::warning::Warnings;
 use serde::{Deserialize, Serialize};
 

@@ -1,7 +1,6 @@
 //! Roughness parameters of a profile.
 
 use crate::roughness::SurfaceWarning;
-use piezotact::warning::{Few, FewWarning};
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
@@ -12,7 +11,7 @@ use super::{
     Cutoff, Form, HeightProfile, MaterialRatio, RoughnessError, STEPS_PER_CUTOFF, ShortWaves,
     filter, material_ratio, mean, remove_profile_form,
 };
-use piezotact::warning::Warning;
+use piezotact::warning::{Few, FewWarning, Warning};
 
 /// The sections that both standards ask for.
 const SECTIONS: usize = 5;

@@ -1,12 +1,10 @@
 //! The clocks of output and input while both run: blocks of the drive are found in the loopback as they arrive, with memory for a few seconds.
 
-use crate::recording::LostBy;
-use crate::recording::{Clocks, RecordingWarning};
+use crate::recording::{Clocks, LostBy, RecordingWarning};
 use std::collections::VecDeque;
 
 use super::line::{FEWEST_BLOCKS, Found, robust, step};
-use crate::fourier::hann;
-use crate::fourier::{RealTransform, fast_length};
+use crate::fourier::{RealTransform, fast_length, hann};
 use crate::quantity::{SampleRate, Seconds};
 use crate::sound::phase_slope;
 use crate::warning::Warning;

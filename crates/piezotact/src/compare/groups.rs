@@ -1,8 +1,6 @@
 //! Which samples are distinguishable by their vibration, from the strokes of each.
 
-use crate::warning::Warning;
-use crate::warning::{Few, FewWarning};
-use crate::warning::{Scatter, ScatterWarning};
+use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 use serde::{Deserialize, Serialize};
 
 use super::distinguishability::{Distinguishability, Groups, Pair, PairCriterion, SampleUnit};

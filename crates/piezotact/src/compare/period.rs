@@ -1,7 +1,6 @@
 //! The spatial period of a surface (or of a fingerprint) from sliding at several speeds: f = v/λ.
 
 use crate::compare::CompareWarning;
-use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
@@ -9,7 +8,7 @@ use crate::fourier::RealTransform;
 use crate::quantity::{Hertz, SampleRate};
 use crate::spectrum::{Symmetry, Window};
 use crate::statistics::{mean, median, standard_deviation, t_quantile, vertex};
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Warning};
 
 /// One speed: what was recorded while sliding at it.
 #[derive(Clone, Debug)]

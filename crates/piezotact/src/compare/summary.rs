@@ -1,7 +1,5 @@
 //! The strokes of several recordings taken together: one sample, one speed, one participant.
 
-use crate::warning::{Few, FewWarning};
-use crate::warning::{Scatter, ScatterWarning};
 use std::collections::BTreeMap;
 
 use crate::compare::{CompareWarning, Mixed};
@@ -15,7 +13,7 @@ use crate::feature::{
 };
 use crate::quantity::{Band, Hertz, Unit};
 use crate::recording::Condition;
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 
 /// The ridges of a fingertip are this far apart, m: the widest range of the literature.
 const RIDGES_M: std::ops::RangeInclusive<f64> = 0.3e-3..=0.8e-3;

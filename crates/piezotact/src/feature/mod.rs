@@ -7,9 +7,7 @@ mod statistics;
 mod warning;
 mod weighting;
 
-use crate::clipping::ClippingWarning;
 use crate::integrity::{SignalWarning, never_changes};
-use crate::warning::{Few, FewWarning};
 use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
@@ -20,7 +18,7 @@ pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
-use crate::clipping::flat_top_fraction;
+use crate::clipping::{ClippingWarning, flat_top_fraction};
 use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
@@ -28,7 +26,7 @@ use crate::spectrum::{
     EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, amplitude_spectrum, segments_in,
 };
 use crate::stroke::{Interval, SegmentError, Segmentation, Signals, Stroke};
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Warning};
 
 /// Fewer strokes than this in an average are a warning.
 ///

@@ -1,8 +1,5 @@
 //! The complete analysis of a panel, as one value.
 
-use crate::transfer::TransferError;
-use crate::warning::Few;
-use crate::warning::FewWarning;
 use serde::{Deserialize, Serialize};
 
 use super::average::{averages, of_members};
@@ -17,8 +14,8 @@ use super::{
     repeatability,
 };
 use crate::quantity::{Band, Hertz, Quantity};
-use crate::transfer::{BundleAverage, Ensemble};
-use crate::warning::{Warning, Warnings};
+use crate::transfer::{BundleAverage, Ensemble, TransferError};
+use crate::warning::{Few, FewWarning, Warning, Warnings};
 
 /// How a panel is analysed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,7 +1,6 @@
 //! Averages over people by both means, the penalty that they cost a new person, and the verdict on whether they are acceptable.
 
 use crate::panel::PanelWarning;
-use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 use statrs::distribution::{Beta, ContinuousCDF};
 
@@ -12,9 +11,8 @@ use crate::criterion::{Criterion as Rule, Limit, Outcome};
 use crate::document::Content;
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms, t_quantile};
-use crate::transfer::level_db;
-use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out};
-use crate::warning::{Example, Warning};
+use crate::transfer::{BundleAverage, TransferFunction, average, leave_one_out, level_db};
+use crate::warning::{Example, Few, FewWarning, Warning};
 
 /// The fewest people for an interval of the penalty: each person is in the averages of the others, so penalties are dependent.
 const ENOUGH_FOR_INTERVAL: usize = 3;

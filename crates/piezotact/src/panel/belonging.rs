@@ -1,15 +1,13 @@
 //! Tests: measurements that do not belong in a panel are refused or reported by name.
 
-use crate::recording::{RecordingWarning, ReversedSign};
-use crate::transfer::TransferWarning;
 use crate::warning::{Scatter, ScatterWarning};
 use num_complex::Complex;
 
 use super::*;
 use crate::criterion::Outcome;
 use crate::quantity::{Acceleration, Band, Force, Hertz, SampleRate};
-use crate::recording::BenchKind;
-use crate::transfer::Estimator;
+use crate::recording::{BenchKind, RecordingWarning, ReversedSign};
+use crate::transfer::{Estimator, TransferWarning};
 
 type Entries = Vec<Entry<Force, Acceleration>>;
 

@@ -42,14 +42,13 @@ pub use trend::{AngleEffect, LoadStep, ParticipantShape, ParticipantStep};
 pub use warning::{MissingMeasurements, PanelWarning};
 
 use crate::number::rounded;
-use crate::transfer::TransferError;
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::Outcome;
 use crate::quantity::{Degrees, Newtons, Quantity};
-use crate::transfer::{BundleAverage, TransferFunction, average};
+use crate::transfer::{BundleAverage, TransferError, TransferFunction, average};
 use crate::warning::{Warning, Warnings};
 
 /// Loads and angles that differ by less than this count as equal.

@@ -1,13 +1,12 @@
 //! Repeatability of measurements with and without replacing the finger, and the components of their variance.
 
-use crate::warning::{Scatter, ScatterWarning};
 use serde::{Deserialize, Serialize};
 
 use super::levels::{levels_db, robust_score};
 use super::{Cell, Panel, PanelError};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::{mean, rms};
-use crate::warning::Warning;
+use crate::warning::{Scatter, ScatterWarning, Warning};
 
 /// Repeats of one person that are this many times further apart than those of the usual person may be of two people.
 const MIXED_RATIO: f64 = 3.0;

@@ -1,6 +1,5 @@
 //! Differences between people: by cell, in the worst cell, and whether they fall with load.
 
-use crate::warning::{Scatter, ScatterWarning};
 use serde::{Deserialize, Serialize};
 
 use super::levels::{Levels, robust_score, steps};
@@ -10,7 +9,7 @@ use crate::criterion::Outcome;
 use crate::quantity::{Band, Degrees, Newtons, Quantity};
 use crate::statistics::{Direction, mean, rms};
 use crate::transfer::{BundleAverage, Ensemble, TransferFunction, bundle, leave_one_out};
-use crate::warning::{Example, Warning};
+use crate::warning::{Example, Scatter, ScatterWarning, Warning};
 
 /// A person this many robust standard deviations further from the mean curve than the median person is an outlier.
 const OUTLIER: f64 = 3.5;

@@ -1,7 +1,5 @@
 //! Checks whether transfer functions can be combined in a panel: errors that refuse it, and warnings.
 
-use crate::recording::ReversedSign;
-use crate::recording::{OtherOrigin, RecordingWarning};
 use std::collections::BTreeMap;
 
 use super::membership::{self, LOW_COHERENCE, MemberCriterion};
@@ -9,7 +7,7 @@ use super::{Cell, Entry, Filing, Panel, PanelError};
 use crate::criterion::{Criterion, Outcome};
 use crate::device::DriveSetup;
 use crate::quantity::{Band, Quantity};
-use crate::recording::BenchKind;
+use crate::recording::{BenchKind, OtherOrigin, RecordingWarning, ReversedSign};
 use crate::transfer::TransferFunction;
 use crate::warning::{Example, Warning};
 

@@ -12,16 +12,13 @@ use crate::compare::{CompareWarning, Mixed};
 use crate::feature::band_power;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Drive, Hertz, Seconds};
-use crate::recording::Condition;
-use crate::recording::{Reached, RecordingWarning};
+use crate::recording::{Condition, Reached, RecordingWarning};
 use crate::render::{RenderConfig, RenderError, at_fitting_level, render};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan};
 use crate::statistics::{mean, median, rms};
 use crate::transfer::TransferFunction;
-use crate::warning::Warning;
-use crate::warning::{Few, FewWarning};
-use crate::warning::{Scatter, ScatterWarning};
+use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 
 /// A shorter stroke is compared with others only where all are as short.
 const SHORTEST: Seconds = Seconds(0.25);

@@ -1,8 +1,6 @@
 //! ST-SIM and SPQI, for comparison with the literature: locked to the waveform, and without a unit.
 
-use crate::score::NotComputed;
-use crate::score::ScoreError;
-use crate::score::ScoreWarning;
+use crate::score::{NotComputed, ScoreError, ScoreWarning};
 use serde::{Deserialize, Serialize};
 use statrs::function::erf::erfc;
 

@@ -13,12 +13,6 @@ mod verdict;
 mod warning;
 mod waveform;
 
-use crate::clipping::ClippingWarning;
-use crate::series::SeriesError;
-use crate::warning::Few;
-use crate::warning::FewWarning;
-use crate::warning::Scatter;
-use crate::warning::ScatterWarning;
 use excitation::{Plans, Waveform as Segments, evidence, parts, spread};
 use serde::{Deserialize, Serialize};
 pub use warning::{NoIndicesCause, NotComparedCause, NotComputed, ScoreWarning};
@@ -29,7 +23,7 @@ pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
-use crate::clipping::flat_top_fraction;
+use crate::clipping::{ClippingWarning, flat_top_fraction};
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
@@ -37,11 +31,11 @@ use crate::document::Content;
 use crate::feature::Weighting;
 use crate::number::rounded;
 use crate::quantity::{Acceleration, Band, Decibels, Hertz, Seconds};
-use crate::series::Series;
+use crate::series::{Series, SeriesError};
 use crate::spectrum::{EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, welch};
 use crate::statistics::LevelSpread;
 use crate::verify::{VerifyConfig, VerifyError, errors_in_band, rms_of};
-use crate::warning::{Warning, Warnings};
+use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning, Warnings};
 
 /// The window of short-time levels.
 const SHORT_TIME: Seconds = Seconds(0.1);

@@ -1,13 +1,12 @@
 //! How alike two waveforms are once their delay is taken away.
 
 use crate::recording::{RecordingWarning, ReversedSign};
-use crate::verify::VerifyWarning;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::{Acceleration, Band};
 use crate::series::Series;
 use crate::statistics::rms;
-use crate::verify::{VerifyError, align, nmse_db};
+use crate::verify::{VerifyError, VerifyWarning, align, nmse_db};
 use crate::warning::Warning;
 
 /// How alike two waveforms are, limited to a band and aligned.

@@ -1,13 +1,12 @@
 //! The time from output to input over many restarts.
 
 use crate::recording::{LostBy, RecordingWarning};
-use crate::warning::{Few, FewWarning};
 use serde::{Deserialize, Serialize};
 
 use super::{CalibrationFault, SoundWarning};
 use crate::document::Content;
 use crate::quantity::{SampleRate, Seconds};
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Warning};
 
 /// Fewer restarts do not carry a 99th percentile.
 const FEW: usize = 50;

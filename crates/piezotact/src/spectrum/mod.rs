@@ -7,7 +7,6 @@ mod spectrogram;
 mod warning;
 mod window;
 
-use crate::warning::{Few, FewWarning};
 pub use document::SpectrumDocument;
 use std::marker::PhantomData;
 pub use warning::SpectrumWarning;
@@ -22,7 +21,7 @@ pub use window::{Symmetry, UnknownWindow, Window};
 use crate::quantity::{Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::statistics::median;
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Warning};
 use piezotact_fourier::{PowerSum, SegmentTransform};
 
 /// What is taken away from every segment before the window.

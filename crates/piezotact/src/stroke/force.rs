@@ -1,8 +1,7 @@
 //! Active touch: segmentation into strokes by the normal force.
 
 use crate::recording::{RecordingWarning, ReversedSign};
-use crate::stroke::StrokeWarning;
-use crate::stroke::{ForceFault, ForceWarning};
+use crate::stroke::{ForceFault, ForceWarning, StrokeWarning};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};

@@ -1,8 +1,7 @@
 //! Passive touch: segmentation into strokes by the plateau of the surface's speed.
 
 use crate::recording::{Reached, RecordingWarning};
-use crate::stroke::StrokeWarning;
-use crate::stroke::{ForceFault, ForceWarning};
+use crate::stroke::{ForceFault, ForceWarning, StrokeWarning};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};

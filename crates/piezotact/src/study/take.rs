@@ -1,12 +1,11 @@
 //! Recordings of a study, named and cut: what a person states counts before what the recording says, and that before its name.
 
-use crate::recording::{NotUsed, RecordingWarning};
 use std::collections::BTreeMap;
 
 use super::StudyError;
 use crate::feature::Analysis;
 use crate::quantity::Unit;
-use crate::recording::{Condition, Recording};
+use crate::recording::{Condition, NotUsed, Recording, RecordingWarning};
 use crate::roles::{Motion, Roles};
 use crate::stroke::{Cuts, Expected, Judging, Segmentation, segment};
 use crate::warning::{Warning, Warnings};

@@ -1,6 +1,5 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
-use crate::recording::{RecordingWarning, ReversedSign};
 use serde::Serialize;
 
 use super::related::repeats_itself;
@@ -15,7 +14,7 @@ use crate::device::{DriveSetup, drive_of_potential};
 use crate::document::Content;
 use crate::integrity::{Broken, Pair, never_changes, warnings_beside};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
-use crate::recording::{Channel, Losses, Recording};
+use crate::recording::{Channel, Losses, Recording, RecordingWarning, ReversedSign};
 use crate::series::Series;
 use crate::spectrum::WelchConfig;
 use crate::warning::Warning;

@@ -1,14 +1,12 @@
 //! Clock drift and missing samples in a recording of drive and response: how the delay of the response changes over the
 //! recording, and the response corrected to the clock of its drive.
 
-use crate::recording::LostBy;
-use crate::recording::{Clocks, RecordingWarning};
+use crate::recording::{Clocks, LostBy, RecordingWarning};
 use std::f64::consts::TAU;
 
 use num_complex::Complex;
 
-use crate::fourier::RealTransform;
-use crate::fourier::hann;
+use crate::fourier::{RealTransform, hann};
 use crate::quantity::{Quantity, SampleRate};
 use crate::resample::at_places;
 use crate::series::Series;

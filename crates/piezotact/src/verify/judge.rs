@@ -1,7 +1,6 @@
 //! The criteria of a verification, judged from the spectra and waveforms of target and measurement.
 
-use crate::recording::LostBy;
-use crate::recording::{Clocks, RecordingWarning};
+use crate::recording::{Clocks, LostBy, RecordingWarning};
 use crate::render::{PartLost, RenderWarning};
 use crate::statistics::Z_95;
 use statrs::distribution::{ContinuousCDF, StudentsT};

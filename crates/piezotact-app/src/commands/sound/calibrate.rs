@@ -1,14 +1,13 @@
 //! `piezotact calibrate`: volts at full scale, sensitivities, cables and the level of the loopback of a sound device.
 
-use piezotact::sound::CalibrationFault;
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::{Hertz, Seconds};
 use piezotact::sound::{
-    Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration, SensorMethod,
-    SoundCalibration, SoundWarning, VoltsMethod,
+    CalibrationFault, Exciter, InputCalibration, LoopbackLevel, MadeOn, OutputCalibration,
+    SensorMethod, SoundCalibration, SoundWarning, VoltsMethod,
 };
 use piezotact_audio::{
     Measures, RecordedChannel, RunningStreams, SoundSetup, VOLTMETER_TONE, check_level_hz,

@@ -1,5 +1,4 @@
-use piezotact::recording::LostBy;
-use piezotact::recording::{Clocks, RecordingWarning};
+use piezotact::recording::{Clocks, LostBy, RecordingWarning};
 use std::time::Duration;
 
 use piezotact::statistics::random::Random;

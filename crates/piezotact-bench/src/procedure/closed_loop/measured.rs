@@ -4,8 +4,9 @@ use piezotact::Warning;
 use piezotact::clipping::{Clipping, clipping};
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Acceleration, Drive, Force, Hertz, SampleRate, Seconds};
-use piezotact::recording::LostBy;
-use piezotact::recording::{BenchKind, BrokenPlayback, Recording, RecordingWarning, StartTime};
+use piezotact::recording::{
+    BenchKind, BrokenPlayback, LostBy, Recording, RecordingWarning, StartTime,
+};
 use piezotact::resample::resample_over;
 use piezotact::run::{RunStart, Sink, SinkError};
 use piezotact::series::Series;

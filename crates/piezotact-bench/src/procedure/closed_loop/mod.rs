@@ -6,28 +6,24 @@ mod result;
 
 use crate::DeviceError;
 use piezotact::clipping::ClippingWarning;
-use piezotact::correct::{LoopStop, LoopWarning};
-use piezotact::recording::{RecordingWarning, ReversedSign};
-use piezotact::render::{PartLost, RenderWarning};
 use piezotact::resample::ResampleWarning;
-use piezotact::verify::VerifyWarning;
 use std::fmt;
 
 use piezotact::Warning;
-use piezotact::correct::{CorrectConfig, Correction};
+use piezotact::correct::{CorrectConfig, Correction, LoopStop, LoopWarning};
 use piezotact::criterion::Outcome;
 use piezotact::device::DriveSetup;
 use piezotact::lineage::Mode;
 use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
-use piezotact::recording::{About, played_through_its_own};
+use piezotact::recording::{About, RecordingWarning, ReversedSign, played_through_its_own};
 use piezotact::render::{
-    Coverage, Inverse, Overload, RenderConfig, RenderError, RenderFindings, RenderedDrive,
-    headroom, power_outside, render_with_findings,
+    Coverage, Inverse, Overload, PartLost, RenderConfig, RenderError, RenderFindings,
+    RenderWarning, RenderedDrive, headroom, power_outside, render_with_findings,
 };
 use piezotact::series::Series;
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::TransferFunction;
-use piezotact::verify::{Measured, Verification, VerifyConfig, verify};
+use piezotact::verify::{Measured, Verification, VerifyConfig, VerifyWarning, verify};
 use piezotact::warning::Warnings;
 
 use super::RunKeeper;

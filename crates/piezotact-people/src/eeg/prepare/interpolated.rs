@@ -1,12 +1,10 @@
 //! Signals of electrodes that are computed from those of the others.
 
-use crate::eeg::EegWarning;
-use crate::eeg::ElectrodesFault;
-use crate::eeg::epochs::EpochsError;
+use crate::eeg::{EegWarning, ElectrodesFault};
 use piezotact::Warning;
 
 use super::{PrepareConfig, PrepareError};
-use crate::eeg::epochs::Epochs;
+use crate::eeg::epochs::{Epochs, EpochsError};
 use crate::eeg::reference::{Interpolation, Montage};
 
 /// From fewer electrodes nothing is interpolated.

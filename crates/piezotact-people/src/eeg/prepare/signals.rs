@@ -12,9 +12,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{PrepareConfig, PrepareError, Reference};
 use crate::eeg::held::held;
-use crate::eeg::quality;
 use crate::eeg::source::{Segment, SignalKind};
-use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes};
+use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes, quality};
 
 /// A larger share of samples at a limit of the amplifier is refused, a smaller one reported.
 const SATURATED_SHARE: f64 = 0.01;

@@ -1,6 +1,5 @@
 //! What epochs may hold: markers once, parts without bad samples, channels with a position.
 
-use crate::eeg::epochs::EpochsError;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -9,7 +8,7 @@ use piezotact::quantity::SampleRate;
 
 use super::signals::Signals;
 use super::{Marked, NotWhole, PrepareError};
-use crate::eeg::epochs::{CutConfig, Epochs, NotCut};
+use crate::eeg::epochs::{CutConfig, Epochs, EpochsError, NotCut};
 use crate::eeg::reference::Montage;
 use crate::eeg::source::{Segment, is_bad_part, marker_name};
 use crate::eeg::{EegWarning, ElectrodesFault, LeftOutElectrodes, MarkersFault};

@@ -1,8 +1,6 @@
 //! The transfer function of an impact test: every hit a segment, transformed without a window but those stated.
 
 use crate::recording::{RecordingWarning, ReversedSign};
-use crate::warning::{Few, FewWarning};
-use crate::warning::{Scatter, ScatterWarning};
 use std::f64::consts::PI;
 
 use num_complex::Complex;
@@ -20,7 +18,7 @@ use crate::spectrum::EstimateError;
 use crate::statistics::{mean, median};
 use crate::transfer::judge::{self, Unexcited};
 use crate::transfer::{CrossSpectra, Estimator, Known, TransferError, TransferFunction};
-use crate::warning::Warning;
+use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 
 /// So many hits are recommended.
 const RECOMMENDED_HITS: usize = 3;
