@@ -485,7 +485,9 @@ fn another_finger_is_reported() {
     ];
     let (verified, _) = folder.run(&verify).json_and_code();
     assert!(
-        verified["warnings"].to_string().contains("other_condition"),
+        verified["warnings"]
+            .to_string()
+            .contains(r#""what":"rendered_for""#),
         "{verified}"
     );
 }
