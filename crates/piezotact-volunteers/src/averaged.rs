@@ -38,7 +38,7 @@ pub(super) fn averaged(
         };
         entries.push(Entry { filing, function });
     }
-    let panel = Panel::new(entries).map_err(VolunteerError::from)?;
+    let panel = Panel::new(entries)?;
     let average = average_of_panel(&panel, cell, BundleAverage::LogMagnitude, band()?);
     Ok(average?.function)
 }

@@ -28,7 +28,7 @@ pub enum VolunteerError {
     Cues {
         /// The texture, and whose it is.
         what: String,
-        error: JudgeError,
+        error: Box<JudgeError>,
     },
     /// No stroke can be used.
     #[error("{what}: no stroke can be used; look at the world of the twin")]
@@ -38,7 +38,10 @@ pub enum VolunteerError {
     },
     /// There is no answer to a trial.
     #[error("trial {trial}: {error}")]
-    Judge { trial: String, error: JudgeError },
+    Judge {
+        trial: String,
+        error: Box<JudgeError>,
+    },
     /// No average transfer function.
     #[error(
         "the protocol renders with the average of the panel `{panel}`, and none was measured; measure one with people who do not take part"
@@ -80,7 +83,10 @@ pub enum VolunteerError {
     Segment { what: String, error: SegmentError },
     /// A recording has no strokes to analyse.
     #[error("{what}: {error}")]
-    Feature { what: String, error: FeatureError },
+    Feature {
+        what: String,
+        error: Box<FeatureError>,
+    },
     /// Transfer functions cannot be estimated or averaged.
     #[error(transparent)]
     Transfer(#[from] piezotact::transfer::TransferError),

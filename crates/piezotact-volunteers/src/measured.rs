@@ -103,7 +103,7 @@ fn analysed(
 ) -> Result<Analysis, VolunteerError> {
     let feature = |error| VolunteerError::Feature {
         what: recording.about.condition.to_string(),
-        error,
+        error: Box::new(error),
     };
     let longest: Vec<usize> = segmentation
         .strokes

@@ -192,7 +192,7 @@ fn touch(
     let cues = strokes.iter().map(|stroke| {
         Cues::of(stroke, band()?).map_err(|error| VolunteerError::Cues {
             what: what(),
-            error,
+            error: Box::new(error),
         })
     });
     let cues: Vec<Cues> = cues.collect::<Result<_, VolunteerError>>()?;
@@ -214,7 +214,10 @@ fn strokes(
 ) -> Result<Vec<Series<Acceleration>>, VolunteerError> {
     let what = recording.about.condition.to_string();
     let freed = vibrations(recording, &taken.segmentation, Some(HighPass::gesture()));
-    let freed = freed.map_err(|error| VolunteerError::Feature { what, error })?;
+    let freed = freed.map_err(|error| VolunteerError::Feature {
+        what,
+        error: Box::new(error),
+    })?;
     let Some(channel) = freed.channels.first() else {
         return Ok(Vec::new());
     };
@@ -275,7 +278,7 @@ fn prepared(
     function: &TransferFunction<Drive, Acceleration>,
     bench: &mut Bench,
 ) -> Result<(BTreeMap<String, Verified>, Option<f64>), VolunteerError> {
-    let rate = SampleRate::new(DRIVE_RATE_HZ).map_err(VolunteerError::from)?;
+    let rate = SampleRate::new(DRIVE_RATE_HZ)?;
     let config = RenderConfig::over(band()?, rate);
     let mut targets = BTreeMap::new();
     for stimulus in stimuli(simulation.protocol) {

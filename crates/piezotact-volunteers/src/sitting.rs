@@ -328,7 +328,7 @@ impl Scene<'_> {
         self.answered(&mut draw, all)
             .map_err(|error| VolunteerError::Judge {
                 trial: self.trial.name.clone(),
-                error,
+                error: Box::new(error),
             })
     }
 

@@ -117,13 +117,12 @@ impl StudyCampaign {
         let mut store = match StudyStore::create_on(folder, url) {
             Ok(store) => store,
             Err(StudyError::Taken { url: taken }) => {
-                let taken = || StudyError::Taken { url: taken };
                 if !is_unfinished(url, &campaign)? {
-                    return Err(taken());
+                    return Err(StudyError::Taken { url: taken });
                 }
                 StudyStore::join(folder, url)?
             }
-            Err(error) => return Err(error.into()),
+            Err(error) => return Err(error),
         };
         if store.stored_campaign()?.is_none() {
             store.store_campaign(&campaign)?;

@@ -98,7 +98,7 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
     if let ExponentialWindow::Damping(found) = config.exponential
         && !(found.is_finite() && found > 0.0)
     {
-        return Err(TransferError::Damping { found }.into());
+        return Err(TransferError::Damping { found });
     }
     let found = Force::of(signals.force, rate);
     let (level, drift) = without_baseline(signals.response, rate);
@@ -116,11 +116,10 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         return Err(TransferError::NoHit {
             largest: found.largest,
             noise: found.noise,
-        }
-        .into());
+        });
     }
     if !found.is_of_pulses() {
-        return Err(TransferError::NoPulses.into());
+        return Err(TransferError::NoPulses);
     }
     let segments = Segments::of(&signals, &found, config)?;
     let seconds = |samples: usize| rate.duration_of(samples).0;
@@ -128,12 +127,11 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         let segment_s = seconds(segments.length);
         let most = MOST_DAMPING / segment_s;
         if found > most {
-            let error = TransferError::Overdamped {
+            return Err(TransferError::Overdamped {
                 found,
                 most,
                 segment_s,
-            };
-            return Err(error.into());
+            });
         }
     }
     let hits: Vec<Hit> = found
@@ -152,8 +150,7 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         let first = |hit: &Hit| Some((hit.at_s, *hit.faults.first()?));
         return Err(TransferError::NoneUsable {
             faults: hits.iter().filter_map(first).collect(),
-        }
-        .into());
+        });
     }
     let left = segments.left;
     let windows = Windows::of(&signals, &found, (&segments, &used), config);
