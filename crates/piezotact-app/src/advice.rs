@@ -1,6 +1,5 @@
 //! The options of the command line with which the advice of a warning or an error is followed.
 
-use piezotact_haptic::HapticError;
 use std::error::Error;
 
 use piezotact::Warning;
@@ -12,6 +11,7 @@ use piezotact::stroke::SegmentError;
 use piezotact::transfer::TransferError;
 use piezotact::warning::Merged;
 #[cfg(feature = "haptic")]
+use piezotact_haptic::HapticError;
 
 /// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
 const OPTIONS: [(&str, &str, &str); 40] = [
