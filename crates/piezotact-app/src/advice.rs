@@ -14,11 +14,13 @@ use piezotact::warning::Merged;
 use piezotact_haptic::HapticError;
 
 /// The options that a warning's advice needs, by code and cause (the value of one of [`CAUSES`]; empty for any).
-const OPTIONS: [(&str, &str, &str); 40] = [
+const OPTIONS: [(&str, &str, &str); 38] = [
     ("band_part_lost", "no_target", "--band"),
     ("channel_chosen", "motion", "--motion"),
     ("channel_chosen", "normal_force", "--normal-force"),
     ("channel_chosen", "vibration", "--vibration"),
+    ("channel_missing", "cutting", "--cuts"),
+    ("channels_swapped", "", "--drive and --response"),
     ("contact_map_ends", "", "--contact-map"),
     ("counts", "", "--scale"),
     ("cutoff_unsettled", "", "--cutoff"),
@@ -34,12 +36,10 @@ const OPTIONS: [(&str, &str, &str); 40] = [
     ("instrument_differs", "", "--cutoff"),
     ("late_response", "", "--segment"),
     ("length_unconfirmed", "", "--step"),
-    ("long_stroke", "", "--cuts"),
     ("looks_filtered", "", "--filter none"),
     ("low_coherence", "", "--band"),
     ("no_contact", "", "--load"),
     ("not_excited", "", "--band"),
-    ("nothing_cut", "", "--cuts"),
     ("open_multiple", "", "--high-pass"),
     (
         "played_through_its_own",
@@ -47,22 +47,20 @@ const OPTIONS: [(&str, &str, &str); 40] = [
         "panel=FOLDER after the file name of the measured bench",
     ),
     ("power_outside_band", "", "--band"),
-    ("pulses_in_drive", "", "--excitation impact"),
-    ("pulses_in_response", "", "--drive and --response"),
-    ("rate_not_used", "", "without --rate"),
+    ("pulses_in_drive", "", "--excitation"),
     ("rejected", "", "--cuts"),
-    ("response_not_decayed", "", "--exponential"),
-    ("short_strokes", "", "--segment"),
+    ("response_not_decayed", "end", "--exponential"),
     ("scatter", "strokes_of_texture", "--cuts"),
     ("simulated", "transfer", "piezotact info"),
     ("slew_limited", "", "--band"),
-    ("swapped_units", "", "--drive and --response"),
-    ("taken_as_impact", "", "--excitation"),
+    ("stated_differs", "rate_kept", "without --rate"),
     ("taken_whole", "", "--stroke N"),
     ("thresholds_of_skin", "", "--contact-map"),
     ("uncalibrated", "", "--scale"),
     ("uneven_profile", "", "--cutoff"),
     ("unresolved_resonance", "", "--segment"),
+    ("unusual_stroke", "left_out", "--segment"),
+    ("unusual_stroke", "long", "--cuts"),
 ];
 
 /// The fields that hold which cause or fault a warning is about.

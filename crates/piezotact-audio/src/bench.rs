@@ -6,7 +6,7 @@ mod silent;
 use piezotact::Warning;
 use piezotact::device::{DeviceAtGain, DriveSetup};
 use piezotact::quantity::{Seconds, Volts};
-use piezotact::recording::BenchKind;
+use piezotact::recording::{BenchKind, MissingChannel, RecordingWarning};
 use piezotact::sound::{CalibrationFault, LatencySummary, SoundCalibration, SoundWarning};
 use piezotact_bench::Bench;
 
@@ -78,7 +78,9 @@ impl AudioBench {
             })),
         }
         if self.setup.loopback().is_none() {
-            warnings.push(Warning::from(SoundWarning::NoLoopback));
+            warnings.push(Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::Loopback,
+            }));
         }
         let inputs: Vec<Input> = self
             .setup
@@ -88,8 +90,10 @@ impl AudioBench {
             .collect();
         for input in &inputs {
             if input.measures == Measures::Force {
-                warnings.push(Warning::from(SoundWarning::AcCoupled {
-                    channel: input.measures.name().into(),
+                warnings.push(Warning::from(RecordingWarning::ChannelMissing {
+                    what: MissingChannel::SteadyForce {
+                        channel: input.measures.name().into(),
+                    },
                 }));
             }
             if input.calibrated == Calibrated::No {

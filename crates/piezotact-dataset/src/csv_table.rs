@@ -1,7 +1,8 @@
 //! Tables of numbers as text: commas, semicolons or tabs, a header, and units in the header or in a row of
 //! their own.
 
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::Steps;
+use piezotact::recording::{RecordingWarning, Stated};
 use piezotact::statistics::median;
 use std::path::Path;
 
@@ -347,9 +348,11 @@ pub(crate) fn choose_rate(
             warnings.clear();
             match found {
                 Ok(found) if (found.hz() / stated.hz() - 1.0).abs() > EVEN => {
-                    warnings.push(Warning::from(RecordingWarning::RateStated {
-                        stated_hz: stated.hz(),
-                        found_hz: found.hz(),
+                    warnings.push(Warning::from(RecordingWarning::StatedDiffers {
+                        what: Stated::Rate {
+                            stated_hz: stated.hz(),
+                            found_hz: found.hz(),
+                        },
                     }));
                 }
                 Ok(_) => {}
@@ -564,7 +567,10 @@ pub(crate) fn rate_of(
         .map(|(_, step)| (step / usual - 1.0).abs())
         .fold(0.0, f64::max);
     if worst > EVEN {
-        warnings.push(Warning::from(RecordingWarning::UnevenSampling { worst }));
+        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
+            worst,
+            of: Steps::Time,
+        }));
     }
     // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
     let found_hz = 1.0 / (mean * to_seconds);

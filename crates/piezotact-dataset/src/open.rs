@@ -4,7 +4,7 @@ mod beside;
 mod npy;
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::RecordingWarning;
+use piezotact::recording::{RecordingWarning, Stated};
 use std::path::Path;
 
 use piezotact::Warning;
@@ -462,9 +462,11 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     if let Some(stated) = options.rate
         && stated.hz() != f64::from(wav.rate_hz)
     {
-        warnings.push(Warning::from(RecordingWarning::RateNotUsed {
-            stated_hz: stated.hz(),
-            found_hz: f64::from(wav.rate_hz),
+        warnings.push(Warning::from(RecordingWarning::StatedDiffers {
+            what: Stated::RateKept {
+                stated_hz: stated.hz(),
+                found_hz: f64::from(wav.rate_hz),
+            },
         }));
     }
     let mut options = options.clone();

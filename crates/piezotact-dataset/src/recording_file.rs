@@ -7,7 +7,7 @@ use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{SampleRate, Unit};
 use piezotact::recording::{
-    About, Annotations, Channel, OtherOrigin, Provenance, Recording, RecordingWarning,
+    About, Annotations, Channel, OtherOrigin, Provenance, Recording, RecordingWarning, Stated,
 };
 
 use crate::error::ReadError;
@@ -137,9 +137,11 @@ fn read_with_documents(
         recording
             .about
             .warnings
-            .push(Warning::from(RecordingWarning::RateNotUsed {
-                stated_hz: stated.hz(),
-                found_hz: recording.rate().hz(),
+            .push(Warning::from(RecordingWarning::StatedDiffers {
+                what: Stated::RateKept {
+                    stated_hz: stated.hz(),
+                    found_hz: recording.rate().hz(),
+                },
             }));
     }
     match &end {

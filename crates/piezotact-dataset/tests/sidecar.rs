@@ -1,10 +1,11 @@
 //! What stands beside a WAV file: believed of the samples that it was written for, and refused with what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
+use piezotact::recording::MissingChannel;
 use piezotact::recording::{
     About, BrokenPlayback, Channel, Condition, Losses, Provenance, Recording, RecordingWarning,
+    Stated,
 };
-use piezotact::stroke::StrokeWarning;
 use std::path::Path;
 
 use piezotact::Warning;
@@ -63,7 +64,9 @@ fn warnings_about_samples_are_read_again() {
     let path = folder.path().join("a.wav");
     let samples: Vec<f64> = (0..500).map(|i| f64::from(i).sin()).collect();
     let mut sidecar = of_scale(2.0);
-    sidecar.about.warnings = vec![Warning::from(StrokeWarning::NothingCut)];
+    sidecar.about.warnings = vec![Warning::from(RecordingWarning::ChannelMissing {
+        what: MissingChannel::Cutting,
+    })];
     write_wav_with_sidecar(&path, &[&samples], 5_000, SampleFormat::Float32, &sidecar).unwrap();
     let rate = SampleRate::new(1_000.0).ok();
     let read = read_recording(
@@ -76,10 +79,14 @@ fn warnings_about_samples_are_read_again() {
     )
     .unwrap();
     let expected = [
-        Warning::from(StrokeWarning::NothingCut),
-        Warning::from(RecordingWarning::RateNotUsed {
-            stated_hz: 1_000.0,
-            found_hz: 5_000.0,
+        Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Cutting,
+        }),
+        Warning::from(RecordingWarning::StatedDiffers {
+            what: Stated::RateKept {
+                stated_hz: 1_000.0,
+                found_hz: 5_000.0,
+            },
         }),
     ];
     assert_eq!(read.recording.about.warnings, expected);

@@ -7,7 +7,9 @@
 use num_complex::Complex;
 use piezotact::Warning;
 use piezotact::quantity::{Acceleration, Force, SampleRate, Uncalibrated};
-use piezotact::transfer::{CrossSpectra, Estimator, TransferFunction, TransferWarning};
+use piezotact::transfer::{
+    CrossSpectra, Estimator, StoredFault, TransferFunction, TransferWarning,
+};
 use piezotact_dataset::{read_transfer, stored_transfer};
 
 use crate::matlab::{numbers, parse};
@@ -72,7 +74,7 @@ fn an_analyser_s_columns_fit_each_other_and_its_impossible_coherence_is_said() {
     let rate = SampleRate::new(1280.0).unwrap();
     let impossible = |warnings: &[Warning]| {
         warnings.iter().any(|warning| {
-            matches!(warning.kind(), Some(TransferWarning::ImpossibleCoherence { found, lines: 5, .. }) if found > 1.2)
+            matches!(warning.kind(), Some(TransferWarning::Stored { fault: StoredFault::Coherence { found, lines: 5, .. } }) if found > 1.2)
         })
     };
     let stored = TransferFunction::<Force, Acceleration>::from_lines(
@@ -143,7 +145,9 @@ fn a_stored_function_is_read_and_checked_with_its_own_spectra() {
     assert!(
         warnings.iter().any(|warning| matches!(
             warning.kind(),
-            Some(TransferWarning::StoredDiffers { at_hz: 250.0, .. })
+            Some(TransferWarning::Stored {
+                fault: StoredFault::Spectra { at_hz: 250.0, .. }
+            })
         )),
         "{warnings:?}"
     );

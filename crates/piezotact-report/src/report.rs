@@ -224,7 +224,7 @@ mod tests {
     use piezotact::Warning;
     use piezotact::figure::{Axis, Chart, Line, Tone};
     use piezotact::page::Column;
-    use piezotact::stroke::StrokeWarning;
+    use piezotact::recording::{MissingChannel, RecordingWarning};
 
     struct Plain;
 
@@ -277,7 +277,9 @@ mod tests {
                     },
                 ],
             )
-            .warnings(&[Warning::from(StrokeWarning::SlidingAssumed)]);
+            .warnings(&[Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::Sliding,
+            })]);
         let text = html(&page, &Plain).unwrap();
         for part in [
             "A page &lt;b&gt;",
@@ -289,7 +291,7 @@ mod tests {
             "a step",
             "1.23",
             "a note",
-            "sliding_assumed",
+            "channel_missing",
         ] {
             assert!(text.contains(part), "no {part} in the page");
         }

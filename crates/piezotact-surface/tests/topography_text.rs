@@ -5,7 +5,7 @@
 )]
 
 use crate::support::{NOTHING, STATED, assert_heights, assert_refused, attack, map, parse};
-use piezotact_surface::SurfaceWarning;
+use piezotact::recording::{RecordingWarning, Steps};
 use piezotact_surface::Topography;
 use piezotact_surface::TopographyKind;
 
@@ -53,7 +53,7 @@ fn columns_fill_a_grid_in_any_order() {
     refused(&diagonal, "a complete grid");
     let read = parse(b"0 0 1\n1.05 0 2\n0 1 3\n1 1 4\n2 1 4\n2 0 4\n", &STATED).unwrap();
     assert!(
-        matches!(read.warnings.as_slice(), [warning] if matches!(warning.kind(), Some(SurfaceWarning::UnevenSteps { .. }))),
+        matches!(read.warnings.as_slice(), [warning] if matches!(warning.kind(), Some(RecordingWarning::UnevenSteps { of: Steps::Place, .. }))),
         "{:?}",
         read.warnings
     );

@@ -11,7 +11,8 @@ mod warning;
 use std::collections::BTreeSet;
 use std::fmt;
 pub use warning::{
-    ChannelRole, Clocks, NotUsed, OtherOrigin, Reached, RecordingWarning, ReversedSign, Simulated,
+    ChannelRole, Clocks, MissingChannel, NotUsed, OtherOrigin, Reached, RecordingWarning,
+    ReversedSign, Simulated, Stated, Steps,
 };
 
 use serde::{Deserialize, Serialize};

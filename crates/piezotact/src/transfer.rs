@@ -40,7 +40,7 @@ pub use estimator::Estimator;
 pub(crate) use impact::short_pulses;
 pub use impact::{
     Excitation, ExponentialWindow, ForceWindow, Hit, HitFault, ImpactConfig, ImpactSegment,
-    ImpactTest, ImpactTraces, ImpactWarning, Transient, transient,
+    ImpactTest, ImpactTraces, ImpactWarning, NotDecayed, Transient, transient,
 };
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
@@ -49,7 +49,7 @@ pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
-pub use warning::TransferWarning;
+pub use warning::{StoredFault, Swapped, TransferWarning};
 
 use judge::{Found, Unexcited};
 use std::marker::PhantomData;
@@ -499,7 +499,11 @@ fn estimate_with_findings<I: Quantity, O: Quantity>(
     function.about.warnings.extend(left);
     let pulses = pulses.map(|found| {
         let (hits, energy) = (found.pulses.hits, found.energy);
-        Warning::from(ImpactWarning::PulsesInDrive { hits, energy })
+        Warning::from(ImpactWarning::PulsesInDrive {
+            hits,
+            share: energy,
+            as_impact: false,
+        })
     });
     function.about.warnings.extend(pulses);
     Ok((function, found))

@@ -14,7 +14,7 @@ use piezotact::quantity::{Acceleration, Band, Force, Hertz};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
     Estimator, ExponentialWindow, ForceWindow, HitFault, ImpactConfig, ImpactSegment,
-    ImpactWarning, Known, TransferError, TransferFunction, TransferWarning, estimate,
+    ImpactWarning, Known, NotDecayed, TransferError, TransferFunction, TransferWarning, estimate,
     estimate_impacts, transient,
 };
 
@@ -117,7 +117,7 @@ fn the_exponential_window_adds_its_damping_and_nothing_else() {
     let left = (-(first + added) * golden.short_segment as f64 / golden.rate_hz).exp();
     assert!(added > 1.0 && left < 0.03, "{added} {left}");
     assert!(warnings(&found).iter().any(
-        |d| matches!(d, ImpactWarning::AddedDamping { damping_per_s, .. } if *damping_per_s == added)
+        |d| matches!(d, ImpactWarning::NotDecayed { how: NotDecayed::Window { damping_per_s, .. } } if *damping_per_s == added)
     ));
     let errors = (20..=2000).step_by(20).map(f64::from).map(|hz| {
         // On a line of the estimate.
@@ -136,8 +136,12 @@ fn the_exponential_window_adds_its_damping_and_nothing_else() {
     let bare = recorded.evaluated(&with(segment, ExponentialWindow::None));
     let said = warnings(&bare.unwrap().function);
     assert!(
-        said.iter()
-            .any(|d| matches!(d, ImpactWarning::NotDecayed { .. })),
+        said.iter().any(|d| matches!(
+            d,
+            ImpactWarning::NotDecayed {
+                how: NotDecayed::End { .. }
+            }
+        )),
         "{said:?}"
     );
 }
@@ -320,7 +324,7 @@ fn two_hits_closer_than_the_decay_are_named() {
             assert!(warnings.iter().any(|d| moving(&d)));
         } else {
             assert!(faults[1].is_empty(), "{faults:?}");
-            let earlier = |d: &&ImpactWarning| matches!(d, ImpactWarning::EarlierResponse { hits: 1, share } if (0.05..0.2).contains(share));
+            let earlier = |d: &&ImpactWarning| matches!(d, ImpactWarning::NotDecayed { how: NotDecayed::Before { hits: 1, share } } if (0.05..0.2).contains(share));
             assert!(warnings.iter().any(|d| earlier(&d)), "{warnings:?}");
         }
     }

@@ -14,7 +14,8 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use piezotact::spectrum::WelchConfig;
 use piezotact::transfer::{
     BetweenConfig, Estimator, Excitation, ExponentialWindow, HitFault, ImpactConfig, ImpactSegment,
-    ImpactWarning, TransferFunction, between_channels, estimate, transient,
+    ImpactWarning, NotDecayed, Swapped, TransferFunction, TransferWarning, between_channels,
+    estimate, transient,
 };
 
 use crate::structure::{Golden, Noise, NoiseLevels, Pulse, Recorded, db, golden};
@@ -98,9 +99,12 @@ fn a_tremor_is_no_remainder_of_a_hit() {
         println!("left {left}, {:.3} dB apart", apart_db(&steady, &found));
         assert!(left < 0.01, "{left}");
         assert!(
-            !said(&found)
-                .iter()
-                .any(|d| matches!(d, ImpactWarning::NotDecayed { .. })),
+            !said(&found).iter().any(|d| matches!(
+                d,
+                ImpactWarning::NotDecayed {
+                    how: NotDecayed::End { .. }
+                }
+            )),
             "{:?}",
             said(&found)
         );
@@ -124,7 +128,9 @@ fn a_resonance_that_lasts_is_found_beside_strong_ones() {
     println!("{:?}", said(&found));
     let octave = said(&found).into_iter().find_map(|d| match d {
         ImpactWarning::NotDecayed {
-            left, octave_hz, ..
+            how: NotDecayed::End {
+                left, octave_hz, ..
+            },
         } if left > 0.1 => octave_hz,
         _ => None,
     });
@@ -151,12 +157,12 @@ fn a_force_that_drifts_holds_its_hits() {
     println!("{:.4} dB apart", apart_db(&a, &b));
     assert!(apart_db(&a, &b) < 0.02);
     assert!(said(&b).iter().any(
-        |d| matches!(d, ImpactWarning::ForceDrifts { share } if (0.02..0.06).contains(share))
+        |d| matches!(d, ImpactWarning::BaselineDrifts { signal, share } if signal == "force" && (0.02..0.06).contains(share))
     ));
     assert!(
-        !said(&a)
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::ForceDrifts { .. }))
+        !said(&a).iter().any(
+            |d| matches!(d, ImpactWarning::BaselineDrifts { signal, .. } if signal == "force")
+        )
     );
     // A slow motion that dwarfs its clicks is no drift.
     let slow: Vec<f64> = (0..steady.force.len())
@@ -288,7 +294,7 @@ fn hits_in_hum_are_not_averaged_silently() {
     let warnings = said(&found);
     assert!(
         warnings.iter().any(
-            |d| matches!(d, ImpactWarning::PulsesInDrive { hits: 5, energy } if *energy < 0.5)
+            |d| matches!(d, ImpactWarning::PulsesInDrive { hits: 5, share, as_impact: false } if *share < 0.5)
         ),
         "{warnings:?}"
     );
@@ -314,7 +320,7 @@ fn early_drifting_and_overdamped_responses_are_named() {
     assert!(faults(&b).iter().all(Vec::is_empty), "{:?}", faults(&b));
     println!("{:.3} dB apart", apart_db(&a, &b));
     assert!(apart_db(&a, &b) < 0.3);
-    let drifts = |d: &ImpactWarning| matches!(d, ImpactWarning::ResponseDrifts { .. });
+    let drifts = |d: &ImpactWarning| matches!(d, ImpactWarning::BaselineDrifts { signal, .. } if signal == "response");
     assert!(said(&b).iter().any(drifts) && !said(&a).iter().any(drifts));
     let mut noise = Noise(31);
     let mut random: Vec<f64> = (0..50_000).map(|_| noise.normal()).collect();
@@ -472,15 +478,20 @@ fn exchanged_channels_are_named() {
             lost_s: Vec::new(),
         };
         let found = between_channels(&recording, &config).unwrap().function;
-        let kinds: Vec<ImpactWarning> = found
+        let kinds: Vec<TransferWarning> = found
             .about
             .warnings
             .iter()
             .filter_map(piezotact::Warning::kind)
             .collect();
-        kinds
-            .iter()
-            .any(|d| matches!(d, ImpactWarning::PulsesInResponse { hits: 5 }))
+        kinds.iter().any(|d| {
+            matches!(
+                d,
+                TransferWarning::Swapped {
+                    by: Swapped::Pulses { hits: 5 }
+                }
+            )
+        })
     };
     assert!(exchanged(&recorded.response, &recorded.force));
     assert!(!exchanged(&recorded.force, &recorded.response));

@@ -5,8 +5,8 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use piezotact::manipulate::ManipulateWarning;
-use piezotact::stroke::StrokeWarning;
+use piezotact::manipulate::{ManipulateWarning, NoticeableJoin};
+use piezotact::recording::{MissingChannel, RecordingWarning};
 use std::f64::consts::TAU;
 
 use piezotact::Warning;
@@ -422,7 +422,7 @@ fn ends_out_of_step_are_seen_and_said() {
     };
     let done = looped(&texture, Seconds(3.0), &rough).unwrap();
     let said = done.warnings.iter().any(
-        |warning| matches!(warning.kind(), Some(ManipulateWarning::JoinShows { step_ratio, spectrum_db, .. }) if step_ratio > 1.5 && spectrum_db > 6.0),
+        |warning| matches!(warning.kind(), Some(ManipulateWarning::JoinShows { by: NoticeableJoin::Waveform { step_ratio, spectrum_db, .. } }) if step_ratio > 1.5 && spectrum_db > 6.0),
     );
     assert!(said, "{:?}", done.step);
 }
@@ -434,7 +434,9 @@ fn a_stroke_that_decays_or_grows_is_named_where_it_is_joined() {
         done.warnings
             .iter()
             .find_map(|warning| match warning.kind() {
-                Some(ManipulateWarning::LevelJumps { jump_db, own_db }) => Some((jump_db, own_db)),
+                Some(ManipulateWarning::JoinShows {
+                    by: NoticeableJoin::Level { jump_db, own_db },
+                }) => Some((jump_db, own_db)),
                 _ => None,
             })
     };
@@ -464,13 +466,30 @@ fn a_level_comes_with_its_warnings_and_from_any_rate() {
     let mut other = Texture::of("S13", series(vec![3.0, -3.0, 3.0, -3.0], 1000.0));
     other
         .warnings
-        .push(Warning::from(StrokeWarning::NothingCut));
+        .push(Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Cutting,
+        }));
     let done = rms_of(&x, &other, Level::Whole).unwrap();
     assert!((standard_deviation(done.series.samples()) - 3.0).abs() < 1e-12);
-    assert_eq!(done.warnings, [Warning::from(StrokeWarning::NothingCut)]);
+    assert_eq!(
+        done.warnings,
+        [Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Cutting
+        })]
+    );
     let [first, second] = exchanged(Texture::of("S2", x), other).unwrap();
-    assert_eq!(first.warnings, [Warning::from(StrokeWarning::NothingCut)]);
-    assert_eq!(second.warnings, [Warning::from(StrokeWarning::NothingCut)]);
+    assert_eq!(
+        first.warnings,
+        [Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Cutting
+        })]
+    );
+    assert_eq!(
+        second.warnings,
+        [Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Cutting
+        })]
+    );
 }
 
 #[test]

@@ -117,7 +117,7 @@ fn short_and_single_strokes_are_reported() {
             .map(|warning| warning.code.to_string())
             .collect()
     };
-    assert_eq!(codes(0.1), ["few", "short_stroke"]);
+    assert_eq!(codes(0.1), ["few", "unusual_stroke"]);
     assert_eq!(codes(1.0), ["few"]);
     // Strokes at 1, 10 and 100 times the level are not one texture.
     let wide = [(5000, 0.1, 180.0), (5000, 1.0, 300.0), (5000, 10.0, 90.0)];

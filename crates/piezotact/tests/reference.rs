@@ -17,7 +17,9 @@ use piezotact::render::{Inverse, InverseConfig, PhaseForm, invert};
 use piezotact::resample::Resampler;
 use piezotact::series::Series;
 use piezotact::spectrum::{Averaging, Scaling, Symmetry, WelchConfig, WelchPlan, welch};
-use piezotact::transfer::{CrossPlan, CrossSpectra, Estimator, TransferFunction, TransferWarning};
+use piezotact::transfer::{
+    CrossPlan, CrossSpectra, Estimator, StoredFault, TransferFunction, TransferWarning,
+};
 use piezotact::warning::{Few, FewWarning};
 
 /// PSDs: other programs agree with each other to 1e-14, FFT orders of summation differ.
@@ -475,8 +477,11 @@ fn a_commercial_analyser_is_reproduced_and_its_impossible_coherence_reported() {
         .warnings
         .iter()
         .find_map(|warning| match warning.kind() {
-            Some(TransferWarning::ImpossibleCoherence {
-                at_hz: 0.0, found, ..
+            Some(TransferWarning::Stored {
+                fault:
+                    StoredFault::Coherence {
+                        at_hz: 0.0, found, ..
+                    },
             }) => Some(found),
             _ => None,
         });

@@ -5,7 +5,7 @@
     reason = "a test fails where it cannot go on, and reports what it measured"
 )]
 
-use piezotact::recording::{Reached, RecordingWarning, ReversedSign};
+use piezotact::recording::{MissingChannel, Reached, RecordingWarning, ReversedSign};
 use std::collections::BTreeMap;
 
 use crate::known_cuts::{Kind, RATE_HZ, Random, Recorded, active_touch, recorded};
@@ -286,7 +286,9 @@ fn stick_slip_is_kept_only_when_asked_for() {
     assert_eq!(kept.strokes.len(), 6);
     assert!(
         kept.warnings
-            .contains(&Warning::from(StrokeWarning::SlidingAssumed))
+            .contains(&Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::Sliding
+            }))
     );
 }
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use piezotact::Warning;
-use piezotact::recording::{NotUsed, Provenance, RecordingWarning};
+use piezotact::recording::{NotUsed, Provenance, RecordingWarning, Stated};
 
 use super::{FileKind, ReadOptions};
 use crate::csv_table::Column;
@@ -58,9 +58,11 @@ impl Beside {
     pub(super) fn scale(&self, options: &mut ReadOptions, warnings: &mut Vec<Warning>) {
         match (&options.scale, &self.sidecar.full_scale) {
             (Some(used), Some(ignored)) if used != ignored => {
-                warnings.push(Warning::from(RecordingWarning::ScaleOverridden {
-                    used: used.to_string(),
-                    ignored: ignored.to_string(),
+                warnings.push(Warning::from(RecordingWarning::StatedDiffers {
+                    what: Stated::Scale {
+                        used: used.to_string(),
+                        ignored: ignored.to_string(),
+                    },
                 }));
             }
             (None, Some(own)) => options.scale = Some(own.clone()),

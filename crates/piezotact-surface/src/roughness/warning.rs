@@ -9,9 +9,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SurfaceWarning {
-    /// Points of a topography that are not evenly spaced were read as if they were.
-    #[error("the points are not evenly spaced (steps differ by up to {}): slopes and spacings have the same uncertainty", percent(*worst))]
-    UnevenSteps { worst: f64 },
     /// The stretch of a profile that was evaluated is not like the whole.
     #[error(
         "the sections in the middle differ from the rest: their Ra is {} µm, that of the whole line {} µm; the line may include more than the \

@@ -1,9 +1,9 @@
 //! Topographies as text: x-y-z columns, a matrix, x-z columns, one column of heights, and Surfcom profiles.
 //! How many numbers stand in a row says which; a matrix of two or three columns must say so in its header.
 
-use crate::roughness::SurfaceWarning;
 use piezotact::Warning;
 use piezotact::recording::RecordingWarning;
+use piezotact::recording::Steps;
 
 use super::grid::{Axis, EVEN, GAP};
 use super::source::{Source, unit_m};
@@ -266,7 +266,10 @@ fn points(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
     }
     let worst = x.worst.max(y.worst);
     if worst > EVEN {
-        warnings.push(Warning::from(SurfaceWarning::UnevenSteps { worst }));
+        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
+            worst,
+            of: Steps::Place,
+        }));
     }
     Ok(Read {
         kind: TopographyKind::PointText,
@@ -311,7 +314,10 @@ fn profile(scale: &Scale<'_>, table: &Table) -> Result<Read, ReadError> {
         worst = worst.max(off);
     }
     if worst > EVEN {
-        warnings.push(Warning::from(SurfaceWarning::UnevenSteps { worst }));
+        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
+            worst,
+            of: Steps::Place,
+        }));
     }
     let columns = heights.len();
     Ok(Read {

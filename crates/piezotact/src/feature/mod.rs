@@ -25,7 +25,9 @@ use crate::recording::{Recording, RecordingError};
 use crate::spectrum::{
     EstimateError, RECOMMENDED_SEGMENTS, WelchConfig, amplitude_spectrum, segments_in,
 };
-use crate::stroke::{Interval, SegmentError, Segmentation, Signals, Stroke};
+use crate::stroke::{
+    Interval, SegmentError, Segmentation, Signals, Stroke, StrokeWarning, Unusual,
+};
 use crate::warning::{Few, FewWarning, Warning};
 
 /// Fewer strokes than this in an average are a warning.
@@ -338,9 +340,11 @@ pub fn analyse(
         .cloned()
         .partition(|stroke| stroke.steady.len() >= config.welch.segment);
     if !short.is_empty() && !long.is_empty() {
-        warnings.push(Warning::from(FeatureWarning::ShortStrokes {
-            count: short.len(),
-            needed_s: config.welch.segment as f64 / signals.rate.hz(),
+        warnings.push(Warning::from(StrokeWarning::UnusualStroke {
+            what: Unusual::LeftOut {
+                count: short.len(),
+                needed_s: config.welch.segment as f64 / signals.rate.hz(),
+            },
         }));
     }
     let segmentation = &match long.as_slice() {

@@ -8,11 +8,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum FeatureWarning {
-    /// Strokes too short for a spectrum with the lines of the others.
-    #[error(
-        "{count} stroke(s) shorter than a segment of {needed_s:.3} s are left out: use shorter segments"
-    )]
-    ShortStrokes { count: usize, needed_s: f64 },
     /// Much of the power lies below the band of vibration, and was not filtered out.
     #[error(
         "{} of the power is below {below_hz} Hz, in the range of gestures, and was kept (only accelerations are filtered by default); state a \

@@ -1,6 +1,6 @@
 //! Textures of any length: the end is cross-faded into a similar stretch at the beginning, at constant power.
 
-use crate::manipulate::ManipulateWarning;
+use crate::manipulate::{ManipulateWarning, NoticeableJoin};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -131,9 +131,11 @@ pub fn looped<Q: Quantity>(
         || join.correlation < WARNING_END_CORRELATION
     {
         warnings.push(Warning::from(ManipulateWarning::JoinShows {
-            correlation: join.correlation,
-            step_ratio: join.step_ratio,
-            spectrum_db: join.spectrum_db,
+            by: NoticeableJoin::Waveform {
+                correlation: join.correlation,
+                step_ratio: join.step_ratio,
+                spectrum_db: join.spectrum_db,
+            },
         }));
     }
     let window = (LEVEL_S * rate.hz()) as usize;
@@ -175,7 +177,9 @@ fn level_jumps(samples: &[f64], period: usize, fade: usize, window: usize) -> Op
         .map(|from| (level_db(from + apart) - level_db(from)).abs())
         .fold(0.0, f64::max);
     (jump_db.abs() > own_db + WARNING_LEVEL_JUMP_DB).then_some(Warning::from(
-        ManipulateWarning::LevelJumps { jump_db, own_db },
+        ManipulateWarning::JoinShows {
+            by: NoticeableJoin::Level { jump_db, own_db },
+        },
     ))
 }
 

@@ -21,19 +21,29 @@ pub enum ManipulateWarning {
     },
     /// A texture joined with itself has a noticeable join.
     #[error(
-        "where the texture is looped, the joined ends have a correlation of {correlation:.2}, the largest step is {step_ratio:.2} times that of the \
-            texture, and the short-time spectrum is {spectrum_db:+.1} dB re its strongest: the join may be felt; use a longer stroke, or one with \
-            the gesture filtered out"
+        "where the texture is looped, {by}: the join may be felt; use a longer stroke of constant level"
     )]
     JoinShows {
+        #[serde(flatten)]
+        by: NoticeableJoin,
+    },
+}
+
+/// What makes a join noticeable.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "by", rename_all = "snake_case")]
+pub enum NoticeableJoin {
+    /// The ends differ.
+    #[error(
+        "the joined ends have a correlation of {correlation:.2}, the largest step is {step_ratio:.2} times that of the texture, and the short-time \
+            spectrum is {spectrum_db:+.1} dB re its strongest"
+    )]
+    Waveform {
         correlation: f64,
         step_ratio: f64,
         spectrum_db: f64,
     },
-    /// The level of a texture jumps where it is joined with itself.
-    #[error(
-        "where the texture is looped, its level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere: this may be felt as a beat; \
-            use a stroke of constant level"
-    )]
-    LevelJumps { jump_db: f64, own_db: f64 },
+    /// The level jumps.
+    #[error("the level changes by {jump_db:.1} dB, and by {own_db:.1} dB at most elsewhere")]
+    Level { jump_db: f64, own_db: f64 },
 }

@@ -17,6 +17,7 @@ use crate::render::{RenderConfig, RenderError, at_fitting_level, render};
 use crate::series::Series;
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan};
 use crate::statistics::{mean, median, rms};
+use crate::stroke::{StrokeWarning, Unusual};
 use crate::transfer::TransferFunction;
 use crate::warning::{Few, FewWarning, Scatter, ScatterWarning, Warning};
 
@@ -74,9 +75,11 @@ impl TypicalStroke {
             }));
         }
         if chosen.0 < 2.0 * SHORTEST.0 {
-            warnings.push(Warning::from(PrepareWarning::ShortStroke {
-                texture,
-                duration_s: chosen.0,
+            warnings.push(Warning::from(StrokeWarning::UnusualStroke {
+                what: Unusual::Short {
+                    texture,
+                    duration_s: chosen.0,
+                },
             }));
         }
         warnings

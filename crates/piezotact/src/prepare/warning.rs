@@ -6,12 +6,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum PrepareWarning {
-    /// The stroke that stands for a texture is short.
-    #[error(
-        "the stroke that is rendered lasts only {duration_s:.2} s; its low frequencies are a few periods: use a longer stroke, or one with the \
-            gesture filtered out"
-    )]
-    ShortStroke { texture: String, duration_s: f64 },
     /// Textures were rendered at different levels re their strokes.
     #[error(
         "the textures were rendered at different levels, {lowest_db:+.1} to {highest_db:+.1} dB: differences in level between them are not those of \

@@ -21,19 +21,6 @@ pub enum RecordingWarning {
         "all of {file} is used as the texture, including gesture and pauses, although it is a recording of touch: use a single stroke"
     )]
     TakenWhole { file: String },
-    /// A rate was stated for a file whose own time stamps give another.
-    #[error("the stated rate of {stated_hz} Hz was used, but the time stamps give {} Hz: check which value is correct", rounded(*found_hz))]
-    RateStated { stated_hz: f64, found_hz: f64 },
-    /// A rate was stated for a file that states its own and keeps it.
-    #[error(
-        "the stated rate of {stated_hz} Hz was not used: the header of the file gives {found_hz} Hz; do not state a rate; correct the file"
-    )]
-    RateNotUsed { stated_hz: f64, found_hz: f64 },
-    /// Two scales are given for one file.
-    #[error(
-        "the stated scale {used} was used, not {ignored} from the sidecar: check which value is correct"
-    )]
-    ScaleOverridden { used: String, ignored: String },
     /// No physical scale is known for a signal.
     #[error(
         "{channel} has no physical scale (full scale = 1), and is not in m/s²: state the scale, or add a sidecar file"
@@ -60,9 +47,6 @@ pub enum RecordingWarning {
             {checksum}` says so; check the times of the cuts; state it in the file"
     )]
     CutsUnconfirmed { file: String, checksum: Checksum },
-    /// The time stamps are not evenly spaced.
-    #[error("the time steps differ from their mean by up to {}: frequencies have the same uncertainty", percent(*worst))]
-    UnevenSampling { worst: f64 },
     /// A recording that has no end document: it was interrupted, or is still running.
     #[error(
         "the recording is not complete: it was interrupted or is still running; {read_s:.3} s could be read"
@@ -131,6 +115,117 @@ pub enum RecordingWarning {
         #[serde(flatten)]
         by: LostBy,
     },
+    /// Samples or points that are not evenly spaced were read as if they were.
+    #[error(
+        "the steps of {of} differ from their mean by up to {}, and {} are as uncertain; resample it, or state the step",
+        percent(*worst),
+        match of { Steps::Time => "frequencies", Steps::Place => "slopes and spacings" }
+    )]
+    UnevenSteps { worst: f64, of: Steps },
+    /// What was stated contradicts the file.
+    #[error("{what}; {}", what.advice())]
+    StatedDiffers {
+        #[serde(flatten)]
+        what: Stated,
+    },
+    /// A channel that is missing, and what is assumed without it.
+    #[error("{what}; {}", what.advice())]
+    ChannelMissing {
+        #[serde(flatten)]
+        what: MissingChannel,
+    },
+}
+
+/// What a channel is missing for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum MissingChannel {
+    /// No channel says where strokes are: the whole recording is taken as one.
+    #[error(
+        "no channel of force or speed was recorded: the whole recording is analysed as one stroke"
+    )]
+    Cutting,
+    /// Neither vibration nor friction says whether the finger slides.
+    #[error(
+        "every contact is analysed as a stroke: hesitations and stick-slip are not detected (because vibration and tangential force are missing, or \
+            as requested)"
+    )]
+    Sliding,
+    /// No force says whether the finger touches.
+    #[error(
+        "no normal force was recorded: the finger is assumed to touch whenever the surface moves"
+    )]
+    Contact,
+    /// No channel records what is played: timing and level are not checked.
+    #[error(
+        "no input records what is played: delay, level, lost samples and silent parts of the playback are not checked"
+    )]
+    Loopback,
+    /// A sound input does not pass 0 Hz: a steady force is not recorded.
+    #[error(
+        "`{channel}` is recorded by a sound input, which does not pass 0 Hz: a steady force is not in it"
+    )]
+    SteadyForce { channel: String },
+}
+
+impl MissingChannel {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Cutting => "cut the strokes by hand",
+            Self::Sliding => "record the vibration or the tangential force too",
+            Self::Contact | Self::SteadyForce { .. } => {
+                "measure the force together with the acceleration"
+            }
+            Self::Loopback => "connect the output to an input",
+        }
+    }
+}
+
+/// What was stated, and contradicts the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum Stated {
+    /// A rate was stated for a file whose own time stamps give another.
+    #[error("the stated rate of {stated_hz} Hz was used, but the time stamps give {} Hz", rounded(*found_hz))]
+    Rate { stated_hz: f64, found_hz: f64 },
+    /// A rate was stated for a file that states its own and keeps it.
+    #[error(
+        "the stated rate of {stated_hz} Hz was not used: the header of the file gives {found_hz} Hz"
+    )]
+    RateKept { stated_hz: f64, found_hz: f64 },
+    /// Two scales are given for one file.
+    #[error("the stated scale {used} was used, not {ignored} from the sidecar")]
+    Scale { used: String, ignored: String },
+}
+
+impl Stated {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Rate { .. } | Self::Scale { .. } => "check which value is correct",
+            Self::RateKept { .. } => "do not state a rate, or correct the file",
+        }
+    }
+}
+
+/// Along what steps are not even.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Steps {
+    /// Time.
+    Time,
+    /// A profile or a map.
+    Place,
+}
+
+impl fmt::Display for Steps {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Time => "time",
+            Self::Place => "place",
+        })
+    }
 }
 
 /// Whose sign is reversed.

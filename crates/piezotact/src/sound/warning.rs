@@ -7,19 +7,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SoundWarning {
-    /// No channel records what is played: timing and level are not checked.
-    #[error(
-        "no input records what is played: delay, level, lost samples and silent parts of the playback are not checked"
-    )]
-    #[serde(rename = "sound_no_loopback")]
-    NoLoopback,
-    /// A sound input does not pass 0 Hz: a steady force is not recorded.
-    #[error(
-        "`{channel}` is recorded by a sound input, which does not pass 0 Hz: a steady force is not in it; measure the force together with the \
-            acceleration"
-    )]
-    #[serde(rename = "sound_input_ac_coupled")]
-    AcCoupled { channel: String },
     /// The input reached its full scale.
     #[error("the input of `{channel}` reached its full scale in {}: record again", counted(*samples as usize, "sample"))]
     #[serde(rename = "sound_input_clipped")]

@@ -1,7 +1,7 @@
 //! Active touch: segmentation into strokes by the normal force.
 
-use crate::recording::{RecordingWarning, ReversedSign};
-use crate::stroke::{ForceFault, ForceWarning, StrokeWarning};
+use crate::recording::{MissingChannel, RecordingWarning, ReversedSign};
+use crate::stroke::{ForceFault, ForceWarning, StrokeWarning, Unusual};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Force, Polyline, above_drifting_zero, events, polarity};
@@ -247,10 +247,12 @@ pub(super) fn long_strokes(strokes: &[Stroke], rate: SampleRate) -> Vec<Warning>
         let length_s = length / rate.hz();
         let is_long = strokes.len() > 2 && *length > LONG * usual || length_s > LONGEST_S;
         is_long.then(|| {
-            Warning::from(StrokeWarning::LongStroke {
-                at_s: stroke.contact.start as f64 / rate.hz(),
-                length_s,
-                usual_s: usual / rate.hz(),
+            Warning::from(StrokeWarning::UnusualStroke {
+                what: Unusual::Long {
+                    at_s: stroke.contact.start as f64 / rate.hz(),
+                    length_s,
+                    usual_s: usual / rate.hz(),
+                },
             })
         })
     };
@@ -544,7 +546,9 @@ impl Cutter<'_> {
         let mut warnings = Vec::new();
         let unseen = self.floor.is_none() && self.tangential.is_empty();
         if unseen || self.rule.judging == Judging::ContactOnly {
-            warnings.push(Warning::from(StrokeWarning::SlidingAssumed));
+            warnings.push(Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::Sliding,
+            }));
         }
         let coefficient = quantile(friction, 0.5);
         if coefficient > HIGH_FRICTION {

@@ -15,11 +15,11 @@ mod warning;
 
 use crate::integrity::SignalWarning;
 use serde::{Deserialize, Serialize};
-pub use warning::StrokeWarning;
+pub use warning::{StrokeWarning, Unusual};
 
 use crate::criterion::Criterion;
 use crate::quantity::{Newtons, SampleRate, Seconds, Unit};
-use crate::recording::{Recording, RecordingError};
+use crate::recording::{MissingChannel, Recording, RecordingError, RecordingWarning};
 use crate::roles::{Motion, Roles};
 use crate::warning::{Counts, Warning};
 
@@ -411,7 +411,12 @@ impl Segmentation {
     pub fn own_warnings(&self, rate: SampleRate) -> Vec<Warning> {
         let of_rule = match &self.rule {
             _ if self.cuts.is_some() => Vec::new(),
-            Rule::Whole => vec![StrokeWarning::NothingCut.into()],
+            Rule::Whole => vec![
+                RecordingWarning::ChannelMissing {
+                    what: MissingChannel::Cutting,
+                }
+                .into(),
+            ],
             Rule::Force(_) => force::long_strokes(&self.strokes, rate),
             Rule::Speed(_) => Vec::new(),
         };

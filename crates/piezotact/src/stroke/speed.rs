@@ -1,7 +1,7 @@
 //! Passive touch: segmentation into strokes by the plateau of the surface's speed.
 
-use crate::recording::{Reached, RecordingWarning};
-use crate::stroke::{ForceFault, ForceWarning, StrokeWarning};
+use crate::recording::{MissingChannel, Reached, RecordingWarning};
+use crate::stroke::{ForceFault, ForceWarning};
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Polyline, above_rest, events};
@@ -228,7 +228,9 @@ fn held(
     warnings: &mut Vec<Warning>,
 ) -> Result<Option<Held>, SegmentError> {
     let Some(normal_n) = signals.normal_force_n else {
-        warnings.push(Warning::from(StrokeWarning::ContactAssumed));
+        warnings.push(Warning::from(RecordingWarning::ChannelMissing {
+            what: MissingChannel::Contact,
+        }));
         return Ok(None);
     };
     let (means, sign) = oriented(frames, frames.means(normal_n), signals.vibration, warnings)?;

@@ -1,5 +1,6 @@
 //! The transfer function between two channels of a recording, whatever their units.
 
+use crate::transfer::Swapped;
 use serde::Serialize;
 
 use super::related::repeats_itself;
@@ -170,11 +171,11 @@ fn estimated(
     function.about.warnings.extend(clocks);
     if config.excitation == Excitation::Found {
         let pulses = transient(response.samples(), response.rate());
-        (function.about.warnings).extend(
-            pulses.map(|Transient { hits, .. }| {
-                Warning::from(ImpactWarning::PulsesInResponse { hits })
-            }),
-        );
+        (function.about.warnings).extend(pulses.map(|Transient { hits, .. }| {
+            Warning::from(TransferWarning::Swapped {
+                by: Swapped::Pulses { hits },
+            })
+        }));
     }
     Ok(Estimated {
         function,
@@ -203,7 +204,11 @@ fn of_impacts(
         traces,
     } = impacts(drive, response, &config.impact, config.estimator, known)?;
     let guessed = found.map(|Transient { hits, share }| {
-        Warning::from(ImpactWarning::TakenAsImpact { hits, share })
+        Warning::from(ImpactWarning::PulsesInDrive {
+            hits,
+            share,
+            as_impact: true,
+        })
     });
     function.about.warnings.extend(guessed);
     Ok(Some(Estimated {
@@ -242,9 +247,11 @@ fn warning(
     let warnings = &mut function.about.warnings;
     let sends = matches!(response_unit, Unit::FullScale | Unit::Volt);
     if *drive_unit == Unit::MetrePerSecondSquared && sends {
-        warnings.push(Warning::from(TransferWarning::SwappedUnits {
-            drive: drive_unit.to_string(),
-            response: response_unit.to_string(),
+        warnings.push(Warning::from(TransferWarning::Swapped {
+            by: Swapped::Units {
+                drive: drive_unit.to_string(),
+                response: response_unit.to_string(),
+            },
         }));
     }
     // A hammer may hit elsewhere than where the response is measured: the power it puts in there has either sign.

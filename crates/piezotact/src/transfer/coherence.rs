@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{TransferFunction, TransferWarning};
+use super::{StoredFault, TransferFunction, TransferWarning};
 use crate::quantity::{Band, Quantity};
 use crate::statistics::median;
 use crate::warning::Warning;
@@ -88,10 +88,12 @@ pub(super) fn impossible(coherence: &[f64], resolution_hz: f64) -> Vec<Warning> 
         .max_by(|a, b| (a.1 - 0.5).abs().total_cmp(&(b.1 - 0.5).abs()));
     worst
         .map(|(line, found)| {
-            Warning::from(TransferWarning::ImpossibleCoherence {
-                at_hz: *line as f64 * resolution_hz,
-                found: *found,
-                lines: impossible.len(),
+            Warning::from(TransferWarning::Stored {
+                fault: StoredFault::Coherence {
+                    at_hz: *line as f64 * resolution_hz,
+                    found: *found,
+                    lines: impossible.len(),
+                },
             })
         })
         .into_iter()

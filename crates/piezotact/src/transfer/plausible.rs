@@ -1,7 +1,7 @@
 //! Transfer functions that no measurement gives: lines beyond half the rate, magnitudes of no device, more averages than segments,
 //! and responses that come before their drive.
 
-use super::{Confidence, Delay, TransferError, TransferFunction, TransferWarning};
+use super::{Confidence, Delay, StoredFault, TransferError, TransferFunction, TransferWarning};
 use crate::quantity::Quantity;
 use crate::warning::Warning;
 
@@ -66,8 +66,11 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             count += 1;
             (low, high) = (low.min(h.re), high.max(h.re));
         }
-        (count >= FEWEST_LINES && high > LEVEL_CHANGES * low)
-            .then(|| Warning::from(TransferWarning::NoPhase { lines: count }))
+        (count >= FEWEST_LINES && high > LEVEL_CHANGES * low).then(|| {
+            Warning::from(TransferWarning::Stored {
+                fault: StoredFault::NoPhase { lines: count },
+            })
+        })
     }
 
     /// The warning that lower limits of the magnitude, as `stored`, do not follow from coherence and averages: one of them was
@@ -86,8 +89,11 @@ impl<I: Quantity, O: Quantity> TransferFunction<I, O> {
             })
             .collect();
         let ratio = crate::statistics::median(&mut ratios)?;
-        ((ratio - 1.0).abs() > OTHER_LIMITS)
-            .then(|| Warning::from(TransferWarning::LimitsDiffer { ratio }))
+        ((ratio - 1.0).abs() > OTHER_LIMITS).then(|| {
+            Warning::from(TransferWarning::Stored {
+                fault: StoredFault::Limits { ratio },
+            })
+        })
     }
 }
 
@@ -140,7 +146,9 @@ mod tests {
         let found = of(magnitudes.collect());
         assert!(matches!(
             found[0].kind(),
-            Some(TransferWarning::NoPhase { lines: 500 })
+            Some(TransferWarning::Stored {
+                fault: StoredFault::NoPhase { lines: 500 }
+            })
         ));
         // A wire has no phase.
         assert_eq!(of(vec![Complex::new(2.0, 0.0); 501]), []);

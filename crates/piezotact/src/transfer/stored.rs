@@ -4,7 +4,7 @@ use num_complex::Complex;
 use serde::{Deserialize, Serialize};
 
 use super::cross::CrossSpectra;
-use super::{Estimator, TransferWarning};
+use super::{Estimator, StoredFault, TransferWarning};
 use crate::quantity::Uncalibrated;
 use crate::spectrum::EstimateError;
 use crate::statistics::median;
@@ -101,10 +101,12 @@ impl StoredIdentities {
     pub fn warning(&self) -> Option<Warning> {
         let coherence = self.coherence_difference.unwrap_or(0.0);
         (!self.is_equal() || coherence > ROUNDING).then(|| {
-            Warning::from(TransferWarning::StoredDiffers {
-                difference: self.response_difference,
-                at_hz: self.response_at_hz,
-                coherence_difference: coherence,
+            Warning::from(TransferWarning::Stored {
+                fault: StoredFault::Spectra {
+                    difference: self.response_difference,
+                    at_hz: self.response_at_hz,
+                    coherence_difference: coherence,
+                },
             })
         })
     }

@@ -1,6 +1,6 @@
 //! Warnings about a transfer function.
 
-use crate::number::rounded;
+use crate::number::{counted, rounded};
 use crate::quantity::Band;
 use crate::warning::words::{bands as list, percent};
 use serde::{Deserialize, Serialize};
@@ -20,16 +20,6 @@ pub enum TransferWarning {
         lowest: f64,
         at_hz: f64,
         share: f64,
-    },
-    /// A coherence outside 0–1, which no pair of signals can have.
-    #[error(
-        "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which is impossible for any pair of signals: leave these parts out; ask \
-            the author of the program that exported it"
-    )]
-    ImpossibleCoherence {
-        at_hz: f64,
-        found: f64,
-        lines: usize,
     },
     /// The response comes so late after the drive that segments no longer hold the same event.
     #[error(
@@ -52,17 +42,6 @@ pub enum TransferWarning {
         reach_s * 1e3
     )]
     Acausal { lead_s: f64, reach_s: f64 },
-    /// Every line is real and positive: the phase is missing.
-    #[error(
-        "all {lines} lines are real and positive: the phase is missing, so that waveforms are not reproduced, and a drive begins before its \
-            texture; ask the author of the program that exported it; measure again"
-    )]
-    NoPhase { lines: usize },
-    /// The drive has the unit of a response, and the response has the unit of a drive.
-    #[error(
-        "the drive is in {drive} and the response in {response}: they are probably swapped; exchange drive and response"
-    )]
-    SwappedUnits { drive: String, response: String },
     /// Part of the band was not excited.
     #[error(
         "{} of the band ({}) is not excited: the transfer function has no meaning there; drive the whole band; narrow the band",
@@ -86,23 +65,6 @@ pub enum TransferWarning {
             characterise at the level that will be played"
     )]
     Nonlinear { level_db: f64, band_hz: Band },
-    /// Limits that were stored do not follow from coherence and averages.
-    #[error(
-        "the limits stored with the transfer function are {ratio:.3} times those that follow from its coherence and averages: one of them was \
-            changed after the measurement; check which value is correct; measure again"
-    )]
-    LimitsDiffer { ratio: f64 },
-    /// A stored transfer function does not follow from the spectra stored beside it.
-    #[error(
-        "the stored transfer function and coherence are not those of the stored spectra: they differ by up to {difference:.1e} of the value (at \
-            {at_hz:.1} Hz) and by {coherence_difference:.1e}, as other methods were used, or the file was changed; ask the author of the program \
-            that exported it"
-    )]
-    StoredDiffers {
-        difference: f64,
-        at_hz: f64,
-        coherence_difference: f64,
-    },
     /// Drive and response are no more coherent than two unrelated signals.
     #[error(
         "the mean coherence of the excited lines is {coherence:.3}, and unrelated signals reach {limit:.3} with {averages:.0} averages: no relation \
@@ -113,4 +75,82 @@ pub enum TransferWarning {
         limit: f64,
         averages: f64,
     },
+    /// A stored transfer function that cannot be right as it is.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "stored_function_doubtful")]
+    Stored {
+        #[serde(flatten)]
+        fault: StoredFault,
+    },
+    /// Drive and response are probably swapped.
+    #[error("{by}: drive and response are probably swapped; exchange them")]
+    #[serde(rename = "channels_swapped")]
+    Swapped {
+        #[serde(flatten)]
+        by: Swapped,
+    },
+}
+
+/// What shows that drive and response are swapped.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "by", rename_all = "snake_case")]
+pub enum Swapped {
+    /// The drive has the unit of a response, and the response has the unit of a drive.
+    #[error("the drive is in {drive} and the response in {response}")]
+    Units { drive: String, response: String },
+    /// The response consists of short pulses, and the drive does not.
+    #[error("the response consists of {}, which look like the force of a hammer, and the drive does not", counted(*hits, "short pulse"))]
+    Pulses { hits: usize },
+}
+
+/// What is wrong with a stored transfer function.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum StoredFault {
+    /// A coherence outside 0–1, which no pair of signals can have.
+    #[error(
+        "coherence is {found:.3} at {at_hz:.1} Hz ({lines} lines in all), which is impossible for any pair of signals"
+    )]
+    Coherence {
+        at_hz: f64,
+        found: f64,
+        lines: usize,
+    },
+    /// Every line is real and positive: the phase is missing.
+    #[error(
+        "all {lines} lines are real and positive: the phase is missing, so that waveforms are not reproduced, and a drive begins before its texture"
+    )]
+    NoPhase { lines: usize },
+    /// Limits that were stored do not follow from coherence and averages.
+    #[error(
+        "the limits stored with the transfer function are {ratio:.3} times those that follow from its coherence and averages: one of them was \
+            changed after the measurement"
+    )]
+    Limits { ratio: f64 },
+    /// A stored transfer function does not follow from the spectra stored beside it.
+    #[error(
+        "the stored transfer function and coherence are not those of the stored spectra: they differ by up to {difference:.1e} of the value (at \
+            {at_hz:.1} Hz) and by {coherence_difference:.1e}, as other methods were used, or the file was changed"
+    )]
+    Spectra {
+        difference: f64,
+        at_hz: f64,
+        coherence_difference: f64,
+    },
+}
+
+impl StoredFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Coherence { .. } => {
+                "leave these parts out, or ask the author of the program that exported it"
+            }
+            Self::NoPhase { .. } => {
+                "ask the author of the program that exported it, or measure again"
+            }
+            Self::Limits { .. } => "check which value is correct, or measure again",
+            Self::Spectra { .. } => "ask the author of the program that exported it",
+        }
+    }
 }

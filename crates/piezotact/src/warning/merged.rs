@@ -316,9 +316,8 @@ fn digits(value: f64) -> String {
 mod tests {
     use super::*;
     use crate::quantity::{Band, Hertz};
-    use crate::recording::RecordingWarning;
+    use crate::recording::{MissingChannel, RecordingWarning};
     use crate::render::RenderWarning;
-    use crate::stroke::StrokeWarning;
     use crate::stroke::{ForceFault, ForceWarning};
     use crate::warning::{Few, FewWarning};
 
@@ -400,7 +399,9 @@ mod tests {
         let told = merged(&[
             few("S1", 3),
             few("S2", 3),
-            Warning::from(StrokeWarning::NothingCut),
+            Warning::from(RecordingWarning::ChannelMissing {
+                what: MissingChannel::Cutting,
+            }),
             few("S3", 5),
         ]);
         let text: Vec<String> = told.iter().map(ToString::to_string).collect();

@@ -9,7 +9,7 @@ use super::decay::Left;
 use super::pulses::{Force, without_baseline};
 use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
-use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactWarning};
+use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactWarning, NotDecayed};
 use crate::fourier::RealTransform;
 use crate::integrity::{SignalWarning, copied};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
@@ -179,14 +179,22 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         .fold(0.0_f64, |most, v| v.abs().max(most));
     if drift > LEAST_DRIFT * largest {
         let share = drift / largest;
-        (function.about.warnings).push(ImpactWarning::ResponseDrifts { share }.into());
+        (function.about.warnings).push(
+            ImpactWarning::BaselineDrifts {
+                signal: "response".into(),
+                share,
+            }
+            .into(),
+        );
     }
     let remains = used.iter().map(|i| segments.hits[*i].remains);
     let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
     if !remains.is_empty() {
-        let warning = ImpactWarning::EarlierResponse {
-            hits: remains.len(),
-            share: remains.iter().copied().fold(0.0, f64::max),
+        let warning = ImpactWarning::NotDecayed {
+            how: NotDecayed::Before {
+                hits: remains.len(),
+                share: remains.iter().copied().fold(0.0, f64::max),
+            },
         };
         function.about.warnings.push(warning.into());
     }
@@ -578,25 +586,30 @@ fn warnings(test: &ImpactTest, left: Left, found: &Force) -> Vec<Warning> {
     }
     if test.added_damping_per_s > 0.0 {
         warnings.push(
-            ImpactWarning::AddedDamping {
-                damping_per_s: test.added_damping_per_s,
-                left: left.share,
+            ImpactWarning::NotDecayed {
+                how: NotDecayed::Window {
+                    damping_per_s: test.added_damping_per_s,
+                    left: left.share,
+                },
             }
             .into(),
         );
     } else if left.share > AT_REST {
         warnings.push(
             ImpactWarning::NotDecayed {
-                left: left.share,
-                octave_hz: left.octave_hz,
-                segment_s: test.segment_s,
+                how: NotDecayed::End {
+                    left: left.share,
+                    octave_hz: left.octave_hz,
+                    segment_s: test.segment_s,
+                },
             }
             .into(),
         );
     }
     if found.drift > LEAST_DRIFT * found.largest {
         warnings.push(
-            ImpactWarning::ForceDrifts {
+            ImpactWarning::BaselineDrifts {
+                signal: "force".into(),
                 share: found.drift / found.largest,
             }
             .into(),

@@ -27,7 +27,7 @@ pub use fault::HitFault;
 pub(crate) use pulses::short_pulses;
 pub use pulses::{Transient, transient};
 pub use record::{Hit, ImpactTest, ImpactTraces};
-pub use warning::ImpactWarning;
+pub use warning::{ImpactWarning, NotDecayed};
 
 /// What the drive is taken for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
