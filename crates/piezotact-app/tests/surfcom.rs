@@ -85,9 +85,13 @@ fn mean_height(heights: &[f64]) -> f64 {
 
 fn codes(value: &Value) -> Vec<String> {
     let warnings = value["warnings"].as_array().unwrap().iter();
-    warnings
-        .map(|warning| warning["code"].as_str().unwrap().to_owned())
-        .collect()
+    let cause = |warning: &Value| {
+        let cause = [&warning["fault"], &warning["what"]];
+        let cause = cause.iter().find_map(|cause| cause.as_str());
+        let code = warning["code"].as_str().unwrap();
+        format!("{code}/{}", cause.unwrap_or_default())
+    };
+    warnings.map(cause).collect()
 }
 
 #[test]
@@ -115,7 +119,7 @@ fn a_filtered_profile_is_not_filtered_again() {
         (&value["cutoff_mm"], &value["sections"]),
         (&2.5.into(), &4.into())
     );
-    assert_eq!(codes(&value), ["few"]);
+    assert_eq!(codes(&value), ["few/sections"]);
     let stated = &value["instrument"];
     assert!((stated["parameters"]["Ra"].as_f64().unwrap() - expected_um).abs() < 1e-6);
     assert_eq!(
@@ -146,7 +150,7 @@ fn a_filtered_profile_is_not_filtered_again() {
         let again = run(options);
         assert_eq!(again["filter"], "gauss");
         assert!(
-            codes(&again).contains(&"filtered_twice".to_owned()),
+            codes(&again).contains(&"filter_doubtful/twice".to_owned()),
             "{again}"
         );
     }
@@ -154,7 +158,7 @@ fn a_filtered_profile_is_not_filtered_again() {
     std::fs::remove_file(folder.path("plate_settings.tx3")).unwrap();
     let alone = run(&["--step", "5um", "--cutoff", "2.5mm"]);
     assert!(
-        codes(&alone).contains(&"filtered_twice".to_owned()),
+        codes(&alone).contains(&"filter_doubtful/twice".to_owned()),
         "{alone}"
     );
     let done = folder.run(&["roughness", "plate_roughness.tx2", "--step", "5um"]);
@@ -171,16 +175,19 @@ fn the_length_evaluated_gives_the_step() {
     folder.write("a.tx1", profile(10.0, &primary()));
     let alone = folder.run(&["roughness", "a.tx1", "--json"]).json();
     assert!(
-        codes(&alone).contains(&"length_unconfirmed".to_owned()),
+        codes(&alone).contains(&"instrument_differs/length".to_owned()),
         "{alone}"
     );
     folder.write("a.tx3", settings("0.8mm", "5.5mm", "*.*******um"));
     let value = folder.run(&["roughness", "a.tx1", "--json"]).json();
     let step_um = value["step_um"].as_f64().unwrap();
     assert!((step_um - 5500.0 / POINTS as f64).abs() < 1e-9, "{step_um}");
-    assert!(codes(&value).contains(&"length_set".to_owned()), "{value}");
     assert!(
-        !codes(&value).contains(&"length_unconfirmed".to_owned()),
+        codes(&value).contains(&"instrument_differs/length_set".to_owned()),
+        "{value}"
+    );
+    assert!(
+        !codes(&value).contains(&"instrument_differs/length".to_owned()),
         "{value}"
     );
     assert_eq!(value["filter"], "gauss");
@@ -193,7 +200,9 @@ fn the_length_evaluated_gives_the_step() {
     folder.write("b.tx1", profile(10e-3 / 28_087.0 * 2e6, &primary()));
     let usual = folder.run(&["roughness", "b.tx1", "--json"]).json();
     assert!(
-        !codes(&usual).iter().any(|code| code.starts_with("length")),
+        !codes(&usual)
+            .iter()
+            .any(|code| code.starts_with("instrument_differs/length")),
         "{usual}"
     );
 }
@@ -205,7 +214,7 @@ fn another_value_than_the_instruments_is_a_warning() {
     folder.write("a.tx3", settings("2.5mm", "10.0mm", "9.0000000um"));
     let value = folder.run(&["roughness", "a.tx2", "--json"]).json();
     assert!(
-        codes(&value).contains(&"instrument_differs".to_owned()),
+        codes(&value).contains(&"instrument_differs/parameter".to_owned()),
         "{value}"
     );
 }
@@ -225,7 +234,7 @@ fn a_profile_that_looks_filtered_is_a_warning() {
         let value = folder
             .run(&["roughness", file, "--cutoff", "1mm", "--json"])
             .json();
-        codes(&value).contains(&"looks_filtered".to_owned())
+        codes(&value).contains(&"filter_doubtful/looks_filtered".to_owned())
     };
     assert!(of("filtered.csv"));
     assert!(!of("rough.csv"));

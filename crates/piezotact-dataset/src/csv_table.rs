@@ -1,14 +1,14 @@
 //! Tables of numbers as text: commas, semicolons or tabs, a header, and units in the header or in a row of
 //! their own.
 
-use piezotact::recording::Steps;
-use piezotact::recording::{RecordingWarning, Stated};
 use piezotact::statistics::median;
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::quantity::{SampleRate, Unit};
-use piezotact::recording::{Channel, Clock, Condition, Provenance, Recording};
+use piezotact::recording::{
+    Channel, Clock, Condition, Provenance, Recording, RecordingWarning, Stated, Steps,
+};
 use piezotact::series::is_sample;
 
 use crate::commas::{Ambiguous, Evidence, Signs, signs_of};

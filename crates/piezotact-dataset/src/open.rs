@@ -4,13 +4,14 @@ mod beside;
 mod npy;
 
 use piezotact::checksum::Checksum;
-use piezotact::recording::{RecordingWarning, Stated};
 use std::path::Path;
 
 use piezotact::Warning;
 use piezotact::device::DriveSetup;
 use piezotact::quantity::{Measure, SampleRate};
-use piezotact::recording::{Channel, Condition, Provenance, Recording, played_through_its_own};
+use piezotact::recording::{
+    Channel, Condition, Provenance, Recording, RecordingWarning, Stated, played_through_its_own,
+};
 use piezotact::series::is_sample;
 
 use crate::csv_table::read_table;

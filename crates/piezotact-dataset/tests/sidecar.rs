@@ -1,10 +1,9 @@
 //! What stands beside a WAV file: believed of the samples that it was written for, and refused with what to do.
 #![allow(clippy::unwrap_used, reason = "a test fails where it cannot go on")]
 
-use piezotact::recording::MissingChannel;
 use piezotact::recording::{
-    About, BrokenPlayback, Channel, Condition, Losses, Provenance, Recording, RecordingWarning,
-    Stated,
+    About, BrokenPlayback, Channel, Condition, Losses, MissingChannel, Provenance, Recording,
+    RecordingWarning, Stated,
 };
 use std::path::Path;
 

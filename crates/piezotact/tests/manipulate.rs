@@ -5,15 +5,15 @@
     reason = "a test fails where it cannot go on, and prints what it measured"
 )]
 
-use piezotact::manipulate::{ManipulateWarning, NoticeableJoin};
 use piezotact::recording::{MissingChannel, RecordingWarning};
 use std::f64::consts::TAU;
 
 use piezotact::Warning;
 use piezotact::lineage::{BandChange, Level, Lineage, Operation, WarpedLength};
 use piezotact::manipulate::{
-    DrawnPhases, JoinConfig, ManipulateError, Texture, Tilt, change_band, exchanged, gain, level,
-    looped, phases_needed, randomise_phases, rms_of, shift, spectrum_of, tilt, warp,
+    DrawnPhases, JoinConfig, ManipulateError, ManipulateWarning, NoticeableJoin, Texture, Tilt,
+    change_band, exchanged, gain, level, looped, phases_needed, randomise_phases, rms_of, shift,
+    spectrum_of, tilt, warp,
 };
 use piezotact::quantity::{Acceleration, Band, Decibels, Hertz, SampleRate, Seconds};
 use piezotact::series::Series;

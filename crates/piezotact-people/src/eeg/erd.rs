@@ -11,7 +11,7 @@ use statrs::function::gamma::digamma;
 
 use super::epochs::Epochs;
 use super::tfr::{Power, SpreadSink, TfrError, TfrPlan, TrialPowers, Window, WindowSink};
-use super::{EegWarning, Smeared};
+use super::{Bias, EegWarning, Smeared};
 
 /// A bias of so many percentage points is a warning.
 pub(super) const BIAS_POINTS: f64 = 1.0;
@@ -135,10 +135,10 @@ impl Erd {
     fn ratio_bias(&self) -> Option<Warning> {
         let (channel, bias_points) = most_biased(&self.channels)?;
         let is_biased = self.config.mode == Mode::Percent && bias_points > BIAS_POINTS;
-        let bias = EegWarning::RatioBias {
+        let bias = EegWarning::Biased {
             channel,
-            bias_points,
             epochs: self.epochs,
+            by: Bias::Ratio { bias_points },
         };
         is_biased.then(|| bias.into())
     }
@@ -211,10 +211,10 @@ fn percent_of_each_epoch(
     }
     if let Some((channel, bias_points)) = most_biased(&channels) {
         warnings.push(
-            EegWarning::PerEpochBaseline {
+            EegWarning::Biased {
                 channel,
-                bias_points,
                 epochs: epochs.count(),
+                by: Bias::EachEpoch { bias_points },
             }
             .into(),
         );

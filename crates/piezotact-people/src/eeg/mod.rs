@@ -27,6 +27,6 @@ pub mod tfr;
 mod warning;
 
 pub use warning::{
-    EegWarning, ElectrodesFault, EpochsFault, IcaFault, LeftOutElectrodes, MarkersFault, NotCommon,
-    PositionsFault, Smeared,
+    Bias, EegWarning, ElectrodesFault, EpochsFault, IcaFault, LeftOutElectrodes, MarkersFault,
+    NotCommon, PositionsFault, Smeared,
 };

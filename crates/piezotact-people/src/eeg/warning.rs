@@ -11,39 +11,6 @@ const MOST_INTERPOLATED: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum EegWarning {
-    /// The baseline's power is so uncertain that the ratio to it is biased.
-    #[error(
-        "{channel}: with {epochs} epochs the power of the baseline is uncertain, and percentages are too high by about {bias_points:.1} points (a \
-            desynchronisation looks smaller); record more epochs or take a longer baseline"
-    )]
-    #[serde(rename = "eeg_erd_ratio_bias")]
-    RatioBias {
-        channel: String,
-        bias_points: f64,
-        epochs: usize,
-    },
-    /// Percentages were computed for each epoch and then averaged.
-    #[error(
-        "percentages of each of {epochs} epochs were averaged: an epoch whose baseline is low by chance counts most, so no change would show as \
-            {bias_points:+.1} percentage points at {channel}; average power before the baseline is divided"
-    )]
-    #[serde(rename = "eeg_erd_per_epoch_baseline")]
-    PerEpochBaseline {
-        channel: String,
-        bias_points: f64,
-        epochs: usize,
-    },
-    /// Power scatters so much from epoch to epoch that maps of few epochs are biased.
-    #[error(
-        "{channel}: the variance of power over {epochs} epochs is {scatter:.0} times that of noise, so that maps in dB of few epochs are too low; \
-            compare equal numbers of epochs only"
-    )]
-    #[serde(rename = "eeg_power_in_bursts")]
-    Bursts {
-        channel: String,
-        scatter: f64,
-        epochs: usize,
-    },
     /// The difference of two tasks is nearly the same in all people.
     #[error(
         "{tasks}: d_z is {d_z:+.0}, so the difference is nearly the same in all people: check that the documents are of different people and \
@@ -122,6 +89,55 @@ pub enum EegWarning {
         #[serde(flatten)]
         fault: IcaFault,
     },
+    /// Changes of power are biased.
+    #[error("{channel}: {}; {}", by.sentence(*epochs), by.advice())]
+    #[serde(rename = "eeg_biased")]
+    Biased {
+        channel: String,
+        epochs: usize,
+        #[serde(flatten)]
+        by: Bias,
+    },
+}
+
+/// What biases changes of power.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "by", rename_all = "snake_case")]
+pub enum Bias {
+    /// The baseline's power is so uncertain that the ratio to it is biased.
+    Ratio { bias_points: f64 },
+    /// Percentages were computed for each epoch and then averaged.
+    EachEpoch { bias_points: f64 },
+    /// Power scatters so much from epoch to epoch that maps of few epochs are biased.
+    Bursts { scatter: f64 },
+}
+
+impl Bias {
+    /// What is biased, with this number of epochs.
+    fn sentence(&self, epochs: usize) -> String {
+        match self {
+            Self::Ratio { bias_points } => format!(
+                "with {epochs} epochs the power of the baseline is uncertain, and percentages are too high by about {bias_points:.1} points (a \
+                 desynchronisation looks smaller)"
+            ),
+            Self::EachEpoch { bias_points } => format!(
+                "percentages of each of {epochs} epochs were averaged: an epoch whose baseline is low by chance counts most, so no change would show \
+                 as {bias_points:+.1} percentage points"
+            ),
+            Self::Bursts { scatter } => format!(
+                "the variance of power over {epochs} epochs is {scatter:.0} times that of noise, so that maps in dB of few epochs are too low"
+            ),
+        }
+    }
+
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Ratio { .. } => "record more epochs or take a longer baseline",
+            Self::EachEpoch { .. } => "average power before the baseline is divided",
+            Self::Bursts { .. } => "compare equal numbers of epochs only",
+        }
+    }
 }
 
 /// What is doubtful about independent components.

@@ -10,9 +10,9 @@ use super::parameters::key_of;
 use super::plausible;
 use super::profile::check_cutoff;
 use super::{
-    Cutoff, Form, HeightProfile, Parameter, ProfileConfig, ProfileFilter, ProfileRoughness,
-    ProfileStandard, RoughnessError, ShortWaves, SurfaceWarning, mean, profile_mean_line,
-    profile_roughness,
+    Cutoff, FilterFault, Form, HeightProfile, InstrumentStates, Parameter, ProfileConfig,
+    ProfileFilter, ProfileRoughness, ProfileStandard, RoughnessError, ShortWaves, SurfaceWarning,
+    mean, profile_mean_line, profile_roughness,
 };
 use piezotact::warning::Warning;
 
@@ -242,16 +242,20 @@ fn filtered_twice(
     let unfiltered_ra_m = profile_roughness(measured.profile, &unfiltered)?.ra_m;
     let ra_m = roughness.ra_m;
     Ok(Some(Warning::from(if declared {
-        SurfaceWarning::FilteredTwice {
+        SurfaceWarning::Filter {
             cutoff_m,
-            ra_m,
-            unfiltered_ra_m,
+            fault: FilterFault::Twice {
+                ra_m,
+                unfiltered_ra_m,
+            },
         }
     } else {
-        SurfaceWarning::LooksFiltered {
+        SurfaceWarning::Filter {
             cutoff_m,
-            ra_m,
-            unfiltered_ra_m,
+            fault: FilterFault::LooksFiltered {
+                ra_m,
+                unfiltered_ra_m,
+            },
         }
     })))
 }
@@ -269,7 +273,12 @@ fn not_filtered(profile: &HeightProfile, roughness: &ProfileRoughness) -> Option
         mean(z.iter().map(|z| (z - about).powi(2)))
     };
     let share = power(waves.heights_m()) / power(profile.heights_m());
-    (share > LONG_WAVES).then(|| Warning::from(SurfaceWarning::NotFiltered { cutoff_m, share }))
+    (share > LONG_WAVES).then(|| {
+        Warning::from(SurfaceWarning::Filter {
+            cutoff_m,
+            fault: FilterFault::NotFiltered { share },
+        })
+    })
 }
 
 /// A warning where the instrument's Ra is another one.
@@ -279,12 +288,14 @@ fn contradicted(measured: MeasuredProfile<'_>, roughness: &ProfileRoughness) -> 
     let (ours, theirs) = (roughness.ra_m * 1e6, ra.value);
     let same = (ours - theirs).abs() <= CONTRADICTED * theirs.abs().max(ours.abs());
     (!same).then(|| {
-        Warning::from(SurfaceWarning::InstrumentDiffers {
-            parameter: ra.symbol.clone(),
-            ours_um: ours,
-            instrument_um: theirs,
-            cutoff_m: roughness.cutoff_m,
-            instrument_cutoff_m: settings.cutoff_m,
+        Warning::from(SurfaceWarning::Instrument {
+            what: InstrumentStates::Parameter {
+                parameter: ra.symbol.clone(),
+                ours_um: ours,
+                instrument_um: theirs,
+                cutoff_m: roughness.cutoff_m,
+                instrument_cutoff_m: settings.cutoff_m,
+            },
         })
     })
 }
@@ -326,8 +337,14 @@ mod tests {
         }
     }
 
-    fn codes(roughness: &ProfileRoughness) -> Vec<&str> {
-        roughness.warnings.iter().map(|d| d.code.as_ref()).collect()
+    /// The codes of the warnings, with the fault or what differs behind each that has one.
+    fn codes(roughness: &ProfileRoughness) -> Vec<String> {
+        let cause = |d: &Warning| {
+            let cause = d.fields.get("fault").or_else(|| d.fields.get("what"));
+            let cause = cause.and_then(|cause| cause.as_str()).unwrap_or_default();
+            format!("{}/{cause}", d.code)
+        };
+        roughness.warnings.iter().map(cause).collect()
     }
 
     #[test]
@@ -351,7 +368,7 @@ mod tests {
         };
         let plain = profile_roughness(&profile, &plain).unwrap();
         assert_eq!(own.ra_m.to_bits(), plain.ra_m.to_bits());
-        assert_eq!(codes(&own), ["few"]);
+        assert_eq!(codes(&own), ["few/sections"]);
 
         let other = |change: fn(&mut RoughnessOptions)| {
             let mut wish = wish();
@@ -376,13 +393,13 @@ mod tests {
         ] {
             assert_eq!(again.config.filter, ProfileFilter::Gauss);
             assert!(
-                codes(&again).contains(&"filtered_twice"),
+                codes(&again).contains(&"filter_doubtful/twice".to_owned()),
                 "{:?}",
                 again.warnings
             );
         }
         let unfiltered = other(|wish| wish.filter = Some(ProfileFilter::None));
-        assert!(!codes(&unfiltered).contains(&"filtered_twice"));
+        assert!(!codes(&unfiltered).contains(&"filter_doubtful/twice".to_owned()));
         // nothing says that a primary profile is filtered, and its long wave shows that it is not
         let kind = Some(ProfileKind::Primary);
         let primary = MeasuredProfile { kind, ..measured };
@@ -392,7 +409,9 @@ mod tests {
         };
         let primary = evaluated_profile(primary, &automatic).unwrap();
         assert!(
-            !codes(&primary).iter().any(|code| code.contains("filtered")),
+            !codes(&primary)
+                .iter()
+                .any(|code| code.starts_with("filter_doubtful")),
             "{:?}",
             primary.warnings
         );
@@ -415,9 +434,9 @@ mod tests {
             evaluated_profile(measured, &automatic).unwrap()
         };
         let ours_um = of(1.0).ra_m * 1e6;
-        assert!(!codes(&of(ours_um * 1.08)).contains(&"instrument_differs"));
+        assert!(!codes(&of(ours_um * 1.08)).contains(&"instrument_differs/parameter".to_owned()));
         let differs = of(ours_um * 1.5);
-        assert!(codes(&differs).contains(&"instrument_differs"));
+        assert!(codes(&differs).contains(&"instrument_differs/parameter".to_owned()));
         let text = differs
             .warnings
             .last()
@@ -466,7 +485,7 @@ mod tests {
                 instrument: Some(&stated),
             };
             let found = evaluated_profile(measured, &wish()).unwrap();
-            codes(&found).contains(&"not_filtered")
+            codes(&found).contains(&"filter_doubtful/not_filtered".to_owned())
         };
         assert!(of(&primary));
         let line = profile_mean_line(&primary, 0.25e-3).unwrap();

@@ -44,7 +44,7 @@ pub use profile::{
     Ends, ProfileConfig, ProfileFilter, ProfileRoughness, ProfileStandard, profile_roughness,
 };
 pub use set::RoughnessSet;
-pub use warning::{HeightsFault, SurfaceWarning};
+pub use warning::{FilterFault, HeightsFault, InstrumentStates, SurfaceWarning};
 
 use piezotact::Warning;
 use piezotact::surface::{HeightMap, SurfaceError};

@@ -27,49 +27,51 @@ pub enum SurfaceWarning {
         digits_that_count(ra_m * 1e6, 4)
     )]
     CutoffUnsettled { used_m: f64, ra_m: f64 },
-    /// A profile that the instrument had filtered was filtered again.
+    /// The autocorrelation of a height map does not fall to its level within the lags that the map holds.
     #[error(
-        "the instrument had filtered this roughness profile, and it was filtered again with a cut-off of {}: Ra is {} µm, that of the profile as it \
-            is {} µm; keep the instrument's file with settings (.tx3) beside the profile; evaluate it without a filter",
-        length_text(*cutoff_m),
-        digits_that_count(ra_m * 1e6, 4),
-        digits_that_count(unfiltered_ra_m * 1e6, 4)
+        "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, nor is Sal if it does not \
+            fall in any direction; measure a longer line or a larger area; remove more form or waviness",
+        reached_m * 1e3,
+        level = rounded(*level)
     )]
-    FilteredTwice {
-        cutoff_m: f64,
-        ra_m: f64,
-        unfiltered_ra_m: f64,
+    LongCorrelation { level: f64, reached_m: f64 },
+    /// Heights that cannot be trusted.
+    #[error("{fault}; {}", fault.advice())]
+    #[serde(rename = "heights_doubtful")]
+    Heights {
+        #[serde(flatten)]
+        fault: HeightsFault,
     },
-    /// A profile that was filtered here lacks long waves, as if it had been filtered before.
-    #[error(
-        "waves longer than the cut-off of {} are as weak as a filter leaves them: the profile may have been filtered already (Ra is {} µm, that of \
-            the profile as it is {} µm); evaluate it without a filter",
-        length_text(*cutoff_m),
-        digits_that_count(ra_m * 1e6, 4),
-        digits_that_count(unfiltered_ra_m * 1e6, 4)
-    )]
-    LooksFiltered {
+    /// A profile that is filtered twice, or not at all.
+    #[error("{}; {}", fault.sentence(*cutoff_m), fault.advice())]
+    #[serde(rename = "filter_doubtful")]
+    Filter {
         cutoff_m: f64,
-        ra_m: f64,
-        unfiltered_ra_m: f64,
+        #[serde(flatten)]
+        fault: FilterFault,
     },
-    /// A profile that counts as filtered by the instrument has the long waves that a filter removes.
-    #[error(
-        "{} of the power lies in waves longer than twice the instrument's cut-off of {}, which its filter removes: the profile does not look like a \
-            roughness profile, and it was not filtered here; check that they belong together",
-        percent(*share),
-        length_text(*cutoff_m)
-    )]
-    NotFiltered { cutoff_m: f64, share: f64 },
+    /// What an instrument states is not what is found.
+    #[error("{what}; {}", what.advice())]
+    #[serde(rename = "instrument_differs")]
+    Instrument {
+        #[serde(flatten)]
+        what: InstrumentStates,
+    },
+}
+
+/// What an instrument states and is not found.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "what", rename_all = "snake_case")]
+pub enum InstrumentStates {
     /// A parameter is not the one that the instrument states.
     #[error(
-        "{parameter} is {} µm{}, the instrument states {} µm{}; state the cut-off",
+        "{parameter} is {} µm{}, the instrument states {} µm{}",
         digits_that_count(*ours_um, 4),
         with_cutoff(*cutoff_m),
         digits_that_count(*instrument_um, 4),
         with_cutoff(*instrument_cutoff_m)
     )]
-    InstrumentDiffers {
+    Parameter {
         parameter: String,
         ours_um: f64,
         instrument_um: f64,
@@ -92,33 +94,86 @@ pub enum SurfaceWarning {
     /// The length in the header of a profile does not go with the number of its points.
     #[error(
         "the header states {} for {points} points, a step of {}, where such instruments usually write {}: the length may be the one that was set, \
-            not the one that was evaluated; heights and Ra depend on it through the filter, widths and slopes directly; keep the instrument's file \
-            with settings (.tx3) beside the profile; state the step between points",
+            not the one that was evaluated; heights and Ra depend on it through the filter, widths and slopes directly",
         length_text(*length_m),
         length_text(*step_m),
         length_text(*usual_step_m)
     )]
-    LengthUnconfirmed {
+    Length {
         length_m: f64,
         points: usize,
         step_m: f64,
         usual_step_m: f64,
     },
-    /// The autocorrelation of a height map does not fall to its level within the lags that the map holds.
-    #[error(
-        "in some direction the autocorrelation stays above {level} as far as {:.3} mm, half the map: Str is not given, nor is Sal if it does not \
-            fall in any direction; measure a longer line or a larger area; remove more form or waviness",
-        reached_m * 1e3,
-        level = rounded(*level)
-    )]
-    LongCorrelation { level: f64, reached_m: f64 },
-    /// Heights that cannot be trusted.
-    #[error("{fault}; {}", fault.advice())]
-    #[serde(rename = "heights_doubtful")]
-    Heights {
-        #[serde(flatten)]
-        fault: HeightsFault,
-    },
+}
+
+impl InstrumentStates {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Parameter { .. } => "state the cut-off",
+            Self::LengthSet { .. } => "state the step between points if it is another",
+            Self::Length { .. } => {
+                "keep the instrument's file with settings (.tx3) beside the profile, or state the step between points"
+            }
+        }
+    }
+}
+
+/// What is doubtful about the filter of a profile.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum FilterFault {
+    /// A profile that the instrument had filtered was filtered again.
+    Twice { ra_m: f64, unfiltered_ra_m: f64 },
+    /// A profile that was filtered here lacks long waves, as if it had been filtered before.
+    LooksFiltered { ra_m: f64, unfiltered_ra_m: f64 },
+    /// A profile that counts as filtered by the instrument has the long waves that a filter removes.
+    NotFiltered { share: f64 },
+}
+
+impl FilterFault {
+    /// What is doubtful, with this cut-off.
+    fn sentence(&self, cutoff_m: f64) -> String {
+        let cutoff = length_text(cutoff_m);
+        let ra_um = |ra_m: f64| digits_that_count(ra_m * 1e6, 4);
+        match self {
+            Self::Twice {
+                ra_m,
+                unfiltered_ra_m,
+            } => format!(
+                "the instrument had filtered this roughness profile, and it was filtered again with a cut-off of {cutoff}: Ra is {} µm, that of the \
+                 profile as it is {} µm",
+                ra_um(*ra_m),
+                ra_um(*unfiltered_ra_m)
+            ),
+            Self::LooksFiltered {
+                ra_m,
+                unfiltered_ra_m,
+            } => format!(
+                "waves longer than the cut-off of {cutoff} are as weak as a filter leaves them: the profile may have been filtered already (Ra is {} \
+                 µm, that of the profile as it is {} µm)",
+                ra_um(*ra_m),
+                ra_um(*unfiltered_ra_m)
+            ),
+            Self::NotFiltered { share } => format!(
+                "{} of the power lies in waves longer than twice the instrument's cut-off of {cutoff}, which its filter removes: the profile does not \
+                 look like a roughness profile, and it was not filtered here",
+                percent(*share)
+            ),
+        }
+    }
+
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Twice { .. } => {
+                "keep the instrument's file with settings (.tx3) beside the profile, or evaluate it without a filter"
+            }
+            Self::LooksFiltered { .. } => "evaluate it without a filter",
+            Self::NotFiltered { .. } => "check that they belong together",
+        }
+    }
 }
 
 /// What is wrong with heights.

@@ -4,7 +4,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::roughness::{
-    HeightProfile, InstrumentSettings, InstrumentValue, ProfileKind, SurfaceWarning, Topography,
+    HeightProfile, InstrumentSettings, InstrumentStates, InstrumentValue, ProfileKind,
+    SurfaceWarning, Topography,
 };
 use piezotact::Warning;
 use piezotact::recording::RecordingWarning;
@@ -143,23 +144,28 @@ pub(super) fn with_settings(
             Some(evaluated_m) if differ(evaluated_m, profile.length_m()) => {
                 let step_m = evaluated_m / profile.heights_m().len() as f64;
                 let file_name = found.as_ref().and_then(|s| s.file.file_name());
-                file.warnings.push(Warning::from(SurfaceWarning::LengthSet {
-                    set_m: profile.length_m(),
-                    evaluated_m,
-                    step_m,
-                    file: file_name.unwrap_or_default().to_string_lossy().into_owned(),
-                }));
+                file.warnings
+                    .push(Warning::from(SurfaceWarning::Instrument {
+                        what: InstrumentStates::LengthSet {
+                            set_m: profile.length_m(),
+                            evaluated_m,
+                            step_m,
+                            file: file_name.unwrap_or_default().to_string_lossy().into_owned(),
+                        },
+                    }));
                 let heights_m = profile.heights_m().to_vec();
                 let profile = HeightProfile::new(heights_m, step_m);
                 file.topography = Topography::Profile(profile.map_err(ReadError::of(path))?);
             }
             None if differ(profile.step_m(), USUAL_STEP_M) => {
                 file.warnings
-                    .push(Warning::from(SurfaceWarning::LengthUnconfirmed {
-                        length_m: profile.length_m(),
-                        points: profile.heights_m().len(),
-                        step_m: profile.step_m(),
-                        usual_step_m: USUAL_STEP_M,
+                    .push(Warning::from(SurfaceWarning::Instrument {
+                        what: InstrumentStates::Length {
+                            length_m: profile.length_m(),
+                            points: profile.heights_m().len(),
+                            step_m: profile.step_m(),
+                            usual_step_m: USUAL_STEP_M,
+                        },
                     }));
             }
             _ => {}

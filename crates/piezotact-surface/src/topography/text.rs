@@ -2,8 +2,7 @@
 //! How many numbers stand in a row says which; a matrix of two or three columns must say so in its header.
 
 use piezotact::Warning;
-use piezotact::recording::RecordingWarning;
-use piezotact::recording::Steps;
+use piezotact::recording::{RecordingWarning, Steps};
 
 use super::grid::{Axis, EVEN, GAP};
 use super::source::{Source, unit_m};

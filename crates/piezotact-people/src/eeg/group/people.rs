@@ -8,7 +8,7 @@ use piezotact::statistics::{correlation, mean, mean_interval};
 use super::{ALL_SURFACES, GroupError, PersonChange, TaskChanges, TaskEpochs};
 use crate::eeg::erd::{Mode, Order};
 use crate::eeg::person::{Change, EegErd, Electrode};
-use crate::eeg::{EegWarning, EpochsFault, NotCommon};
+use crate::eeg::{Bias, EegWarning, EpochsFault, NotCommon};
 
 /// Changes at so many electrodes and more tell recordings apart.
 const ALIKE: usize = 24;
@@ -253,10 +253,12 @@ impl<'a> People<'a> {
             let worst = documents.iter().flat_map(|one| &one.electrodes);
             let worst = worst.max_by(|a, b| a.bias_points.total_cmp(&b.bias_points));
             warnings.extend(worst.map(|worst| {
-                Warning::from(EegWarning::PerEpochBaseline {
+                Warning::from(EegWarning::Biased {
                     channel: worst.place.clone(),
-                    bias_points: worst.bias_points,
                     epochs: worst.epochs,
+                    by: Bias::EachEpoch {
+                        bias_points: worst.bias_points,
+                    },
                 })
             }));
         }

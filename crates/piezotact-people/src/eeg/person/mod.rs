@@ -19,7 +19,7 @@ use super::prepare::{EpochCounts, PrepareConfig, Prepared};
 use super::reference::Montage;
 use super::source::Subject;
 use super::tfr::{TfrConfig, TfrPlan};
-use super::{EegWarning, EpochsFault, Smeared};
+use super::{Bias, EegWarning, EpochsFault, Smeared};
 
 pub use error::PersonError;
 pub(in crate::eeg) use maps::{head_map, time_frequency_panel};
@@ -477,10 +477,10 @@ const BURSTS: f64 = 8.0;
 /// A warning where power scatters far more from epoch to epoch than that of noise.
 fn bursts(measured: &Changes, epochs: usize) -> Option<Warning> {
     let (channel, scatter) = measured.most_scattered.clone()?;
-    let warning = EegWarning::Bursts {
+    let warning = EegWarning::Biased {
         channel,
-        scatter,
         epochs,
+        by: Bias::Bursts { scatter },
     };
     (scatter > BURSTS).then(|| warning.into())
 }
@@ -544,10 +544,12 @@ impl EegErd {
     /// The warning about it.
     pub(super) fn ratio_bias(&self) -> Option<Warning> {
         let most = self.most_biased()?;
-        let bias = EegWarning::RatioBias {
+        let bias = EegWarning::Biased {
             channel: format!("{} ({}, {})", most.place, most.surface, most.band),
-            bias_points: most.bias_points,
             epochs: most.epochs,
+            by: Bias::Ratio {
+                bias_points: most.bias_points,
+            },
         };
         Some(bias.into())
     }

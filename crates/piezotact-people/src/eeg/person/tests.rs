@@ -141,7 +141,7 @@ fn a_desynchronisation_is_found_where_it_is() {
         biased
             .warnings
             .iter()
-            .any(|d| d.code == "eeg_erd_per_epoch_baseline")
+            .any(|d| code_and_cause(d) == "eeg_biased/each_epoch")
     );
     assert!(
         biased
