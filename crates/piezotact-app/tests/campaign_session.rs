@@ -216,7 +216,7 @@ fn what_does_not_fit_is_refused_and_the_session_waits_at_the_same_step() {
         2,
         &[
             "exported/answers.csv already exists",
-            "differs from it from line",
+            "its content differs from line",
             "--force",
         ],
     );

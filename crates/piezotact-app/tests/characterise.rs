@@ -371,7 +371,7 @@ fn channels_that_cannot_be_meant_are_named() {
             "--out",
             "tf.json",
         ])
-        .expect_failure(2, &["two channels", "`drive` as both"]);
+        .expect_failure(2, &["`drive` is both drive and response"]);
     let mut text = String::from("time [s],nail [m/s2],drive [V]\n");
     for (i, (x, y)) in drive.iter().zip(&response).enumerate() {
         writeln!(text, "{},{x},{y}", i as f64 / RATE_HZ).unwrap();

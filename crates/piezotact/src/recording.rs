@@ -471,7 +471,7 @@ fn series_of<Q: Quantity>(
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RecordingError {
     /// There is no channel.
-    #[error("the recording has no channel: check the export settings")]
+    #[error("the recording has no channel; check the export settings")]
     NoChannel,
     /// Channels of different length.
     #[error(

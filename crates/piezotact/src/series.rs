@@ -141,7 +141,7 @@ pub fn filled([before, after]: [f64; 2], missing: u64) -> impl Iterator<Item = f
 pub enum SeriesError {
     /// There is not one sample.
     #[error(
-        "there are no samples of {quantity}: check that the recording was not stopped before it began"
+        "there are no samples of {quantity}; check that the recording was not stopped before it began"
     )]
     Empty {
         /// The quantity that was wanted.

@@ -24,7 +24,7 @@ pub enum DescriptionError {
         example: Option<&'static str>,
     },
     /// A name is empty.
-    #[error("{of} has no name: give it one")]
+    #[error("expected a name of {of}, found none; give it one")]
     NoName {
         /// What has no name.
         of: &'static str,

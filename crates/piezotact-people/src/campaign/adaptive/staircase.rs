@@ -355,7 +355,7 @@ mod tests {
                 left_out: 7,
                 ..rule()
             },
-            "needs at least 2",
+            "at least 2 more than `left_out`",
         );
     }
 }
