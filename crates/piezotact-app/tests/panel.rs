@@ -344,7 +344,7 @@ fn what_does_not_belong_in_a_panel_is_refused() {
     .expect_success();
     run(&folder, "panel add panel b.json").expect_success();
     run(&folder, "panel analyse panel --band 3000..4000")
-        .expect_failure(1, &["lines", "none", "widen"]);
+        .expect_failure(1, &["no line of the transfer functions", "widen"]);
     run(&folder, "panel analyse panel --criterion 0").expect_failure(2, &["criterion above zero"]);
     run(&folder, "panel analyse panel --csv panel/panel.json")
         .expect_failure(2, &["is read and would be replaced"]);

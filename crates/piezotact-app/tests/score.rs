@@ -112,7 +112,7 @@ fn what_cannot_be_scored_is_refused_and_what_is_questionable_is_said() {
         .run(&["score", "a.wav", "a.wav"])
         .expect_failure(1, &["physical scale", "--scale"]);
     score(&folder, "a.wav", "force.csv", &[]).expect_failure(1, &["force.csv", "m/s²", "force"]);
-    score(&folder, "a.wav", "silent.wav", &[]).expect_failure(1, &["the test", "found none"]);
+    score(&folder, "a.wav", "silent.wav", &[]).expect_failure(1, &["the test has no signal"]);
     score(&folder, "a.wav", "short.wav", &[])
         .expect_failure(1, &["0.82 s", "0.400 s", "record longer"]);
     for (option, value, part) in [

@@ -372,7 +372,7 @@ fn what_cannot_be_shown_beside_it_is_refused() {
         ),
         ("--also force.csv", 1, &["force.csv", "m/s²"]),
         ("--also slow.wav", 2, &["20–1000 Hz", "500 Hz"]),
-        ("--before absent.wav", 1, &["absent.wav", "found none"]),
+        ("--before absent.wav", 1, &["no such file: absent.wav"]),
         ("--before force.csv", 1, &["force.csv", "m/s²"]),
         (
             "--before two.csv",

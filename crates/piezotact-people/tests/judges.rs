@@ -356,7 +356,7 @@ fn what_cannot_be_compared_is_refused() {
             .unwrap_err()
             .to_string()
     };
-    assert!(says(&Answers::default(), bounds).contains("found none"));
+    assert!(says(&Answers::default(), bounds).contains("there are no answers"));
     let few = World {
         people: 1,
         ..SANDPAPERS

@@ -498,7 +498,7 @@ fn what_cannot_be_scored_is_refused_with_what_to_do() {
     );
     says(
         score(&x, &series(vec![0.0; 20_000]), &config()).unwrap_err(),
-        &["the test", "found none"],
+        &["the test has no signal"],
     );
     says(
         score(&x, &series(vec![0.1; 2_000]), &config()).unwrap_err(),

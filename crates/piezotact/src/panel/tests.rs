@@ -541,7 +541,7 @@ fn a_control_that_says_nothing_is_refused_or_reported() {
         .unwrap_err()
         .to_string();
     assert!(
-        flat.contains("none") && flat.contains("without a finger"),
+        flat.contains("no dip") && flat.contains("without a finger"),
         "{flat}"
     );
     let reported = artefact_of(&plate(notch, 0.4), &config).unwrap();
