@@ -486,7 +486,7 @@ pub enum RecordingError {
     },
     /// Channels of two clocks where samples of one index have to belong together.
     #[error(
-        "`{first}` runs on the clock {of_first}, `{channel}` on {found}: use channels of one clock, or resample them to one rate"
+        "`{first}` is sampled at {of_first}, `{channel}` at {found}: use channels of one clock, or resample them to one rate"
     )]
     Clocks {
         first: String,

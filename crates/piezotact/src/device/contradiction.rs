@@ -327,10 +327,7 @@ mod tests {
             assert_ne!(text, good, "{from}");
             let said = DeviceDescription::from_toml(&text).unwrap_err().to_string();
             assert!(said.contains(expected), "{to}: {said}");
-            assert!(
-                said.starts_with("expected ") && said.contains("found"),
-                "{said}"
-            );
+            assert!([';', ':'].iter().any(|sign| said.contains(*sign)), "{said}");
             assert!(!said.contains('\n'), "{said}");
         }
         let fixed = BUILT_IN[1].1;

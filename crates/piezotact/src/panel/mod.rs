@@ -178,7 +178,6 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         };
         panel.warnings.extend(panel.incomplete());
         panel.warnings.extend(panel.of_several_twins());
-        panel.warnings.extend(panel.other_participant_warnings());
         Ok(panel)
     }
 

@@ -237,23 +237,6 @@ impl<I: Quantity, O: Quantity> Panel<I, O> {
         }))
     }
 
-    /// The warnings about measurements of another participant than they are filed under.
-    pub(super) fn other_participant_warnings(&self) -> Vec<Warning> {
-        let of = |entry: &Entry<I, O>| {
-            let filed = &entry.filing.participant;
-            let stated = entry.function.about.condition.participant.clone();
-            let found = stated.filter(|stated| stated != filed)?;
-            let other = RecordingWarning::OtherOrigin {
-                what: OtherOrigin::Participant {
-                    measurement: entry.filing.to_string(),
-                    found: Example::from(found),
-                },
-            };
-            Some(other.into())
-        };
-        self.entries.iter().filter_map(of).collect()
-    }
-
     /// For every measurement, the number of others in its cell with the opposite sign over `band`, by cell.
     ///
     /// Formula: Re Σ Hᵢ·conj(Hⱼ) < 0 over the lines of the band.

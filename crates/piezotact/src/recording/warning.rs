@@ -537,9 +537,6 @@ pub enum OtherOrigin {
     /// A measurement is compared with another texture than the one its drive was rendered from.
     #[error("the drive was rendered from {rendered} and is compared with {compared}")]
     Target { rendered: String, compared: String },
-    /// A measurement whose provenance names another participant.
-    #[error("{measurement} comes from a measurement of participant {found}")]
-    Participant { measurement: String, found: Example },
     /// Measurements of digital twins of different seeds.
     #[error(
         "the measurements are of digital twins of different seeds: {one} is of seed {one_seed}, {other} is of seed {other_seed}"
@@ -560,7 +557,6 @@ impl OtherOrigin {
     fn advice(&self) -> &'static str {
         match self {
             Self::Target { .. } => "check that they belong together",
-            Self::Participant { .. } => "check whose it is, and file it under that participant",
             Self::Twins { .. } => "keep them in separate panels",
             Self::LaterRecording { .. } => "check whether this is the intended recording",
         }
