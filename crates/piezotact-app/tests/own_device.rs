@@ -166,7 +166,9 @@ fn allowed_clipping_cuts_at_the_limit_of_the_device() {
     let sidecar: Value =
         serde_json::from_slice(&std::fs::read(folder.path("drive.wav.json")).unwrap()).unwrap();
     let warnings = sidecar["rendering"]["warnings"].as_array().unwrap();
-    let warning = warnings.iter().find(|d| d["code"] == "drive_clipped");
+    let warning = warnings
+        .iter()
+        .find(|d| d["code"] == "clipped" && d["at"] == "rendered");
     let text = warning.unwrap().to_string();
     assert!(text.contains("the amplifier"), "{text}");
     let told = run(&folder, &format!("{render} --allow-clipping")).err();

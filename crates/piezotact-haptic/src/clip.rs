@@ -3,6 +3,7 @@
 //! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
 use crate::HapticError;
+use piezotact::clipping::ClippedAt;
 use piezotact::clipping::ClippingWarning;
 use piezotact::recording::RecordingWarning;
 
@@ -367,7 +368,9 @@ pub fn clip_of<Q: Quantity>(
     if full > 0 {
         losses.push(Warning::from(ClippingWarning::Clipped {
             signal: "the amplitude envelope".into(),
-            fraction: full as f64 / points.len() as f64,
+            at: ClippedAt::Recorded {
+                fraction: full as f64 / points.len() as f64,
+            },
         }));
     }
     if full_scale.unit != Unit::FullScale {

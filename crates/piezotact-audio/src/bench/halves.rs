@@ -1,5 +1,6 @@
 //! The playing and the acquiring half of a sound device.
 
+use piezotact::clipping::{ClippedAt, ClippingWarning};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -331,15 +332,18 @@ impl Shared {
         let mut warnings = self.warnings.clone();
         for (input, clipped) in self.inputs.iter().zip(&self.last.clipped) {
             if *clipped > 0 {
-                warnings.push(Warning::from(SoundWarning::InputClipped {
-                    channel: input.measures.name().into(),
-                    samples: *clipped,
+                warnings.push(Warning::from(ClippingWarning::Clipped {
+                    signal: format!("the input of `{}`", input.measures.name()),
+                    at: ClippedAt::Input { samples: *clipped },
                 }));
             }
         }
         if self.last.limited > 0 {
-            warnings.push(Warning::from(SoundWarning::DriveLimited {
-                samples: self.last.limited,
+            warnings.push(Warning::from(ClippingWarning::Clipped {
+                signal: "the drive".into(),
+                at: ClippedAt::Output {
+                    samples: self.last.limited,
+                },
             }));
         }
         let parts = self.silent_parts();

@@ -22,14 +22,6 @@ pub enum EegWarning {
     #[error("{names}: {warning}")]
     #[serde(rename = "eeg_of_people")]
     OfPeople { names: String, warning: Warning },
-    /// Some samples of a channel are at the limit of the amplifier.
-    #[error(
-        "{channel}: {:.2} % of the samples are at the limit of the amplifier: power is wrong there; reject these epochs by their amplitude, or \
-            record with a lower gain",
-        100.0 * share
-    )]
-    #[serde(rename = "eeg_some_saturated")]
-    SomeSaturated { channel: String, share: f64 },
     /// Which epochs are left, or what they share, makes a comparison doubtful.
     #[error("{fault}; {}", fault.advice())]
     #[serde(rename = "eeg_epochs")]

@@ -4,6 +4,7 @@ mod histogram;
 mod limit;
 mod warning;
 
+use crate::clipping::ClippedAt;
 use crate::quantity::{Drive, Quantity};
 use crate::series::Series;
 use crate::warning::Warning;
@@ -46,9 +47,12 @@ pub fn clipping<Q: Quantity>(
     let sensor = flat_top_fraction(response.samples());
     let of_sensor = ClippingWarning::Clipped {
         signal: format!("the measured {}", Q::NAME),
-        fraction: sensor,
+        at: ClippedAt::Recorded { fraction: sensor },
     };
-    let of_drive = ClippingWarning::PlayedDriveClipped { fraction: device };
+    let of_drive = ClippingWarning::Clipped {
+        signal: "the played drive".into(),
+        at: ClippedAt::Played { fraction: device },
+    };
     let found = [(sensor, of_sensor), (device, of_drive)];
     Clipping {
         fraction: sensor.max(device),

@@ -18,7 +18,7 @@ pub use plan::{FeaturePlan, band_power};
 pub use statistics::{Moments, Statistics};
 pub use weighting::{Receptor, Weighting};
 
-use crate::clipping::{ClippingWarning, flat_top_fraction};
+use crate::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
 use crate::filter::{HighPass, ZeroPhase};
 use crate::quantity::{Band, Hertz, SampleRate, Uncalibrated, Unit};
 use crate::recording::{Recording, RecordingError};
@@ -367,7 +367,7 @@ pub fn analyse(
         if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
                 signal: format!("`{name}` in a stroke"),
-                fraction,
+                at: ClippedAt::Recorded { fraction },
             }));
         }
     }

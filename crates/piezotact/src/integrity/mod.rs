@@ -13,6 +13,7 @@ pub(crate) use pair::{Broken, warnings_beside};
 pub use pair::{Pair, transfer_warnings};
 pub use warning::SignalWarning;
 
+use crate::clipping::ClippedAt;
 use crate::clipping::ClippingWarning;
 use serde::{Deserialize, Serialize};
 
@@ -114,7 +115,9 @@ impl Defects {
         if self.clipped_fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
                 signal: channel(),
-                fraction: self.clipped_fraction,
+                at: ClippedAt::Recorded {
+                    fraction: self.clipped_fraction,
+                },
             }));
         }
         warnings.extend(

@@ -1,7 +1,7 @@
 //! What gives warnings about a rendering.
 
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
-use crate::clipping::ClippingWarning;
+use crate::clipping::{ClippedAt, ClippingWarning};
 use crate::quantity::{Band, Drive, Quantity};
 use crate::transfer::TransferFunction;
 use crate::warning::Warning;
@@ -79,9 +79,12 @@ impl RenderFindings {
         let outside = self
             .power_outside
             .map(|share| RenderWarning::PowerOutsideBand { share, band });
-        let clipped = self.is_clipped.then(|| ClippingWarning::DriveClipped {
-            limited_by: headroom.limited_by.clone(),
-            fraction: headroom.clipped_fraction,
+        let clipped = self.is_clipped.then(|| ClippingWarning::Clipped {
+            signal: "the drive".into(),
+            at: ClippedAt::Rendered {
+                limited_by: headroom.limited_by.clone(),
+                fraction: headroom.clipped_fraction,
+            },
         });
         let steep =
             self.too_steep.map(

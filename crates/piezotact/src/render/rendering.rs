@@ -1,5 +1,6 @@
 //! How a drive was made, as it stands with the drive and with what was recorded while it was played.
 
+use crate::clipping::ClippedAt;
 use serde::{Deserialize, Serialize};
 
 use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
@@ -101,8 +102,9 @@ pub fn warnings_of_played(
     let mut warnings: Vec<Warning> = headroom.slew_warning(setup).into_iter().collect();
     let fraction = headroom.clipped_fraction;
     if fraction > 0.0 {
-        warnings.push(Warning::from(ClippingWarning::PlayedDriveClipped {
-            fraction,
+        warnings.push(Warning::from(ClippingWarning::Clipped {
+            signal: "the played drive".into(),
+            at: ClippedAt::Played { fraction },
         }));
     }
     if let Some(rendering) = rendering {

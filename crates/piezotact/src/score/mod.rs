@@ -23,7 +23,7 @@ pub use perceptible::with_perceptible_difference;
 pub use verdict::{How, ScoreCriterion, Verdict};
 pub use waveform::{Extent, Waveform};
 
-use crate::clipping::{ClippingWarning, flat_top_fraction};
+use crate::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
 use crate::criterion::Criterion;
 pub use crate::discrimination::Difference;
 use crate::discrimination::{ContactMap, Differences, Excitation, Model, differences};
@@ -555,7 +555,7 @@ fn warnings_about(
         if fraction > 0.0 {
             warnings.push(Warning::from(ClippingWarning::Clipped {
                 signal: what.into(),
-                fraction,
+                at: ClippedAt::Recorded { fraction },
             }));
         }
         warnings.extend(not_felt([what], [level_db(excitation.total())]));

@@ -7,14 +7,6 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SoundWarning {
-    /// The input reached its full scale.
-    #[error("the input of `{channel}` reached its full scale in {}: record again", counted(*samples as usize, "sample"))]
-    #[serde(rename = "sound_input_clipped")]
-    InputClipped { channel: String, samples: u64 },
-    /// The drive exceeded full scale and was limited.
-    #[error("the drive exceeded full scale in {}, which were limited: lower the level", counted(*samples as usize, "sample"))]
-    #[serde(rename = "sound_drive_limited")]
-    DriveLimited { samples: u64 },
     /// A sound device whose calibration is missing, old or contradicted.
     #[error("{fault}; {}", fault.advice())]
     #[serde(rename = "sound_calibration")]

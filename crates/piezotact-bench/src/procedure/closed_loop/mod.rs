@@ -5,7 +5,7 @@ mod outcome;
 mod result;
 
 use crate::DeviceError;
-use piezotact::clipping::ClippingWarning;
+use piezotact::clipping::{ClippedAt, ClippingWarning};
 use piezotact::resample::ResampleWarning;
 use std::fmt;
 
@@ -433,7 +433,9 @@ impl Fit {
         let held = (self.held > WARNING_HELD_SHARE).then(|| {
             Warning::from(ClippingWarning::Clipped {
                 signal: "the corrected drive".into(),
-                fraction: self.held,
+                at: ClippedAt::Recorded {
+                    fraction: self.held,
+                },
             })
         });
         turned_down.into_iter().chain(pressed).chain(held).collect()

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use piezotact::Warning;
-use piezotact::clipping::flat_top_fraction;
+use piezotact::clipping::{ClippedAt, ClippingWarning, flat_top_fraction};
 use piezotact::integrity::never_changes;
 use piezotact::quantity::SampleRate;
 use piezotact::recording::Channel;
@@ -249,9 +249,9 @@ impl Signals {
             }
             if share > 0.0 {
                 warnings.push(
-                    EegWarning::SomeSaturated {
-                        channel: name.clone(),
-                        share,
+                    ClippingWarning::Clipped {
+                        signal: name.clone(),
+                        at: ClippedAt::Amplifier { fraction: share },
                     }
                     .into(),
                 );
