@@ -13,22 +13,27 @@ use serde_json::Value;
 
 /// The kinds of warnings that say that a signal broke.
 const BROKEN: [&str; 9] = [
-    "frozen",
-    "drop_outs",
-    "mains_hum",
-    "copied",
-    "drive_beyond_limit",
-    "response_dead",
-    "clipped_transfer",
+    "channel_doubtful/frozen",
+    "channel_doubtful/drop_outs",
+    "channel_doubtful/mains_hum",
+    "channel_doubtful/copied",
+    "channel_doubtful/beyond_limit",
+    "channel_doubtful/dead_while_driven",
+    "channel_doubtful/clipped",
     "clipped",
-    "dead_channel",
+    "channel_doubtful/dead",
 ];
 
 fn broken(said: &Value) -> Vec<String> {
     let warnings = said["warnings"].as_array().unwrap();
-    let kinds = warnings
-        .iter()
-        .filter_map(|warning| Some(warning["code"].as_str()?.to_owned()));
+    let kind = |warning: &Value| {
+        let code = warning["code"].as_str()?;
+        Some(match warning["fault"].as_str() {
+            Some(fault) => format!("{code}/{fault}"),
+            None => code.to_owned(),
+        })
+    };
+    let kinds = warnings.iter().filter_map(kind);
     kinds
         .filter(|kind| BROKEN.contains(&kind.as_str()))
         .collect()
@@ -130,32 +135,32 @@ fn what_broke_is_said_by_every_command() {
         ("whole", "", "", Box::new(|_, pair| pair)),
         (
             "dead",
-            "drop_outs",
-            "response_dead",
+            "channel_doubtful/drop_outs",
+            "channel_doubtful/dead_while_driven",
             Box::new(|i, (x, y)| (x, if (8_000..15_500).contains(&i) { 0.0 } else { y })),
         ),
         (
             "clipped",
             "clipped",
-            "clipped_transfer",
+            "channel_doubtful/clipped",
             Box::new(move |_, (x, y)| (x, y.clamp(-0.2 * peak, 0.2 * peak))),
         ),
         (
             "hum",
-            "mains_hum",
-            "mains_hum",
+            "channel_doubtful/mains_hum",
+            "channel_doubtful/mains_hum",
             Box::new(move |i, (x, y)| (x, y + 10.0 * hum(i))),
         ),
         (
             "copy",
-            "copied",
-            "copied",
+            "channel_doubtful/copied",
+            "channel_doubtful/copied",
             Box::new(|_, (x, _)| (x, 7.0 * x)),
         ),
         (
             "loud",
-            "drive_beyond_limit",
-            "drive_beyond_limit",
+            "channel_doubtful/beyond_limit",
+            "channel_doubtful/beyond_limit",
             Box::new(|_, (x, y)| (x * 8.7 / 0.4, y)),
         ),
     ];
@@ -210,7 +215,7 @@ fn a_dead_channel_is_refused_by_its_name() {
     for value in [0.0, 9.81] {
         folder.write("run.csv", table(whole.iter().map(|(x, _)| (*x, value))));
         let said = folder.run(&["info", "run.csv", "--json"]).json();
-        assert_eq!(broken(&said), ["dead_channel"]);
+        assert_eq!(broken(&said), ["channel_doubtful/dead"]);
         folder
             .run(&[
                 "transfer",

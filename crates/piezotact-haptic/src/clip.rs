@@ -3,8 +3,7 @@
 //! Source of the layout: Lofelt `NiceVibrations` (MIT, Meta Platforms), `core/datamodel/src/v0.rs` and `v1.rs`.
 
 use crate::HapticError;
-use piezotact::clipping::ClippedAt;
-use piezotact::clipping::ClippingWarning;
+use piezotact::clipping::{ClippedAt, ClippingWarning};
 use piezotact::recording::RecordingWarning;
 
 use crate::envelope::{

@@ -10,7 +10,8 @@ use std::f64::consts::TAU;
 use piezotact::Warning;
 use piezotact::clipping::limited;
 use piezotact::integrity::{
-    Defects, Pair, SignalWarning, copied, inspect, mains_hum, transfer_warnings, warnings_of,
+    ChannelFault, Defects, Pair, SignalWarning, copied, inspect, mains_hum, transfer_warnings,
+    warnings_of,
 };
 use piezotact::quantity::{Acceleration, Drive, SampleRate, Unit};
 use piezotact::recording::{Channel, Condition, Provenance, Recording};
@@ -454,10 +455,14 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
         *v = 0.01 * noise.next();
     }
     let warnings = transfer_warnings(&pair(&drive, &dead));
-    let Some(SignalWarning::ResponseDead {
-        share,
-        low_db,
-        count: 1,
+    let Some(SignalWarning::Channel {
+        fault:
+            ChannelFault::DeadWhileDriven {
+                share,
+                low_db,
+                count: 1,
+                ..
+            },
         ..
     }) = warnings.first().and_then(Warning::kind)
     else {
@@ -479,9 +484,13 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
     let limit = limit_of(&whole, 0.45);
     let clipped: Vec<f64> = whole.iter().map(|v| v.clamp(-limit, limit)).collect();
     let warnings = transfer_warnings(&pair(&drive, &clipped));
-    let Some(SignalWarning::ClippedTransfer {
-        fraction,
-        off_db: Some(said),
+    let Some(SignalWarning::Channel {
+        fault:
+            ChannelFault::Clipped {
+                fraction,
+                off_db: Some(said),
+                ..
+            },
         ..
     }) = warnings.first().and_then(Warning::kind)
     else {
@@ -498,8 +507,10 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
     let peak = drive.iter().fold(0.0_f64, |peak, v| peak.max(v.abs()));
     let loud: Vec<f64> = drive.iter().map(|v| v * 8.7 / peak).collect();
     let warnings = transfer_warnings(&pair(&loud, &whole));
-    let Some(SignalWarning::DriveBeyondLimit { peak, lost_db, .. }) =
-        warnings.first().and_then(Warning::kind)
+    let Some(SignalWarning::Channel {
+        fault: ChannelFault::BeyondLimit { peak, lost_db, .. },
+        ..
+    }) = warnings.first().and_then(Warning::kind)
     else {
         panic!("{warnings:?}");
     };
@@ -525,7 +536,7 @@ fn a_broken_pair_says_how_far_its_transfer_function_is_off() {
     let warnings = transfer_warnings(&pair(&drive, &hum));
     assert!(
         warnings.iter().any(
-            |d| matches!(d.kind(), Some(SignalWarning::MainsHum { share, .. }) if share > 0.9)
+            |d| matches!(d.kind(), Some(SignalWarning::Channel { fault: ChannelFault::MainsHum { share, .. }, .. }) if share > 0.9)
         ),
         "{warnings:?}"
     );
@@ -567,17 +578,13 @@ fn a_recording_says_what_is_broken() {
                 serde_json::from_str::<Warning>(&json).unwrap(),
                 "{json}"
             );
-            serde_json::to_value(warning).unwrap()["code"]
+            serde_json::to_value(warning).unwrap()["fault"]
                 .as_str()
                 .unwrap()
                 .to_owned()
         })
         .collect();
-    assert_eq!(
-        kinds,
-        ["drive_beyond_limit", "dead_channel", "copied"],
-        "{warnings:?}"
-    );
+    assert_eq!(kinds, ["beyond_limit", "dead", "copied"], "{warnings:?}");
 }
 
 /// Lines at multiples of 50 Hz that the drive plays are no hum in what is measured of it; without the drive they are, and so is hum beside it.
@@ -615,7 +622,15 @@ fn lines_of_the_drive_are_no_hum() {
         .unwrap();
         let warnings = warnings_of(&recording, 1.0);
         let mut kinds = warnings.iter().filter_map(|warning| warning.kind());
-        kinds.any(|kind| matches!(kind, SignalWarning::MainsHum { .. }))
+        kinds.any(|kind| {
+            matches!(
+                kind,
+                SignalWarning::Channel {
+                    fault: ChannelFault::MainsHum { .. },
+                    ..
+                }
+            )
+        })
     };
     assert!(!has_hum(Some(&drive), &response));
     assert!(has_hum(None, &response));

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 
 use num_complex::Complex;
 use piezotact::Warning;
-use piezotact::integrity::SignalWarning;
+use piezotact::integrity::{ChannelFault, SignalWarning};
 use piezotact::quantity::{Acceleration, Band, Drive, Force, Hertz, Quantity, SampleRate};
 use piezotact::series::Series;
 use piezotact::spectrum::{Detrend, WelchConfig};
@@ -366,7 +366,7 @@ fn a_clipped_response_is_named() {
         .collect();
     named(
         &function_of(drive, response, 2048),
-        |d| matches!(d.kind(), Some(SignalWarning::ClippedTransfer { channel, .. }) if channel.contains("acceleration")),
+        |d| matches!(d.kind(), Some(SignalWarning::Channel { channel, fault: ChannelFault::Clipped { .. }, .. }) if channel.contains("acceleration")),
     );
 }
 

@@ -5,7 +5,7 @@
 )]
 
 use piezotact::Warning;
-use piezotact::integrity::SignalWarning;
+use piezotact::integrity::{ChannelFault, SignalWarning};
 use piezotact::panel::PanelWarning;
 use piezotact::quantity::{Band, Hertz};
 use piezotact::recording::{LostBy, RecordingWarning};
@@ -90,12 +90,14 @@ fn what_is_written_is_read_again() {
             after_s: 2.0,
         }
         .into(),
-        SignalWarning::MainsHum {
+        SignalWarning::Channel {
             channel: "nail".into(),
-            mains_hz: 50.01,
-            harmonics: vec![1, 3],
-            share: 0.2,
-            above_db: 31.0,
+            fault: ChannelFault::MainsHum {
+                mains_hz: 50.01,
+                harmonics: vec![1, 3],
+                share: 0.2,
+                above_db: 31.0,
+            },
         }
         .into(),
         RenderWarning::PowerOutsideBand {

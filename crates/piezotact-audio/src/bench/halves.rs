@@ -14,7 +14,7 @@ use piezotact::recording::{
     BenchKind, Condition, Event, EventValue, LostBy, RecordingWarning, Touch,
 };
 use piezotact::run::RunChunk;
-use piezotact::sound::{SoundWarning, silent_runs};
+use piezotact::sound::silent_runs;
 use piezotact::statistics::{mean, rms};
 use piezotact_bench::{
     Acquire, AcquireDescription, Bench, DeviceError, DriveSource, MOST_LOST, Play, PlayDescription,

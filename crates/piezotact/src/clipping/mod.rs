@@ -4,11 +4,10 @@ mod histogram;
 mod limit;
 mod warning;
 
-use crate::clipping::ClippedAt;
 use crate::quantity::{Drive, Quantity};
 use crate::series::Series;
 use crate::warning::Warning;
-pub use warning::ClippingWarning;
+pub use warning::{ClippedAt, ClippingWarning};
 
 pub(crate) use limit::step;
 pub use limit::{Limited, limited};

@@ -7,7 +7,7 @@ mod statistics;
 mod warning;
 mod weighting;
 
-use crate::integrity::{SignalWarning, never_changes};
+use crate::integrity::{ChannelFault, SignalWarning, never_changes};
 use low::{LowFrequencies, LowPowers};
 use serde::{Deserialize, Serialize};
 pub use warning::FeatureWarning;
@@ -457,8 +457,9 @@ pub fn vibrations(
         let channel = recording.pick(Some(name), &Unit::MetrePerSecondSquared)?;
         let first = channel.samples.first().copied().unwrap_or(0.0);
         if channel.samples.iter().all(|v| (v - first).abs() <= 0.0) {
-            warnings.push(Warning::from(SignalWarning::DeadChannel {
+            warnings.push(Warning::from(SignalWarning::Channel {
                 channel: name.clone(),
+                fault: ChannelFault::Dead,
             }));
             continue;
         }

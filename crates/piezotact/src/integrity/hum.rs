@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SignalWarning;
+use super::{ChannelFault, SignalWarning};
 use crate::fourier::RealTransform;
 use crate::fourier::hann;
 use crate::quantity::{SampleRate, Seconds};
@@ -24,12 +24,14 @@ pub struct Hum {
 
 impl Hum {
     pub(super) fn warning(&self, channel: String) -> SignalWarning {
-        SignalWarning::MainsHum {
+        SignalWarning::Channel {
             channel,
-            mains_hz: self.mains_hz,
-            harmonics: self.harmonics.clone(),
-            share: self.share,
-            above_db: self.above_db,
+            fault: ChannelFault::MainsHum {
+                mains_hz: self.mains_hz,
+                harmonics: self.harmonics.clone(),
+                share: self.share,
+                above_db: self.above_db,
+            },
         }
     }
 }

@@ -11,13 +11,11 @@ pub use copied::{Copy, copied};
 pub use hum::{Hum, mains_hum};
 pub(crate) use pair::{Broken, warnings_beside};
 pub use pair::{Pair, transfer_warnings};
-pub use warning::SignalWarning;
+pub use warning::{ChannelFault, SignalWarning};
 
-use crate::clipping::ClippedAt;
-use crate::clipping::ClippingWarning;
 use serde::{Deserialize, Serialize};
 
-use crate::clipping::limited;
+use crate::clipping::{ClippedAt, ClippingWarning, limited};
 use crate::quantity::{Quantity, SampleRate, Seconds, Unit};
 use crate::recording::{Channel, Clock, Recording};
 use crate::series::Series;
@@ -84,8 +82,9 @@ impl Defects {
     pub fn warnings(&self, channel: &str) -> Vec<Warning> {
         let channel = || channel.to_owned();
         if self.dead {
-            return vec![Warning::from(SignalWarning::DeadChannel {
+            return vec![Warning::from(SignalWarning::Channel {
                 channel: channel(),
+                fault: ChannelFault::Dead,
             })];
         }
         let mut warnings = Vec::new();
@@ -95,21 +94,25 @@ impl Defects {
         let seconds = |samples: usize| self.rate.duration_of(samples).0;
         let longest = |spans: &[Span]| spans.iter().copied().max_by_key(|s| s.len());
         if let Some(most) = longest(&self.frozen) {
-            warnings.push(Warning::from(SignalWarning::Frozen {
+            warnings.push(Warning::from(SignalWarning::Channel {
                 channel: channel(),
-                count: self.frozen.len(),
-                at_s: seconds(most.from),
-                longest_s: seconds(most.len()),
-                share: share(&self.frozen),
+                fault: ChannelFault::Frozen {
+                    count: self.frozen.len(),
+                    at_s: seconds(most.from),
+                    longest_s: seconds(most.len()),
+                    share: share(&self.frozen),
+                },
             }));
         }
         if let Some(most) = longest(&self.gaps) {
-            warnings.push(Warning::from(SignalWarning::DropOuts {
+            warnings.push(Warning::from(SignalWarning::Channel {
                 channel: channel(),
-                count: self.gaps.len(),
-                at_s: seconds(most.from),
-                longest_s: seconds(most.len()),
-                share: share(&self.gaps),
+                fault: ChannelFault::DropOuts {
+                    count: self.gaps.len(),
+                    at_s: seconds(most.from),
+                    longest_s: seconds(most.len()),
+                    share: share(&self.gaps),
+                },
             }));
         }
         if self.clipped_fraction > 0.0 {

@@ -3,7 +3,7 @@
 use super::copied::{Copy, copied};
 use super::hum::{Hum, hum_beside};
 use super::level::{Usual, abrupt, at_the_floor};
-use super::{Defects, SignalWarning, Span, inspect_samples, never_changes};
+use super::{ChannelFault, Defects, SignalWarning, Span, inspect_samples, never_changes};
 use crate::clipping::limited;
 use crate::quantity::{SampleRate, Seconds, Unit};
 use crate::recording::Recording;
@@ -29,11 +29,13 @@ pub(super) fn copies_in(recording: &Recording, told: Option<[&str; 2]>) -> Vec<W
             Some((of, copied(&of.samples, &copy.samples)?))
         });
         if let Some((of, found)) = found {
-            warnings.push(Warning::from(SignalWarning::Copied {
+            warnings.push(Warning::from(SignalWarning::Channel {
                 channel: copy.name.clone(),
-                of: of.name.clone(),
-                factor: found.factor,
-                delay_s: found.later as f64 / clock.rate_hz.hz(),
+                fault: ChannelFault::Copied {
+                    of: of.name.clone(),
+                    factor: found.factor,
+                    delay_s: found.later as f64 / clock.rate_hz.hz(),
+                },
             }));
         }
     }
@@ -118,23 +120,29 @@ impl Broken {
     /// The warnings about a transfer function from the drive to the response of `pair`.
     pub(crate) fn warnings(&self, pair: &Pair<'_>) -> Vec<Warning> {
         let [drive, response] = [pair.drive_name, pair.response_name].map(str::to_owned);
-        let copied = self.copied.map(|copy| SignalWarning::Copied {
+        let copied = self.copied.map(|copy| SignalWarning::Channel {
             channel: response.clone(),
-            of: drive.clone(),
-            factor: copy.factor,
-            delay_s: copy.later as f64 / pair.rate.hz(),
+            fault: ChannelFault::Copied {
+                of: drive.clone(),
+                factor: copy.factor,
+                delay_s: copy.later as f64 / pair.rate.hz(),
+            },
         });
         let hum = self.hum.as_ref().map(|hum| hum.warning(response.clone()));
         let [of_drive, of_response] = self.clipped;
-        let response_clipped = (of_response > 0.0).then(|| SignalWarning::ClippedTransfer {
+        let response_clipped = (of_response > 0.0).then(|| SignalWarning::Channel {
             channel: response,
-            fraction: of_response,
-            off_db: Some(20.0 * (1.0 - of_response).max(1e-3).log10()),
+            fault: ChannelFault::Clipped {
+                fraction: of_response,
+                off_db: Some(20.0 * (1.0 - of_response).max(1e-3).log10()),
+            },
         });
-        let drive_clipped = (of_drive > 0.0).then(|| SignalWarning::ClippedTransfer {
+        let drive_clipped = (of_drive > 0.0).then(|| SignalWarning::Channel {
             channel: drive,
-            fraction: of_drive,
-            off_db: None,
+            fault: ChannelFault::Clipped {
+                fraction: of_drive,
+                off_db: None,
+            },
         });
         let (dead, beyond) = (self.dead.clone(), self.beyond.clone());
         let all = [copied, dead, hum, response_clipped, drive_clipped, beyond];
@@ -191,12 +199,14 @@ pub(super) fn beyond(drive: &[f64], channel: &str, limit: f64) -> Option<SignalW
         played += v * v.clamp(-limit, limit);
         all += v * v;
     }
-    (count > 0).then(|| SignalWarning::DriveBeyondLimit {
+    (count > 0).then(|| SignalWarning::Channel {
         channel: channel.into(),
-        peak,
-        limit,
-        share: count as f64 / drive.len() as f64,
-        lost_db: 20.0 * (all / played).log10(),
+        fault: ChannelFault::BeyondLimit {
+            peak,
+            limit,
+            share: count as f64 / drive.len() as f64,
+            lost_db: 20.0 * (all / played).log10(),
+        },
     })
 }
 
@@ -230,11 +240,13 @@ fn dead(pair: &Pair<'_>) -> Option<SignalWarning> {
         / all;
     let longest = spans.iter().map(|span| span.len()).max()?;
     let low_db = -20.0 * (1.0 - share).max(1e-3).log10();
-    (low_db >= LEAST_LOW_DB).then(|| SignalWarning::ResponseDead {
+    (low_db >= LEAST_LOW_DB).then(|| SignalWarning::Channel {
         channel: pair.response_name.into(),
-        count: spans.len(),
-        longest_s: rate.duration_of(longest).0,
-        share,
-        low_db,
+        fault: ChannelFault::DeadWhileDriven {
+            count: spans.len(),
+            longest_s: rate.duration_of(longest).0,
+            share,
+            low_db,
+        },
     })
 }

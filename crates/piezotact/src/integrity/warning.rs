@@ -8,19 +8,31 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum SignalWarning {
+    /// A channel that cannot be trusted.
+    #[error("`{channel}` {fault}; {}", fault.advice())]
+    #[serde(rename = "channel_doubtful")]
+    Channel {
+        channel: String,
+        #[serde(flatten)]
+        fault: ChannelFault,
+    },
+}
+
+/// What is wrong with a channel.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[serde(tag = "fault", rename_all = "snake_case")]
+pub enum ChannelFault {
     /// A channel that never changes.
-    #[error("`{channel}` is constant and contains no signal: check its cable and its range")]
-    DeadChannel { channel: String },
+    #[error("is constant and contains no signal")]
+    Dead,
     /// A channel holds one value while it should not.
     #[error(
-        "`{channel}` stays at one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection was frozen; record \
-            again; leave these parts out",
+        "stays at one value {}, longest for {} from {at_s:.2} s on, {} of the time: the sensor or its connection was frozen",
         times(*count),
         time(*longest_s),
         percent(*share)
     )]
     Frozen {
-        channel: String,
         count: usize,
         at_s: f64,
         longest_s: f64,
@@ -28,14 +40,12 @@ pub enum SignalWarning {
     },
     /// A channel falls to its floor at once and comes back at once.
     #[error(
-        "`{channel}` drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls abruptly to its floor and returns abruptly; check \
-            its cable and its range; record again",
+        "drops out {}, longest for {} from {at_s:.2} s on, {} of the time: it falls abruptly to its floor and returns abruptly",
         times(*count),
         time(*longest_s),
         percent(*share)
     )]
     DropOuts {
-        channel: String,
         count: usize,
         at_s: f64,
         longest_s: f64,
@@ -43,13 +53,12 @@ pub enum SignalWarning {
     },
     /// Lines of the mains and their harmonics.
     #[error(
-        "`{channel}` contains spectral lines of constant phase at {} Hz, {} of its power and up to {above_db:.0} dB above the neighbouring lines: \
-            this is typical of mains hum; check shield and earth; record again",
+        "contains spectral lines of constant phase at {} Hz, {} of its power and up to {above_db:.0} dB above the neighbouring lines: this is \
+            typical of mains hum",
         lines_of(*mains_hz, harmonics),
         percent(*share)
     )]
     MainsHum {
-        channel: String,
         mains_hz: f64,
         harmonics: Vec<usize>,
         share: f64,
@@ -57,26 +66,22 @@ pub enum SignalWarning {
     },
     /// Two channels are one signal.
     #[error(
-        "`{channel}` is `{of}` times {}{}: the same signal was recorded twice, so a transfer function between the two has no meaning; check the \
-            wiring and the names of the channels",
+        "is `{of}` times {}{}: the same signal was recorded twice, so a transfer function between the two has no meaning",
         digits_that_count(*factor, 4),
         delayed(*delay_s)
     )]
     Copied {
-        channel: String,
         of: String,
         factor: f64,
         delay_s: f64,
     },
     /// A drive beyond what can be played.
     #[error(
-        "`{channel}` reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are beyond this limit{}; check its unit \
-            and scale; lower the level",
+        "reaches {peak:.2} of full scale, but only {limit:.2} can be played: {} of its samples are beyond this limit{}",
         percent(*share),
         if *lost_db >= 0.05 { format!(", and the level that can be played is {lost_db:.1} dB lower") } else { String::new() }
     )]
-    DriveBeyondLimit {
-        channel: String,
+    BeyondLimit {
         peak: f64,
         limit: f64,
         share: f64,
@@ -84,14 +89,12 @@ pub enum SignalWarning {
     },
     /// A response that is dead while the drive goes on.
     #[error(
-        "`{channel}` has no signal {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low; \
-            record again",
+        "has no signal {}, longest for {}, while {} of the drive is played: the transfer function is about {low_db:.1} dB too low",
         times(*count),
         time(*longest_s),
         percent(*share)
     )]
-    ResponseDead {
-        channel: String,
+    DeadWhileDriven {
         count: usize,
         longest_s: f64,
         share: f64,
@@ -99,18 +102,30 @@ pub enum SignalWarning {
     },
     /// Clipping of a drive or a response behind a transfer function.
     #[error(
-        "{} of the samples of `{channel}` are at a limit{}; lower the level; record again",
+        "has {} of its samples at a limit{}",
         percent(*fraction),
         off_db.map_or_else(String::new, |off_db| {
-        let side = if off_db < 0.0 { "low" } else { "high" };
-        format!(": the transfer function is up to {:.1} dB too {side}", off_db.abs())
+            let side = if off_db < 0.0 { "low" } else { "high" };
+            format!(": the transfer function is up to {:.1} dB too {side}", off_db.abs())
         })
     )]
-    ClippedTransfer {
-        channel: String,
-        fraction: f64,
-        off_db: Option<f64>,
-    },
+    Clipped { fraction: f64, off_db: Option<f64> },
+}
+
+impl ChannelFault {
+    /// What a person can do.
+    fn advice(&self) -> &'static str {
+        match self {
+            Self::Dead => "check its cable and its range",
+            Self::Frozen { .. } => "record again, or leave these parts out",
+            Self::DropOuts { .. } => "check its cable and its range, and record again",
+            Self::MainsHum { .. } => "check shield and earth, and record again",
+            Self::Copied { .. } => "check the wiring and the names of the channels",
+            Self::BeyondLimit { .. } => "check its unit and scale, or lower the level",
+            Self::DeadWhileDriven { .. } => "record again",
+            Self::Clipped { .. } => "lower the level, and record again",
+        }
+    }
 }
 
 /// A time as text.

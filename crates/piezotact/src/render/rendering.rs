@@ -1,10 +1,9 @@
 //! How a drive was made, as it stands with the drive and with what was recorded while it was played.
 
-use crate::clipping::ClippedAt;
 use serde::{Deserialize, Serialize};
 
 use super::{Headroom, PhaseForm, RenderConfig, RenderedDrive, headroom};
-use crate::clipping::ClippingWarning;
+use crate::clipping::{ClippedAt, ClippingWarning};
 use crate::device::DriveSetup;
 use crate::lineage::Mode;
 use crate::quantity::{Band, Drive};

@@ -1,6 +1,6 @@
 //! Warnings about sound devices.
 
-use crate::number::{counted, digits, digits_signed, rounded};
+use crate::number::{digits, digits_signed, rounded};
 use serde::{Deserialize, Serialize};
 
 /// Warnings about sound devices: their calibration, their timing, and what they cannot record.

@@ -13,7 +13,7 @@ mod sliding;
 mod speed;
 mod warning;
 
-use crate::integrity::SignalWarning;
+use crate::integrity::{ChannelFault, SignalWarning};
 use serde::{Deserialize, Serialize};
 pub use warning::{StrokeWarning, Unusual};
 
@@ -487,8 +487,9 @@ pub fn segment(
         let channel = recording.channels().iter().find(|c| c.name == *name);
         let changes = channel.is_none_or(|c| c.samples.windows(2).any(|pair| pair[0] != pair[1]));
         if !changes {
-            dead.push(Warning::from(SignalWarning::DeadChannel {
+            dead.push(Warning::from(SignalWarning::Channel {
                 channel: name.clone(),
+                fault: ChannelFault::Dead,
             }));
         }
         changes

@@ -11,7 +11,7 @@ use super::record::{Hit, ImpactTest, ImpactTraces, MOST_DAMPING};
 use super::segments::{AT_REST, MOST_BEFORE, Segments, Signals, polarity};
 use super::{ExponentialWindow, ForceWindow, ImpactConfig, ImpactWarning, NotDecayed};
 use crate::fourier::RealTransform;
-use crate::integrity::{SignalWarning, copied};
+use crate::integrity::{ChannelFault, SignalWarning, copied};
 use crate::quantity::{Band, Hertz, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::EstimateError;
@@ -634,11 +634,13 @@ fn copy_warning<I: Quantity, O: Quantity>(
     response: &Series<O>,
 ) -> Option<Warning> {
     let copy = copied(force.samples(), response.samples())?;
-    let copied = SignalWarning::Copied {
+    let copied = SignalWarning::Channel {
         channel: O::NAME.into(),
-        of: I::NAME.into(),
-        factor: copy.factor,
-        delay_s: copy.later as f64 / force.rate().hz(),
+        fault: ChannelFault::Copied {
+            of: I::NAME.into(),
+            factor: copy.factor,
+            delay_s: copy.later as f64 / force.rate().hz(),
+        },
     };
     Some(copied.into())
 }
