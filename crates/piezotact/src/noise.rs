@@ -14,8 +14,9 @@ pub use warning::NoiseWarning;
 use crate::criterion::{Criterion, Limit, Outcome};
 use crate::document::Content;
 use crate::filter::{HighPass, ZeroPhase};
-use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Unit};
+use crate::quantity::{Band, Hertz, QuantityError, SampleRate, Seconds, Uncalibrated, Unit};
 use crate::recording::{Condition, Recording, Touch};
+use crate::series::Series;
 use crate::spectrum::{Averaging, WelchConfig, median_bias, welch};
 use crate::statistics::{Trend, Z_95, mean, median, rms, standard_deviation, trend};
 use crate::warning::Warnings;
@@ -37,6 +38,11 @@ impl NoiseConfig {
         (DISTURBED / (self.band_hz.low().0 * part_s))
             .ceil()
             .clamp(1.0, PARTS as f64) as usize
+    }
+
+    /// The number of samples of a part whose level is compared.
+    fn part(&self, rate: SampleRate) -> usize {
+        (rate.samples_in(self.segment_s) / PARTS).max(1)
     }
 
     /// Segments of 1 s, and 10 to 1000 Hz as far as the rate allows.
@@ -243,24 +249,7 @@ pub fn noise(
     let (x, rate) = (series.samples(), series.rate());
     let duration_s = rate.duration_of(x.len());
     let nyquist = rate.nyquist();
-    if config.band_hz.high().0 > nyquist.0 {
-        return Err(NoiseError::Band {
-            band: config.band_hz,
-            highest: nyquist,
-        });
-    }
-    let needed = Seconds(SHORTEST * config.segment_s.0);
-    if duration_s.0 < needed.0 {
-        return Err(NoiseError::TooShort {
-            needed,
-            found: duration_s,
-        });
-    }
-    if crate::integrity::never_changes(x) {
-        return Err(NoiseError::Dead {
-            channel: channel.name.clone(),
-        });
-    }
+    refuse(&channel.name, &series, config)?;
     let welch_config = WelchConfig {
         averaging: Averaging::Median,
         ..WelchConfig::hann(rate.samples_in(config.segment_s))
@@ -277,15 +266,8 @@ pub fn noise(
         &WelchConfig::hann(rate.samples_in(config.segment_s)),
     )?;
     let rms = floor.of(&mean_psd.values).rms(config.band_hz, &[]);
-    let high_pass = HighPass {
-        order: 4,
-        cutoff_hz: config.band_hz.low(),
-    };
-    let moving = ZeroPhase::high_pass(high_pass, rate)?.apply(x);
-    let part = (rate.samples_in(config.segment_s) / PARTS).max(1);
-    // Whole parts at both ends, as far as the high-pass disturbs them.
-    let skipped = config.disturbed_parts();
-    let moving = &moving[skipped * part..moving.len().saturating_sub(skipped * part)];
+    let part = config.part(rate);
+    let moving = moving(x, rate, config)?;
     let levels: Vec<f64> = moving.chunks_exact(part).map(self::rms).collect();
     if floor
         .bins(config.band_hz.low().0, config.band_hz.high().0)
@@ -305,7 +287,7 @@ pub fn noise(
         });
     }
     let (mains, of_lines): (Vec<_>, Vec<_>) = floor.mains(nyquist).into_iter().unzip();
-    let mut criteria = rest(moving, &levels, floor.chance(config, &mains));
+    let mut criteria = rest(&moving, &levels, floor.chance(config, &mains));
     let others = floor.other_lines(nyquist);
     criteria.extend(others.iter().map(|(_, criterion)| criterion.clone()));
     criteria.extend(stated(&recording.about.condition));
@@ -353,6 +335,43 @@ pub fn noise(
         levels,
         warnings,
     })
+}
+
+fn refuse(
+    channel: &str,
+    series: &Series<Uncalibrated>,
+    config: &NoiseConfig,
+) -> Result<(), NoiseError> {
+    let highest = series.rate().nyquist();
+    if config.band_hz.high().0 > highest.0 {
+        return Err(NoiseError::Band {
+            band: config.band_hz,
+            highest,
+        });
+    }
+    let (needed, found) = (Seconds(SHORTEST * config.segment_s.0), series.duration());
+    if found.0 < needed.0 {
+        return Err(NoiseError::TooShort { needed, found });
+    }
+    if crate::integrity::never_changes(series.samples()) {
+        return Err(NoiseError::Dead {
+            channel: channel.into(),
+        });
+    }
+    Ok(())
+}
+
+/// What of `x` is faster than the band's lower end, in whole parts: without the ends that the high-pass disturbs.
+fn moving(x: &[f64], rate: SampleRate, config: &NoiseConfig) -> Result<Vec<f64>, NoiseError> {
+    let high_pass = HighPass {
+        order: 4,
+        cutoff_hz: config.band_hz.low(),
+    };
+    let mut moving = ZeroPhase::high_pass(high_pass, rate)?.apply(x);
+    let skipped = config.disturbed_parts() * config.part(rate);
+    moving.truncate(moving.len().saturating_sub(skipped));
+    moving.drain(..skipped);
+    Ok(moving)
 }
 
 /// A PSD of medians.

@@ -71,127 +71,138 @@ impl Roles {
     pub fn guess(recording: &Recording) -> (Self, Vec<Warning>) {
         let mut warnings = Vec::new();
         let channels = recording.channels();
-        let of = |unit: &Unit| -> Vec<&Channel> {
-            channels.iter().filter(|c| c.unit == *unit).collect()
-        };
-        let forces = of(&Unit::Newton);
-        let named = |channel: &Channel, words: &[&str], ends: &[&str]| {
-            let name = plain(&channel.name);
-            words.iter().any(|word| name.contains(word)) || ends.contains(&name.as_str())
-        };
-        let normal = |c: &Channel| named(c, &["normal"], &["fz", "fn", "forcez", "zforce", "f3"]);
-        let tangential = |c: &Channel| {
-            named(
-                c,
-                &["tang", "shear", "friction"],
-                &["fx", "fy", "ft", "forcex", "forcey", "forcet", "f1", "f2"],
-            )
-        };
-        let normal_force = match forces.as_slice() {
-            [only] if !tangential(only) => Some(only.name.clone()),
-            _ => forces
-                .iter()
-                .find(|c| normal(c) || plain(&c.name).starts_with("fz"))
-                .map(|c| c.name.clone()),
-        };
-        let normals: Vec<&str> = forces
-            .iter()
-            .filter(|c| normal(c) || plain(&c.name).starts_with("fz"))
-            .map(|c| c.name.as_str())
-            .collect();
-        if normals.len() > 1 {
-            warnings.push(Warning::from(RecordingWarning::ChannelChosen {
-                role: ChannelRole::NormalForce,
-                channel: normal_force.clone(),
-                of: normals.iter().map(|name| (*name).to_owned()).collect(),
-            }));
-        }
-        let tangential_force: Vec<String> = forces
-            .iter()
-            .filter(|c| tangential(c))
-            .map(|c| c.name.clone())
-            .take(2)
-            .collect();
-        if normal_force.is_none() && !forces.is_empty() {
-            warnings.push(Warning::from(RecordingWarning::ChannelChosen {
-                role: ChannelRole::NormalForce,
-                channel: None,
-                of: forces.iter().map(|c| c.name.clone()).collect(),
-            }));
-        }
-        let pick = |unit: &Unit, warnings: &mut Vec<Warning>| -> Option<String> {
-            let all = of(unit);
-            let known =
-                |c: &&&Channel| named(c, &["speed", "platform", "encoder", "stage"], &["v"]);
-            let chosen = all.iter().find(known).or(all.first())?;
-            if all.len() > 1 {
-                warnings.push(Warning::from(RecordingWarning::ChannelChosen {
-                    role: ChannelRole::Motion,
-                    channel: Some(chosen.name.clone()),
-                    of: all.iter().map(|c| format!("{} ({unit})", c.name)).collect(),
-                }));
-            }
-            Some(chosen.name.clone())
-        };
-        let motion = match pick(&Unit::MetrePerSecond, &mut warnings) {
+        let (normal_force, tangential_force) = forces(channels, &mut warnings);
+        let motion = match moving(channels, &Unit::MetrePerSecond, &mut warnings) {
             Some(name) => Some(Motion::Speed(name)),
-            None => pick(&Unit::Metre, &mut warnings).map(Motion::Position),
-        };
-        let vibration = match of(&Unit::MetrePerSecondSquared).as_slice() {
-            [] => {
-                let others: Vec<String> = channels
-                    .iter()
-                    .filter(|c| matches!(c.unit, Unit::FullScale | Unit::Volt | Unit::Other(_)))
-                    .filter(|c| {
-                        !named(
-                            c,
-                            &["prox", "drive", "trigger", "encoder"],
-                            &["index", "time"],
-                        )
-                    })
-                    .map(|c| c.name.clone())
-                    .take(MOST_CHANNELS)
-                    .collect();
-                let accelerations: Vec<String> = others
-                    .iter()
-                    .filter(|name| plain(name).contains("acc"))
-                    .cloned()
-                    .collect();
-                let others = if accelerations.is_empty() {
-                    others
-                } else {
-                    accelerations
-                };
-                if others.len() > 1 {
-                    warnings.push(Warning::from(RecordingWarning::ChannelChosen {
-                        role: ChannelRole::Vibration,
-                        channel: None,
-                        of: others.clone(),
-                    }));
-                }
-                others
-            }
-            [only] => vec![only.name.clone()],
-            several => {
-                let chosen = several
-                    .iter()
-                    .find(|c| named(c, &["nail", "fiv"], &[]))
-                    .unwrap_or(&several[0]);
-                warnings.push(Warning::from(RecordingWarning::ChannelChosen {
-                    role: ChannelRole::Vibration,
-                    channel: Some(chosen.name.clone()),
-                    of: several.iter().map(|c| c.name.clone()).collect(),
-                }));
-                vec![chosen.name.clone()]
-            }
+            None => moving(channels, &Unit::Metre, &mut warnings).map(Motion::Position),
         };
         let roles = Self {
-            vibration,
+            vibration: vibrating(channels, &mut warnings),
             normal_force,
             tangential_force,
             motion,
         };
         (roles, warnings)
+    }
+}
+
+fn in_unit<'a>(channels: &'a [Channel], unit: &Unit) -> Vec<&'a Channel> {
+    channels.iter().filter(|c| c.unit == *unit).collect()
+}
+
+/// Whether the plain name of `channel` contains one of `words`, or is one of `names`.
+fn is_called(channel: &Channel, words: &[&str], names: &[&str]) -> bool {
+    let name = plain(&channel.name);
+    words.iter().any(|word| name.contains(word)) || names.contains(&name.as_str())
+}
+
+/// The normal force, and at most two tangential ones.
+fn forces(channels: &[Channel], warnings: &mut Vec<Warning>) -> (Option<String>, Vec<String>) {
+    let forces = in_unit(channels, &Unit::Newton);
+    let normal = |c: &Channel| {
+        is_called(c, &["normal"], &["fz", "fn", "forcez", "zforce", "f3"])
+            || plain(&c.name).starts_with("fz")
+    };
+    let tangential = |c: &Channel| {
+        is_called(
+            c,
+            &["tang", "shear", "friction"],
+            &["fx", "fy", "ft", "forcex", "forcey", "forcet", "f1", "f2"],
+        )
+    };
+    let normals = forces.iter().filter(|c| normal(c));
+    let normals: Vec<String> = normals.map(|c| c.name.clone()).collect();
+    let normal_force = match forces.as_slice() {
+        [only] if !tangential(only) => Some(only.name.clone()),
+        _ => normals.first().cloned(),
+    };
+    if normals.len() > 1 {
+        warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+            role: ChannelRole::NormalForce,
+            channel: normal_force.clone(),
+            of: normals,
+        }));
+    }
+    if normal_force.is_none() && !forces.is_empty() {
+        warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+            role: ChannelRole::NormalForce,
+            channel: None,
+            of: forces.iter().map(|c| c.name.clone()).collect(),
+        }));
+    }
+    let tangential_forces = forces.iter().filter(|c| tangential(c));
+    let tangential_force = tangential_forces.map(|c| c.name.clone()).take(2).collect();
+    (normal_force, tangential_force)
+}
+
+/// The channel in `unit`, a speed or a position, that says how surface and finger move.
+fn moving(channels: &[Channel], unit: &Unit, warnings: &mut Vec<Warning>) -> Option<String> {
+    let all = in_unit(channels, unit);
+    let known = |c: &&&Channel| is_called(c, &["speed", "platform", "encoder", "stage"], &["v"]);
+    let chosen = all.iter().find(known).or(all.first())?;
+    if all.len() > 1 {
+        warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+            role: ChannelRole::Motion,
+            channel: Some(chosen.name.clone()),
+            of: all.iter().map(|c| format!("{} ({unit})", c.name)).collect(),
+        }));
+    }
+    Some(chosen.name.clone())
+}
+
+fn vibrating(channels: &[Channel], warnings: &mut Vec<Warning>) -> Vec<String> {
+    match in_unit(channels, &Unit::MetrePerSecondSquared).as_slice() {
+        [] => {
+            let others = without_acceleration(channels);
+            if others.len() > 1 {
+                warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                    role: ChannelRole::Vibration,
+                    channel: None,
+                    of: others.clone(),
+                }));
+            }
+            others
+        }
+        [only] => vec![only.name.clone()],
+        several => {
+            let chosen = several
+                .iter()
+                .find(|c| is_called(c, &["nail", "fiv"], &[]))
+                .unwrap_or(&several[0]);
+            warnings.push(Warning::from(RecordingWarning::ChannelChosen {
+                role: ChannelRole::Vibration,
+                channel: Some(chosen.name.clone()),
+                of: several.iter().map(|c| c.name.clone()).collect(),
+            }));
+            vec![chosen.name.clone()]
+        }
+    }
+}
+
+/// What vibrates where no channel is an acceleration by its unit: those called so, or else every channel of no other role.
+fn without_acceleration(channels: &[Channel]) -> Vec<String> {
+    let others: Vec<String> = channels
+        .iter()
+        .filter(|c| matches!(c.unit, Unit::FullScale | Unit::Volt | Unit::Other(_)))
+        .filter(|c| {
+            !is_called(
+                c,
+                &["prox", "drive", "trigger", "encoder"],
+                &["index", "time"],
+            )
+        })
+        .map(|c| c.name.clone())
+        .take(MOST_CHANNELS)
+        .collect();
+    let accelerations: Vec<String> = others
+        .iter()
+        .filter(|name| plain(name).contains("acc"))
+        .cloned()
+        .collect();
+    if accelerations.is_empty() {
+        others
+    } else {
+        accelerations
     }
 }
 

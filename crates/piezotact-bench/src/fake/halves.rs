@@ -208,6 +208,77 @@ impl Shared {
         }
     }
 
+    /// Refuses to record where the script's input is full.
+    fn has_room(&self) -> Result<(), DeviceError> {
+        let after_s = self.now_s();
+        match self.script.input_full_after_s {
+            Some(full_s) if after_s >= full_s => Err(DeviceError::InputFull {
+                name: "scripted fake".into(),
+                after_s,
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Loses samples without reporting them.
+    fn hide(&mut self) {
+        let hidden = (UNREPORTED_S * self.input_hz()).ceil() as u64;
+        let _nobody_heard = self.advance(hidden);
+        if let Some(run) = &mut self.running {
+            run.hidden += hidden;
+        }
+    }
+
+    /// The scripted breach of the contract, from the sample at which it happens on.
+    fn breach_at(&self, at: u64) -> Option<Breach> {
+        let fault = self.script.fault?;
+        let from = self.place(fault.at_s, TimeOrigin::Run)?;
+        (at >= from).then_some(fault.what)
+    }
+
+    /// How many samples `run` still has to deliver.
+    fn left_at(&self, run: &Running, breach: Option<Breach>) -> u64 {
+        let wanted = match run.plan.until {
+            Until::Duration(duration) => Some(self.rates[1].samples_in(duration) as u64),
+            Until::PlaybackEnded => run.ends_at,
+            Until::Stopped => None,
+        };
+        let wanted = wanted.filter(|_| breach != Some(Breach::NeverEnds));
+        wanted.map_or(u64::MAX, |wanted| wanted.saturating_sub(run.at))
+    }
+
+    /// The scripted delay that the next chunk of `run` has: its number, and s.
+    fn late_at(&self, run: &Running) -> Option<(usize, f64)> {
+        let late = self.script.late.iter().enumerate();
+        let mut late = late.filter(|(i, late)| {
+            !run.late.contains(i)
+                && self
+                    .place(late.at_s, TimeOrigin::Run)
+                    .is_some_and(|l| run.at >= l)
+        });
+        late.next().map(|(i, late)| (i, late.by_s))
+    }
+
+    /// The sample after `at` at which the next thing happens: there a chunk ends.
+    fn next_event(&self, gaps: &[(usize, u64, u64)], at: u64) -> Option<u64> {
+        let gaps = gaps.iter().map(|(_, place, _)| *place);
+        let ends = [
+            self.script
+                .lost
+                .filter(|lost| lost.half == Half::Input)
+                .map(|lost| lost.after_s),
+            self.script.input_full_after_s,
+        ];
+        let ends = ends.into_iter().flatten();
+        let ends = ends.filter_map(|at_s| self.place(at_s, TimeOrigin::Opened));
+        let fault = self.script.fault;
+        let fault = fault.and_then(|fault| self.place(fault.at_s, TimeOrigin::Run));
+        gaps.chain(ends)
+            .chain(fault)
+            .filter(|place| *place > at)
+            .min()
+    }
+
     fn next(&mut self) -> Result<Next, DeviceError> {
         let rate_hz = self.input_hz();
         let run = self.running.as_ref().ok_or(DeviceError::Order {
@@ -218,23 +289,9 @@ impl Shared {
             return Ok(Next::Chunk(None));
         }
         self.there(Half::Input)?;
-        let now_s = self.now_s();
-        if self
-            .script
-            .input_full_after_s
-            .is_some_and(|full_s| now_s >= full_s)
-        {
-            return Err(DeviceError::InputFull {
-                name: "scripted fake".into(),
-                after_s: now_s,
-            });
-        }
+        self.has_room()?;
         let (at, stop) = (run.at, run.stop.clone());
-        let fault = self.script.fault;
-        let fault_at = fault.and_then(|fault| self.place(fault.at_s, TimeOrigin::Run));
-        let breach = fault
-            .map(|fault| fault.what)
-            .filter(|_| fault_at.is_some_and(|f| at >= f));
+        let breach = self.breach_at(at);
         match breach {
             Some(Breach::EndsEarly) => return Ok(Next::Chunk(None)),
             Some(Breach::DeliversNothing) => return Ok(Next::Never(stop)),
@@ -246,24 +303,11 @@ impl Shared {
             }
             _ => {}
         }
-        let wanted = match run.plan.until {
-            Until::Duration(duration) => Some(self.rates[1].samples_in(duration) as u64),
-            Until::PlaybackEnded => run.ends_at,
-            Until::Stopped => None,
-        };
-        let wanted = wanted.filter(|_| breach != Some(Breach::NeverEnds));
-        let left = wanted.map_or(u64::MAX, |wanted| wanted.saturating_sub(at));
+        let left = self.left_at(run, breach);
         if left == 0 {
             return Ok(Next::Chunk(None));
         }
-        let late = self.script.late.iter().enumerate();
-        let late = late.filter(|(i, late)| {
-            !run.late.contains(i)
-                && self
-                    .place(late.at_s, TimeOrigin::Run)
-                    .is_some_and(|l| at >= l)
-        });
-        let late = late.map(|(i, late)| (i, late.by_s)).next();
+        let late = self.late_at(run);
         let mut count = self.script.chunks_s[run.chunks % self.script.chunks_s.len()] * rate_hz;
         let mut faulty = None;
         if !run.faulty
@@ -297,31 +341,10 @@ impl Shared {
             let _nobody_heard = self.advance(lost);
         }
         if faulty == Some(Breach::UnreportedGap) {
-            let hidden = (UNREPORTED_S * rate_hz).ceil() as u64;
-            let _nobody_heard = self.advance(hidden);
-            if let Some(run) = &mut self.running {
-                run.hidden += hidden;
-            }
+            self.hide();
         }
         let at = at + lost;
-        // A chunk ends where the next thing happens.
-        let next = gaps.iter().map(|(_, place, _)| *place);
-        let ends = [
-            self.script
-                .lost
-                .filter(|lost| lost.half == Half::Input)
-                .map(|lost| lost.after_s),
-            self.script.input_full_after_s,
-        ];
-        let ends = ends.into_iter().flatten();
-        let ends: Vec<u64> = ends
-            .filter_map(|at_s| self.place(at_s, TimeOrigin::Opened))
-            .collect();
-        let next = next
-            .chain(ends)
-            .chain(fault_at)
-            .filter(|place| *place > at)
-            .min();
+        let next = self.next_event(&gaps, at);
         let count = (count.round() as u64).max(1).min(left - lost);
         let count = match faulty {
             Some(_) => count,

@@ -204,10 +204,20 @@ pub fn repeated(
         refused.push(refusal);
         attempt += 1;
     }
+    together(each, refused, attempts, config)
+}
+
+/// The result of all repeats.
+fn together(
+    each: Vec<Characterisation>,
+    refused: Vec<Refused>,
+    attempts: Vec<Attempt>,
+    config: &CharacteriseConfig,
+) -> Result<RepeatedCharacterisation, ProcedureError> {
     let functions: Vec<&TransferFunction<Drive, Acceleration>> =
         each.iter().map(|c| &c.function).collect();
     let mut function = pooled(&functions)?;
-    let apart_db = band.and_then(|band| max_pair_difference_db(&functions, band));
+    let apart_db = judged_band(config).and_then(|band| max_pair_difference_db(&functions, band));
     let low = low_coherence(&function, config);
     function.about.warnings.extend(low);
     function

@@ -144,23 +144,7 @@ pub fn summarise(
     let Some((first, _)) = members.first() else {
         return Err(CompareError::Nothing);
     };
-    for (other, _) in members {
-        if other.unit != first.unit {
-            return Err(CompareError::NotTogether {
-                what: "the unit of the vibration",
-                one: first.unit.to_string(),
-                other: other.unit.to_string(),
-            });
-        }
-        let (a, b) = (first.psd.resolution_hz, other.psd.resolution_hz);
-        if (a / b - 1.0).abs() > 1e-3 || first.psd.mean.len() != other.psd.mean.len() {
-            return Err(CompareError::NotTogether {
-                what: "the step between the lines of the PSDs",
-                one: format!("{a:.4} Hz"),
-                other: format!("{b:.4} Hz"),
-            });
-        }
-    }
+    require_together(first, members)?;
     let strokes: Vec<&StrokeFeatures> = members.iter().flat_map(|(a, _)| &a.strokes).collect();
     let over = |value: &dyn Fn(&StrokeFeatures) -> f64| -> Result<Statistics, CompareError> {
         let mut values: Vec<f64> = strokes.iter().map(|s| value(s)).collect();
@@ -190,32 +174,8 @@ pub fn summarise(
         (Some(speed), Some(wavelength_m)) => comb(&found, speed.mean, wavelength_m, band.high()),
         _ => Vec::new(),
     };
-    let mut warnings = Vec::new();
-    if strokes.len() < RECOMMENDED_STROKES {
-        warnings.push(Warning::from(FewWarning::Few {
-            found: strokes.len(),
-            recommended: RECOMMENDED_STROKES,
-            what: Few::Strokes { group: name.into() },
-        }));
-    }
-    let pooled = pooled(members, speed_m_s);
-    warnings.extend(pooled.iter().map(|what| {
-        Warning::from(CompareWarning::Mixed {
-            how: Mixed::Pooled {
-                group: name.into(),
-                what: (*what).into(),
-            },
-        })
-    }));
     let rms = over(&|s| s.rms)?;
-    if rms.sd > 0.5 * rms.mean && pooled.is_empty() {
-        warnings.push(Warning::from(ScatterWarning::Scatter {
-            of: Scatter::Strokes {
-                group: name.into(),
-                share: rms.sd / rms.mean,
-            },
-        }));
-    }
+    let warnings = warnings(name, strokes.len(), &pooled(members, speed_m_s), &rms);
     Ok(Summary {
         name: name.into(),
         recordings: members.len(),
@@ -254,6 +214,60 @@ pub fn summarise(
         psd,
         warnings,
     })
+}
+
+/// Whether the PSDs of `members` can be averaged with the first's.
+fn require_together(
+    first: &Analysis,
+    members: &[(&Analysis, &Condition)],
+) -> Result<(), CompareError> {
+    for (other, _) in members {
+        if other.unit != first.unit {
+            return Err(CompareError::NotTogether {
+                what: "the unit of the vibration",
+                one: first.unit.to_string(),
+                other: other.unit.to_string(),
+            });
+        }
+        let (a, b) = (first.psd.resolution_hz, other.psd.resolution_hz);
+        if (a / b - 1.0).abs() > 1e-3 || first.psd.mean.len() != other.psd.mean.len() {
+            return Err(CompareError::NotTogether {
+                what: "the step between the lines of the PSDs",
+                one: format!("{a:.4} Hz"),
+                other: format!("{b:.4} Hz"),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The warnings about `strokes` that are averaged although they differ in what is `pooled`, or in their `rms`.
+fn warnings(name: &str, strokes: usize, pooled: &[&str], rms: &Statistics) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if strokes < RECOMMENDED_STROKES {
+        warnings.push(Warning::from(FewWarning::Few {
+            found: strokes,
+            recommended: RECOMMENDED_STROKES,
+            what: Few::Strokes { group: name.into() },
+        }));
+    }
+    warnings.extend(pooled.iter().map(|what| {
+        Warning::from(CompareWarning::Mixed {
+            how: Mixed::Pooled {
+                group: name.into(),
+                what: (*what).into(),
+            },
+        })
+    }));
+    if rms.sd > 0.5 * rms.mean && pooled.is_empty() {
+        warnings.push(Warning::from(ScatterWarning::Scatter {
+            of: Scatter::Strokes {
+                group: name.into(),
+                share: rms.sd / rms.mean,
+            },
+        }));
+    }
+    warnings
 }
 
 /// In what recordings that are averaged together differ: speed, samples, touch, participants or load.

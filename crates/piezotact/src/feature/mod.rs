@@ -355,22 +355,7 @@ pub fn analyse(
             ..segmentation.clone()
         },
     };
-    for name in &segmentation.roles.vibration {
-        let Some(channel) = recording.channels().iter().find(|c| c.name == *name) else {
-            continue;
-        };
-        let clipped = segmentation
-            .strokes
-            .iter()
-            .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
-        let fraction = clipped.fold(0.0, f64::max);
-        if fraction > 0.0 {
-            warnings.push(Warning::from(ClippingWarning::Clipped {
-                signal: format!("`{name}` in a stroke"),
-                at: ClippedAt::Recorded { fraction },
-            }));
-        }
-    }
+    warnings.extend(clipped(recording, segmentation));
     let longest = segmentation.strokes.iter().map(|s| s.steady.len()).max();
     // A segment longer than every stroke is refused before anything of its length is made.
     if let Some(found) = longest.filter(|found| *found < config.welch.segment) {
@@ -422,6 +407,28 @@ pub fn analyse(
         config: config.clone(),
         warnings,
     })
+}
+
+/// The warnings about channels that are clipped within a stroke.
+fn clipped(recording: &Recording, segmentation: &Segmentation) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for name in &segmentation.roles.vibration {
+        let Some(channel) = recording.channels().iter().find(|c| c.name == *name) else {
+            continue;
+        };
+        let clipped = segmentation
+            .strokes
+            .iter()
+            .map(|s| flat_top_fraction(s.steady.of(&channel.samples)));
+        let fraction = clipped.fold(0.0, f64::max);
+        if fraction > 0.0 {
+            warnings.push(Warning::from(ClippingWarning::Clipped {
+                signal: format!("`{name}` in a stroke"),
+                at: ClippedAt::Recorded { fraction },
+            }));
+        }
+    }
+    warnings
 }
 
 /// The channels that vibrate, freed of the gesture.

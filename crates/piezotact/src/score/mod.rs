@@ -278,19 +278,7 @@ fn scored(
 ) -> Result<Score, ScoreError> {
     refuse(reference, test, config)?;
     let mut warnings = Warnings::new();
-    let (mut waveform, mut shared) = (None, None);
-    match waveform::waveform(reference, test, config.band) {
-        Ok(compared) => {
-            warnings.extend(compared.warnings);
-            waveform = Some(compared.waveform);
-            shared = compared.shared;
-        }
-        // Said below, with the name that it has here.
-        Err(VerifyError::Silent { .. }) => {}
-        Err(error) => warnings.push(Warning::from(ScoreWarning::NotComputed {
-            what: NotComputed::Waveform { why: error.into() },
-        })),
-    }
+    let (waveform, shared) = waveforms(reference, test, config.band, &mut warnings);
     let shared = shared.filter(|[a, _]| a.samples().len() >= config.welch.segment);
     let (extent, reference, test) = match &shared {
         Some([a, b]) => (Extent::SharedPart, a, b),
@@ -303,18 +291,8 @@ fn scored(
     }
     let model = config.model();
     let plans = Plans::new(&model);
-    let [a, b] = [("the reference", reference), ("the test", test)].map(|(what, x)| {
-        let found = Segments::of(x, &plans, &config.welch)?;
-        if found.mean.total() > SILENT {
-            Ok(found)
-        } else {
-            Err(ScoreError::Silent {
-                what,
-                band: config.band,
-            })
-        }
-    });
-    let (a, b) = (a?, b?);
+    let a = excited("the reference", reference, &plans, config)?;
+    let b = excited("the test", test, &plans, config)?;
     let segments = a.segments().min(b.segments());
     let scales = evidence([(reference, &a), (test, &b)], extent, &plans, &config.welch)?;
     let (a, b) = (&a.mean, &b.mean);
@@ -345,18 +323,7 @@ fn scored(
         }));
     }
     let modulation = over_time.map(|[a, b]| [a.db, b.db]);
-    let literature = match indices(reference, test) {
-        Ok(literature) => {
-            warnings.extend(literature.iter().flat_map(|found| found.warnings.clone()));
-            literature
-        }
-        Err(error) => {
-            warnings.push(Warning::from(ScoreWarning::NotComputed {
-                what: NotComputed::Indices { why: error.into() },
-            }));
-            None
-        }
-    };
+    let literature = computed(indices(reference, test), &mut warnings);
     let power = |x: &Excitation| x.power.iter().sum::<f64>();
     let shorter = reference.duration().0.min(test.duration().0);
     let mut found = Score {
@@ -397,6 +364,66 @@ fn scored(
     };
     found.sentence = found.in_words();
     Ok(found)
+}
+
+/// The comparison of the waveforms, and the part that both share.
+fn waveforms(
+    reference: &Series<Acceleration>,
+    test: &Series<Acceleration>,
+    band: Band,
+    warnings: &mut Warnings,
+) -> (Option<Waveform>, Option<[Series<Acceleration>; 2]>) {
+    match waveform::waveform(reference, test, band) {
+        Ok(compared) => {
+            warnings.extend(compared.warnings);
+            (Some(compared.waveform), compared.shared)
+        }
+        // It is said with the name that the signal has here.
+        Err(VerifyError::Silent { .. }) => (None, None),
+        Err(error) => {
+            warnings.push(Warning::from(ScoreWarning::NotComputed {
+                what: NotComputed::Waveform { why: error.into() },
+            }));
+            (None, None)
+        }
+    }
+}
+
+/// What `x`, named `what`, excites in its segments.
+fn excited(
+    what: &'static str,
+    x: &Series<Acceleration>,
+    plans: &Plans<'_>,
+    config: &ScoreConfig,
+) -> Result<Segments, ScoreError> {
+    let found = Segments::of(x, plans, &config.welch)?;
+    if found.mean.total() > SILENT {
+        Ok(found)
+    } else {
+        Err(ScoreError::Silent {
+            what,
+            band: config.band,
+        })
+    }
+}
+
+/// The indices of the literature; a warning where they could not be computed.
+fn computed(
+    indices: Result<Option<Literature>, ScoreError>,
+    warnings: &mut Warnings,
+) -> Option<Literature> {
+    match indices {
+        Ok(literature) => {
+            warnings.extend(literature.iter().flat_map(|found| found.warnings.clone()));
+            literature
+        }
+        Err(error) => {
+            warnings.push(Warning::from(ScoreWarning::NotComputed {
+                what: NotComputed::Indices { why: error.into() },
+            }));
+            None
+        }
+    }
 }
 
 impl Content for Score {

@@ -6,9 +6,10 @@ use super::VerifyError;
 use super::alike::{self, Bins, IndependentShare};
 use crate::fourier::RealTransform;
 use crate::quantity::{Acceleration, Band, SampleRate};
-use crate::render::fade_ends;
+use crate::render::{PartLost, RenderWarning, fade_ends};
 use crate::spectrum::{EstimateError, WelchConfig, WelchPlan, segments_in};
 use crate::statistics::{Z_95, median};
+use crate::warning::Warning;
 
 /// dB of a power whose natural logarithm changes by 1.
 const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
@@ -423,6 +424,43 @@ pub(crate) struct LineErrors {
     pub(crate) without_target: usize,
     /// The sum of the measured values on those.
     pub(crate) added: f64,
+}
+
+impl LineErrors {
+    /// Frequency in Hz and error in dB of the line with the largest absolute error.
+    pub(super) fn largest(&self) -> Option<(f64, f64)> {
+        let lines = self.compared.iter().copied();
+        lines.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+    }
+
+    /// The rms error after the mean error of the lines is removed, dB.
+    pub(super) fn level_matched_db(&self) -> f64 {
+        let errors = self.compared.iter().map(|(_, error)| error);
+        let mean_db = errors.clone().sum::<f64>() / self.compared.len() as f64;
+        rms_of(errors.map(|error| error - mean_db))
+    }
+
+    /// The rms error of the lines within `bands`, dB.
+    pub(super) fn rms_db_within(&self, bands: &[Band]) -> Option<f64> {
+        let lines = self.compared.iter();
+        let within: Vec<f64> = lines
+            .filter(|(frequency_hz, _)| bands.iter().any(|band| band.contains(*frequency_hz)))
+            .map(|(_, error)| *error)
+            .collect();
+        (!within.is_empty()).then(|| rms_of(within.iter().copied()))
+    }
+
+    /// The warning that a part of the band has no target.
+    pub(super) fn no_target(&self) -> Option<Warning> {
+        let all = self.without_target + self.compared.len();
+        (self.without_target > 0).then(|| {
+            Warning::from(RenderWarning::BandPartLost {
+                share: self.without_target as f64 / all as f64,
+                bands: Vec::new(),
+                why: PartLost::NoTarget,
+            })
+        })
+    }
 }
 
 pub(crate) fn errors_in_band(

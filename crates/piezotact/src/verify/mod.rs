@@ -22,7 +22,6 @@ mod verdict;
 mod warning;
 
 use crate::recording::{RecordingWarning, ReversedSign};
-use crate::render::{PartLost, RenderWarning};
 pub(crate) use align::align;
 pub use beside::{Beside, DriveBeside, DriveSource, beside, drive_beside};
 pub use changed::{Changed, changed};
@@ -41,7 +40,7 @@ pub use warning::VerifyWarning;
 use crate::criterion::Criterion;
 use crate::integrity::{Span, inspect};
 use crate::lineage::Mode;
-use crate::quantity::{Band, Decibels, Quantity};
+use crate::quantity::{Band, Decibels, Quantity, SampleRate};
 use crate::series::Series;
 use crate::spectrum::{WelchConfig, WelchPlan, frequency_axis};
 use crate::statistics::rms;
@@ -267,22 +266,12 @@ pub fn verify<Q: Quantity>(
     measured: Measured<'_, Q>,
     config: &VerifyConfig,
 ) -> Result<Verification, VerifyError> {
-    let (rate, response) = (target.rate(), measured.response);
-    if (response.rate().hz() - rate.hz()).abs() > 1e-9 * rate.hz() {
-        return Err(VerifyError::Rate {
-            target_hz: rate.hz(),
-            measured_hz: response.rate().hz(),
-        });
-    }
-    if config.band.high().0 > rate.nyquist().0 {
-        return Err(VerifyError::BandAboveNyquist {
-            band: config.band,
-            highest: rate.nyquist(),
-        });
-    }
+    refuse(target.rate(), measured.response.rate(), config.band)?;
+    let rate = target.rate();
     let asked = target.clone().amplified(config.level);
     let intended = intended::intended_target(&asked, config)?;
-    let Synchronised { aligned, clock } = intended::synchronised(&intended, response, config.band)?;
+    let synchronised = intended::synchronised(&intended, measured.response, config.band)?;
+    let aligned = &synchronised.aligned;
     let compared = aligned.from..aligned.to;
     if compared.len() < config.welch.segment {
         return Err(VerifyError::TooShort {
@@ -292,14 +281,7 @@ pub fn verify<Q: Quantity>(
     }
     let wanted = &aligned.target_in_band[compared.clone()];
     let got = &aligned.measured_in_band[compared.clone()];
-    let (level_target, level_measured) = (rms(wanted), rms(got));
-    let level_error_db = Decibels::from_amplitude_ratio(level_measured / level_target).0;
-    let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
-    let waveform_correlation = product / (wanted.len() as f64 * level_target * level_measured);
-    let waveform_nmse_db = {
-        let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
-        nmse_db(rms(&missed), level_target)
-    };
+    let waveforms = Waveforms::of(wanted, got);
 
     let mut plan = WelchPlan::new(&config.welch, rate)?;
     // PSDs of the band-limited signals: content outside the band was not rendered and must not leak in.
@@ -311,116 +293,45 @@ pub fn verify<Q: Quantity>(
         target_psd.resolution_hz,
         config.band,
     )?;
-    let (error_max_at_hz, largest) = lines
-        .compared
-        .iter()
-        .copied()
-        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-        .unwrap_or((config.band.low().0, 0.0));
-    let error_db_rms = rms_of(lines.compared.iter().map(|(_, error)| *error));
-    let achievable = |frequency_hz: f64| {
-        config
-            .reached
-            .iter()
-            .any(|band| band.contains(frequency_hz))
-    };
-    let reached: Vec<f64> = lines
-        .compared
-        .iter()
-        .filter(|(frequency_hz, _)| achievable(*frequency_hz))
-        .map(|(_, error)| *error)
-        .collect();
+    let (error_max_at_hz, largest) = lines.largest().unwrap_or((config.band.low().0, 0.0));
 
     let full_target = plan.estimate::<Q>(&[&intended.samples()[compared.clone()]])?;
     let full_measured = plan.estimate::<Q>(&[&aligned.measured[compared.clone()]])?;
-    let full_asked = plan.estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
 
     let in_band: f64 = target_psd.values.iter().sum();
     let added_power = lines.added / in_band.max(f64::MIN_POSITIVE);
     let mut warnings: Warnings = target_psd.warnings.iter().cloned().collect();
-    if lines.without_target > 0 {
-        let all = lines.without_target + lines.compared.len();
-        warnings.push(Warning::from(RenderWarning::BandPartLost {
-            share: lines.without_target as f64 / all as f64,
-            bands: Vec::new(),
-            why: PartLost::NoTarget,
-        }));
-    }
-    if is_cut(compared.len(), target.samples().len()) {
-        warnings.push(Warning::from(VerifyWarning::Cut {
-            compared_s: rate.duration_of(compared.len()).0,
-            target_s: target.duration().0,
-        }));
-    }
-    warnings.extend(measured.clipping.warnings);
-    if waveform_correlation < INVERTED {
-        warnings.push(Warning::from(RecordingWarning::Sign {
-            of: ReversedSign::Measurement {
-                correlation: waveform_correlation,
-            },
-        }));
-    }
-    let floor = intended::floor(&intended, response, &aligned, config.band);
-    let judged_bands: Vec<Band> = if config.reached.is_empty() {
-        vec![config.band]
-    } else {
-        config
-            .reached
-            .iter()
-            .filter_map(|band| band.common(config.band))
-            .collect()
-    };
-    let waveforms = intended::judged_waveforms(&aligned, &judged_bands, rate, config.band);
-    let Judgement { criteria, more } = judge::judge(&Evidence {
-        pair: &Pair::of(wanted, got, &config.welch, rate)?,
-        asked_psd: &full_asked.values,
-        outside: &Pair::of(
-            &intended.samples()[compared.clone()],
-            &aligned.measured[compared.clone()],
-            &config.welch,
-            rate,
-        )?,
-        waveforms: [
-            &waveforms[0][compared.clone()],
-            &waveforms[1][compared.clone()],
-        ],
-        floor: floor.as_ref(),
-        judged: &judged_bands,
-        covered: compared.len() as f64 / target.samples().len() as f64,
-        clipped: measured.clipping.fraction,
-        clipped_drive: measured.clipping.of_the_drive,
-        frozen_s: frozen(response, &aligned),
-        bridged_s: bridged(response, &aligned),
-        clock: &clock,
-        felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
-        rate,
+    warnings.extend(lines.no_target());
+    warnings.extend(cut(compared.len(), target));
+    warnings.extend(measured.clipping.warnings.iter().cloned());
+    warnings.extend(waveforms.inverted());
+    let achievable = config
+        .reached
+        .iter()
+        .filter_map(|band| band.common(config.band));
+    let achievable_band_hz: Vec<Band> = achievable.collect();
+    let Judgement { criteria, more } = judgement(
+        &synchronised,
+        [&asked, &intended],
+        &measured,
+        &achievable_band_hz,
         config,
-    });
+    )?;
     warnings.extend(more);
+    let (error_frequency_hz, error_db) = lines.compared.iter().copied().unzip();
     let verdict = Verdict::of(&criteria, config.limits.least_judged);
-    let error_db_rms_achievable = (!reached.is_empty()).then(|| rms_of(reached.iter().copied()));
-    let mean_error_db =
-        lines.compared.iter().map(|(_, error)| error).sum::<f64>() / lines.compared.len() as f64;
+    let Synchronised { aligned, clock } = synchronised;
     Ok(Verification {
         band_hz: config.band,
-        error_db_rms,
+        error_db_rms: rms_of(lines.compared.iter().map(|(_, error)| *error)),
         error_db_max: largest.abs(),
         error_max_at_hz,
-        error_db_rms_level_matched: rms_of(
-            lines
-                .compared
-                .iter()
-                .map(|(_, error)| error - mean_error_db),
-        ),
-        achievable_band_hz: config
-            .reached
-            .iter()
-            .filter_map(|band| band.common(config.band))
-            .collect(),
-        error_db_rms_achievable,
-        level_error_db,
-        waveform_correlation,
-        waveform_nmse_db,
+        error_db_rms_level_matched: lines.level_matched_db(),
+        achievable_band_hz,
+        error_db_rms_achievable: lines.rms_db_within(&config.reached),
+        level_error_db: waveforms.level_error_db,
+        waveform_correlation: waveforms.correlation,
+        waveform_nmse_db: waveforms.nmse_db,
         delay_s: aligned.delay.0,
         clipped_fraction: measured.clipping.fraction,
         level_db: config.level.0,
@@ -432,12 +343,8 @@ pub fn verify<Q: Quantity>(
         frequency_hz: frequency_axis(full_target.resolution_hz, full_target.values.len()),
         target_psd: full_target.values,
         measured_psd: full_measured.values,
-        error_frequency_hz: lines
-            .compared
-            .iter()
-            .map(|(frequency_hz, _)| *frequency_hz)
-            .collect(),
-        error_db: lines.compared.iter().map(|(_, error)| *error).collect(),
+        error_frequency_hz,
+        error_db,
         target: aligned.target_in_band,
         aligned: aligned.measured_in_band,
         compared,
@@ -450,6 +357,114 @@ pub fn verify<Q: Quantity>(
         sensation_db: None,
         warnings,
     })
+}
+
+fn refuse(target: SampleRate, measured: SampleRate, band: Band) -> Result<(), VerifyError> {
+    if (measured.hz() - target.hz()).abs() > 1e-9 * target.hz() {
+        return Err(VerifyError::Rate {
+            target_hz: target.hz(),
+            measured_hz: measured.hz(),
+        });
+    }
+    if band.high().0 > target.nyquist().0 {
+        return Err(VerifyError::BandAboveNyquist {
+            band,
+            highest: target.nyquist(),
+        });
+    }
+    Ok(())
+}
+
+/// The warning that only `compared` samples of `target` were measured.
+fn cut<Q: Quantity>(compared: usize, target: &Series<Q>) -> Option<Warning> {
+    is_cut(compared, target.samples().len()).then(|| {
+        Warning::from(VerifyWarning::Cut {
+            compared_s: target.rate().duration_of(compared).0,
+            target_s: target.duration().0,
+        })
+    })
+}
+
+/// How the aligned waveforms of the band differ.
+struct Waveforms {
+    level_error_db: f64,
+    correlation: f64,
+    nmse_db: f64,
+}
+
+impl Waveforms {
+    fn of(wanted: &[f64], got: &[f64]) -> Self {
+        let (level_target, level_measured) = (rms(wanted), rms(got));
+        let product: f64 = wanted.iter().zip(got).map(|(t, m)| t * m).sum();
+        let missed: Vec<f64> = wanted.iter().zip(got).map(|(t, m)| m - t).collect();
+        Self {
+            level_error_db: Decibels::from_amplitude_ratio(level_measured / level_target).0,
+            correlation: product / (wanted.len() as f64 * level_target * level_measured),
+            nmse_db: nmse_db(rms(&missed), level_target),
+        }
+    }
+
+    fn inverted(&self) -> Option<Warning> {
+        (self.correlation < INVERTED).then(|| {
+            Warning::from(RecordingWarning::Sign {
+                of: ReversedSign::Measurement {
+                    correlation: self.correlation,
+                },
+            })
+        })
+    }
+}
+
+/// The criteria for a measurement of the `intended` target, which was `asked` for before the fades and the band of its rendering.
+fn judgement<Q: Quantity>(
+    Synchronised { aligned, clock }: &Synchronised,
+    [asked, intended]: [&Series<Q>; 2],
+    measured: &Measured<'_, Q>,
+    achievable: &[Band],
+    config: &VerifyConfig,
+) -> Result<Judgement, VerifyError> {
+    let (rate, response) = (intended.rate(), measured.response);
+    let compared = aligned.from..aligned.to;
+    let whole = [config.band];
+    let judged = if config.reached.is_empty() {
+        &whole
+    } else {
+        achievable
+    };
+    let floor = intended::floor(intended, response, aligned, config.band);
+    let waveforms = intended::judged_waveforms(aligned, judged, rate, config.band);
+    let asked_psd = WelchPlan::new(&config.welch, rate)?
+        .estimate::<Q>(&[&asked.samples()[compared.clone()]])?;
+    Ok(judge::judge(&Evidence {
+        pair: &Pair::of(
+            &aligned.target_in_band[compared.clone()],
+            &aligned.measured_in_band[compared.clone()],
+            &config.welch,
+            rate,
+        )?,
+        asked_psd: &asked_psd.values,
+        outside: &Pair::of(
+            &intended.samples()[compared.clone()],
+            &aligned.measured[compared.clone()],
+            &config.welch,
+            rate,
+        )?,
+        waveforms: [
+            &waveforms[0][compared.clone()],
+            &waveforms[1][compared.clone()],
+        ],
+        floor: floor.as_ref(),
+        judged,
+        covered: compared.len() as f64 / asked.samples().len() as f64,
+        clipped: measured.clipping.fraction,
+        clipped_drive: measured.clipping.of_the_drive,
+        frozen_s: frozen(response, aligned),
+        bridged_s: bridged(response, aligned),
+        clock,
+        felt: Q::UNIT == crate::quantity::Unit::MetrePerSecondSquared,
+        rate,
+        config,
+    }))
 }
 
 /// The longest part of what is compared in which the sensor of `response` froze, s.

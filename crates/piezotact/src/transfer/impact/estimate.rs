@@ -112,46 +112,11 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         },
         ..signals
     };
-    if found.hits.is_empty() {
-        return Err(TransferError::NoHit {
-            largest: found.largest,
-            noise: found.noise,
-        });
-    }
-    if !found.is_of_pulses() {
-        return Err(TransferError::NoPulses);
-    }
+    require_pulses(&found)?;
     let segments = Segments::of(&signals, &found, config)?;
     let seconds = |samples: usize| rate.duration_of(samples).0;
-    if let ExponentialWindow::Damping(found) = config.exponential {
-        let segment_s = seconds(segments.length);
-        let most = MOST_DAMPING / segment_s;
-        if found > most {
-            return Err(TransferError::Overdamped {
-                found,
-                most,
-                segment_s,
-            });
-        }
-    }
-    let hits: Vec<Hit> = found
-        .hits
-        .iter()
-        .zip(&segments.hits)
-        .map(|(hit, segment)| Hit {
-            at_s: seconds(hit.start()),
-            peak: hit.main.peak,
-            duration_s: seconds(hit.main.at.len()),
-            faults: segment.faults.clone(),
-        })
-        .collect();
-    let used: Vec<usize> = (0..hits.len()).filter(|i| hits[*i].is_used()).collect();
-    if used.is_empty() {
-        let first = |hit: &Hit| Some((hit.at_s, *hit.faults.first()?));
-        return Err(TransferError::NoneUsable {
-            faults: hits.iter().filter_map(first).collect(),
-        });
-    }
+    refuse_overdamped(config, seconds(segments.length))?;
+    let (hits, used) = judged_hits(&found, &segments, rate)?;
     let left = segments.left;
     let windows = Windows::of(&signals, &found, (&segments, &used), config);
     let cut = Cut::of(&signals, (&segments, &used), &windows);
@@ -173,31 +138,9 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
         .about
         .warnings
         .extend(warnings(&test, left, &found));
-    let largest = signals
-        .response
-        .iter()
-        .fold(0.0_f64, |most, v| v.abs().max(most));
-    if drift > LEAST_DRIFT * largest {
-        let share = drift / largest;
-        (function.about.warnings).push(
-            ImpactWarning::BaselineDrifts {
-                signal: "response".into(),
-                share,
-            }
-            .into(),
-        );
-    }
-    let remains = used.iter().map(|i| segments.hits[*i].remains);
-    let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
-    if !remains.is_empty() {
-        let warning = ImpactWarning::NotDecayed {
-            how: NotDecayed::Before {
-                hits: remains.len(),
-                share: remains.iter().copied().fold(0.0, f64::max),
-            },
-        };
-        function.about.warnings.push(warning.into());
-    }
+    let drifts = response_drifts(signals.response, drift);
+    let earlier = earlier_response(used.iter().map(|i| segments.hits[*i].remains));
+    (function.about.warnings).extend(drifts.into_iter().chain(earlier).map(Warning::from));
     let driven = known
         .driven
         .map(|driven| judge::driven_within(function.excited, driven, function.resolution_hz()));
@@ -225,6 +168,78 @@ pub(in crate::transfer) fn impacts<I: Quantity, O: Quantity>(
     function.impact = Some(test);
     let traces = cut.traces(&windows, (&segments, rate), (&spectra, highest.0));
     Ok(ImpactEstimate { function, traces })
+}
+
+fn require_pulses(found: &Force) -> Result<(), TransferError> {
+    if found.hits.is_empty() {
+        return Err(TransferError::NoHit {
+            largest: found.largest,
+            noise: found.noise,
+        });
+    }
+    if !found.is_of_pulses() {
+        return Err(TransferError::NoPulses);
+    }
+    Ok(())
+}
+
+fn refuse_overdamped(config: &ImpactConfig, segment_s: f64) -> Result<(), TransferError> {
+    let most = MOST_DAMPING / segment_s;
+    match config.exponential {
+        ExponentialWindow::Damping(found) if found > most => Err(TransferError::Overdamped {
+            found,
+            most,
+            segment_s,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The hits with their faults, and the numbers of those that are used.
+fn judged_hits(
+    found: &Force,
+    segments: &Segments,
+    rate: SampleRate,
+) -> Result<(Vec<Hit>, Vec<usize>), TransferError> {
+    let seconds = |samples: usize| rate.duration_of(samples).0;
+    let hits: Vec<Hit> = found
+        .hits
+        .iter()
+        .zip(&segments.hits)
+        .map(|(hit, segment)| Hit {
+            at_s: seconds(hit.start()),
+            peak: hit.main.peak,
+            duration_s: seconds(hit.main.at.len()),
+            faults: segment.faults.clone(),
+        })
+        .collect();
+    let used: Vec<usize> = (0..hits.len()).filter(|i| hits[*i].is_used()).collect();
+    if used.is_empty() {
+        let first = |hit: &Hit| Some((hit.at_s, *hit.faults.first()?));
+        return Err(TransferError::NoneUsable {
+            faults: hits.iter().filter_map(first).collect(),
+        });
+    }
+    Ok((hits, used))
+}
+
+fn response_drifts(response: &[f64], drift: f64) -> Option<ImpactWarning> {
+    let largest = response.iter().fold(0.0_f64, |most, v| v.abs().max(most));
+    (drift > LEAST_DRIFT * largest).then(|| ImpactWarning::BaselineDrifts {
+        signal: "response".into(),
+        share: drift / largest,
+    })
+}
+
+/// The warning about hits before which the response to an earlier one `remains`.
+fn earlier_response(remains: impl Iterator<Item = f64>) -> Option<ImpactWarning> {
+    let remains: Vec<f64> = remains.filter(|share| *share > MOST_BEFORE).collect();
+    (!remains.is_empty()).then(|| ImpactWarning::NotDecayed {
+        how: NotDecayed::Before {
+            hits: remains.len(),
+            share: remains.iter().copied().fold(0.0, f64::max),
+        },
+    })
 }
 
 /// Both signals, when they can be evaluated together.

@@ -157,15 +157,7 @@ impl Segments {
         });
         let length = match config.segment {
             ImpactSegment::Samples(length) => length,
-            ImpactSegment::Fitted => {
-                // A segment may reach up to the next hit's own beginning.
-                let length = usual.min(before + 2 * decay.until_rest().unwrap_or(usual));
-                // A hit that ends the recording leaves less; its fault says so.
-                let length = length.max(SHORTEST.max(before + pulse).next_multiple_of(2));
-                // Lengths with small factors are transformed faster.
-                let step = if length >= 4096 { 64 } else { 2 };
-                length / step * step
-            }
+            ImpactSegment::Fitted => fitted_length(usual, before, pulse, &decay),
         };
         if length < SHORTEST.max(before + pulse) || length > samples {
             return Err(TransferError::Segment {
@@ -185,17 +177,9 @@ impl Segments {
         let polarity = polarity(found);
         let steps = [step(signals.recorded), step(signals.response)];
         let limit = limit_of(signals, found, polarity, steps[0]);
-        let impulses = impulses(signals, found);
         let lost = lost_parts(signals.response, signals.rate);
-        let reached = starts.iter().map(|start| {
-            let end = (start + length - before).min(samples);
-            &signals.response[*start..end]
-        });
-        let reached: Vec<&[f64]> = reached.collect();
-        let limits = [1.0, -1.0].map(|sign| {
-            shared_limit(&reached, sign, steps[1])
-                .or_else(|| shared_limit_in_noise(&reached, sign, noise, &impulses))
-        });
+        let after = length - before;
+        let limits = response_limits((signals, found), &starts, after, steps[1], noise);
         for (i, hit) in found.hits.iter().enumerate() {
             let mut faults = Vec::new();
             let cut = starts[i] < LEAST_BEFORE || starts[i] < before || begins_within(signals, hit);
@@ -306,6 +290,36 @@ impl Segments {
         }
         remains
     }
+}
+
+/// The length of a segment in which a response decays, in samples: not beyond the next hit's own beginning.
+fn fitted_length(usual: usize, before: usize, pulse: usize, decay: &Decay) -> usize {
+    let length = usual.min(before + 2 * decay.until_rest().unwrap_or(usual));
+    // A hit that ends the recording leaves less; its fault says so.
+    let length = length.max(SHORTEST.max(before + pulse).next_multiple_of(2));
+    // Lengths with small factors are transformed faster.
+    let step = if length >= 4096 { 64 } else { 2 };
+    length / step * step
+}
+
+/// The limits of the response above and below that several hits share.
+fn response_limits(
+    (signals, found): (&Signals<'_>, &Force),
+    starts: &[usize],
+    after: usize,
+    step: f64,
+    noise: f64,
+) -> [Option<f64>; 2] {
+    let impulses = impulses(signals, found);
+    let reached = starts.iter().map(|start| {
+        let end = (start + after).min(signals.force.len());
+        &signals.response[*start..end]
+    });
+    let reached: Vec<&[f64]> = reached.collect();
+    [1.0, -1.0].map(|sign| {
+        shared_limit(&reached, sign, step)
+            .or_else(|| shared_limit_in_noise(&reached, sign, noise, &impulses))
+    })
 }
 
 /// Which hits are no double hits and do not begin the recording: they say how long a hit lasts.
