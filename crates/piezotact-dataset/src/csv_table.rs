@@ -50,26 +50,10 @@ pub(crate) fn read_table(
     bytes: &[u8],
     options: &ReadOptions,
 ) -> Result<Recording, ReadError> {
-    // Lab programs write Latin-1 as often as UTF-8; only names and units can be hit by it.
-    let text = match std::str::from_utf8(bytes) {
-        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
-        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
-    };
+    let text = text_of(bytes);
+    let delimiter = delimiter_of(&text);
     let wrong =
         |expected: &str, found: String, todo: &str| ReadError::content(path, expected, found, todo);
-    let first = text
-        .lines()
-        .find(|line| !line.trim().is_empty())
-        .unwrap_or("");
-    let delimiter = [b'\t', b';', b','].into_iter().max_by_key(|d| {
-        let count = first.bytes().filter(|b| b == d).count();
-        // On a tie the order above decides: max_by_key keeps the last, so tabs must count a little more.
-        (
-            count,
-            [b',', b';', b'\t'].iter().position(|other| other == d),
-        )
-    });
-    let delimiter = delimiter.unwrap_or(b',');
     let records = || {
         csv::ReaderBuilder::new()
             .delimiter(delimiter)
@@ -108,25 +92,7 @@ pub(crate) fn read_table(
             ));
         }
     };
-    if header.iter().all(|cell| number(cell).is_some()) {
-        return Err(wrong(
-            "a header with the names of the channels in the first row",
-            format!("numbers ({})", header.iter().next().unwrap_or("")),
-            "add a header such as `time (s),acc (m/s2)`",
-        ));
-    }
-    if header.len() > MOST_COLUMNS {
-        return Err(wrong(
-            &format!("a table of at most {MOST_COLUMNS} columns, one for each channel"),
-            format!("{}", header.len()),
-            "if each row holds a channel, transpose the table; else export fewer channels",
-        ));
-    }
-    let mut columns: Vec<Column> = header.iter().map(Column::from_header).collect();
-    // A trailing delimiter makes an empty last column.
-    while columns.last().is_some_and(|column| column.name.is_empty()) {
-        columns.pop();
-    }
+    let mut columns = columns_of(path, &header, &number)?;
     let width = columns.len();
     let mut second = true;
     let mut last_row = 1;
@@ -156,21 +122,9 @@ pub(crate) fn read_table(
             ));
         }
         for (column, cell) in columns.iter_mut().zip(&cells) {
-            match number(cell).filter(|value| is_sample(*value)) {
-                Some(value) => column.values.push(value),
-                None => {
-                    let found = if cell.is_empty() {
-                        "an empty cell"
-                    } else {
-                        cell
-                    };
-                    return Err(wrong(
-                        "a number",
-                        format!("`{found}` in row {line}, column `{}`", column.name),
-                        "repair or cut that row",
-                    ));
-                }
-            }
+            let value = number(cell).filter(|value| is_sample(*value));
+            let value = value.ok_or_else(|| no_number(path, column, cell, line))?;
+            column.values.push(value);
         }
         last_row = line;
     }
@@ -185,6 +139,75 @@ pub(crate) fn read_table(
         ));
     }
     assemble(path, columns, warnings, options)
+}
+
+/// Lab programs write Latin-1 as often as UTF-8; only names and units can be hit by it.
+fn text_of(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.trim_start_matches('\u{feff}').to_owned(),
+        Err(_) => bytes.iter().map(|b| char::from(*b)).collect(),
+    }
+}
+
+/// What stands between the cells: the most frequent of tab, semicolon and comma in the first line.
+fn delimiter_of(text: &str) -> u8 {
+    let first = text
+        .lines()
+        .find(|line| !line.trim().is_empty())
+        .unwrap_or("");
+    let delimiter = [b'\t', b';', b','].into_iter().max_by_key(|d| {
+        let count = first.bytes().filter(|b| b == d).count();
+        // On a tie the order above decides: max_by_key keeps the last, so tabs must count a little more.
+        (
+            count,
+            [b',', b';', b'\t'].iter().position(|other| other == d),
+        )
+    });
+    delimiter.unwrap_or(b',')
+}
+
+/// The empty columns that a header names.
+fn columns_of(
+    path: &Path,
+    header: &csv::StringRecord,
+    number: &dyn Fn(&str) -> Option<f64>,
+) -> Result<Vec<Column>, ReadError> {
+    if header.iter().all(|cell| number(cell).is_some()) {
+        return Err(ReadError::content(
+            path,
+            "a header with the names of the channels in the first row",
+            format!("numbers ({})", header.iter().next().unwrap_or("")),
+            "add a header such as `time (s),acc (m/s2)`",
+        ));
+    }
+    if header.len() > MOST_COLUMNS {
+        return Err(ReadError::content(
+            path,
+            format!("a table of at most {MOST_COLUMNS} columns, one for each channel"),
+            format!("{}", header.len()),
+            "if each row holds a channel, transpose the table; else export fewer channels",
+        ));
+    }
+    let mut columns: Vec<Column> = header.iter().map(Column::from_header).collect();
+    // A trailing delimiter makes an empty last column.
+    while columns.last().is_some_and(|column| column.name.is_empty()) {
+        columns.pop();
+    }
+    Ok(columns)
+}
+
+fn no_number(path: &Path, column: &Column, cell: &str, line: usize) -> ReadError {
+    let found = if cell.is_empty() {
+        "an empty cell"
+    } else {
+        cell
+    };
+    ReadError::content(
+        path,
+        "a number",
+        format!("`{found}` in row {line}, column `{}`", column.name),
+        "repair or cut that row",
+    )
 }
 
 /// What commas and points in the numbers of a table stand for; none where points alone can stand in a number, as decimal signs.
@@ -479,6 +502,54 @@ pub(crate) fn rate_of(
             "record longer, or give --rate",
         ));
     }
+    let repeated = repeated_stamps(path, time, &steps)?;
+    let mut forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
+    let Some(usual) = median(&mut forward) else {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase from row to row", time.name),
+            format!("{} in every row", time.values[0]),
+            "export the time with more digits, or give --rate to read the rows as evenly sampled",
+        ));
+    };
+    let repeats = Repeats::of(&steps, &repeated, usual);
+    warnings.extend(repeats.warning(time, repeated.first().copied()));
+    if let Some(at) = steps
+        .iter()
+        .enumerate()
+        .position(|(at, step)| !repeats.explain(at) && (step / usual - 1.0).abs() > GAP)
+    {
+        return Err(ReadError::content(
+            path,
+            format!("`{}` to increase in steps of about {usual}", time.name),
+            format!("a step from {} to {}", time.values[at], time.values[at + 1]),
+            "rows are missing or the clock changed: cut the recording there, or give --rate to read it as evenly sampled",
+        ));
+    }
+    let mean = (time.values[time.values.len() - 1] - time.values[0])
+        / (steps.len() - repeats.extra) as f64;
+    let to_seconds = seconds_per_unit(path, time, mean, warnings)?;
+    let worst = steps
+        .iter()
+        .enumerate()
+        .filter(|(at, _)| !repeats.explain(*at))
+        .map(|(_, step)| (step / usual - 1.0).abs())
+        .fold(0.0, f64::max);
+    if worst > EVEN {
+        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
+            worst,
+            of: Steps::Time,
+        }));
+    }
+    // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
+    let found_hz = 1.0 / (mean * to_seconds);
+    let whole = (found_hz - found_hz.round()).abs() <= ROUNDED * found_hz;
+    let rate_hz = if whole { found_hz.round() } else { found_hz };
+    SampleRate::new(rate_hz).map_err(ReadError::of(path))
+}
+
+/// Where `steps` repeat a time stamp; an error where the time does not increase.
+fn repeated_stamps(path: &Path, time: &Column, steps: &[f64]) -> Result<Vec<usize>, ReadError> {
     if let Some(at) = steps.iter().position(|step| *step < 0.0) {
         return Err(ReadError::content(
             path,
@@ -508,32 +579,17 @@ pub(crate) fn rate_of(
             "export the time with more digits, or give --rate to read the rows as evenly sampled",
         ));
     }
-    let mut forward: Vec<f64> = steps.iter().copied().filter(|step| *step > 0.0).collect();
-    let Some(usual) = median(&mut forward) else {
-        return Err(ReadError::content(
-            path,
-            format!("`{}` to increase from row to row", time.name),
-            format!("{} in every row", time.values[0]),
-            "export the time with more digits, or give --rate to read the rows as evenly sampled",
-        ));
-    };
-    let repeats = Repeats::of(&steps, &repeated, usual);
-    warnings.extend(repeats.warning(time, repeated.first().copied()));
-    if let Some(at) = steps
-        .iter()
-        .enumerate()
-        .position(|(at, step)| !repeats.explain(at) && (step / usual - 1.0).abs() > GAP)
-    {
-        return Err(ReadError::content(
-            path,
-            format!("`{}` to increase in steps of about {usual}", time.name),
-            format!("a step from {} to {}", time.values[at], time.values[at + 1]),
-            "rows are missing or the clock changed: cut the recording there, or give --rate to read it as evenly sampled",
-        ));
-    }
-    let mean = (time.values[time.values.len() - 1] - time.values[0])
-        / (steps.len() - repeats.extra) as f64;
-    let to_seconds = match time.unit.as_deref().map(Unit::parse) {
+    Ok(repeated)
+}
+
+/// What 1 in a time column is in s: by its unit, or else guessed from its `mean` step.
+fn seconds_per_unit(
+    path: &Path,
+    time: &Column,
+    mean: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<f64, ReadError> {
+    Ok(match time.unit.as_deref().map(Unit::parse) {
         Some((Unit::Second, factor)) => factor,
         Some((unit, _)) if unit != Unit::Other(String::new()) => {
             return Err(ReadError::content(
@@ -559,24 +615,7 @@ pub(crate) fn rate_of(
             }));
             factor
         }
-    };
-    let worst = steps
-        .iter()
-        .enumerate()
-        .filter(|(at, _)| !repeats.explain(*at))
-        .map(|(_, step)| (step / usual - 1.0).abs())
-        .fold(0.0, f64::max);
-    if worst > EVEN {
-        warnings.push(Warning::from(RecordingWarning::UnevenSteps {
-            worst,
-            of: Steps::Time,
-        }));
-    }
-    // Time stamps are rounded to the digits of the table: a rate that close to a whole number is one.
-    let found_hz = 1.0 / (mean * to_seconds);
-    let whole = (found_hz - found_hz.round()).abs() <= ROUNDED * found_hz;
-    let rate_hz = if whole { found_hz.round() } else { found_hz };
-    SampleRate::new(rate_hz).map_err(ReadError::of(path))
+    })
 }
 
 /// Steps that time stamps repeated by a slip of the clock explain.

@@ -24,9 +24,9 @@ use crate::journal::{is_journal, journal_path, read_run_journal};
 use crate::lvm::{looks_like_lvm, parse_lvm};
 use crate::matlab;
 use crate::recording_file::{Stored, read_parquet};
-use crate::sidecar::{Rendering, measure_or_unit, sidecar_path, unit_and_factor};
+use crate::sidecar::{OfSamples, Rendering, measure_or_unit, sidecar_path, unit_and_factor};
 use crate::uff;
-use crate::wav::{SampleFormat, fingerprint, parse_wav, start_in};
+use crate::wav::{SampleFormat, Wav, fingerprint, parse_wav, start_in};
 use beside::Beside;
 
 /// Information stated by the user in addition to that in the file.
@@ -430,32 +430,7 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     let beside = Beside::read(path)?.unwrap_or_else(|| Beside::none(path));
     let of_samples = beside.of_samples.clone();
     let mut warnings = Vec::new();
-    if let Some(stated) = of_samples.samples
-        && stated != fingerprint(path, bytes)?
-    {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "the samples that {} was written for",
-                sidecar_path(path).display()
-            ),
-            "other samples: an overwrite was interrupted, or another program changed them",
-            "write the file again; or, if the sidecar is valid for these samples, remove `samples` from it",
-        ));
-    }
-    if let Some(stated_hz) = of_samples.rate_hz
-        && stated_hz != f64::from(wav.rate_hz)
-    {
-        return Err(ReadError::content(
-            path,
-            format!(
-                "the rate that {} states, {stated_hz} Hz",
-                sidecar_path(path).display()
-            ),
-            format!("a header with {} Hz", wav.rate_hz),
-            "correct the one that is wrong; all frequencies and times depend on it",
-        ));
-    }
+    require_own_sidecar(path, bytes, &wav, &of_samples)?;
     let count = wav.channels.len();
     if let Some(names) = of_samples.channels.filter(|names| names.len() != count) {
         return Err(beside.other_count(count, names.len()));
@@ -532,6 +507,42 @@ fn from_wav(path: &Path, bytes: &[u8], options: &ReadOptions) -> Result<Stored, 
     let started = &mut stored.recording.annotations.started_at;
     *started = started.take().or_else(|| start_in(bytes));
     Ok(stored)
+}
+
+/// Refuses a sidecar that was written for other samples or another rate.
+fn require_own_sidecar(
+    path: &Path,
+    bytes: &[u8],
+    wav: &Wav,
+    of_samples: &OfSamples,
+) -> Result<(), ReadError> {
+    if let Some(stated) = &of_samples.samples
+        && *stated != fingerprint(path, bytes)?
+    {
+        return Err(ReadError::content(
+            path,
+            format!(
+                "the samples that {} was written for",
+                sidecar_path(path).display()
+            ),
+            "other samples: an overwrite was interrupted, or another program changed them",
+            "write the file again; or, if the sidecar is valid for these samples, remove `samples` from it",
+        ));
+    }
+    if let Some(stated_hz) = of_samples.rate_hz
+        && stated_hz != f64::from(wav.rate_hz)
+    {
+        return Err(ReadError::content(
+            path,
+            format!(
+                "the rate that {} states, {stated_hz} Hz",
+                sidecar_path(path).display()
+            ),
+            format!("a header with {} Hz", wav.rate_hz),
+            "correct the one that is wrong; all frequencies and times depend on it",
+        ));
+    }
+    Ok(())
 }
 
 /// Refuses a recording with a sample that is NaN or infinite, or without samples.

@@ -146,14 +146,9 @@ fn read_with_documents(
     }
     match &end {
         Some(end) => {
-            let start_changed = match (&start_text, end.start_fingerprint) {
-                (Some(text), Some(stored)) => fingerprint_of(text) != stored,
-                _ => false,
-            };
-            if start_changed
-                || end.samples != recording.len()
-                || end.fingerprint.is_some_and(|stored| stored != fingerprint)
-            {
+            let holds_all = end.samples == recording.len()
+                && end.fingerprint.is_none_or(|stored| stored == fingerprint);
+            if !holds_all || is_start_changed(start_text.as_deref(), end) {
                 return Err(damaged(path, &"it does not hold what was recorded"));
             }
             recording
@@ -182,6 +177,14 @@ fn read_with_documents(
         samples: None,
     };
     Ok((stored, start, end))
+}
+
+/// Whether a start document is not the one that was stored with the samples.
+fn is_start_changed(start: Option<&str>, end: &EndDocument) -> bool {
+    match (start, end.start_fingerprint) {
+        (Some(text), Some(stored)) => fingerprint_of(text) != stored,
+        _ => false,
+    }
 }
 
 /// The metadata of a Parquet file of another program.

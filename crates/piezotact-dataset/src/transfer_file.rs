@@ -273,50 +273,9 @@ pub(crate) fn from_lines(
             "export the complete transfer function",
         ));
     }
-    if let Some(bad) = frequency_hz.iter().find(|f| !f.is_finite()) {
-        return Err(ReadError::content(
-            path,
-            "frequencies",
-            format!("{bad}"),
-            "export the transfer function again",
-        ));
-    }
+    let step = even_step_hz(path, &frequency_hz)?;
     let (first, last) = (frequency_hz[0], frequency_hz[count - 1]);
-    let step = (last - first) / (count - 1) as f64;
-    let mut axis = frequency_hz.iter().enumerate();
-    let uneven = if step > 0.0 {
-        axis.find(|(k, f)| (**f - first - *k as f64 * step).abs() > 1e-3 * step)
-    } else {
-        axis.next_back()
-    };
-    if let Some((k, found)) = uneven {
-        return Err(ReadError::content(
-            path,
-            format!("frequencies equally spaced by {step} Hz"),
-            format!("{found} Hz in line {k}"),
-            "export the transfer function on a uniform axis",
-        ));
-    }
-    let mut coherence = match coherence {
-        Some(coherence) if coherence.len() == count => coherence,
-        other => {
-            let why = other.map_or_else(
-                || "the file holds no coherence".into(),
-                |found| {
-                    format!(
-                        "the coherence has {} frequency lines instead of {count} and is not used",
-                        found.len()
-                    )
-                },
-            );
-            warnings.push(Warning::from(RecordingWarning::Guessed {
-                what: format!(
-                    "{why}: it is assumed to be 1 everywhere, and the reliability of the transfer function is unknown"
-                ),
-            }));
-            vec![1.0; count]
-        }
-    };
+    let mut coherence = coherence_or_one(coherence, count, &mut warnings);
     let below = (first / step).round();
     if (first - below * step).abs() > 1e-2 * step || below < 0.0 || below > count as f64 {
         return Err(ReadError::content(
@@ -368,4 +327,61 @@ pub(crate) fn from_lines(
         distortion: None,
         measured_for: None,
     })
+}
+
+/// The step of at least two `frequency_hz`, which has to be the same everywhere.
+fn even_step_hz(path: &Path, frequency_hz: &[f64]) -> Result<f64, ReadError> {
+    if let Some(bad) = frequency_hz.iter().find(|f| !f.is_finite()) {
+        return Err(ReadError::content(
+            path,
+            "frequencies",
+            format!("{bad}"),
+            "export the transfer function again",
+        ));
+    }
+    let (first, last) = (frequency_hz[0], frequency_hz[frequency_hz.len() - 1]);
+    let step = (last - first) / (frequency_hz.len() - 1) as f64;
+    let mut axis = frequency_hz.iter().enumerate();
+    let uneven = if step > 0.0 {
+        axis.find(|(k, f)| (**f - first - *k as f64 * step).abs() > 1e-3 * step)
+    } else {
+        axis.next_back()
+    };
+    if let Some((k, found)) = uneven {
+        return Err(ReadError::content(
+            path,
+            format!("frequencies equally spaced by {step} Hz"),
+            format!("{found} Hz in line {k}"),
+            "export the transfer function on a uniform axis",
+        ));
+    }
+    Ok(step)
+}
+
+/// `coherence` where it has `count` lines; a warning and 1 everywhere where it has not.
+fn coherence_or_one(
+    coherence: Option<Vec<f64>>,
+    count: usize,
+    warnings: &mut Vec<Warning>,
+) -> Vec<f64> {
+    match coherence {
+        Some(coherence) if coherence.len() == count => coherence,
+        other => {
+            let why = other.map_or_else(
+                || "the file holds no coherence".into(),
+                |found| {
+                    format!(
+                        "the coherence has {} frequency lines instead of {count} and is not used",
+                        found.len()
+                    )
+                },
+            );
+            warnings.push(Warning::from(RecordingWarning::Guessed {
+                what: format!(
+                    "{why}: it is assumed to be 1 everywhere, and the reliability of the transfer function is unknown"
+                ),
+            }));
+            vec![1.0; count]
+        }
+    }
 }

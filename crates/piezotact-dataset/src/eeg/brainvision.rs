@@ -241,15 +241,13 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
     let required = |key: &str| {
         value(&infos, key).ok_or_else(|| wrong(format!("`{key}` in [Common Infos]"), "none".into()))
     };
-    let one_of = |key: &str, found: &str, all: &[&str]| {
-        all.iter()
-            .position(|word| found.eq_ignore_ascii_case(word))
-            .ok_or_else(|| {
-                wrong(
-                    format!("{key} to be {}", all.join(" or ")),
-                    format!("`{}`", short(found)),
-                )
-            })
+    let one_of = |key, found, all: &[&str]| {
+        word_of(found, all).ok_or_else(|| {
+            wrong(
+                format!("{key} to be {}", all.join(" or ")),
+                format!("`{}`", short(found)),
+            )
+        })
     };
     if let Some(format) = value(&infos, "DataFormat") {
         one_of("DataFormat", format, &["BINARY"])?;
@@ -304,16 +302,12 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
         None => None,
     };
     let named = |key: &str, name: &str| {
-        let own = path.file_stem().unwrap_or_default().to_string_lossy();
-        // The variable of BrainVision for the name of the header.
-        let name = name.replace("$b", &own);
-        match Path::new(&name).file_name() {
-            Some(file) if file.to_str() == Some(&name) => Ok(in_folder_of(path, &name)),
-            _ => Err(wrong(
+        file_beside(path, name).map_err(|name| {
+            wrong(
                 format!("{key} to name a file in the folder of the header"),
                 format!("`{}`", short(&name)),
-            )),
-        }
+            )
+        })
     };
     if value(&infos, "Averaged").is_some_and(|text| text.eq_ignore_ascii_case("YES")) {
         return Err(wrong(
@@ -339,6 +333,23 @@ fn header_of(path: &Path, text: &str) -> Result<Header, ReadError> {
         points,
         channels: channels_of(path, text, count)?,
     })
+}
+
+/// Which of `words` is `found`, in capital or small letters.
+fn word_of(found: &str, words: &[&str]) -> Option<usize> {
+    let mut words = words.iter();
+    words.position(|word| found.eq_ignore_ascii_case(word))
+}
+
+/// The file with `name` in the folder of the header at `path`; else the name, which is not one of a file there.
+fn file_beside(path: &Path, name: &str) -> Result<PathBuf, String> {
+    let own = path.file_stem().unwrap_or_default().to_string_lossy();
+    // The variable of BrainVision for the name of the header.
+    let name = name.replace("$b", &own);
+    match Path::new(&name).file_name() {
+        Some(file) if file.to_str() == Some(&name) => Ok(in_folder_of(path, &name)),
+        _ => Err(name),
+    }
 }
 
 /// The channels of [Channel Infos], which have to be as many as are stated.

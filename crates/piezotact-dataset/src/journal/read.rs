@@ -23,93 +23,23 @@ pub(crate) fn is_journal(head: &[u8]) -> bool {
 /// straight lines, so that the following samples keep their times.
 pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
     let bytes = crate::input::read_input(path)?;
-    let damaged = |found: &str| {
-        ReadError::content(
-            path,
-            "the journal of a recording",
-            found,
-            "it was interrupted before its first block, or is damaged: nothing can be read from it",
-        )
-    };
-    let newer = |found: u32| {
-        ReadError::content(
-            path,
-            format!("a journal of format {FORMAT} or before, which is what this version reads"),
-            format!("format {found}"),
-            "read it with a newer version of the program",
-        )
-    };
     let Blocks {
         blocks,
         damaged: damages,
         ..
     } = blocks_of(&bytes);
     let header = Header::of(&bytes);
-    let unreadable = |found: &str| match header {
-        Header::Format(format) if format > FORMAT => newer(format.into()),
-        _ => damaged(found),
-    };
-    let start = blocks.iter().find_map(|block| match block {
-        Block::Start(text) => Some(text),
-        _ => None,
-    });
-    let mut start: StartDocument = start
-        .ok_or_else(|| unreadable("one without a start document"))
-        .and_then(|text| {
-            serde_json::from_str(text).map_err(|error| {
-                unreadable(&format!("a start document that cannot be read ({error})"))
-            })
-        })?;
-    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
-        return Err(newer(start.format));
-    }
-    // A block that is unknown to this format may belong to a newer one.
-    if let Header::Format(format) = header
-        && format > FORMAT
-        && damages > 0
-    {
-        return Err(newer(format.into()));
-    }
-    let (mut clocks, mut clock_of) = Clock::numbered(&start.clocks);
-    if clocks.is_empty() {
-        clocks.push(Clock::at(start.rate_hz));
-        clock_of = vec![0; start.channels.len()];
-    }
-    let channels_of = |clock| clock_of.iter().filter(|of| **of == clock).count();
-    let mut by_clock: Vec<Vec<Vec<f64>>> = (0..clocks.len())
-        .map(|clock| vec![Vec::new(); channels_of(clock)])
-        .collect();
-    let (mut lost, mut events) = (Vec::new(), Vec::new());
+    let mut start = start_document(path, &blocks, header, damages)?;
+    let mut samples = ClockedSamples::of(&start);
+    let mut events = Vec::new();
     let mut end = None;
     for block in blocks {
         match block {
             Block::Start(_) | Block::Judged(_) => {}
             Block::Event(event) => events.push(event),
             Block::Chunk(chunk) => {
-                let clock = chunk.clock as usize;
-                let Some(samples) = by_clock.get_mut(clock) else {
-                    return Err(damaged(
-                        "samples of a sampling clock that its start document does not define",
-                    ));
-                };
-                let have = samples.first().map_or(0, Vec::len) as u64;
-                if chunk.channels.len() != samples.len() || chunk.first < have {
-                    return Err(damaged("blocks that are not in sequence"));
-                }
-                if chunk.first > have {
-                    let mut gaps = Vec::new();
-                    let missing = fill(samples, &chunk, &mut gaps);
-                    missing.ok_or_else(|| damaged("a gap longer than the recording"))?;
-                    let at_s =
-                        |at: u64| clocks[clock].start_s.0 + at as f64 / clocks[clock].rate_hz.hz();
-                    lost.extend(
-                        gaps.iter()
-                            .map(|(first, count)| [*first, first + count].map(at_s)),
-                    );
-                }
-                for (channel, new) in samples.iter_mut().zip(chunk.channels) {
-                    channel.extend(new);
-                }
+                let added = samples.add(chunk);
+                added.map_err(|found| damaged(path, found))?;
             }
             // The checksum says that the block is whole: what cannot be read in it was written by another version.
             Block::End(text) => {
@@ -124,13 +54,9 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         start = at_end;
         (warnings, events) = (end.warnings, end.events);
     }
-    let mut by_clock: Vec<_> = by_clock.into_iter().map(Vec::into_iter).collect();
-    let samples = clock_of
-        .iter()
-        .filter_map(|clock| by_clock[*clock].next())
-        .collect();
     // A block that is missing altogether leaves a gap and no damage.
-    let damages = (damages + usize::from(header == Header::Damaged)).max(lost.len());
+    let damages = (damages + usize::from(header == Header::Damaged)).max(samples.lost_s.len());
+    let (samples, lost) = samples.in_order();
     let mut recording = assemble(path, &start, samples)?;
     recording.annotations.events.extend(events);
     let losses = &mut recording.about.provenance.losses;
@@ -171,6 +97,126 @@ pub(crate) fn read_run_journal(path: &Path) -> Result<Stored, ReadError> {
         played: start.drive,
         samples: None,
     })
+}
+
+fn damaged(path: &Path, found: &str) -> ReadError {
+    ReadError::content(
+        path,
+        "the journal of a recording",
+        found,
+        "it was interrupted before its first block, or is damaged: nothing can be read from it",
+    )
+}
+
+fn newer(path: &Path, found: u32) -> ReadError {
+    ReadError::content(
+        path,
+        format!("a journal of format {FORMAT} or before, which is what this version reads"),
+        format!("format {found}"),
+        "read it with a newer version of the program",
+    )
+}
+
+/// The start document among `blocks`, which has to be of a format that is known.
+fn start_document(
+    path: &Path,
+    blocks: &[Block],
+    header: Header,
+    damages: usize,
+) -> Result<StartDocument, ReadError> {
+    let unreadable = |found: &str| match header {
+        Header::Format(format) if format > FORMAT => newer(path, format.into()),
+        _ => damaged(path, found),
+    };
+    let start = blocks.iter().find_map(|block| match block {
+        Block::Start(text) => Some(text),
+        _ => None,
+    });
+    let start: StartDocument = start
+        .ok_or_else(|| unreadable("one without a start document"))
+        .and_then(|text| {
+            serde_json::from_str(text).map_err(|error| {
+                unreadable(&format!("a start document that cannot be read ({error})"))
+            })
+        })?;
+    if start.format > StartDocument::FORMAT_WITH_CLOCKS {
+        return Err(newer(path, start.format));
+    }
+    // A block that is unknown to this format may belong to a newer one.
+    if let Header::Format(format) = header
+        && format > FORMAT
+        && damages > 0
+    {
+        return Err(newer(path, format.into()));
+    }
+    Ok(start)
+}
+
+/// The samples of a journal by sampling clock, with straight lines in place of lost ones.
+struct ClockedSamples {
+    clocks: Vec<Clock>,
+    /// The clock of each channel.
+    clock_of: Vec<usize>,
+    /// For each clock, the samples of its channels.
+    by_clock: Vec<Vec<Vec<f64>>>,
+    lost_s: Vec<[f64; 2]>,
+}
+
+impl ClockedSamples {
+    fn of(start: &StartDocument) -> Self {
+        let (mut clocks, mut clock_of) = Clock::numbered(&start.clocks);
+        if clocks.is_empty() {
+            clocks.push(Clock::at(start.rate_hz));
+            clock_of = vec![0; start.channels.len()];
+        }
+        let channels_of = |clock| clock_of.iter().filter(|of| **of == clock).count();
+        let by_clock = (0..clocks.len())
+            .map(|clock| vec![Vec::new(); channels_of(clock)])
+            .collect();
+        Self {
+            clocks,
+            clock_of,
+            by_clock,
+            lost_s: Vec::new(),
+        }
+    }
+
+    /// Adds the samples of `chunk`, or says what is damaged.
+    fn add(&mut self, chunk: RunChunk) -> Result<(), &'static str> {
+        let number = chunk.clock as usize;
+        let (Some(samples), Some(clock)) = (self.by_clock.get_mut(number), self.clocks.get(number))
+        else {
+            return Err("samples of a sampling clock that its start document does not define");
+        };
+        let have = samples.first().map_or(0, Vec::len) as u64;
+        if chunk.channels.len() != samples.len() || chunk.first < have {
+            return Err("blocks that are not in sequence");
+        }
+        if chunk.first > have {
+            let mut gaps = Vec::new();
+            fill(samples, &chunk, &mut gaps).ok_or("a gap longer than the recording")?;
+            let at_s = |at: u64| clock.start_s.0 + at as f64 / clock.rate_hz.hz();
+            self.lost_s.extend(
+                gaps.iter()
+                    .map(|(first, count)| [*first, first + count].map(at_s)),
+            );
+        }
+        for (channel, new) in samples.iter_mut().zip(chunk.channels) {
+            channel.extend(new);
+        }
+        Ok(())
+    }
+
+    /// The samples of the channels in their order, and the lost stretches.
+    fn in_order(self) -> (Vec<Vec<f64>>, Vec<[f64; 2]>) {
+        let mut by_clock: Vec<_> = self.by_clock.into_iter().map(Vec::into_iter).collect();
+        let samples = self
+            .clock_of
+            .iter()
+            .filter_map(|clock| by_clock[*clock].next())
+            .collect();
+        (samples, self.lost_s)
+    }
 }
 
 /// The error about an end document that is whole and cannot be read.

@@ -201,27 +201,12 @@ pub(crate) fn recording_of(
     }
     let scalar = scalar_rate(path, &variables)?;
     let found = match (&time, scalar) {
-        (Some(time), scalar) => {
-            let found = rate_of(path, time, &mut warnings);
-            match (&found, scalar) {
-                // Times are often stored with few digits: their mean step is less exact than the stated rate.
-                (Ok(found), Some((_, stated)))
-                    if (found.hz() / stated.hz() - 1.0).abs() <= ROUNDED_TIMES =>
-                {
-                    Some(Ok(stated))
-                }
-                (Ok(found), Some((name, stated))) => {
-                    about.push(Warning::from(RecordingWarning::Guessed {
-                        what: format!(
-                            "`{name}` states {stated}, `{}` gives {found}: the second was used",
-                            time.name
-                        ),
-                    }));
-                    Some(Ok(*found))
-                }
-                _ => Some(found),
-            }
-        }
+        (Some(time), stated) => Some(rate_of_times(
+            path,
+            time,
+            stated,
+            (&mut warnings, &mut about),
+        )),
         (None, Some((_, rate))) => Some(Ok(rate)),
         (None, None) => None,
     };
@@ -243,6 +228,30 @@ pub(crate) fn recording_of(
         options,
         WithoutUnit::OnlyScale { counts: &[] },
     )
+}
+
+/// The rate that times give, or the `stated` one where it agrees with them.
+fn rate_of_times(
+    path: &Path,
+    time: &Column,
+    stated: Option<(String, SampleRate)>,
+    (warnings, about): (&mut Vec<Warning>, &mut Vec<Warning>),
+) -> Result<SampleRate, ReadError> {
+    let found = rate_of(path, time, warnings)?;
+    let Some((name, stated)) = stated else {
+        return Ok(found);
+    };
+    // Times are often stored with few digits: their mean step is less exact than the stated rate.
+    if (found.hz() / stated.hz() - 1.0).abs() <= ROUNDED_TIMES {
+        return Ok(stated);
+    }
+    about.push(Warning::from(RecordingWarning::Guessed {
+        what: format!(
+            "`{name}` states {stated}, `{}` gives {found}: the second was used",
+            time.name
+        ),
+    }));
+    Ok(found)
 }
 
 /// A vector as one column, a matrix as one for each of its shorter dimension.
@@ -347,6 +356,15 @@ fn holds_time_signals(variables: &[(String, &MatValue)]) -> bool {
     })
 }
 
+/// The unit that `text` names, and what 1 of it is in SI units.
+fn unit_of(text: Option<&str>) -> (Unit, f64) {
+    let (unit, si) = Unit::parse(text.unwrap_or("").trim_end());
+    match unit.symbol() {
+        "no unit" => (Unit::Other(String::new()), si),
+        _ => (unit, si),
+    }
+}
+
 /// The frequency response of a file, with its coherence.
 pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument, ReadError> {
     let variables = flat(&file);
@@ -366,16 +384,9 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
     let coherence = stored_coherence.or_else(|| real(&COHERENCES));
     let text = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.text());
     let number = |name: &str| by_name(&variables, &[name]).and_then(|(_, value)| value.scalar());
-    let (mut units, mut factor) = (Vec::new(), 1.0);
-    for (name, power) in [("drive_unit", -1), ("response_unit", 1)] {
-        let (unit, si) = Unit::parse(text(name).unwrap_or("").trim_end());
-        units.push(if unit.symbol() == "no unit" {
-            Unit::Other(String::new())
-        } else {
-            unit
-        });
-        factor *= f64::powi(si, power);
-    }
+    let [(drive_unit, drive_si), (response_unit, response_si)] =
+        ["drive_unit", "response_unit"].map(|name| unit_of(text(name)));
+    let factor = f64::powi(drive_si, -1) * response_si;
     for line in &mut response {
         *line *= factor;
     }
@@ -434,8 +445,8 @@ pub(crate) fn transfer_of(path: &Path, file: MatFile) -> Result<TransferDocument
         document.distortion = described.distortion;
         document.attempts = described.attempts;
     }
-    document.response_unit = units.pop().unwrap_or(Unit::Other(String::new()));
-    document.drive_unit = units.pop().unwrap_or(Unit::Other(String::new()));
+    document.response_unit = response_unit;
+    document.drive_unit = drive_unit;
     if let Some(estimator) = text("estimator").and_then(Estimator::named) {
         document.estimator = estimator;
     }

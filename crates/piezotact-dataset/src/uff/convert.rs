@@ -109,24 +109,7 @@ pub(crate) fn recording_of(
             }
         };
         let name = unique(name(signal), &columns);
-        if signal.kind != UffKind::Time {
-            warnings.push(Warning::from(RecordingWarning::Guessed {
-                what: format!(
-                    "`{name}` is marked as a {} but has a time axis: it is read as a time response",
-                    signal.kind
-                ),
-            }));
-        }
-        if signal.data.len() < signal.promised {
-            warnings.push(Warning::from(RecordingWarning::Guessed {
-                what: format!(
-                    "the header states {} samples of `{name}` and {} follow: the file is truncated, the available samples were \
-                     read",
-                    signal.promised,
-                    signal.data.len()
-                ),
-            }));
-        }
+        warnings.extend(signal_warnings(signal, &name));
         if let UffData::Real(values) = &signal.data {
             let column = Column {
                 name,
@@ -153,6 +136,29 @@ pub(crate) fn recording_of(
             .unwrap_or("no stated date")
     ));
     Ok(recording)
+}
+
+fn signal_warnings(signal: &UffFunction, name: &str) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    if signal.kind != UffKind::Time {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
+            what: format!(
+                "`{name}` is marked as a {} but has a time axis: it is read as a time response",
+                signal.kind
+            ),
+        }));
+    }
+    if signal.data.len() < signal.promised {
+        warnings.push(Warning::from(RecordingWarning::Guessed {
+            what: format!(
+                "the header states {} samples of `{name}` and {} follow: the file is truncated, the available samples were \
+                 read",
+                signal.promised,
+                signal.data.len()
+            ),
+        }));
+    }
+    warnings
 }
 
 /// The time of the first value on the axis of a signal.

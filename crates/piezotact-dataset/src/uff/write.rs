@@ -41,39 +41,7 @@ pub fn write_uff(
         .zip(&document.imaginary)
         .flat_map(|(re, im)| [*re, *im])
         .collect();
-    let mut first = format!(
-        "estimator={}; averages={}",
-        document.estimator, document.averages
-    );
-    if let Some(rate) = document.rate_hz {
-        first.push_str(&format!("; rate_hz={}", rate.hz()));
-    }
-    let condition = &document.about.condition;
-    let mut parts = Vec::new();
-    parts.extend(condition.load_n.map(|load| format!("load_n={}", load.0)));
-    parts.extend(
-        condition
-            .angle_deg
-            .map(|angle| format!("angle_deg={}", angle.0)),
-    );
-    parts.extend(
-        condition
-            .participant
-            .as_ref()
-            .map(|name| format!("participant={name}")),
-    );
-    let second = if parts.is_empty() {
-        "NONE".into()
-    } else {
-        parts.join("; ")
-    };
-    let id_lines = [
-        line(path, &first, PARTICIPANT)?,
-        line(path, &second, PARTICIPANT)?,
-        "NONE".into(),
-        "NONE".into(),
-        OWN.into(),
-    ];
+    let id_lines = id_lines(path, document)?;
     let (over, of) = (
         axis(path, &document.drive_unit, "Drive")?,
         axis(path, &document.response_unit, "Response")?,
@@ -145,6 +113,43 @@ pub fn write_uff(
         }
         put(6, 4, [&none, &none], &document.coherence).map_err(WriteError::io(path))
     })
+}
+
+/// The id lines: estimator, averages and rate, the condition, and that the file is of this program.
+fn id_lines(path: &Path, document: &TransferDocument) -> Result<[String; 5], WriteError> {
+    let mut first = format!(
+        "estimator={}; averages={}",
+        document.estimator, document.averages
+    );
+    if let Some(rate) = document.rate_hz {
+        first.push_str(&format!("; rate_hz={}", rate.hz()));
+    }
+    let condition = &document.about.condition;
+    let mut parts = Vec::new();
+    parts.extend(condition.load_n.map(|load| format!("load_n={}", load.0)));
+    parts.extend(
+        condition
+            .angle_deg
+            .map(|angle| format!("angle_deg={}", angle.0)),
+    );
+    parts.extend(
+        condition
+            .participant
+            .as_ref()
+            .map(|name| format!("participant={name}")),
+    );
+    let second = if parts.is_empty() {
+        "NONE".into()
+    } else {
+        parts.join("; ")
+    };
+    Ok([
+        line(path, &first, PARTICIPANT)?,
+        line(path, &second, PARTICIPANT)?,
+        "NONE".into(),
+        "NONE".into(),
+        OWN.into(),
+    ])
 }
 
 /// What may be too long for an id line of a transfer function.

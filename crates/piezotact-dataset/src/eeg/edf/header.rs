@@ -147,8 +147,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
     let stated = fields.whole(8, "the number of records")?;
     let record_s = fields.number("the duration of a record")?;
     let count = fields.whole(4, "the number of signals")?;
-    let wrong =
-        |expected: String, found: String| ReadError::content(path, expected, found, WHAT_TO_DO);
+    let wrong = wrong(path);
     let count = usize::try_from(count)
         .ok()
         .filter(|count| *count > 0)
@@ -193,28 +192,7 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
     // Every signal is in the bytes of the header, and has at most 10⁸ samples in a record: no sum overflows.
     let record_bytes = signals.iter().map(|s| s.per_record * width).sum::<usize>();
     let stored = bytes.len() - length;
-    let (records, stopped) = match usize::try_from(stated) {
-        Ok(records) => {
-            let needed = records.checked_mul(record_bytes);
-            if needed != Some(stored) {
-                return Err(wrong(
-                    format!("{records} records of {record_bytes} bytes behind the header"),
-                    format!("{stored} bytes"),
-                ));
-            }
-            (records, false)
-        }
-        Err(_negative) if stated == -1 => (stored / record_bytes, true),
-        Err(_negative) => {
-            return Err(wrong(
-                "a number of records, or -1 for an unfinished recording".into(),
-                format!("{stated}"),
-            ));
-        }
-    };
-    if records == 0 {
-        return Err(wrong("at least one record".into(), "none".into()));
-    }
+    let (records, stopped) = records_in(path, stated, stored, record_bytes)?;
     let started_at = start_of(&date, &time, plus.then_some(recording.as_str()));
     let mut warnings = Vec::new();
     if started_at.is_none() {
@@ -238,6 +216,44 @@ pub(super) fn parse(path: &Path, bytes: &[u8]) -> Result<(Header, Vec<Warning>),
         signals,
     };
     Ok((header, warnings))
+}
+
+fn wrong(path: &Path) -> impl Fn(String, String) -> ReadError {
+    move |expected, found| ReadError::content(path, expected, found, WHAT_TO_DO)
+}
+
+/// The number of records of `record_bytes` in what is `stored` behind the header, as it is `stated` there or counted, and whether
+/// the recording was not finished.
+fn records_in(
+    path: &Path,
+    stated: i64,
+    stored: usize,
+    record_bytes: usize,
+) -> Result<(usize, bool), ReadError> {
+    let wrong = wrong(path);
+    let (records, stopped) = match usize::try_from(stated) {
+        Ok(records) => {
+            let needed = records.checked_mul(record_bytes);
+            if needed != Some(stored) {
+                return Err(wrong(
+                    format!("{records} records of {record_bytes} bytes behind the header"),
+                    format!("{stored} bytes"),
+                ));
+            }
+            (records, false)
+        }
+        Err(_negative) if stated == -1 => (stored / record_bytes, true),
+        Err(_negative) => {
+            return Err(wrong(
+                "a number of records, or -1 for an unfinished recording".into(),
+                format!("{stated}"),
+            ));
+        }
+    };
+    if records == 0 {
+        return Err(wrong("at least one record".into(), "none".into()));
+    }
+    Ok((records, stopped))
 }
 
 /// The largest number of samples of a signal in one record, which its field of eight digits holds.

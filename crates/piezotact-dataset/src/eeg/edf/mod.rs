@@ -51,21 +51,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         .collect();
     let (onsets, annotations) = annotations_of(path, &header, &records)?;
     let zero_s = onsets.first().map_or(0.0, |onset| onset.onset_s);
-    let jumps = header.gaps == Gaps::None && jumps(&header, &onsets);
-    if jumps {
-        let what = "the file says that it is continuous (EDF+C), but the onsets of its records jump; it is read as one with gaps (EDF+D)";
-        warnings.push(Warning::from(RecordingWarning::Guessed {
-            what: what.into(),
-        }));
-    }
-    let parts = match header.gaps {
-        Gaps::None if jumps => parts_of(path, &header, &onsets)?,
-        Gaps::None => vec![Part {
-            from: 0,
-            start_s: 0.0,
-        }],
-        Gaps::Stated => parts_of(path, &header, &onsets)?,
-    };
+    let (parts, jump) = parts_in(path, &header, &onsets)?;
+    warnings.extend(jump);
     let mut events: Vec<Marked> = annotations
         .into_iter()
         .map(|annotation| Marked {
@@ -148,6 +135,27 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<EegFile, ReadError> {
         bench: header.bench,
     }
     .into_file(path)
+}
+
+/// The parts without gaps, and a warning where the file states that there is one part and there are more.
+fn parts_in(
+    path: &Path,
+    header: &Header,
+    onsets: &[Onset],
+) -> Result<(Vec<Part>, Option<Warning>), ReadError> {
+    if header.gaps == Gaps::Stated {
+        return Ok((parts_of(path, header, onsets)?, None));
+    }
+    if jumps(header, onsets) {
+        let what = "the file says that it is continuous (EDF+C), but the onsets of its records jump; it is read as one with gaps (EDF+D)";
+        let warning = Warning::from(RecordingWarning::Guessed { what: what.into() });
+        return Ok((parts_of(path, header, onsets)?, Some(warning)));
+    }
+    let whole = Part {
+        from: 0,
+        start_s: 0.0,
+    };
+    Ok((vec![whole], None))
 }
 
 /// Onsets of records may be rounded by so much, s.

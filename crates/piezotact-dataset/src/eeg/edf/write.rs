@@ -7,7 +7,7 @@ use piezotact::Warning;
 use piezotact::number::counted;
 use piezotact::quantity::Unit;
 use piezotact::recording::{
-    BenchKind, Channel, Event, EventValue, Recording, RecordingWarning, StartTime,
+    BenchKind, Channel, Clock, Event, EventValue, Recording, RecordingWarning, StartTime,
 };
 
 use super::super::eeg_unit;
@@ -95,7 +95,8 @@ struct Layout {
     added: usize,
 }
 
-fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
+/// The number of samples in each clock's channels, which have to begin and end together.
+fn common_lengths(path: &Path, recording: &Recording) -> Result<Vec<usize>, WriteError> {
     let refuse = |expected: &str, found: String, todo: &str| {
         Err(WriteError::content(path, expected, found, todo))
     };
@@ -124,10 +125,7 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
             .map_or(0, |(_, channel)| channel.samples.len())
     };
     let lengths: Vec<usize> = (0..clocks.len()).map(length_of).collect();
-    let fastest = (0..clocks.len())
-        .max_by(|a, b| clocks[*a].rate_hz.hz().total_cmp(&clocks[*b].rate_hz.hz()))
-        .unwrap_or(0);
-    let rate_hz = clocks[fastest].rate_hz.hz();
+    let fastest = fastest(clocks);
     let ends_s = |clock: usize| clocks[clock].rate_hz.duration_of(lengths[clock]).0;
     let uneven = (0..clocks.len()).any(|clock| {
         let off_s = (ends_s(clock) - ends_s(fastest)).abs();
@@ -140,6 +138,23 @@ fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
             "cut them to a common length, or write them to separate files",
         );
     }
+    Ok(lengths)
+}
+
+fn fastest(clocks: &[Clock]) -> usize {
+    (0..clocks.len())
+        .max_by(|a, b| clocks[*a].rate_hz.hz().total_cmp(&clocks[*b].rate_hz.hz()))
+        .unwrap_or(0)
+}
+
+fn layout(path: &Path, recording: &Recording) -> Result<Layout, WriteError> {
+    let refuse = |expected: &str, found: String, todo: &str| {
+        Err(WriteError::content(path, expected, found, todo))
+    };
+    let lengths = common_lengths(path, recording)?;
+    let clocks = recording.clocks();
+    let fastest = fastest(clocks);
+    let rate_hz = clocks[fastest].rate_hz.hz();
     let frame_bytes: usize = clocks
         .iter()
         .enumerate()
