@@ -146,21 +146,7 @@ fn described(
         }
         TaskKind::Compare { method, .. } => {
             played_s = 2.0 * each_s;
-            let (once, aim) = match method {
-                Method::Constant { pairs, repeats } => (
-                    2 * pairs.len() * *repeats as usize,
-                    CompareAim::Shares { pairs: pairs.len() },
-                ),
-                // All that it can have: a staircase may end before.
-                Method::Adaptive(adaptive) => (
-                    adaptive.rule.at_most() as usize,
-                    CompareAim::Threshold {
-                        levels: adaptive.levels(),
-                        rule: adaptive.rule.clone(),
-                        largest_sd: adaptive.largest_sd,
-                    },
-                ),
-            };
+            let (once, aim) = compared(method);
             Designed::Compare {
                 alternatives: 2,
                 trials: (times * once as f64).round() as usize,
@@ -195,6 +181,25 @@ fn described(
         seconds_per_trial: seconds_beside + played_s,
         played_s,
         uncounted_trials: elements * (training + catch * times * block_repeats as f64),
+    }
+}
+
+/// The trials of a comparison that is done once, and its aim.
+fn compared(method: &Method) -> (usize, CompareAim) {
+    match method {
+        Method::Constant { pairs, repeats } => (
+            2 * pairs.len() * *repeats as usize,
+            CompareAim::Shares { pairs: pairs.len() },
+        ),
+        // All that it can have: a staircase may end before.
+        Method::Adaptive(adaptive) => (
+            adaptive.rule.at_most() as usize,
+            CompareAim::Threshold {
+                levels: adaptive.levels(),
+                rule: adaptive.rule.clone(),
+                largest_sd: adaptive.largest_sd,
+            },
+        ),
     }
 }
 

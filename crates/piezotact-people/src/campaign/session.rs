@@ -482,43 +482,10 @@ impl<'a> State<'a> {
                 evidence,
                 chosen,
             } => {
-                let planned = &self.trial(trial)?.presented;
-                if matches!(planned, Presented::Chosen { .. }) != chosen.is_some() {
-                    return Err(SessionError::Order {
-                        number: self.events,
-                        why: format!(
-                            "{trial}: what was chosen stands only where the answers choose"
-                        ),
-                    });
-                }
-                let names = chosen.as_deref().unwrap_or(planned.names());
-                let elements = names.len();
-                let state = self.trial_state(trial)?;
-                state.attempts += 1;
-                state.chosen.clone_from(chosen);
-                state.plays = vec![1; instead.as_ref().map_or(elements, Vec::len)];
-                for element in 0..state.plays.len() {
-                    state.feel(element);
-                }
-                state.presented_instead.clone_from(instead);
-                state.evidence = evidence.iter().cloned().enumerate().collect();
+                let (instead, chosen) = (instead.as_deref(), chosen.as_deref());
+                self.presented_first(trial, instead, evidence, chosen)?;
             }
-            Event::PlayBegan { trial, element } => {
-                let number = self.events;
-                let elements = self.presented(self.trial(trial)?).len();
-                let state = self.trial_state(trial)?;
-                if *element >= elements {
-                    return Err(SessionError::Order {
-                        number,
-                        why: format!("trial {trial} has no element {element}"),
-                    });
-                }
-                // Twice in one attempt: the first was not acknowledged by the store, and did not sound.
-                if !state.begun.contains(element) {
-                    state.feel(*element);
-                    state.begun.insert(*element);
-                }
-            }
+            Event::PlayBegan { trial, element } => self.play_began(trial, *element)?,
             Event::Voided { trial, .. } => {
                 let state = self.trial_state(trial)?;
                 // It failed while it was presented for the first time in this attempt.
@@ -578,6 +545,52 @@ impl<'a> State<'a> {
             Event::Ended => self.stage = Stage::Ended,
             Event::Note { .. } => {}
             Event::Ignored { .. } => self.ignored += 1,
+        }
+        Ok(())
+    }
+
+    /// A trial was presented once: `instead` of what was planned, or as the answers before it have `chosen`.
+    fn presented_first(
+        &mut self,
+        trial: &str,
+        instead: Option<&[String]>,
+        evidence: &[Evidence],
+        chosen: Option<&[String]>,
+    ) -> Result<(), SessionError> {
+        let planned = &self.trial(trial)?.presented;
+        if matches!(planned, Presented::Chosen { .. }) != chosen.is_some() {
+            return Err(SessionError::Order {
+                number: self.events,
+                why: format!("{trial}: what was chosen stands only where the answers choose"),
+            });
+        }
+        let elements = chosen.unwrap_or(planned.names()).len();
+        let state = self.trial_state(trial)?;
+        state.attempts += 1;
+        state.chosen = chosen.map(<[String]>::to_vec);
+        state.plays = vec![1; instead.map_or(elements, <[String]>::len)];
+        for element in 0..state.plays.len() {
+            state.feel(element);
+        }
+        state.presented_instead = instead.map(<[String]>::to_vec);
+        state.evidence = evidence.iter().cloned().enumerate().collect();
+        Ok(())
+    }
+
+    fn play_began(&mut self, trial: &str, element: usize) -> Result<(), SessionError> {
+        let number = self.events;
+        let elements = self.presented(self.trial(trial)?).len();
+        let state = self.trial_state(trial)?;
+        if element >= elements {
+            return Err(SessionError::Order {
+                number,
+                why: format!("trial {trial} has no element {element}"),
+            });
+        }
+        // Twice in one attempt: the first was not acknowledged by the store, and did not sound.
+        if !state.begun.contains(&element) {
+            state.feel(element);
+            state.begun.insert(element);
         }
         Ok(())
     }

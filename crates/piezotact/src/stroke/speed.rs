@@ -138,15 +138,9 @@ pub fn segment_by_speed(
             }),
         }
     }
-    let friction: Vec<f64> = strokes
-        .iter()
-        .filter_map(|s| {
-            let (from, to) = (s.steady.start / frames.size, s.steady.end / frames.size);
-            held.as_ref()?.friction(signals, frames, from, to)
-        })
-        .map(|ratio| quantile(&ratio, 0.5))
-        .collect();
-    let coefficient = quantile(&friction, 0.5);
+    let coefficient = held
+        .as_ref()
+        .map_or(0.0, |held| held.median_friction(signals, frames, &strokes));
     if coefficient > HIGH_FRICTION {
         warnings.push(Warning::from(ForceWarning::Doubtful {
             fault: ForceFault::HighFriction { coefficient },
@@ -199,6 +193,19 @@ impl Held {
     fn touch_within(&self, from: usize, to: usize) -> bool {
         let common = |(a, b): &(usize, usize)| (*b).min(to).saturating_sub((*a).max(from));
         10 * self.touches.iter().map(common).sum::<usize>() >= to - from
+    }
+
+    /// The median over `strokes` of each one's median friction.
+    fn median_friction(&self, signals: &Signals<'_>, frames: Frames, strokes: &[Stroke]) -> f64 {
+        let each: Vec<f64> = strokes
+            .iter()
+            .filter_map(|s| {
+                let (from, to) = (s.steady.start / frames.size, s.steady.end / frames.size);
+                self.friction(signals, frames, from, to)
+            })
+            .map(|ratio| quantile(&ratio, 0.5))
+            .collect();
+        quantile(&each, 0.5)
     }
 
     /// Tangential over normal force in the frames `from`…`to`; `None` without tangential forces.

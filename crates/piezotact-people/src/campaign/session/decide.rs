@@ -147,29 +147,8 @@ impl State<'_> {
                 expected: "the participant has withdrawn".to_owned(),
             });
         }
-        match command {
-            Command::Note { text } => {
-                check_long(text)?;
-                return Ok(Event::Note { text: text.clone() });
-            }
-            Command::Withdraw if self.stage != Stage::New => return Ok(Event::ConsentWithdrawn),
-            Command::Correct { trial, words, why } => return self.correct(trial, words, why),
-            Command::AnswerTo { trial, words } => return self.answer_to(trial, words),
-            Command::Resume {
-                experimenter,
-                now_ms,
-            } => return self.resume(experimenter, *now_ms),
-            Command::Stop { why }
-                if matches!(self.stage, Stage::Running | Stage::Paused | Stage::Consent) =>
-            {
-                check_long(why)?;
-                return match why.trim().is_empty() {
-                    true => Err(Refusal::NoReason),
-                    false => Ok(Event::Stopped { why: why.clone() }),
-                };
-            }
-            Command::Pause if self.stage == Stage::Running => return Ok(Event::Paused),
-            _ => {}
+        if let Some(decided) = self.decide_at_any_step(command) {
+            return decided;
         }
         match (self.step(), command) {
             (
@@ -230,20 +209,7 @@ impl State<'_> {
             (
                 Step::Answer { trial, .. } | Step::Confirm { trial, .. },
                 Command::Play { element, evidence },
-            ) => {
-                let elements = self.current().map_or(0, |(_, state)| state.plays.len());
-                match *element < elements {
-                    true => Ok(Event::Played {
-                        trial: trial.name.clone(),
-                        element: *element,
-                        evidence: evidence.clone(),
-                    }),
-                    false => Err(Refusal::Unknown {
-                        what: "element",
-                        name: (element + 1).to_string(),
-                    }),
-                }
-            }
+            ) => self.play_again(trial, *element, evidence.as_ref()),
             (Step::Answer { trial, .. }, Command::Confirm) if trial.answer == AnswerForm::Done => {
                 Ok(Event::Confirmed {
                     trial: trial.name.clone(),
@@ -266,6 +232,55 @@ impl State<'_> {
             (Step::End, Command::End) => Ok(Event::Ended),
             (step, _) => Err(Refusal::NotNow {
                 expected: expected(&step),
+            }),
+        }
+    }
+
+    /// What `command` makes happen at whatever step the session is.
+    fn decide_at_any_step(&self, command: &Command) -> Option<Result<Event, Refusal>> {
+        Some(match command {
+            Command::Note { text } => match check_long(text) {
+                Ok(()) => Ok(Event::Note { text: text.clone() }),
+                Err(error) => Err(error.into()),
+            },
+            Command::Withdraw if self.stage != Stage::New => Ok(Event::ConsentWithdrawn),
+            Command::Correct { trial, words, why } => self.correct(trial, words, why),
+            Command::AnswerTo { trial, words } => self.answer_to(trial, words),
+            Command::Resume {
+                experimenter,
+                now_ms,
+            } => self.resume(experimenter, *now_ms),
+            Command::Stop { why }
+                if matches!(self.stage, Stage::Running | Stage::Paused | Stage::Consent) =>
+            {
+                match check_long(why) {
+                    Err(error) => Err(error.into()),
+                    Ok(()) if why.trim().is_empty() => Err(Refusal::NoReason),
+                    Ok(()) => Ok(Event::Stopped { why: why.clone() }),
+                }
+            }
+            Command::Pause if self.stage == Stage::Running => Ok(Event::Paused),
+            _ => return None,
+        })
+    }
+
+    /// An element of the current trial is played once more.
+    fn play_again(
+        &self,
+        trial: &Trial,
+        element: usize,
+        evidence: Option<&Evidence>,
+    ) -> Result<Event, Refusal> {
+        let elements = self.current().map_or(0, |(_, state)| state.plays.len());
+        match element < elements {
+            true => Ok(Event::Played {
+                trial: trial.name.clone(),
+                element,
+                evidence: evidence.cloned(),
+            }),
+            false => Err(Refusal::Unknown {
+                what: "element",
+                name: (element + 1).to_string(),
             }),
         }
     }

@@ -17,9 +17,102 @@ fn larger(a: Option<usize>, b: Option<usize>) -> Option<usize> {
     Some(a?.max(b?))
 }
 
+/// What guessing reaches in one repetition of a task.
+struct Guessing {
+    /// As the task is asked.
+    once: Matches,
+    /// With every answer free.
+    independent: Matches,
+    /// With each sample answered once, wherever each is presented once.
+    each_once: Option<Matches>,
+    /// The number of samples that are put in order.
+    order: Option<usize>,
+    /// For sequences: the shares of answers that are forced and of sequences that are permutations, and the number of tests.
+    dependence: Option<(f64, f64, usize)>,
+}
+
 impl Work<'_> {
     /// What chance reaches, and fault 4: answers that follow from others.
     pub(super) fn chance(&mut self, task: &TaskDescription) -> Result<(), DesignError> {
+        let Some(Guessing {
+            once,
+            independent,
+            each_once,
+            order,
+            dependence,
+        }) = self.guessing(task)?
+        else {
+            return Ok(());
+        };
+        let sizes = || self.blocks.iter().map(Vec::len);
+        let total = once.repeated(task.repeats);
+        let independent = independent.repeated(task.repeats);
+        let answers = match &task.task {
+            TaskKind::OrderAll { samples, .. } => (*samples * task.repeats) as f64,
+            TaskKind::OrderSet { .. } => (sizes().sum::<usize>() * task.repeats) as f64,
+            TaskKind::Associate { .. } | TaskKind::IdentifyFromMemory => {
+                self.trials(task)? / self.share()
+            }
+            _ => self.trials(task)?,
+        };
+        let groups = (self.campaign.participants / self.campaign.sets_shared_over).max(1);
+        // Nobody is kept from answering one sample twice, unless samples are put in order; nor from answering each once.
+        let others = match task.task {
+            TaskKind::OrderAll { .. } | TaskKind::OrderSet { .. } => &total,
+            _ => &independent,
+        };
+        let each_once = each_once.map_or(total.clone(), |once| once.repeated(task.repeats));
+        let guesses = [&total, others, &each_once];
+        let beyond = |from: &dyn Fn(&Matches) -> Option<usize>| {
+            guesses.into_iter().map(from).reduce(larger).flatten()
+        };
+        let chance = TaskChance {
+            task: task.name.clone(),
+            answers,
+            mean: total.mean(),
+            sd: total.standard_deviation(),
+            sd_independent: independent.standard_deviation(),
+            beyond_chance_from: beyond(&Matches::beyond_chance_from),
+            beyond_chance_together_from: beyond(&|one| one.beyond_chance_together(groups)),
+            probability: total.probability().to_vec(),
+            whole_order_share: order.map(|n| (1..=n).map(|i| 1.0 / i as f64).product()),
+            tau_sd: order.and_then(tau_null_sd),
+            forced_share: dependence.map(|(forced, ..)| forced),
+            permutation_share: dependence.map(|(_, permutations, _)| permutations),
+        };
+        self.report.chance.push(chance.clone());
+        let (TaskKind::Associate { sequence }, Some((forced, _, count))) = (&task.task, dependence)
+        else {
+            return Ok(());
+        };
+        let what = DesignCriterion::ForcedAnswers {
+            task: task.name.clone(),
+        };
+        let criterion = Criterion::new(what, "", forced, None, Limit::at_most(0.0));
+        let longest = sizes().max().unwrap_or(2);
+        self.judge(criterion, |work| {
+            let fault = Fault::AnswersByExclusion {
+                task: task.name.clone(),
+                permutations: matches!(sequence, SequenceRule::Fixed { .. }).then_some(count),
+                chance_sd: chance.sd,
+                chance_sd_independent: chance.sd_independent,
+            };
+            let change = Change::IndependentSequences {
+                shortest: longest,
+                longest: longest + 1,
+            };
+            let mut better = work.plan(change);
+            // Half a stimulus more in each test.
+            let more =
+                (longest as f64 + 0.5) / (chance.answers / (count * task.repeats) as f64) - 1.0;
+            let now = work.report.time.iter().find(|time| time.task == task.name);
+            better.participant_s[1] += now.map_or(0.0, |time| time.time_s * more);
+            Ok((fault, Some(better)))
+        })
+    }
+
+    /// What guessing reaches in one repetition of `task`; none for a task that has no right answer.
+    fn guessing(&self, task: &TaskDescription) -> Result<Option<Guessing>, DesignError> {
         let permuted = |sizes: &mut dyn Iterator<Item = usize>| {
             sizes.fold((Matches::none(), Matches::none()), |(a, b), n| {
                 (a.and(&permutation_matches(n)), b.and(&trial_matches(n, n)))
@@ -82,73 +175,15 @@ impl Work<'_> {
                 let once = trial_matches(*n, *trials);
                 (once.clone(), once, None)
             }
-            TaskKind::Touch { .. } | TaskKind::Rate { .. } => return Ok(()),
+            TaskKind::Touch { .. } | TaskKind::Rate { .. } => return Ok(None),
         };
-        let total = once.repeated(task.repeats);
-        let independent = independent.repeated(task.repeats);
-        let answers = match &task.task {
-            TaskKind::OrderAll { samples, .. } => (*samples * task.repeats) as f64,
-            TaskKind::OrderSet { .. } => (sizes().sum::<usize>() * task.repeats) as f64,
-            TaskKind::Associate { .. } | TaskKind::IdentifyFromMemory => {
-                self.trials(task)? / self.share()
-            }
-            _ => self.trials(task)?,
-        };
-        let groups = (self.campaign.participants / self.campaign.sets_shared_over).max(1);
-        // Nobody is kept from answering one sample twice, unless samples are put in order; nor from answering each once.
-        let others = match task.task {
-            TaskKind::OrderAll { .. } | TaskKind::OrderSet { .. } => &total,
-            _ => &independent,
-        };
-        let each_once =
-            each_once.map_or(total.clone(), |once: Matches| once.repeated(task.repeats));
-        let guesses = [&total, others, &each_once];
-        let beyond = |from: &dyn Fn(&Matches) -> Option<usize>| {
-            guesses.into_iter().map(from).reduce(larger).flatten()
-        };
-        let chance = TaskChance {
-            task: task.name.clone(),
-            answers,
-            mean: total.mean(),
-            sd: total.standard_deviation(),
-            sd_independent: independent.standard_deviation(),
-            beyond_chance_from: beyond(&Matches::beyond_chance_from),
-            beyond_chance_together_from: beyond(&|one| one.beyond_chance_together(groups)),
-            probability: total.probability().to_vec(),
-            whole_order_share: order.map(|n| (1..=n).map(|i| 1.0 / i as f64).product()),
-            tau_sd: order.and_then(tau_null_sd),
-            forced_share: dependence.map(|(forced, ..)| forced),
-            permutation_share: dependence.map(|(_, permutations, _)| permutations),
-        };
-        self.report.chance.push(chance.clone());
-        let (TaskKind::Associate { sequence }, Some((forced, _, count))) = (&task.task, dependence)
-        else {
-            return Ok(());
-        };
-        let what = DesignCriterion::ForcedAnswers {
-            task: task.name.clone(),
-        };
-        let criterion = Criterion::new(what, "", forced, None, Limit::at_most(0.0));
-        let longest = largest.unwrap_or(2);
-        self.judge(criterion, |work| {
-            let fault = Fault::AnswersByExclusion {
-                task: task.name.clone(),
-                permutations: matches!(sequence, SequenceRule::Fixed { .. }).then_some(count),
-                chance_sd: chance.sd,
-                chance_sd_independent: chance.sd_independent,
-            };
-            let change = Change::IndependentSequences {
-                shortest: longest,
-                longest: longest + 1,
-            };
-            let mut better = work.plan(change);
-            // Half a stimulus more in each test.
-            let more =
-                (longest as f64 + 0.5) / (chance.answers / (count * task.repeats) as f64) - 1.0;
-            let now = work.report.time.iter().find(|time| time.task == task.name);
-            better.participant_s[1] += now.map_or(0.0, |time| time.time_s * more);
-            Ok((fault, Some(better)))
-        })
+        Ok(Some(Guessing {
+            once,
+            independent,
+            each_once,
+            order,
+            dependence,
+        }))
     }
 
     /// Fault 5: positions alone overstate confusion.
