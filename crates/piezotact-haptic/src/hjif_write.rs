@@ -132,30 +132,7 @@ fn experience<Q: Quantity>(x: &Series<Q>, texture: &HjifTexture) -> Result<Hjif,
     };
     // A whole number of at most 48000, as checked above.
     let ticks = rate_hz as u32;
-    let effects = samples
-        .chunks(KEYFRAMES_AN_EFFECT)
-        .enumerate()
-        .map(|(k, chunk)| HjifEffect {
-            effect_type: HjifEffectType::Basis,
-            id: None,
-            position: (k * KEYFRAMES_AN_EFFECT) as i64,
-            semantic_keywords: None,
-            phase: Some(0.0),
-            base_signal: Some(HjifBaseSignal::Sine),
-            keyframes: Some(
-                chunk
-                    .iter()
-                    .enumerate()
-                    .map(|(i, v)| HjifKeyframe {
-                        relative_position: Some(i as i64),
-                        amplitude_modulation: Some(*v as f32),
-                        frequency_modulation: None,
-                    })
-                    .collect(),
-            ),
-            unknown: BTreeMap::new(),
-        })
-        .collect();
+    let effects = effects(samples);
     let channel = HjifChannel {
         id: 0,
         description: texture.description.clone(),
@@ -209,6 +186,34 @@ fn experience<Q: Quantity>(x: &Series<Q>, texture: &HjifTexture) -> Result<Hjif,
         syncs: Vec::new(),
         unknown: BTreeMap::new(),
     })
+}
+
+/// Effects with a keyframe for each of `samples`.
+fn effects(samples: &[f64]) -> Vec<HjifEffect> {
+    samples
+        .chunks(KEYFRAMES_AN_EFFECT)
+        .enumerate()
+        .map(|(k, chunk)| HjifEffect {
+            effect_type: HjifEffectType::Basis,
+            id: None,
+            position: (k * KEYFRAMES_AN_EFFECT) as i64,
+            semantic_keywords: None,
+            phase: Some(0.0),
+            base_signal: Some(HjifBaseSignal::Sine),
+            keyframes: Some(
+                chunk
+                    .iter()
+                    .enumerate()
+                    .map(|(i, v)| HjifKeyframe {
+                        relative_position: Some(i as i64),
+                        amplitude_modulation: Some(*v as f32),
+                        frequency_modulation: None,
+                    })
+                    .collect(),
+            ),
+            unknown: BTreeMap::new(),
+        })
+        .collect()
 }
 
 /// `x`, in shares of full scale, as HJIF for the device of `texture`, and what it does not carry.

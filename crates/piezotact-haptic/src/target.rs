@@ -15,7 +15,7 @@ use piezotact::recording::{Channel, Condition, Provenance, Recording};
 use super::HapticClip;
 use super::hjif::{
     Hjif, HjifBand, HjifBandType, HjifBaseSignal, HjifChannel, HjifCurveType, HjifEffect,
-    HjifEffectType, HjifKeyframe,
+    HjifEffectType, HjifKeyframe, HjifPerception,
 };
 
 /// What is left out of a file.
@@ -109,35 +109,7 @@ pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, Ha
             ));
         }
         for channel in &perception.channels {
-            let mut waves = Vec::new();
-            for band in &channel.bands {
-                let playing = Playing {
-                    ticks,
-                    channel,
-                    band,
-                };
-                for effect in &band.effects {
-                    let effect = match effect.effect_type {
-                        HjifEffectType::Reference => perception
-                            .effect_library
-                            .iter()
-                            .find(|known| known.id.is_some() && known.id == effect.id)
-                            .map(|known| HjifEffect {
-                                position: effect.position,
-                                ..known.clone()
-                            }),
-                        _ => Some(effect.clone()),
-                    };
-                    match effect {
-                        Some(effect) if effect.effect_type == HjifEffectType::Basis => {
-                            waves.push(playing.wave(&effect, &mut notes)?);
-                        }
-                        _ => {
-                            notes.insert(NOT_PLAYED.into());
-                        }
-                    }
-                }
-            }
+            let waves = waves(perception, channel, ticks, &mut notes)?;
             let name = if alone {
                 "signal".into()
             } else {
@@ -180,6 +152,45 @@ pub fn recording_of_hjif(file: &Hjif, asked: &Asked<'_>) -> Result<Recording, Ha
         file.profile, file.level
     );
     recording(channels, rate, asked, warnings, step)
+}
+
+/// The waves of the basic effects of `channel`, those of the library among them; `notes` say what is not played.
+fn waves(
+    perception: &HjifPerception,
+    channel: &HjifChannel,
+    ticks: f64,
+    notes: &mut BTreeSet<String>,
+) -> Result<Vec<Wave>, HapticError> {
+    let mut waves = Vec::new();
+    for band in &channel.bands {
+        let playing = Playing {
+            ticks,
+            channel,
+            band,
+        };
+        for effect in &band.effects {
+            let effect = match effect.effect_type {
+                HjifEffectType::Reference => perception
+                    .effect_library
+                    .iter()
+                    .find(|known| known.id.is_some() && known.id == effect.id)
+                    .map(|known| HjifEffect {
+                        position: effect.position,
+                        ..known.clone()
+                    }),
+                _ => Some(effect.clone()),
+            };
+            match effect {
+                Some(effect) if effect.effect_type == HjifEffectType::Basis => {
+                    waves.push(playing.wave(&effect, notes)?);
+                }
+                _ => {
+                    notes.insert(NOT_PLAYED.into());
+                }
+            }
+        }
+    }
+    Ok(waves)
 }
 
 fn bands(file: &Hjif) -> impl Iterator<Item = &HjifBand> {

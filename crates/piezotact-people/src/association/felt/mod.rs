@@ -139,37 +139,7 @@ pub fn felt_pairs(
 ) -> (Felt, Vec<Warning>) {
     let mut warnings = Vec::new();
     let wanted = felt_samples(pairs);
-    let mut fingers: BTreeMap<Option<&str>, BTreeMap<&str, &FeltRecording>> = BTreeMap::new();
-    let mut others = BTreeSet::new();
-    for recording in recordings {
-        let person = recording.participant.as_deref();
-        if let Some(person) = person.filter(|person| !people.contains(*person)) {
-            others.insert(person.to_owned());
-            continue;
-        }
-        let of = fingers.entry(person).or_default();
-        if wanted.contains(&recording.sample) {
-            of.insert(&recording.sample, recording);
-        }
-    }
-    if !others.is_empty() {
-        let people = others.into_iter().collect();
-        warnings.push(
-            FeltWarning::NotKnown {
-                why: FeltUnknown::OfOthers { people },
-            }
-            .into(),
-        );
-    }
-    if fingers.contains_key(&None) && people.len() > 1 {
-        let participants = people.len();
-        warnings.push(
-            FeltWarning::NotKnown {
-                why: FeltUnknown::OneForAll { participants },
-            }
-            .into(),
-        );
-    }
+    let fingers = fingers(recordings, &wanted, people, &mut warnings);
     let missing = missing(&wanted, &fingers);
     if !missing.is_empty() {
         warnings.push(
@@ -242,6 +212,47 @@ pub fn felt_pairs(
         pairs: found,
     };
     (felt, warnings)
+}
+
+/// The recordings of the `wanted` samples by finger, of `people` alone.
+fn fingers<'a>(
+    recordings: &'a [FeltRecording],
+    wanted: &BTreeSet<String>,
+    people: &BTreeSet<String>,
+    warnings: &mut Vec<Warning>,
+) -> BTreeMap<Option<&'a str>, BTreeMap<&'a str, &'a FeltRecording>> {
+    let mut fingers: BTreeMap<Option<&str>, BTreeMap<&str, &FeltRecording>> = BTreeMap::new();
+    let mut others = BTreeSet::new();
+    for recording in recordings {
+        let person = recording.participant.as_deref();
+        if let Some(person) = person.filter(|person| !people.contains(*person)) {
+            others.insert(person.to_owned());
+            continue;
+        }
+        let of = fingers.entry(person).or_default();
+        if wanted.contains(&recording.sample) {
+            of.insert(&recording.sample, recording);
+        }
+    }
+    if !others.is_empty() {
+        let people = others.into_iter().collect();
+        warnings.push(
+            FeltWarning::NotKnown {
+                why: FeltUnknown::OfOthers { people },
+            }
+            .into(),
+        );
+    }
+    if fingers.contains_key(&None) && people.len() > 1 {
+        let participants = people.len();
+        warnings.push(
+            FeltWarning::NotKnown {
+                why: FeltUnknown::OneForAll { participants },
+            }
+            .into(),
+        );
+    }
+    fingers
 }
 
 fn of_person(name: &str, person: Option<&str>) -> String {

@@ -231,14 +231,25 @@ impl Place<'_> {
         }
     }
 
+    fn association_answer(&self, labels: &Labels) -> AnswerForm {
+        match labels {
+            Labels::Names => AnswerForm::Each {
+                choices: self.group.samples.to_vec(),
+            },
+            Labels::OwnOrder { task: order } => {
+                let own = format!("{}.{}", self.block.name, self.task.name);
+                let ordered = format!("{}.{order}", self.block.name);
+                AnswerForm::EachOfOrder {
+                    trial: self.name.replacen(&own, &ordered, 1),
+                }
+            }
+        }
+    }
+
     /// The counted trials.
     fn counted(&self, stream: &mut Stream) -> Result<Vec<Trial>, ProtocolError> {
         let Self {
-            block,
-            task,
-            group,
-            name,
-            ..
+            task, group, name, ..
         } = *self;
         let mut trials = Vec::new();
         let mut add = |name: String, presented: Presented, answer: AnswerForm| {
@@ -287,16 +298,7 @@ impl Place<'_> {
                 add(name.to_owned(), Presented::Tray { samples: tray }, answer);
             }
             TaskKind::Associate { sequence, labels } => {
-                let answer = match labels {
-                    Labels::Names => AnswerForm::Each {
-                        choices: samples.to_vec(),
-                    },
-                    Labels::OwnOrder { task: order } => {
-                        let own = format!("{}.{}", block.name, task.name);
-                        let trial = name.replacen(&own, &format!("{}.{order}", block.name), 1);
-                        AnswerForm::EachOfOrder { trial }
-                    }
-                };
+                let answer = self.association_answer(labels);
                 for (i, stimuli) in sequences(sequence, task, group, stream)?
                     .into_iter()
                     .enumerate()
