@@ -2,15 +2,17 @@
 
 use piezotact::Warning;
 use piezotact::figure::Line;
-use piezotact::quantity::Decibels;
+use piezotact::quantity::{Acceleration, Decibels, Drive};
 use piezotact::spectrum::amplitude_spectrum;
 use piezotact::statistics::mean;
+use piezotact::transfer::TransferFunction;
 use piezotact::verify::{UncompensatedPrediction, Verification, predict_uncompensated};
 
 use super::claims::{Finding, Holds, at_least, at_most, below, least as least_of, most};
 use super::figure::{Counterpart, decibels, density, frequency, line, linear};
 use super::rendering::{compared, judged_as, played, rendered, sent_uncompensated, target};
 use super::{Chapter, ReplayError, campaigns, exchange, said_once};
+use piezotact_bench::Bench;
 use piezotact_twin::{ActTouch, ActiveProtocol, Pace, Participant, SlidingDirection};
 use piezotact_volunteers::{Laboratory, characterised, resting, run, take};
 
@@ -48,58 +50,13 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
             seed,
         )?;
         for texture in TEXTURES {
-            let sample = laboratory.parameters.sample(texture)?;
-            let person = Participant::of(participant, seed, &laboratory.parameters);
-            let protocol = ActiveProtocol {
-                strokes: 3,
-                movement: SlidingDirection::Proximal,
-                pace: Pace::Metronome {
-                    speed_m_s: 0.03,
-                    stroke_s: None,
-                },
-            };
-            let acttouch = ActTouch::new(&laboratory.parameters, person, sample, protocol)?;
-            let (taken, recording) = take(
-                acttouch.into_acquirer(),
-                &run(laboratory, "chapter 4", Some(0.2)),
-                1_024,
-            )?;
-            let target = target(&taken, &recording)?;
-            let (drive, level) = rendered(&target, &function)?;
-            let label = |what: &str| resting(&format!("{what} {texture}"), 0.2, 20.0);
-            let measured = played(&mut bench, &drive.drive, &label("play"))?;
-            let verification = compared(&target, &measured, level)?;
-            let sent = sent_uncompensated(&mut bench, &target)?;
-            let loud = played(&mut bench, &sent.drive, &label("straight"))?;
-            let loud = compared(&target, &loud, Decibels(0.0))?;
-            let soft = played(&mut bench, &sent.softer, &label("turned down"))?;
-            let uncompensated = [loud, compared(&target, &soft, sent.level)?];
-            let predicted = predict_uncompensated(&target, &function, &judged_as(&target)?)?;
-            let mut figures = Vec::new();
-            if participant == 1 {
-                figures = figures_of(texture, &verification, &uncompensated);
-                if texture == "S8" {
-                    figures.extend(processing(&target, &drive, &function));
-                }
-            }
-            let warnings: [&[Warning]; 4] = [
-                &taken.warnings,
-                &drive.about.warnings,
-                &measured.about.warnings,
-                &verification.warnings,
-            ];
-            let warnings = warnings.into_iter().flatten().cloned().collect();
-            felt.push(Felt {
-                warnings,
+            felt.push(felt_on_finger(
+                laboratory,
+                &mut bench,
                 participant,
                 texture,
-                rendered: verification,
-                uncompensated,
-                predicted,
-                clips: sent.clips,
-                level,
-                figures,
-            });
+                &function,
+            )?);
         }
     }
     let exchange = exchange::exchanged_levels(laboratory)?;
@@ -140,6 +97,68 @@ pub(super) fn chapter4(laboratory: &Laboratory) -> Result<Chapter, ReplayError> 
         missing: vec![
             "Figures 50 and 56–58 (photographs); figures 51 and 59, which show the matrices of figures 52 and 55 once more; figures 53, 54, 60, 61, 64 and 65, spectra and levels of which figures 31 to 33 and 62 are counterparts.".into(),
         ],
+    })
+}
+
+/// A stroke of `texture`, rendered for the finger on `bench` with its own transfer function, and sent uncompensated.
+fn felt_on_finger(
+    laboratory: &Laboratory,
+    bench: &mut Bench,
+    participant: u64,
+    texture: &'static str,
+    function: &TransferFunction<Drive, Acceleration>,
+) -> Result<Felt, ReplayError> {
+    let sample = laboratory.parameters.sample(texture)?;
+    let person = Participant::of(participant, laboratory.seed, &laboratory.parameters);
+    let protocol = ActiveProtocol {
+        strokes: 3,
+        movement: SlidingDirection::Proximal,
+        pace: Pace::Metronome {
+            speed_m_s: 0.03,
+            stroke_s: None,
+        },
+    };
+    let acttouch = ActTouch::new(&laboratory.parameters, person, sample, protocol)?;
+    let (taken, recording) = take(
+        acttouch.into_acquirer(),
+        &run(laboratory, "chapter 4", Some(0.2)),
+        1_024,
+    )?;
+    let target = target(&taken, &recording)?;
+    let (drive, level) = rendered(&target, function)?;
+    let label = |what: &str| resting(&format!("{what} {texture}"), 0.2, 20.0);
+    let measured = played(bench, &drive.drive, &label("play"))?;
+    let verification = compared(&target, &measured, level)?;
+    let sent = sent_uncompensated(bench, &target)?;
+    let loud = played(bench, &sent.drive, &label("straight"))?;
+    let loud = compared(&target, &loud, Decibels(0.0))?;
+    let soft = played(bench, &sent.softer, &label("turned down"))?;
+    let uncompensated = [loud, compared(&target, &soft, sent.level)?];
+    let predicted = predict_uncompensated(&target, function, &judged_as(&target)?)?;
+    let mut figures = Vec::new();
+    if participant == 1 {
+        figures = figures_of(texture, &verification, &uncompensated);
+        if texture == "S8" {
+            figures.extend(processing(&target, &drive, function));
+        }
+    }
+    let warnings: [&[Warning]; 4] = [
+        &taken.warnings,
+        &drive.about.warnings,
+        &measured.about.warnings,
+        &verification.warnings,
+    ];
+    let warnings = warnings.into_iter().flatten().cloned().collect();
+    Ok(Felt {
+        warnings,
+        participant,
+        texture,
+        rendered: verification,
+        uncompensated,
+        predicted,
+        clips: sent.clips,
+        level,
+        figures,
     })
 }
 
@@ -284,12 +303,9 @@ fn figures_of(
 
 /// Figure 45: target and drive as spectra, and the transfer function between them.
 fn processing(
-    target: &piezotact::Series<piezotact::quantity::Acceleration>,
+    target: &piezotact::Series<Acceleration>,
     drive: &piezotact::render::RenderedDrive,
-    function: &piezotact::transfer::TransferFunction<
-        piezotact::quantity::Drive,
-        piezotact::quantity::Acceleration,
-    >,
+    function: &TransferFunction<Drive, Acceleration>,
 ) -> Vec<Counterpart> {
     let amplitudes = |(f, a): (Vec<f64>, Vec<f64>)| -> Vec<(f64, f64)> {
         f.into_iter()

@@ -65,6 +65,25 @@ fn count(
     Ok(counts)
 }
 
+/// The share of studies in which a sample of spectrum `other` is told apart from one that is not changed.
+fn told_share(config: &DiscriminationConfig, change: Change, other: &[f64]) -> Result<f64> {
+    let mut told = 0;
+    for study in 0..STUDIES {
+        let mut random = Random::new(10_000 + study);
+        let plain = spectrum(change, 0.0);
+        let textures = ["D", "N1", "N2", "N3"]
+            .map(|name| {
+                let texture = if name == "D" { other } else { &plain };
+                sample(&mut random, name, texture, [1, 15], 0.0)
+            })
+            .to_vec();
+        let found = discriminate(&[textures], config)?;
+        let pair = found.settings.first().and_then(|groups| groups.pair(0, 1));
+        told += u64::from(pair.is_some_and(|p| p.outcome == Distinguishability::ToldApart));
+    }
+    Ok(told as f64 / STUDIES as f64)
+}
+
 /// Measures and prints the tables.
 pub(crate) fn run() -> Result<()> {
     let start = Instant::now();
@@ -133,22 +152,7 @@ pub(crate) fn run() -> Result<()> {
                     change,
                     jnd * jnd_db / config.model.level_jnd.0,
                 );
-                let mut told = 0;
-                for study in 0..STUDIES {
-                    let mut random = Random::new(10_000 + study);
-                    let plain = spectrum(change, 0.0);
-                    let textures = ["D", "N1", "N2", "N3"]
-                        .map(|name| {
-                            let texture = if name == "D" { &other } else { &plain };
-                            sample(&mut random, name, texture, [1, 15], 0.0)
-                        })
-                        .to_vec();
-                    let found = discriminate(&[textures], &config)?;
-                    let pair = found.settings.first().and_then(|groups| groups.pair(0, 1));
-                    told +=
-                        u64::from(pair.is_some_and(|p| p.outcome == Distinguishability::ToldApart));
-                }
-                let share = told as f64 / STUDIES as f64;
+                let share = told_share(&config, change, &other)?;
                 row += &format!("{:>5.0} %", 100.0 * share);
                 let is = |a: f64, b: f64| (a - b).abs() < 1e-9;
                 if is(jnd_db, noticed) && is(jnd, 2.0) {

@@ -7,7 +7,10 @@ use anyhow::anyhow;
 use piezotact::page::{Cell, Column, Table};
 use piezotact::quantity::{Acceleration, Drive};
 use piezotact::study::{AnalysedRecording, strokes_table};
-use piezotact_dataset::{ReadOptions, TransferDocument, read_recording, read_transfer};
+use piezotact::transfer::TransferFunction;
+use piezotact_dataset::{
+    ConfidenceColumns, ReadOptions, TransferDocument, read_recording, read_transfer,
+};
 use piezotact_people::association::{
     AnswerTable, AssociationConfig, Grouping, MatrixConfig, associate,
 };
@@ -275,35 +278,7 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
         piezotact::quantity::Unit::FullScale,
         piezotact::quantity::Unit::MetrePerSecondSquared,
     );
-    let limits = document.confidence.as_ref();
-    let mut table = columns(&[
-        "frequency",
-        "real",
-        "imaginary",
-        "coherence",
-        "magnitude_low",
-        "magnitude_high",
-        "phase_reach",
-    ]);
-    let coherence = function.has_coherence().then(|| function.coherence());
-    table.rows = function
-        .frequencies_hz()
-        .into_iter()
-        .zip(function.response())
-        .enumerate()
-        .map(|(line, (hz, h))| {
-            let coherence = coherence.and_then(|all| all.get(line).copied());
-            vec![
-                Cell::from(hz),
-                Cell::from(h.re),
-                Cell::from(h.im),
-                Cell::from(coherence),
-                Cell::from(limits.and_then(|all| all.low.get(line).copied())),
-                Cell::from(limits.and_then(|all| all.high.get(line).copied().flatten())),
-                Cell::from(limits.and_then(|all| all.phase_reach_rad.get(line).copied())),
-            ]
-        })
-        .collect();
+    let table = transfer_table(&function, document.confidence.as_ref());
     let mut provenance = serde_json::to_value(&document)?;
     if let Some(provenance) = provenance.as_object_mut() {
         // They stand in the table.
@@ -354,6 +329,41 @@ pub(super) fn of_transfer(path: &Path, session: impl Fn(&str) -> Option<String>)
         // The measurement that it was estimated from is not part of the study.
         sources: MadeOf::Recording(Vec::new()),
     })
+}
+
+fn transfer_table(
+    function: &TransferFunction<Drive, Acceleration>,
+    limits: Option<&ConfidenceColumns>,
+) -> Table {
+    let mut table = columns(&[
+        "frequency",
+        "real",
+        "imaginary",
+        "coherence",
+        "magnitude_low",
+        "magnitude_high",
+        "phase_reach",
+    ]);
+    let coherence = function.has_coherence().then(|| function.coherence());
+    table.rows = function
+        .frequencies_hz()
+        .into_iter()
+        .zip(function.response())
+        .enumerate()
+        .map(|(line, (hz, h))| {
+            let coherence = coherence.and_then(|all| all.get(line).copied());
+            vec![
+                Cell::from(hz),
+                Cell::from(h.re),
+                Cell::from(h.im),
+                Cell::from(coherence),
+                Cell::from(limits.and_then(|all| all.low.get(line).copied())),
+                Cell::from(limits.and_then(|all| all.high.get(line).copied().flatten())),
+                Cell::from(limits.and_then(|all| all.phase_reach_rad.get(line).copied())),
+            ]
+        })
+        .collect();
+    table
 }
 
 /// `table` with the columns that are `known` alone: names of files and labels that somebody typed may tell who somebody is.

@@ -182,6 +182,10 @@ impl BidsWriter<'_> {
         if recording.annotations.events.is_empty() {
             return Ok(());
         }
+        self.eeg_events(of, recording)
+    }
+
+    fn eeg_events(&mut self, of: &Entities, recording: &Recording) -> Result<(), BidsError> {
         let mut events = table(&["onset", "duration", "trial_type", "value", "sample"]);
         for event in &recording.annotations.events {
             let value = match &event.value {
@@ -195,7 +199,7 @@ impl BidsWriter<'_> {
                 Cell::from(event.duration_s.0),
                 Cell::from(event.kind.as_str()),
                 value,
-                Cell::from((onset_s * rate_hz).round_ties_even()),
+                Cell::from((onset_s * recording.rate().hz()).round_ties_even()),
             ]);
         }
         let file = of.file_in("eeg", "events", "tsv");

@@ -282,31 +282,7 @@ impl Making<'_> {
         let scene = self.scene;
         let samples = scene.frame_samples();
         match kind {
-            DropOut(lasts_s) => {
-                let gap = place(scene, lasts_s, draws);
-                self.case
-                    .gaps
-                    .push(Gap::of(&self.case.delivered, gap.clone()));
-                // 2 ms of a ramp outside it, or none.
-                let ramp = if scene.seed.is_multiple_of(2) {
-                    0.0
-                } else {
-                    0.002 * RATE_HZ
-                };
-                for (i, v) in self.case.delivered.iter_mut().enumerate() {
-                    let outside = gap
-                        .start
-                        .saturating_sub(i)
-                        .max((i + 1).saturating_sub(gap.end));
-                    *v *= if outside == 0 {
-                        0.0
-                    } else if ramp > 0.0 {
-                        (outside as f64 / ramp).min(1.0)
-                    } else {
-                        1.0
-                    };
-                }
-            }
+            DropOut(lasts_s) => self.drop_out(lasts_s, draws),
             SecondHalfSilent => {
                 let gap = LEAD + scene.target.len() / 2..samples;
                 let lost = gap.start..LEAD + scene.target.len();
@@ -389,6 +365,33 @@ impl Making<'_> {
             _ => return self.happen_otherwise(kind, draws),
         }
         Ok(())
+    }
+
+    fn drop_out(&mut self, lasts_s: f64, draws: &mut Draws) {
+        let scene = self.scene;
+        let gap = place(scene, lasts_s, draws);
+        self.case
+            .gaps
+            .push(Gap::of(&self.case.delivered, gap.clone()));
+        // 2 ms of a ramp outside it, or none.
+        let ramp = if scene.seed.is_multiple_of(2) {
+            0.0
+        } else {
+            0.002 * RATE_HZ
+        };
+        for (i, v) in self.case.delivered.iter_mut().enumerate() {
+            let outside = gap
+                .start
+                .saturating_sub(i)
+                .max((i + 1).saturating_sub(gap.end));
+            *v *= if outside == 0 {
+                0.0
+            } else if ramp > 0.0 {
+                (outside as f64 / ramp).min(1.0)
+            } else {
+                1.0
+            };
+        }
     }
 
     fn happen_otherwise(&mut self, kind: Kind, draws: &mut Draws) -> Result<()> {
