@@ -194,9 +194,9 @@ fn several_are_adjusted_and_bad_questions_refused() {
         assert!(one.sentence().contains("(Holm's, of 3)"));
     }
     for (question, words) in [
-        (samples("S1", "S9"), "found `S9`"),
-        (samples("S1", "S1"), "found `S1`"),
-        (Difference::Tasks(two("naming", "order")), "found `order`"),
+        (samples("S1", "S9"), "cannot compare `S9`"),
+        (samples("S1", "S1"), "`S1`"),
+        (Difference::Tasks(two("naming", "order")), "`order`"),
     ] {
         let refused = compared(&right, &MatrixConfig::default(), &question).unwrap_err();
         assert!(refused.to_string().contains(words), "{refused}");

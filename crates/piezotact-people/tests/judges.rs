@@ -363,7 +363,7 @@ fn what_cannot_be_compared_is_refused() {
     };
     let mut answers = campaign(&few, By::Judge(Judge::Guesser), 1);
     answers.choices[4].chosen = 3;
-    assert!(says(&answers, bounds).contains("answer 4: expected one of 3 alternatives"));
+    assert!(says(&answers, bounds).contains("answer 4 chose place 3 of 3 alternatives"));
     answers.choices[4].chosen = 0;
     answers.orders[1].order = vec![0, 0, 1];
     assert!(says(&answers, bounds).contains("[0, 0, 1]"));

@@ -527,7 +527,7 @@ mod tests {
         check(
             &format!("{header}\n"),
             &["S1", "S2"],
-            &["expected answers, found none"],
+            &["no answers", "at least one trial that is not a rehearsal"],
         );
         check(
             &format!("{header},stimulus\nP1,3,1,S1,S1,S1\n"),

@@ -251,9 +251,15 @@ pub enum SeriesError {
     },
     /// A block, or the partitions of an impulse response, of another length than planned.
     #[error(
-        "expected {expected}, found {found}; cut both impulse responses for one block, and fill the shorter one with zeros"
+        "expected {} block(s) of {} samples, found {} of {}; cut both impulse responses for one block, and fill the shorter one with zeros",
+        expected[0], expected[1], found[0], found[1]
     )]
-    Lengths { expected: String, found: String },
+    Lengths {
+        /// How many blocks, and how many samples in each.
+        expected: [usize; 2],
+        /// The same of what was given.
+        found: [usize; 2],
+    },
 }
 
 #[cfg(test)]

@@ -593,7 +593,7 @@ fn the_advice_on_pooled_participants_is_a_sentence() {
     assert!(
         warning
             .to_string()
-            .ends_with(": group by participant, or compare the groups"),
+            .ends_with("; group by participant, or compare the groups"),
         "{warning}"
     );
 }

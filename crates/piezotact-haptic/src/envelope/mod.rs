@@ -408,7 +408,7 @@ mod tests {
             ..point(0.0, amplitude)
         };
         for (points, part) in [
-            (vec![], "found none"),
+            (vec![], "no breakpoint of amplitude"),
             (vec![point(-0.1, 0.0)], "a time from 0"),
             (vec![point(0.0, 0.0), point(f64::NAN, 0.0)], "breakpoint 1"),
             (vec![point(0.0, 1.01)], "an amplitude from 0 to 1"),

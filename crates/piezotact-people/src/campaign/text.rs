@@ -256,7 +256,7 @@ mod tests {
         }
         let said = check_line("a\u{1b}[2K").unwrap_err().to_string();
         assert!(
-            said.contains("found U+001B as character 2; remove"),
+            said.contains("character 2 (U+001B)") && said.contains("remove it"),
             "{said}"
         );
     }

@@ -426,7 +426,7 @@ mod tests {
             shared_clock(&[], &[], &config)
                 .unwrap_err()
                 .to_string()
-                .contains("found 0")
+                .contains("only 0 pulses")
         );
     }
 

@@ -188,7 +188,7 @@ mod tests {
             Err(JudgeError::Silent { .. })
         ));
         let refused = of(60.0, |t| t.sin()).unwrap_err().to_string();
-        assert!(refused.contains("above 80 Hz"), "{refused}");
+        assert!(refused.contains("more than 80 Hz"), "{refused}");
         let short = Series::new(vec![0.0, 1.0, 0.0], SampleRate::new(5000.0).unwrap()).unwrap();
         assert!(matches!(
             Cues::of(&short, band()),

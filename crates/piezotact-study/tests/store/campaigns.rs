@@ -269,7 +269,10 @@ fn a_plan_is_read_as_it_was_written_and_stays_once_the_session_is_there() {
     let refused = store
         .write_plan(&planned(&campaign, "p01", &[]))
         .unwrap_err();
-    assert!(matches!(refused, StudyError::Pseudonym { .. }), "{refused}");
+    assert!(
+        matches!(refused, StudyError::PseudonymCase { .. }),
+        "{refused}"
+    );
     std::fs::write(&path, "{").unwrap();
     let refused = store
         .plan(&name("P01"), "discrimination")

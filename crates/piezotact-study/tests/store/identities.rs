@@ -40,7 +40,7 @@ fn identities_are_read_with_their_passphrase_and_nothing_else() {
     let refused = store.set_identity(&name("P02"), person.clone(), &wrong);
     assert!(matches!(refused, Err(StudyError::WrongPassphrase { .. })));
     let refused = store.set_identity(&name("p01"), person, &passphrase());
-    assert!(matches!(refused, Err(StudyError::Pseudonym { .. })));
+    assert!(matches!(refused, Err(StudyError::PseudonymCase { .. })));
     assert_eq!(std::fs::read(&path).unwrap(), good);
 
     // Every byte that is changed, and every length that is cut, is found.

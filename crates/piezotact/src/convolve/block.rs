@@ -228,8 +228,8 @@ impl BlockConvolver {
         for found in [input.len(), output.len()] {
             if found != expected {
                 return Err(SeriesError::Lengths {
-                    expected: format!("a block of {expected} samples"),
-                    found: found.to_string(),
+                    expected: [1, expected],
+                    found: [1, found],
                 });
             }
         }
@@ -277,8 +277,8 @@ impl BlockConvolver {
         let own = &self.partitions;
         if (own.block, own.count) != (next.block, next.count) {
             return Err(SeriesError::Lengths {
-                expected: format!("{} partitions of {} samples", own.count, own.block),
-                found: format!("{} of {}", next.count, next.block),
+                expected: [own.count, own.block],
+                found: [next.count, next.block],
             });
         }
         // Of two changes before one block the first was never played.

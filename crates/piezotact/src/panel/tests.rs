@@ -436,7 +436,10 @@ fn what_does_not_belong_together_is_refused_by_name() {
         assert!(parts.iter().all(|part| text.contains(part)), "{text}");
     }
     let twice = Panel::new(vec![good(), good()]).unwrap_err().to_string();
-    assert!(twice.contains("placement 1, repeat 1 twice"), "{twice}");
+    assert!(
+        twice.contains("placement 1, repeat 1 is there twice"),
+        "{twice}"
+    );
     assert_eq!(Fingers::new(Vec::new()), Err(PanelError::Nothing));
     let rate = SampleRate::new(2_000.0).unwrap();
     let short = H::from_lines(

@@ -5,9 +5,9 @@ use serde::Serialize;
 
 use super::related::repeats_itself;
 use super::{
-    Bias, Estimator, Excitation, Found, ImpactConfig, ImpactTraces, ImpactWarning, Known, Limits,
-    OneClock, TransferError, TransferFunction, TransferWarning, Transient, estimate_with_findings,
-    prepared, transient,
+    Bias, Estimator, Excitation, Found, ImpactConfig, ImpactTraces, Known, Limits, OneClock,
+    TransferError, TransferFunction, TransferWarning, Transient, estimate_with_findings, prepared,
+    transient,
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, impact::impacts};
@@ -204,7 +204,7 @@ fn of_impacts(
         traces,
     } = impacts(drive, response, &config.impact, config.estimator, known)?;
     let guessed = found.map(|Transient { hits, share }| {
-        Warning::from(ImpactWarning::PulsesInDrive {
+        Warning::from(super::ImpactWarning::PulsesInDrive {
             hits,
             share,
             as_impact: true,

@@ -591,7 +591,7 @@ fn what_was_stopped_early_or_felt_by_nobody_is_a_warning() {
     };
     assert_eq!(felt(BenchKind::Hardware).0, [Warning::from(under_way())]);
     let (warnings, playings) = felt(BenchKind::Twin);
-    let said = warnings[1].kind::<CampaignWarning>().unwrap().to_string();
+    let said = warnings[1].to_string();
     assert!(
         said.contains(&format!("{playings} playings were on a simulated bench")),
         "{said}"

@@ -49,7 +49,7 @@ pub(super) async fn prepared(
         Holds::Study { version } if version > VERSION => {
             return Err(refused(
                 format!(
-                    "expected a study of version {VERSION} or earlier, found version {version}"
+                    "version {version} is newer than version {VERSION}, the latest that this program reads"
                 ),
                 "open it with a newer Piezotact",
             ));

@@ -191,8 +191,8 @@ fn what_cannot_be_is_refused() {
     let before = convolver.history.newest;
     let length = |found| {
         Err(SeriesError::Lengths {
-            expected: "a block of 16 samples".to_owned(),
-            found: usize::to_string(&found),
+            expected: [1, 16],
+            found: [1, found],
         })
     };
     assert_eq!(convolver.process(&[0.0; 15], &mut [0.0; 16]), length(15));

@@ -367,7 +367,7 @@ mod tests {
             "which no stimulus has; list one, or change `first`",
         );
         says("highest = 0", "highest = 4", "can ask for level");
-        says("reversals = 12", "reversals = 5", "left out");
+        says("reversals = 12", "reversals = 5", "`left_out`");
         says(
             "slopes = [1, 2, 3]",
             "slopes = [0]",
