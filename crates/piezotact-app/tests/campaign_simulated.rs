@@ -257,7 +257,7 @@ fn a_study_and_its_table_are_the_same_in_both_ways() {
 fn a_panel_that_overlaps_leaves_no_folder() {
     let folder = Folder::new();
     let line = "campaign simulate averaged_transfer_function --study made --participants 2 --seed 7 --panel 1..3";
-    run(&folder, line).expect_failure(2, &["volunteer 1 in both"]);
+    run(&folder, line).expect_failure(2, &["volunteer 1 is in the panel and takes part"]);
     assert!(!folder.path("made").exists());
 }
 

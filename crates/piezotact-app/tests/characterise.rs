@@ -390,7 +390,7 @@ fn channels_that_cannot_be_meant_are_named() {
     done.expect_success();
     assert!(
         done.err()
-            .contains("exchange drive and response (--drive and --response)"),
+            .contains("exchange them (--drive and --response)"),
         "{}",
         done.err()
     );

@@ -431,7 +431,7 @@ fn what_cannot_be_carried_is_refused_and_nothing_is_written() {
             "out.haptic",
             &[],
             1,
-            &["silence", "nothing to export"],
+            &["silent", "nothing to export"],
         ),
         (
             "silent.wav",

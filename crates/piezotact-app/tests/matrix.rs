@@ -293,8 +293,14 @@ fn felt_folders_by_participant_and_without_recordings() {
         .map(|warning| warning["text"].as_str().unwrap())
         .collect();
     let said = |part: &str| texts.iter().any(|text| text.contains(part));
-    assert!(said("the recording of S2 of P1 is not used"), "{texts:?}");
-    assert!(said("no recording of S2 of P0"), "{texts:?}");
+    assert!(
+        said("S2 of P1: what was felt is not known, as its recording cannot be used"),
+        "{texts:?}"
+    );
+    assert!(
+        said("S2 of P0: what was felt is not known, as there is no recording"),
+        "{texts:?}"
+    );
     std::fs::create_dir(folder.path("empty")).unwrap();
     for (felt, part) in [("empty", "named as samples"), ("gone", "expected a folder")] {
         folder

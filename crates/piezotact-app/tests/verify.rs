@@ -354,7 +354,7 @@ fn what_cannot_be_shown_beside_it_is_refused() {
         (
             "--also absent.parquet",
             1,
-            &["absent.parquet", "expected a file, found none"][..],
+            &["absent.parquet", "no such file"][..],
         ),
         (
             "--also silent.csv",

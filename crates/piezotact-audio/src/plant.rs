@@ -186,12 +186,12 @@ impl JackPlant {
     ) -> Result<Self, AudioError> {
         if setup.host != "jack" {
             let found = format!("host = \"{}\"", setup.host);
-            return Err(wrong("a set-up with host = \"jack\"", &found).into());
+            return Err(wrong("a set-up with host = \"jack\"", &found));
         }
         if !setup.simulated {
             let expected =
                 "simulated = true in the set-up, so that no recording is taken for one of a person";
-            return Err(wrong(expected, "none").into());
+            return Err(wrong(expected, "none"));
         }
         jack::set_logger(jack::LoggerType::None);
         let unavailable = |error: jack::Error| AudioError::HostUnavailable {
@@ -204,7 +204,7 @@ impl JackPlant {
         let of_server = f64::from(client.sample_rate());
         if of_server != rate.hz() {
             let found = format!("{of_server} Hz at the server");
-            return Err(wrong(&format!("a rate of {} Hz", rate.hz()), &found).into());
+            return Err(wrong(&format!("a rate of {} Hz", rate.hz()), &found));
         }
         let plant = make(rate)?;
         let sensors: Vec<String> = plant.channels().into_iter().map(|(name, _)| name).collect();

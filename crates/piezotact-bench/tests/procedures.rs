@@ -11,7 +11,7 @@ use piezotact::lineage::Mode;
 use piezotact::quantity::{
     Acceleration, Band, Degrees, Drive, Hertz, Newtons, SampleRate, Seconds,
 };
-use piezotact::recording::{About, Event, EventValue, LostBy, Recording, RecordingWarning};
+use piezotact::recording::{Event, EventValue, LostBy, Recording, RecordingWarning};
 use piezotact::render::RenderConfig;
 use piezotact::run::{
     Discard, Ended, Judged, RunDocument, RunEnd, RunStart, RunWarning, Sink, SinkError,
@@ -38,6 +38,15 @@ struct Kept {
     judged: usize,
     events: Vec<Event>,
     end: Option<RunEnd>,
+}
+
+fn of_playback(warning: &Warning) -> bool {
+    matches!(
+        warning.kind(),
+        Some(RecordingWarning::SamplesLost {
+            by: LostBy::Playback { .. }
+        })
+    )
 }
 
 /// Keeps what the documents of every run say.
@@ -77,7 +86,7 @@ impl Sink for OneOf<'_> {
             RunDocument::Event(event) => run.events.push(event.clone()),
             RunDocument::End(end) => {
                 assert_eq!(end.samples, run.samples as u64, "{}", run.label);
-                run.end = Some(end.clone());
+                run.end = Some(RunEnd::clone(end));
             }
         }
         Ok(None)
@@ -221,20 +230,12 @@ fn a_lost_device_ends_a_run_and_what_came_before_is_kept() {
 
 #[test]
 fn an_output_that_runs_dry_is_said() {
-    let (done, _) = played(
-        "underruns = [{ at_s = 1, samples = 480 }, { at_s = 2, samples = 96 }]",
-        3.0,
-    );
-    let About {
-        warnings,
-        provenance,
-        ..
-    } = done.unwrap().about;
-    assert_eq!(provenance.losses.playback.map(|p| p.underruns), Some(2));
-    let said = warnings.iter().any(|d| {
-        matches!(d.kind(), Some(RecordingWarning::SamplesLost { by: LostBy::Playback { played, expected, underruns: 2 } }) if played == expected)
-    });
-    assert!(said, "{warnings:?}");
+    let script = "underruns = [{ at_s = 1, samples = 480 }, { at_s = 2, samples = 96 }]";
+    let about = played(script, 3.0).0.unwrap().about;
+    let lost = about.provenance.losses.playback.unwrap();
+    assert_eq!((lost.underruns, lost.played), (2, lost.expected));
+    let said = about.warnings.iter().any(of_playback);
+    assert!(said, "{:?}", about.warnings);
 }
 
 /// Each break of the contract is named in one sentence, and what came before is kept.
@@ -372,15 +373,7 @@ fn a_bench_that_delivers_nothing_is_stopped() {
         );
         assert_eq!(keeper.1.ended(), [Ended::Stopped], "{script}");
         let known = keeper.1.last().1.warnings;
-        let played = |d: &Warning| {
-            matches!(
-                d.kind(),
-                Some(RecordingWarning::SamplesLost {
-                    by: LostBy::Playback { .. }
-                })
-            )
-        };
-        assert!(!known.iter().any(played), "{script}: {known:?}");
+        assert!(!known.iter().any(of_playback), "{script}: {known:?}");
     }
 }
 
@@ -402,16 +395,8 @@ fn a_bench_that_delivers_nothing_is_given_up() {
                 (0.5, Ended::Failed { said }),
                 "{fault}"
             );
-            let played = |d: &Warning| {
-                matches!(
-                    d.kind(),
-                    Some(RecordingWarning::SamplesLost {
-                        by: LostBy::Playback { .. }
-                    })
-                )
-            };
             assert!(
-                !end.warnings.iter().any(played),
+                !end.warnings.iter().any(of_playback),
                 "{fault}: {:?}",
                 end.warnings
             );

@@ -445,13 +445,12 @@ fn assemble(
     let several = segment.joined;
     let rows = segment.rows;
     let (groups, empty) = grouped(segment.fields);
-    check_lengths(
-        path,
-        &groups,
-        rows,
-        several || options.rate.is_some(),
-        several,
-    )?;
+    let one_clock = match (several, options.rate) {
+        (true, _) => Some("channels of one rate in all segments"),
+        (false, Some(_)) => Some("channels of one rate, because one rate is given"),
+        (false, None) => None,
+    };
+    check_lengths(path, &groups, rows, one_clock)?;
     if !empty.is_empty() {
         warnings.push(Warning::from(RecordingWarning::Guessed {
             what: format!(
@@ -545,8 +544,7 @@ fn check_lengths(
     path: &Path,
     groups: &[Group],
     rows: usize,
-    one_clock: bool,
-    several: bool,
+    one_clock: Option<&str>,
 ) -> Result<(), ReadError> {
     let Some(first) = groups.first() else {
         return Err(ReadError::content(
@@ -556,13 +554,10 @@ fn check_lengths(
             "check the export",
         ));
     };
-    if groups.len() > 1 && one_clock {
+    if let Some(one_clock) = one_clock.filter(|_| groups.len() > 1) {
         return Err(ReadError::content(
             path,
-            match several {
-                true => "channels of one rate in all segments",
-                false => "channels of one rate, because one rate is given",
-            },
+            one_clock,
             format!("channels on {} sampling clocks", groups.len()),
             "save channels of different rates in separate files",
         ));

@@ -72,6 +72,8 @@ pub struct Named<'a, T> {
 
 /// Writes a value as its text; for serde's `serialize_with`.
 ///
+/// Source: house rule.
+///
 /// # Errors
 /// Those of the serializer.
 pub fn in_words<S: Serializer>(value: &impl Display, serializer: S) -> Result<S::Ok, S::Error> {

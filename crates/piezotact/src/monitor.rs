@@ -201,7 +201,7 @@ impl Monitor {
             }
             (RunDocument::Judged(judged), Some(run)) => run.judged.push(judged.clone()),
             (RunDocument::Event(_), Some(_)) => {}
-            (RunDocument::End(end), Some(run)) => run.end = Some(end.clone()),
+            (RunDocument::End(end), Some(run)) => run.end = Some(RunEnd::clone(end)),
         }
     }
 

@@ -224,7 +224,7 @@ pub enum RunDocument {
     /// Something that happened.
     Event(Event),
     /// The last.
-    End(RunEnd),
+    End(Box<RunEnd>),
 }
 
 /// Why a sink could not take a document.
@@ -309,7 +309,7 @@ impl Sink for RunCollector {
             }
             RunDocument::Judged(_) => {}
             RunDocument::Event(event) => self.events.push(event.clone()),
-            RunDocument::End(end) => self.end = Some(end.clone()),
+            RunDocument::End(end) => self.end = Some(RunEnd::clone(end)),
         }
         Ok(None)
     }

@@ -59,7 +59,7 @@ impl<'de> Deserialize<'de> for Warning {
         let stored = Stored::deserialize(from)?;
         let (Some(code), Some(text)) = (stored.code, stored.text) else {
             return Err(D::Error::custom(
-                "a warning in the form of an earlier version; make the file again with this version",
+                "a warning in the form of an earlier version (make this file again with this version)",
             ));
         };
         Ok(Self {

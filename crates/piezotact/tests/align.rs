@@ -489,13 +489,11 @@ fn soak_intervals_hold_where_samples_are_missing() {
                 found.uncertainty_s,
                 codes(&found)
             );
-            let [low, high] = found.drift_interval_ppm;
+            let ([low, high], said) = (found.drift_interval_ppm, codes(&found));
             assert!(
                 (low..=high).contains(&other.ppm),
-                "{seed}, {lost:?}: {low} to {high} ppm, {:?}",
-                codes(&found)
+                "{seed}, {lost:?}: {low} to {high} ppm, {said:?}"
             );
-            let said = codes(&found);
             let of_loss = ["step", "scatter"];
             assert!(
                 said.iter().any(|code| of_loss.contains(&code.as_str())),
@@ -561,12 +559,8 @@ fn another_drive_silence_and_two_playbacks_are_refused_or_reported() {
         let played = with_bursts(&wrong, &burst()).unwrap();
         let own = other.records(&played.drive);
         // The same bursts in the same places: times are right, and the drive is not.
-        let found = find(&own).unwrap();
-        assert!(
-            codes(&found).contains(&"drive_not_there".into()),
-            "{:?}",
-            codes(&found)
-        );
+        let said = codes(&find(&own).unwrap());
+        assert!(said.contains(&"drive_not_there".into()), "{said:?}");
         // Without bursts.
         let own = other.records(&wrong);
         let found = find(&own);

@@ -34,7 +34,7 @@ pub(crate) fn run() -> Result<()> {
 }
 
 /// All warnings: the variants of enums called `…Warning` that are written with their variant as `code`. A variant that holds an enum with
-/// another tag, flattened, is one warning, whose comment ends with the values of the tag.
+/// another tag, flattened, is one warning, whose sentence is followed by those of the values of the tag.
 pub(crate) fn declared(sources: &[Source]) -> Result<Vec<Declared>> {
     let mut enums: Vec<(&str, syn::ItemEnum)> = Vec::new();
     for source in sources.iter().filter(|source| !source.is_all_test()) {
@@ -56,7 +56,7 @@ pub(crate) fn declared(sources: &[Source]) -> Result<Vec<Declared>> {
             continue;
         }
         for variant in &item.variants {
-            let mut when = comment(&variant.attrs);
+            let mut sentence = sentence(variant)?;
             for field in &variant.fields {
                 let Some(kind) = flattened(field)? else {
                     continue;
@@ -65,7 +65,7 @@ pub(crate) fn declared(sources: &[Source]) -> Result<Vec<Declared>> {
                     .iter()
                     .filter(|(of, inner)| of == package && inner.ident == *kind);
                 match inner.collect::<Vec<_>>().as_slice() {
-                    [(_, inner)] => when += &values(inner)?,
+                    [(_, inner)] => sentence += &causes(inner)?,
                     [] => {}
                     _ => bail!("{package} has two enums called {kind}"),
                 }
@@ -73,30 +73,33 @@ pub(crate) fn declared(sources: &[Source]) -> Result<Vec<Declared>> {
             found.push(Declared {
                 of: format!("{package}::{}", item.ident),
                 code: code(variant)?,
-                when,
-                sentence: sentence(variant)?,
+                when: comment(&variant.attrs),
+                sentence,
             });
         }
     }
     Ok(found)
 }
 
-/// The values of the tag of `inner`, each with the first line of its comment.
-fn values(inner: &syn::ItemEnum) -> Result<String> {
+/// The values of the tag of `inner`, each with what it says, or with the first line of its comment.
+fn causes(inner: &syn::ItemEnum) -> Result<String> {
     let Some(tag) = tag(&inner.attrs)? else {
         return Ok(String::new());
     };
-    let mut values = Vec::new();
+    let mut causes = String::new();
     for variant in &inner.variants {
-        let comment = lines_of_comment(&variant.attrs);
-        let first = comment.first().map_or("", String::as_str);
-        values.push(format!(
-            "`{}` ({})",
+        let said = match sentence(variant)? {
+            none if none.is_empty() => lines_of_comment(&variant.attrs).into_iter().next(),
+            said => Some(said),
+        };
+        let _never_fails = write!(
+            causes,
+            "<br>`{tag}` = `{}`: {}",
             code(variant)?,
-            first.trim_end_matches('.')
-        ));
+            said.unwrap_or_default()
+        );
     }
-    Ok(format!(" Values of `{tag}`: {}.", values.join(", ")))
+    Ok(causes)
 }
 
 /// The tag with which serde writes the variants of an enum.
@@ -150,7 +153,11 @@ pub(crate) fn page(all: &[Declared]) -> String {
             "\n## {of}\n\n| code | when | what it says, and what to do |\n|---|---|---|\n"
         );
         for one in warnings {
-            let cell = |text: &str| text.replace('|', "\\|");
+            let cell = |text: &str| {
+                text.replace('|', "\\|")
+                    .replace("[`", "`")
+                    .replace("`]", "`")
+            };
             let _never_fails = writeln!(
                 page,
                 "| `{}` | {} | {} |",
@@ -224,11 +231,14 @@ fn sentence(variant: &syn::Variant) -> Result<String> {
             name => name.to_owned(),
         };
         sentence.push_str(&rest[..open]);
-        if sentence.ends_with('*') {
+        if sentence.ends_with(|sign: char| sign == '*' || sign.is_alphanumeric()) {
             sentence.push(' ');
         }
         let _never_fails = write!(sentence, "*{}*", name.replace('_', " "));
         rest = rest[(close + 1).min(rest.len())..].to_owned();
+        if rest.starts_with(char::is_alphanumeric) {
+            sentence.push(' ');
+        }
     }
     Ok(sentence + &rest)
 }
@@ -324,8 +334,8 @@ mod tests {
                 expected("other_code", "Other.", "none"),
                 expected(
                     "failed",
-                    "Two. Values of `fault`: `at_limit` (The sensor), `noise_only` (Noise).",
-                    "*fault*; *what to do*"
+                    "Two.",
+                    "*fault*; *what to do*<br>`fault` = `at_limit`: The sensor<br>`fault` = `noise_only`: Noise."
                 ),
             ]
         );

@@ -353,7 +353,7 @@ impl Stated<'_> {
         end.warnings.extend(force.into_iter().flatten());
         let rate = self.start.as_ref().map(|start| start.rate_hz);
         self.warnings = rate.map_or_else(Vec::new, |rate| end.all_warnings(rate));
-        RunDocument::End(end)
+        RunDocument::End(Box::new(end))
     }
 }
 

@@ -19,13 +19,14 @@ pub(crate) fn differences(document: &Value) -> Vec<String> {
 }
 
 fn against(root: &Value, schema: &Value, value: &Value, at: &str) -> Vec<String> {
+    let mut found = Vec::new();
+    // What stands beside a reference holds too.
     if let Some(name) = schema["$ref"].as_str() {
         let target = name.trim_start_matches('#');
         let target = root.pointer(target).unwrap_or(&Value::Null);
         assert!(target.is_object() || target.is_boolean(), "no {name}");
-        return against(root, target, value, at);
+        found.extend(against(root, target, value, at));
     }
-    let mut found = Vec::new();
     if let Some(expected) = schema.get("const").filter(|expected| *expected != value) {
         found.push(format!("{at}: expected {expected}, found {value}"));
     }

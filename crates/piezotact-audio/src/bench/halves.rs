@@ -346,21 +346,12 @@ impl Shared {
                 },
             }));
         }
-        let parts = self.silent_parts();
-        if parts > 0 {
-            warnings.push(Warning::from(RecordingWarning::SamplesLost {
-                by: LostBy::Silence {
-                    parts,
-                    samples: self.last.loopback.samples,
-                },
-            }));
-        }
+        let (parts, samples) = (self.silent_parts(), self.last.loopback.samples);
+        let silence = (parts > 0).then_some(LostBy::Silence { parts, samples });
         let (times, longest_s) = self.last.stalls;
-        if times > 0 {
-            warnings.push(Warning::from(RecordingWarning::SamplesLost {
-                by: LostBy::Pause { times, longest_s },
-            }));
-        }
+        let pause = (times > 0).then_some(LostBy::Pause { times, longest_s });
+        let lost = [silence, pause].into_iter().flatten();
+        warnings.extend(lost.map(|by| Warning::from(RecordingWarning::SamplesLost { by })));
         warnings.extend(self.clock_warnings());
         warnings.extend(self.force.iter().flat_map(JoinedForce::warnings));
         warnings

@@ -658,12 +658,12 @@ impl<'a> Run<'a> {
             Ended::Completed | Ended::Failed { .. } => None,
         };
         let said = kind.map_or(Ok(()), |kind| self.happened(acquired_s, 0.0, kind, None));
-        let kept = self.emit(RunDocument::End(RunEnd {
+        let kept = self.emit(RunDocument::End(Box::new(RunEnd {
             samples: self.samples,
             ended: ended.clone(),
             provenance: provenance.clone(),
             warnings,
-        }));
+        })));
         outcome?;
         said?;
         kept?;

@@ -364,7 +364,7 @@ mod tests {
             for document in [
                 RunDocument::Start(Box::new(start())),
                 RunDocument::Chunk(chunk),
-                RunDocument::End(end),
+                RunDocument::End(Box::new(end)),
             ] {
                 sink.take(&document).unwrap();
             }

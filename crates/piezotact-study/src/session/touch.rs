@@ -343,7 +343,7 @@ impl OfTouch {
             // To be stopped is how it was to end.
             end.ended = Ended::Completed;
         }
-        RunDocument::End(end)
+        RunDocument::End(Box::new(end))
     }
 }
 

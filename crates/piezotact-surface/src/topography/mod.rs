@@ -102,7 +102,7 @@ impl std::fmt::Display for TopographyKind {
     }
 }
 
-/// A topography, the kind of file it came from, and what is in warning.
+/// A topography, the kind of file it came from, and its warnings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TopographyFile {
     /// The heights in m. The first row of a map is the first in the file; of x-y-z columns, that of the

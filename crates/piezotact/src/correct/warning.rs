@@ -87,7 +87,7 @@ pub enum MeasurementFault {
     SensorClips { fraction: f64 },
     /// The response is no louder than its noise.
     #[error(
-        "the response ({} m/s² rms) is less than twice its noise ({}): check the finger, the sensor and the amplifier, or raise the level",
+        "the response ({} m/s² rms) is less than twice its noise ({}): the finger lifted, the sensor came off, the amplifier is off, or the level is too low; check them",
         digits(*rms_m_s2),
         digits(*noise_m_s2)
     )]

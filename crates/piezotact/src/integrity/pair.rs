@@ -137,7 +137,7 @@ impl Broken {
                 off_db: Some(20.0 * (1.0 - of_response).max(1e-3).log10()),
             },
         });
-        let drive_clipped = (of_drive > 0.0).then(|| SignalWarning::Channel {
+        let drive_clipped = (of_drive > 0.0).then_some(SignalWarning::Channel {
             channel: drive,
             fault: ChannelFault::Clipped {
                 fraction: of_drive,

@@ -55,7 +55,7 @@ pub struct RecordingEntry<'a> {
     pub cuts_file: Option<&'a str>,
     /// What looked like a stroke and is none.
     pub rejected: Vec<RejectEntry<'a>>,
-    /// What is in warning about it.
+    /// Warnings about it.
     pub warnings: Vec<Merged>,
     /// Where a person's cuts are looked for.
     pub cuts_are_looked_for_in: &'a str,
@@ -177,7 +177,7 @@ pub struct AnalysisDocument<'a> {
     pub recordings: Vec<RecordingEntry<'a>>,
     /// One for each group.
     pub groups: &'a [Group],
-    /// What is in warning about the groups.
+    /// Warnings about the groups.
     pub warnings: Vec<Merged>,
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]
@@ -233,7 +233,7 @@ pub struct ComparisonDocument<'a> {
     /// The comparisons.
     #[serde(flatten)]
     pub compared: Compared<'a>,
-    /// What is in warning.
+    /// Warnings about the comparison.
     pub warnings: Vec<Merged>,
     /// The files that could not be read or cut; absent without any.
     #[serde(skip_serializing_if = "<[FailedFile]>::is_empty")]

@@ -84,7 +84,7 @@ pub struct NoStrokes {
     pub recordings: Vec<String>,
     /// Why, where that is known.
     pub because: Option<Warning>,
-    /// Everything that is in warning about the recordings.
+    /// All warnings about the recordings.
     pub warnings: Vec<Merged>,
 }
 

@@ -180,7 +180,7 @@ impl AnalysedRecording {
         &self.recording.about.condition
     }
 
-    /// Everything that is in warning about it, each once.
+    /// All warnings about it, each once.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let analysis = self.analysis.iter().flat_map(|a| &a.warnings);

@@ -72,6 +72,8 @@ mod ranges {
 
 /// Writes warnings as they stand in a document, those of one kind as one; for serde's `serialize_with`.
 ///
+/// Source: decision 0037 of this project.
+///
 /// # Errors
 /// Those of the serializer.
 pub fn serialize_merged<S: serde::Serializer>(
@@ -260,12 +262,17 @@ fn listed(names: &[String]) -> String {
 }
 
 /// The suffixes of field names, and the units they stand for.
-const UNITS: [(&str, &str); 10] = [
+const UNITS: [(&str, &str); 15] = [
     ("_db_rms", "dB rms"),
     ("_v_per_s", "V/s"),
+    ("_per_s", "1/s"),
+    ("_m_s2", "m/s²"),
     ("_m_s", "m/s"),
     ("_hz", "Hz"),
     ("_db", "dB"),
+    ("_ppm", "ppm"),
+    ("_deg", "°"),
+    ("_um", "µm"),
     ("_pa", "Pa"),
     ("_s", "s"),
     ("_n", "N"),

@@ -235,7 +235,7 @@ impl Evaluation<'_> {
             .map_err(|error| impossible("a measurement that can be compared", &error))?;
         match wrong(&verification) {
             Some(warning) => Err(Broken::Unbelievable(LoopFailure::Response {
-                warning: Box::new(warning.into()),
+                warning: Box::new(warning),
             })),
             None => Ok(verification),
         }

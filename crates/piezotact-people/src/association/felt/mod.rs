@@ -175,7 +175,7 @@ pub fn felt_pairs(
             let [Some(a), Some(b)] = [0, 1].map(|i| samples.get(pair.pair[i].as_str())) else {
                 continue;
             };
-            // What has no spectrum is in warning already.
+            // A warning names what has no spectrum already.
             let drawn = |of: &&&FeltRecording| {
                 let is =
                     |s: &FeltSpectrum| s.sample == of.sample && s.participant == of.participant;

@@ -20,7 +20,7 @@ pub enum FeltWarning {
 #[serde(tag = "why", rename_all = "snake_case")]
 pub enum FeltUnknown {
     /// Textures of confused pairs without a recording, with the participant where there are several.
-    #[error("{}: what was felt is not known, as there is no recording of them", samples.join(", "))]
+    #[error("{}: what was felt is not known, as there is no recording", samples.join(", "))]
     NoRecording { samples: Vec<String> },
     /// A recording that cannot be used.
     #[error("{sample}: what was felt is not known, as its recording cannot be used: {reason}")]

@@ -44,8 +44,9 @@ pub enum CampaignWarning {
     },
     /// A session that was stopped, or is under way: the answers until now are counted.
     #[error(
-        "{session} {}, and their answers are counted: decide, before the answers are looked at, whether incomplete sessions belong to the analysis",
-        progress(*stopped, *confirmed, *planned)
+        "{session} {} {confirmed} of {planned} trials, and its answers are counted; decide, before you look at them, whether incomplete sessions \
+            belong to the analysis",
+        match stopped { true => "was stopped after", false => "is under way:" }
     )]
     #[serde(rename = "session_incomplete")]
     Incomplete {
@@ -54,14 +55,6 @@ pub enum CampaignWarning {
         planned: usize,
         stopped: bool,
     },
-}
-
-/// How far a session is, in words.
-fn progress(stopped: bool, confirmed: usize, planned: usize) -> String {
-    match stopped {
-        true => format!("was stopped after {confirmed} of {planned} trials"),
-        false => format!("is under way: {confirmed} of {planned} trials are confirmed"),
-    }
 }
 
 /// Why the sessions of a participant are left out.

@@ -26,7 +26,7 @@ pub enum ImpactWarning {
         how: NotDecayed,
     },
     /// Nothing states what a drive with short pulses is: it is evaluated as an impact test, or by segments.
-    #[error("{}", pulses(*hits, *share, *as_impact))]
+    #[error("{}", match as_impact { true => as_impact_test(*hits, *share), false => by_segments(*hits, *share) })]
     PulsesInDrive {
         hits: usize,
         share: f64,
@@ -41,18 +41,23 @@ pub enum ImpactWarning {
     BaselineDrifts { signal: String, share: f64 },
 }
 
-/// What a drive with short pulses may be, and as what it is evaluated.
-fn pulses(hits: usize, share: f64, as_impact: bool) -> String {
-    let (found, share) = (counted(hits, "short pulse"), percent(share));
-    match as_impact {
-        true => format!(
-            "the drive is {found} in {share} of the recording: it is evaluated as an impact test; state what the drive is"
-        ),
-        false => format!(
-            "the drive contains {found} with {share} of its energy, and is evaluated by segments, which is wrong for hits of a hammer; evaluate it as \
-             an impact test, or leave these parts out"
-        ),
-    }
+/// A drive of short pulses that is evaluated as an impact test.
+fn as_impact_test(hits: usize, share: f64) -> String {
+    format!(
+        "the drive is {} in {} of the recording: it is evaluated as an impact test; state what the drive is",
+        counted(hits, "short pulse"),
+        percent(share)
+    )
+}
+
+/// A drive with short pulses that is evaluated by segments.
+fn by_segments(hits: usize, share: f64) -> String {
+    format!(
+        "the drive contains {} with {} of its energy, and is evaluated by segments, which is wrong for hits of a hammer; evaluate it as an impact \
+         test, or leave these parts out",
+        counted(hits, "short pulse"),
+        percent(share)
+    )
 }
 
 /// How a response did not decay by itself.
