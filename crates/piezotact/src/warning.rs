@@ -54,12 +54,23 @@ fn once() -> usize {
     1
 }
 
+/// Whether a warning says of a recording what it lacks as it was said before [`crate::recording::Losses`] did: read without them, the
+/// recording would be taken as whole.
+fn is_earlier_loss(code: &str, fields: &Map<String, Value>) -> bool {
+    match code {
+        "samples_lost" => !fields.contains_key("by"),
+        "journal_damaged" | "playback_incomplete" => true,
+        _ => false,
+    }
+}
+
 impl<'de> Deserialize<'de> for Warning {
     fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         let stored = Stored::deserialize(from)?;
-        let (Some(code), Some(text)) = (stored.code, stored.text) else {
+        let is_known = |code: &String| !is_earlier_loss(code, &stored.fields);
+        let (Some(code), Some(text)) = (stored.code.filter(is_known), stored.text) else {
             return Err(D::Error::custom(
-                "a warning in the form of an earlier version (make this file again with this version)",
+                "a warning in the form of an earlier version (make the file again with this version)",
             ));
         };
         Ok(Self {

@@ -205,6 +205,6 @@ fn what_cannot_be_is_refused() {
     let error = convolver.change(&mut longer).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "expected 7 partitions of 16 samples, found 8 of 16; cut both impulse responses for one block, and fill the shorter one with zeros"
+        "expected 7 block(s) of 16 samples, found 8 of 16; cut both impulse responses for one block, and fill the shorter one with zeros"
     );
 }
