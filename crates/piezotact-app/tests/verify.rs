@@ -359,7 +359,7 @@ fn what_cannot_be_shown_beside_it_is_refused() {
         (
             "--also silent.csv",
             1,
-            &["silent.csv", "the measurement to contain a signal"],
+            &["silent.csv", "the measurement has no signal"],
         ),
         (
             "--also short.csv",
