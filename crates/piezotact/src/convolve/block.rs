@@ -124,7 +124,7 @@ impl std::fmt::Debug for Partitions {
 /// assert!((output[0] - 1.0).abs() < 1e-15);
 /// convolver.process(&[0.0, 0.0], &mut output)?;
 /// assert!((output[0] - 0.5).abs() < 1e-15);
-/// # Ok::<(), crate::series::SeriesError>(())
+/// # Ok::<(), piezotact::series::SeriesError>(())
 /// ```
 #[derive(Clone)]
 pub struct BlockConvolver {
