@@ -285,6 +285,26 @@ fn a_drive_played_through_its_own_transfer_function_is_no_proof() {
             "{said}"
         );
     }
+    // A drive that was made with another transfer function does not stand for the one that was played.
+    for (transfer, out) in [("hand.json", "own.wav"), ("placed2.json", "other.wav")] {
+        let line = format!(
+            "render texture.wav {scale} --transfer {transfer} --out {out} --band 60..800 --level -20"
+        );
+        run(&folder, &line).expect_success();
+    }
+    run(
+        &folder,
+        "play own.wav --bench measured:hand.json --record own.parquet",
+    )
+    .expect_success();
+    let verify = format!(
+        "verify --target texture.wav {scale} --measured own.parquet --band 60..800 --drive"
+    );
+    let verified: Value =
+        serde_json::from_str(&run(&folder, &format!("{verify} own.wav --json")).out()).unwrap();
+    assert_eq!(verified["is_rehearsal"], true, "{verified}");
+    run(&folder, &format!("{verify} other.wav"))
+        .expect_failure(1, &["own.parquet", "found another", "checksum"]);
     let mut errors = Vec::new();
     for number in 1..=4 {
         let (error_db, said) = error_of(&format!("hand.json,panel=people,placement={number}"));

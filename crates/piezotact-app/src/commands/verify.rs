@@ -479,14 +479,22 @@ fn apart<'a>(paths: impl Iterator<Item = &'a Path>) -> Vec<String> {
 
 /// Refuses a drive that was rendered otherwise than the one that the measurement in `path` says was played.
 fn require_same_drive(path: &Path, stated: &Rendering, own: &Rendering) -> Outcome {
-    if stated.is_alike(own) {
+    let made_with = |rendering: &Rendering| rendering.about.provenance.made_with.clone();
+    let is_made_alike = made_with(own).is_empty() || made_with(stated) == made_with(own);
+    if stated.is_alike(own) && is_made_alike {
         return Ok(());
     }
     let told = |rendering: &Rendering| {
         let gain = rendering.setup.as_ref().map(|setup| setup.amplification());
         let gain = gain.map_or(String::new(), |gain| format!(", for the {gain}"));
+        let function = rendering.about.provenance.made_with.first();
+        let function = function
+            .filter(|_| !is_made_alike)
+            .map_or(String::new(), |one| {
+                format!(", with the transfer function of checksum {one}")
+            });
         format!(
-            "{} at {} dB{gain}",
+            "{} at {} dB{gain}{function}",
             rendering.target,
             difference_db(rendering.level_db)
         )

@@ -65,7 +65,7 @@ fn count(
     Ok(counts)
 }
 
-/// The share of studies in which a sample of spectrum `other` is told apart from one that is not changed.
+/// The share of studies in which a sample with the spectrum `other` differs significantly from an unchanged one.
 fn told_share(config: &DiscriminationConfig, change: Change, other: &[f64]) -> Result<f64> {
     let mut told = 0;
     for study in 0..STUDIES {

@@ -149,7 +149,7 @@ impl Broken {
         all.into_iter().flatten().map(Warning::from).collect()
     }
 
-    /// `defects` of the channel `name` without what is told of the pair.
+    /// `defects` of the channel `name` without those that the warnings about the pair name already.
     fn beside(&self, pair: &Pair<'_>, name: &str, mut defects: Defects) -> Defects {
         let [of_drive, of_response] = self.clipped.map(|share| share > 0.0 || !pair.lasts);
         if name == pair.drive_name && of_drive || name == pair.response_name && of_response {

@@ -15,7 +15,7 @@ pub struct Losses {
     /// From when to when straight lines stand for samples that the device or the journal lost, s.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub stretches_s: Vec<[f64; 2]>,
-    /// How a drive was played that was not played whole and in time; absent otherwise.
+    /// Incomplete or interrupted playback of the drive; absent where it was complete.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub playback: Option<BrokenPlayback>,
     /// Whether the recording has no end: it was interrupted, or is still running.

@@ -69,7 +69,7 @@ impl Content for BetweenChannels {
 }
 
 /// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive, with the warnings
-/// about all its channels: what is broken in the two is told of them together.
+/// about all its channels: a fault of the pair is one warning about both channels.
 ///
 /// Formula: that of [`estimate_without`], after [`prepared`] brought both on one clock.
 ///
