@@ -64,7 +64,7 @@ const OPTIONS: [(&str, &str, &str); 38] = [
 ];
 
 /// The fields that hold which cause or fault a warning is about.
-const CAUSES: [&str; 7] = ["by", "fault", "how", "of", "role", "what", "why"];
+const CAUSES: [&str; 8] = ["at", "by", "fault", "how", "of", "role", "what", "why"];
 
 /// A warning in words: what was found, and what to do on the command line.
 pub(crate) fn text(warning: &Warning) -> String {

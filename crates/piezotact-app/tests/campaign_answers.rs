@@ -78,7 +78,7 @@ fn a_corrected_order_says_what_it_changes_and_the_tables_keep_both() {
             &done.err(),
             &[
                 "session discrimination of P01 is under way: 3 of 10 trials",
-                "own order of trial 1 was corrected after its letters had been answered with: 2 answers stand for other samples",
+                "own order of trial 1 was corrected after its letters had been used in answers, so that 2 answers mean another sample now",
             ],
         );
     }

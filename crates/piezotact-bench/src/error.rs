@@ -173,7 +173,7 @@ pub enum ProcedureError {
         after_s: f64,
     },
     /// The acquired samples could not be stored.
-    #[error("the recording could not be saved: {0}")]
+    #[error("the recording could not be saved: {0}; free space, or give another folder")]
     Keep(SinkError),
     /// No transfer function can be estimated from the acquired samples.
     #[error("the characterisation gave no transfer function: {0}")]

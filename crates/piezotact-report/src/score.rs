@@ -167,8 +167,8 @@ fn differences(s: &Score) -> Result<String, DrawError> {
                 .map(|b| {
                     (
                         b.centre_hz,
-                        b.felt_jnd - b.reach_jnd,
-                        b.felt_jnd + b.reach_jnd,
+                        b.felt_jnd - b.ci_half_width_jnd,
+                        b.felt_jnd + b.ci_half_width_jnd,
                     )
                 })
                 .collect(),
@@ -194,7 +194,7 @@ fn differences(s: &Score) -> Result<String, DrawError> {
     let reach = s
         .bands
         .iter()
-        .map(|b| b.felt_jnd.abs() + b.reach_jnd)
+        .map(|b| b.felt_jnd.abs() + b.ci_half_width_jnd)
         .fold(1.5, f64::max)
         .min(20.0)
         * 1.1;
@@ -225,7 +225,7 @@ fn table(s: &Score) -> Markup {
                         td.n { (minus(b.difference_db, 2)) }
                         @if b.share > 0.0 {
                             td.n { (minus(b.felt_db, 2)) }
-                            td.n { (format!("{} ± {:.2}", minus(b.felt_jnd, 2), b.reach_jnd)) }
+                            td.n { (format!("{} ± {:.2}", minus(b.felt_jnd, 2), b.ci_half_width_jnd)) }
                             td.n { (format!("{:.1} %", b.share * 100.0)) }
                         } @else {
                             td.n.soft { "–" } td.n.soft { "below threshold" } td.n.soft { "–" }

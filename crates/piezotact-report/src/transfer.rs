@@ -170,7 +170,7 @@ fn numbers<I: Quantity, O: Quantity>(page: &Page<'_, I, O>, judged: Band) -> Mar
                         Hz", coherence.lowest_at_hz)))
                 }
                 @if let Some(delay) = function.delay().filter(|_| function.impact.is_none()) {
-                    (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.reach_s * 1e3), "from the drive to the response, within a segment"))
+                    (number(format!("{:.2} ± {:.2} ms", delay.delay_s * 1e3, delay.ci_half_width_s * 1e3), "from the drive to the response, within a segment"))
                 }
                 @if let Some((repeats, apart_db)) = page.repeats {
                     (number(format!("{apart_db:.2} dB"), &format!("largest rms difference between two of {repeats} repeats")))

@@ -297,7 +297,7 @@ fn value(kind: &str, number: f64) -> Option<Value> {
 }
 
 /// Times that are said in ms.
-const TIMES_IN_MS: [&str; 5] = ["rms_s", "reach_s", "lead_s", "longest_s", "delay_s"];
+const TIMES_IN_MS: [&str; 5] = ["rms_s", "ci_half_width_s", "lead_s", "longest_s", "delay_s"];
 /// Rates of files, which are quoted.
 const OWN_RATES: [&str; 6] = [
     "stated_hz",

@@ -238,7 +238,7 @@ fn criteria(score: &score::Score) -> String {
 
 fn row(band: &BandScore) -> String {
     let felt = if band.share > 0.0 {
-        format!("{:+.2} ± {:.2}", band.felt_jnd, band.reach_jnd)
+        format!("{:+.2} ± {:.2}", band.felt_jnd, band.ci_half_width_jnd)
     } else {
         "not felt".into()
     };

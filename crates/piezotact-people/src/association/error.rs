@@ -24,7 +24,7 @@ pub enum AssociationError {
     },
     /// Too few samples are declared.
     #[error(
-        "{found} samples are declared, and at least two are needed: declare the samples that could be answered"
+        "at least two samples must be declared, found {found}: declare the samples that could be answered"
     )]
     TooFewSamples { found: usize },
     /// A name is declared twice.
@@ -124,7 +124,9 @@ pub enum AssociationError {
         selected: String,
     },
     /// All orders have flagged trials.
-    #[error("task {task}: all {orders} orders have flagged trials: keep flagged trials")]
+    #[error(
+        "task {task}: every one of the {orders} orders has a flagged trial, so none is left; include flagged trials"
+    )]
     OrdersOnlyFlagged { task: String, orders: usize },
     /// The answers of a repetition do not put its samples in an order.
     #[error(

@@ -55,7 +55,9 @@ impl From<Sha> for String {
 
 /// A text that is no SHA-256.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("expected the 64 hexadecimal digits of a SHA-256, found `{found}`")]
+#[error(
+    "expected the 64 hexadecimal digits of a SHA-256, found `{found}`; copy the whole checksum"
+)]
 pub struct NoSha {
     found: String,
 }

@@ -41,7 +41,7 @@ impl Whose {
         match self {
             Self::Of(person) => format!("the transfer function of {person}"),
             Self::Average => "an averaged transfer function".to_owned(),
-            Self::Unknown => "a transfer function of nobody knows whom".to_owned(),
+            Self::Unknown => "a transfer function that does not say whose it is".to_owned(),
         }
     }
 }
@@ -403,7 +403,7 @@ fn of_drive(
         found.push(NotReady::Strokes {
             stimulus: stimulus(),
             participant: participant.clone(),
-            found: somebody.map_or_else(|| "nobody knows whom".to_owned(), Clone::clone),
+            found: somebody.map_or_else(|| "somebody who is not stated".to_owned(), Clone::clone),
         });
     }
     let expected = match &rendering.transfer_function {

@@ -67,7 +67,7 @@ pub enum EegWarning {
         why: LeftOutElectrodes,
     },
     /// What some of the documents of a study do not have.
-    #[error("not in all documents: {names}; {what}")]
+    #[error("{}", what.sentence(names))]
     #[serde(rename = "eeg_not_common")]
     NotCommon {
         names: String,
@@ -178,25 +178,35 @@ impl IcaFault {
 }
 
 /// What some of the documents of a study do not have.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "what", rename_all = "snake_case")]
 pub enum NotCommon {
     /// Electrodes that some documents do not have.
-    #[error(
-        "maps and clusters are of the other {kept} electrodes; interpolate bad electrodes, and check that no channel has another name in one recording"
-    )]
     Electrodes { kept: usize },
     /// Some people did not take part in all tasks; the names are theirs.
-    #[error(
-        "{people} of {of} participants did not take part in all tasks, and each contrast is of those who took part in both; give a document of each \
-            participant and task"
-    )]
     Tasks { people: usize, of: usize },
     /// Documents with surfaces that others do not have.
-    #[error(
-        "the mean of surfaces and its contrasts use only the surfaces that all documents have; name surfaces alike in all tasks"
-    )]
     Surfaces,
+}
+
+impl NotCommon {
+    /// What is not common, and what to do.
+    fn sentence(&self, names: &str) -> String {
+        match self {
+            Self::Electrodes { kept } => format!(
+                "not in all documents: {names}; maps and clusters are of the other {kept} electrodes; interpolate bad electrodes, and check that no \
+                 channel has another name in one recording"
+            ),
+            Self::Tasks { people, of } => format!(
+                "{people} of {of} participants did not take part in all tasks ({names}), and each contrast is of those who took part in both; give a \
+                 document of each participant and task"
+            ),
+            Self::Surfaces => format!(
+                "not in all documents: {names}; the mean of surfaces and its contrasts use only the surfaces that all documents have; name surfaces \
+                 alike in all tasks"
+            ),
+        }
+    }
 }
 
 /// Why electrodes are left out.
@@ -420,7 +430,7 @@ pub enum EpochsFault {
     /// Tasks with different numbers of epochs.
     #[error(
         "{most} has {most_epochs:.0} epochs of each surface and {fewest} has {fewest_epochs:.0}: values of fewer epochs scatter more, and the bias \
-            of a percentage differs, for which only the maps are corrected"
+            of a percentage differs (only maps are corrected for it)"
     )]
     Unequal {
         most: String,

@@ -104,7 +104,7 @@ impl AlignFault {
     fn advice(&self) -> &'static str {
         match self {
             Self::Uncertain { .. } | Self::BetweenNotSeen => "record longer",
-            Self::DriftAtLimit { .. } => "state a larger one",
+            Self::DriftAtLimit { .. } => "allow a larger drift",
             Self::OtherClocks { .. } => "align these channels too",
             Self::Step { .. }
             | Self::Scatter { .. }

@@ -123,9 +123,9 @@ impl Evidence<'_> {
 
 /// A standard error and how far a value may be off with 95 % confidence.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Reach {
+pub(crate) struct Uncertainty {
     pub(crate) error: f64,
-    pub(crate) reach: f64,
+    pub(crate) ci_half_width: f64,
     /// Whether a coarser scale makes it more than twice what the first one does.
     pub(crate) wanders: bool,
 }
@@ -160,10 +160,10 @@ fn exceeds(coarse: Variance, fine: Variance, steady: f64) -> bool {
 
 /// How far Σ gradient·sums of A plus that of B may be off, from `scales`: the first as it is; where a coarser one scatters by more than
 /// chance makes it, as what wanders does, or where the first is no more than what noise of one or two segments would do, the largest of all.
-pub(crate) fn reach(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Reach {
+pub(crate) fn uncertainty(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Uncertainty {
     let mut variances = scales.iter().map(|scale| scale.variance(gradients));
     let Some(fine) = variances.next() else {
-        return Reach::default();
+        return Uncertainty::default();
     };
     let of = |v: Variance| {
         let error = v.value.max(0.0).sqrt();
@@ -175,9 +175,9 @@ pub(crate) fn reach(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Reach {
         (error, reach)
     };
     let first = of(fine);
-    let mut found = Reach {
+    let mut found = Uncertainty {
         error: first.0,
-        reach: first.1,
+        ci_half_width: first.1,
         wanders: false,
     };
     let coarser: Vec<Variance> = variances.collect();
@@ -190,11 +190,11 @@ pub(crate) fn reach(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Reach {
     let wanders = coarser.iter().any(|coarse| exceeds(*coarse, fine, steady));
     if wanders || !believed {
         for (error, reach) in coarser.into_iter().map(of) {
-            if reach > found.reach {
-                (found.error, found.reach) = (error, reach);
+            if reach > found.ci_half_width {
+                (found.error, found.ci_half_width) = (error, reach);
             }
         }
-        found.wanders = wanders && found.reach > 2.0 * first.1;
+        found.wanders = wanders && found.ci_half_width > 2.0 * first.1;
     }
     found
 }

@@ -13,7 +13,7 @@ use crate::warning::Warning;
 use serde::{Deserialize, Serialize};
 
 pub use contact::{ContactMap, ContactMapError};
-pub(crate) use evidence::{Evidence, Reach, Units, reach};
+pub(crate) use evidence::{Evidence, Uncertainty, Units, uncertainty};
 pub use excitation::{Excitation, ExcitationPlan};
 pub use warning::DiscriminationWarning;
 
@@ -194,11 +194,11 @@ pub struct Difference {
 }
 
 impl Difference {
-    fn within(jnd: f64, reach_jnd: f64, error_jnd: f64) -> Self {
+    fn within(jnd: f64, ci_half_width_jnd: f64, error_jnd: f64) -> Self {
         Self {
             jnd,
-            low_jnd: (jnd - reach_jnd).max(0.0),
-            high_jnd: jnd + reach_jnd,
+            low_jnd: (jnd - ci_half_width_jnd).max(0.0),
+            high_jnd: jnd + ci_half_width_jnd,
             scatter_jnd: MEAN_ABSOLUTE * error_jnd,
         }
     }
@@ -219,7 +219,7 @@ pub(crate) struct BandDifference {
     /// B over A with what lies below the floor lifted to it, dB.
     pub(crate) felt_db: f64,
     /// How far that may be off, dB, 95 %.
-    pub(crate) reach_db: f64,
+    pub(crate) ci_half_width_db: f64,
     /// How much the band counts, 0–1.
     pub(crate) share: f64,
 }
@@ -267,8 +267,8 @@ pub(crate) fn differences(
             0.0
         }
     };
-    let sure = |at: &dyn Fn(&[f64], f64) -> Vec<f64>| -> Reach {
-        reach(scales, [&at(a, -1.0), &at(b, 1.0)])
+    let sure = |at: &dyn Fn(&[f64], f64) -> Vec<f64>| -> Uncertainty {
+        uncertainty(scales, [&at(a, -1.0), &at(b, 1.0)])
     };
     let mut spectrum_jnd = 0.0;
     let (mut scatter_jnd, mut folded_jnd) = (0.0, 0.0);
@@ -291,7 +291,7 @@ pub(crate) fn differences(
             }
             BandDifference {
                 felt_db,
-                reach_db: sure.reach,
+                ci_half_width_db: sure.ci_half_width,
                 share,
             }
         })
@@ -306,8 +306,8 @@ pub(crate) fn differences(
     });
     let spectrum = Difference {
         jnd: spectrum_jnd,
-        low_jnd: (spectrum_jnd - folded_jnd - of_spectrum.reach).max(0.0),
-        high_jnd: spectrum_jnd + of_spectrum.reach,
+        low_jnd: (spectrum_jnd - folded_jnd - of_spectrum.ci_half_width).max(0.0),
+        high_jnd: spectrum_jnd + of_spectrum.ci_half_width,
         scatter_jnd,
     };
 
@@ -323,7 +323,7 @@ pub(crate) fn differences(
         gradient
     });
     let level_jnd = DB_PER_NEPER * (all_b.max(1.0) / all_a.max(1.0)).ln().abs() / jnd_db;
-    let level = Difference::within(level_jnd, of_level.reach, of_level.error);
+    let level = Difference::within(level_jnd, of_level.ci_half_width, of_level.error);
 
     // An imperceptible vibration has no defined frequency.
     let balance = if all_a <= 1.0 || all_b <= 1.0 {
@@ -338,7 +338,7 @@ pub(crate) fn differences(
             gradient
         });
         let moved = (excitation::log_centroid(b) - excitation::log_centroid(a)).abs();
-        Difference::within(moved / jnd, of_balance.reach, of_balance.error)
+        Difference::within(moved / jnd, of_balance.ci_half_width, of_balance.error)
     };
     Differences {
         bands: found,

@@ -73,7 +73,7 @@ impl MissingMeasurements {
     fn advice(&self) -> &'static str {
         match self {
             Self::Cells { .. } => "complete the missing measurements",
-            Self::Planned { .. } => "run the campaign again to continue it",
+            Self::Planned { .. } => "give the same panel run again, which continues it",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Warnings that arise from reading a recording.
+//! Warnings about recordings: what their files state, what they lack, and what made them.
 
 use super::lost::LostBy;
 use crate::checksum::Checksum;
@@ -117,7 +117,7 @@ pub enum RecordingWarning {
     },
     /// Samples or points that are not evenly spaced were read as if they were.
     #[error(
-        "the steps of {of} differ from their mean by up to {}, and {} are as uncertain; resample it, or state the step",
+        "the steps of {of} differ from their mean by up to {}, and {} are uncertain by as much; resample the file, or export it with even steps",
         percent(*worst),
         match of { Steps::Time => "frequencies", Steps::Place => "slopes and spacings" }
     )]
@@ -525,7 +525,7 @@ impl NotUsed {
             Self::Entries { .. } | Self::Events { .. } => "correct the file",
             Self::Sidecar { .. } => "state in the recording what the sidecar states",
             Self::Cuts { .. } => "check the times of the cuts",
-            Self::TransferFunctions { .. } => "run the campaign again to continue it",
+            Self::TransferFunctions { .. } => "give the same panel run again, which continues it",
         }
     }
 }

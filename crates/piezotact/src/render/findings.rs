@@ -3,7 +3,7 @@
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::{ClippedAt, ClippingWarning};
 use crate::quantity::{Band, Drive, Quantity};
-use crate::transfer::TransferFunction;
+use crate::transfer::{TransferFunction, is_about_a_band};
 use crate::warning::Warning;
 
 /// What gives warnings about a rendering, as it was found: whoever settles a part of it takes it out before the warnings are made.
@@ -52,7 +52,10 @@ impl RenderFindings {
             function.not_excited(band),
         ];
         found.function.extend(over_band.into_iter().flatten());
-        found.function.extend_from_slice(&function.about.warnings);
+        // Those about the band of the estimate stand above for this band.
+        let others = function.about.warnings.iter();
+        let others = others.filter(|warning| !is_about_a_band(warning));
+        found.function.extend(others.cloned());
         found
     }
 

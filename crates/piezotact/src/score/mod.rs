@@ -127,7 +127,7 @@ pub struct BandScore {
     /// The same in JND, with its sign.
     pub felt_jnd: f64,
     /// How far it may be off, JND, 95 %.
-    pub reach_jnd: f64,
+    pub ci_half_width_jnd: f64,
     /// How much the band counts, 0–1: its share of what is excited.
     pub share: f64,
 }
@@ -428,6 +428,7 @@ fn computed(
 
 impl Content for Score {
     const SCHEMA: &'static str = "score";
+    const VERSION: u32 = 2;
 }
 
 fn refuse(
@@ -535,7 +536,7 @@ fn band_scores(
                 difference_db: test_db - reference_db,
                 felt_db: difference.felt_db,
                 felt_jnd: difference.felt_db / model.level_jnd.0,
-                reach_jnd: difference.reach_db / model.level_jnd.0,
+                ci_half_width_jnd: difference.ci_half_width_db / model.level_jnd.0,
                 share: difference.share,
             }
         })

@@ -223,7 +223,7 @@ fn needed_s(score: Difference, limit: Limit, length: Seconds) -> Option<f64> {
 
 /// The bands that differ by more than a JND in the direction of `sign`, neighbours as one; the one that counts most first.
 fn apart(bands: &[BandScore], sign: f64) -> Vec<Band> {
-    let differs = |b: &BandScore| b.share > 0.0 && sign * b.felt_jnd - b.reach_jnd > 1.0;
+    let differs = |b: &BandScore| b.share > 0.0 && sign * b.felt_jnd - b.ci_half_width_jnd > 1.0;
     let mut runs: Vec<(f64, Band)> = bands
         .chunk_by(|x, y| differs(x) == differs(y))
         .filter(|run| run.first().is_some_and(differs))

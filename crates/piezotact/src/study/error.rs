@@ -55,7 +55,7 @@ pub enum StudyError {
         found: Box<NoStrokes>,
     },
     /// A recording does not say what recordings are grouped by.
-    #[error("expected {} for every recording, found none for {recording}", by.noun())]
+    #[error("expected {} for every recording, found none for {recording}; state it in the file beside the recording", by.noun())]
     Unknown { by: Factor, recording: String },
     /// There are no recordings that differ in what is compared and agree in all else.
     #[error(

@@ -253,7 +253,7 @@ pub(super) fn not_excited((bands, share): Unexcited) -> Option<Warning> {
 
 /// Whether a response is late by a share of the segment.
 fn is_late(delay: Delay, segment_s: f64) -> bool {
-    delay.delay_s - delay.reach_s > LATE * segment_s
+    delay.delay_s - delay.ci_half_width_s > LATE * segment_s
 }
 
 /// `delay` where channels are out of step by it: a response is late, or comes before its drive by more than may be its
@@ -264,12 +264,15 @@ fn out_of_step(delay: Delay, segment_s: f64) -> Option<Delay> {
 
 /// The warning about channels that are out of step by `delay`.
 fn step_warning(delay: Delay, segment_s: f64) -> Warning {
-    let Delay { delay_s, reach_s } = delay;
+    let Delay {
+        delay_s,
+        ci_half_width_s,
+    } = delay;
     match is_late(delay, segment_s) {
         true => TransferWarning::LateResponse {
             delay_s,
             segment_s,
-            reach_s,
+            ci_half_width_s,
         }
         .into(),
         false => delay.acausal(),

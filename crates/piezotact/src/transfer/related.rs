@@ -158,27 +158,27 @@ pub struct Delay {
     /// The delay, s; below zero where the response comes first.
     pub delay_s: f64,
     /// How far it may be off to either side, s.
-    pub reach_s: f64,
+    pub ci_half_width_s: f64,
 }
 
 impl Delay {
     /// Whether two delays agree within their uncertainties.
     #[must_use]
     pub fn agrees(&self, other: &Self) -> bool {
-        (self.delay_s - other.delay_s).abs() <= self.reach_s + other.reach_s
+        (self.delay_s - other.delay_s).abs() <= self.ci_half_width_s + other.ci_half_width_s
     }
 
     /// Whether the response comes before its drive by more than may be the uncertainty.
     #[must_use]
     pub fn is_early(&self) -> bool {
-        self.delay_s < -self.reach_s
+        self.delay_s < -self.ci_half_width_s
     }
 
     /// The warning about a response that comes first.
     pub(super) fn acausal(&self) -> Warning {
         TransferWarning::Acausal {
             lead_s: -self.delay_s,
-            reach_s: self.reach_s,
+            ci_half_width_s: self.ci_half_width_s,
         }
         .into()
     }
@@ -215,7 +215,7 @@ impl Lags {
             run(&mut self.squares[at + 1..].iter()).max(run(&mut self.squares[..at].iter().rev()));
         Some(Delay {
             delay_s: (self.first + at as i64) as f64 * step_s,
-            reach_s: reach as f64 * step_s + 0.5 / width_hz,
+            ci_half_width_s: reach as f64 * step_s + 0.5 / width_hz,
         })
     }
 }

@@ -2,8 +2,17 @@
 
 use crate::number::{counted, rounded};
 use crate::quantity::Band;
+use crate::warning::Warning;
 use crate::warning::words::{bands as list, percent};
 use serde::{Deserialize, Serialize};
+
+/// Whether `warning` is about the band of an estimate: it is said again for the band in which the transfer function is used.
+pub(crate) fn is_about_a_band(warning: &Warning) -> bool {
+    matches!(
+        warning.kind(),
+        Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotExcited { .. })
+    )
+}
 
 /// Warnings about a transfer function.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
@@ -26,22 +35,22 @@ pub enum TransferWarning {
         "the response comes {:.1} ± {:.1} ms after the drive, {} of a segment: the magnitude is underestimated; use longer segments; align the \
             channels",
         delay_s * 1e3,
-        reach_s * 1e3,
+        ci_half_width_s * 1e3,
         percent(delay_s / segment_s)
     )]
     LateResponse {
         delay_s: f64,
         segment_s: f64,
-        reach_s: f64,
+        ci_half_width_s: f64,
     },
     /// The response comes before the drive.
     #[error(
         "the response comes {:.2} ± {:.2} ms before the drive, which is impossible: drive and response are swapped, or their channels are out of \
             step; check whether drive and response are swapped, or their channels out of step",
         lead_s * 1e3,
-        reach_s * 1e3
+        ci_half_width_s * 1e3
     )]
-    Acausal { lead_s: f64, reach_s: f64 },
+    Acausal { lead_s: f64, ci_half_width_s: f64 },
     /// Part of the band was not excited.
     #[error(
         "{} of the band ({}) is not excited: the transfer function has no meaning there; drive the whole band; narrow the band",

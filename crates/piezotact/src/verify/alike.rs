@@ -13,7 +13,7 @@ pub(super) struct IndependentShare {
     /// Its share, 0–1.
     pub(super) share: f64,
     /// The 95 % interval of the share, either side.
-    pub(super) reach: f64,
+    pub(super) ci_half_width: f64,
 }
 
 /// Bin powers are limited to this multiple of their mean, so that a tone does not dominate the correlation.
@@ -126,7 +126,7 @@ pub(super) fn alike(
 ) -> Result<Vec<IndependentShare>, EstimateError> {
     let unrelated = IndependentShare {
         share: 1.0,
-        reach: 0.0,
+        ci_half_width: 0.0,
     };
     let mut alike = vec![unrelated; near.len()];
     let in_time = over_time(signals, welch, holds)?;
@@ -155,7 +155,7 @@ pub(super) fn alike(
         let number = independent * counts[window.clone()].iter().sum::<f64>();
         alike[*line] = IndependentShare {
             share: ((1.0 - both + LEAST) / (1.0 - coherence + LEAST)).clamp(0.0, 1.0),
-            reach: Z_95 * (1.0 - both * both) / number.max(1.0).sqrt(),
+            ci_half_width: Z_95 * (1.0 - both * both) / number.max(1.0).sqrt(),
         };
     }
     Ok(alike)

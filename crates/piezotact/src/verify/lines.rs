@@ -360,7 +360,7 @@ impl Lines {
                     frequency_hz,
                     error_db: 10.0 * ratio.log10(),
                     variance_db2: unrelated_db2 * alike.share,
-                    variance_reach_db2: unrelated_db2.max(0.0) * alike.reach,
+                    variance_reach_db2: unrelated_db2.max(0.0) * alike.ci_half_width,
                     variance_less_db2: unrelated_db2.max(0.0) * alike.share * (1.0 - alike.share),
                     target_power: target * step_hz,
                 });

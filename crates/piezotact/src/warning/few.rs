@@ -9,11 +9,12 @@ use crate::number::{counted, rounded};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[serde(tag = "code", rename_all = "snake_case")]
 pub enum FewWarning {
-    /// A result is of fewer things than are recommended.
+    /// A result is of fewer things than are recommended or needed.
     #[error(
-        "{}only {}, {recommended} or more are recommended: {}; {}",
+        "{}only {}, {recommended} or more are {}: {}; {}",
         what.of(),
         what.counted(*found),
+        what.wanted(),
         what.consequence(*found),
         what.advice()
     )]
@@ -102,6 +103,21 @@ impl Few {
         counted(found, what)
     }
 
+    /// Whether more would be better, or a result needs them.
+    fn wanted(&self) -> &'static str {
+        match self {
+            Self::Sections { .. } => "required by the standard",
+            Self::Groups { .. }
+            | Self::StrokesOfSample { .. }
+            | Self::RecordingsOfSample { .. }
+            | Self::Units { .. }
+            | Self::Answering
+            | Self::Restarts
+            | Self::ParticipantsOfClusters { .. } => "needed",
+            _ => "recommended",
+        }
+    }
+
     /// What follows from that.
     fn consequence(&self, found: usize) -> String {
         let said = match self {
@@ -155,7 +171,7 @@ impl Few {
             Self::DensityElectrodes => "the current source density is coarse",
             Self::Sections { cutoff_m } => {
                 let cutoff_mm = rounded(cutoff_m * 1e3);
-                return format!("the standard evaluates as many of the cut-off of {cutoff_mm} mm");
+                return format!("one section is as long as the cut-off, {cutoff_mm} mm");
             }
         };
         said.into()

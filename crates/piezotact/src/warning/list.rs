@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Merged, Warning, merged};
 
-/// A list of warnings without duplicates: a warning with the code, subject and values of one already in the list is not added.
+/// A list of warnings without duplicates: a warning equal to one already in the list is not added.
 /// Its written form has those of one kind as one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(

@@ -62,7 +62,7 @@ pub enum LoopFailure {
 }
 
 impl LoopFailure {
-    /// The mishap as a warning.
+    /// The failure as a warning.
     #[must_use]
     pub fn warning(&self) -> Warning {
         let fault = match self.clone() {

@@ -115,7 +115,7 @@ pub enum DesignError {
         expected: usize,
     },
     /// Fixed sequences are not drawn.
-    #[error("fixed sequences are not drawn: take them from the protocol")]
+    #[error("these sequences are given in the protocol, and nothing is drawn: read them there")]
     FixedNotDrawn,
     /// An order does not hold each treatment once.
     #[error("order {order} does not hold each of {expected} treatments once: correct it")]
@@ -126,7 +126,7 @@ pub enum DesignError {
         expected: usize,
     },
     /// A number is out of its range.
-    #[error("{what} is {found}, expected {expected}")]
+    #[error("{what} is {found}, expected {expected}: correct it")]
     OutOfRange {
         what: &'static str,
         found: f64,
@@ -137,7 +137,7 @@ pub enum DesignError {
     )]
     NeverTogether { pair: Box<[String; 2]> },
     /// Too few tasks to compare.
-    #[error("tasks cannot be compared: {} has answers that name a sample; compare samples or people", match .known[..] { [] => "none".to_owned(), _ => format!("{} alone", .known.join(", ")) }
+    #[error("tasks cannot be compared: {} has answers that name a sample; compare samples or people", match .known[..] { [] => "no task".to_owned(), _ => format!("{} alone", .known.join(", ")) }
     )]
     TooFewToCompare {
         /// Those that there are.
@@ -165,6 +165,8 @@ pub enum DesignError {
         most: usize,
     },
     /// A name of a task is not that of a task, or of several.
-    #[error("task {task} is named by the design and is not described once: correct its name")]
+    #[error(
+        "the design names task {task}, but not exactly one task of that name is described: correct its name"
+    )]
     UnknownTask { task: String },
 }

@@ -32,7 +32,9 @@ pub enum NotReady {
         found: String,
     },
     /// A drive rendered with another transfer function than the protocol asks for.
-    #[error("{stimulus}: expected {expected}, found {found}; render it again")]
+    #[error(
+        "{stimulus}: expected {expected}, found {found}; render it with that transfer function, and average it again first where an earlier version averaged it"
+    )]
     TransferFunction {
         stimulus: String,
         /// What the protocol asks for.

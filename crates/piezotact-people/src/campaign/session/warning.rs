@@ -26,9 +26,9 @@ pub enum CampaignWarning {
     },
     /// The participant's own order was corrected after its letters were answered with; `trial` is the number of the trial with the order, from 1.
     #[error(
-        "{session}: the participant's own order of trial {trial} was corrected after its letters had been answered with: {answers} {} for other \
-            samples since; trials.csv of `campaign export` has both",
-        if *answers == 1 { "answer stands" } else { "answers stand" }
+        "{session}: the participant's own order of trial {trial} was corrected after its letters had been used in answers, so that {answers} {} another \
+            sample now; compare both in the exported table of trials",
+        if *answers == 1 { "answer means" } else { "answers mean" }
     )]
     OrderCorrected {
         session: String,

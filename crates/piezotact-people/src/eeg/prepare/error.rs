@@ -52,7 +52,7 @@ pub enum PrepareError {
     },
     /// No epoch that can be used.
     #[error(
-        "none of {markers} markers has an epoch without unusable parts; of the first, {why}; leave that channel out, or correct the events"
+        "none of {markers} markers has an epoch without unusable parts (the first: {why}); leave that channel out, or correct the events"
     )]
     NoneUsable {
         /// How many markers there are.

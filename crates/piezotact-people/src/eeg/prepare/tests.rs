@@ -444,7 +444,7 @@ fn a_part_that_is_called_bad_is_in_no_epoch() {
         .unwrap_err()
         .to_string();
     assert!(
-        said.contains("without unusable parts; of the first, BAD_movement"),
+        said.contains("without unusable parts (the first: BAD_movement"),
         "{said}"
     );
 }
