@@ -29,8 +29,7 @@ fn done(folder: &Folder, line: &str) -> Done {
 }
 
 #[test]
-#[ignore = "many repetitions: ./x soak runs it"]
-fn soak_two_stations_have_the_matrix_of_one() {
+fn two_stations_have_the_matrix_of_one() {
     let database = server().database();
     let (alone, here, there) = (prepared(), prepared(), Folder::new());
     done(&alone, NEW);

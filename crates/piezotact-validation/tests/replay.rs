@@ -217,26 +217,6 @@ fn files_of_others_are_left_alone() {
     folder
         .run_as_given(&again)
         .expect_failure(2, &["report.html already exists", "--force"]);
-    #[cfg(unix)]
-    folder
-        .run(&["replay", "--out", "r", "--twin", "/dev/zero"])
-        .expect_failure(1, &["found a device or a pipe"]);
-}
-
-/// A report of its own is replaced, and says the same; its figures and tables stand in the folders that are asked for.
-#[test]
-#[ignore = "many repetitions: ./x soak runs it"]
-fn soak_own_files_are_replaced_by_the_same() {
-    let folder = Folder::new();
-    let again = [
-        "replay",
-        "--chapter",
-        "3",
-        "--out",
-        "out",
-        "--date",
-        "2026-03-01",
-    ];
     folder.run(&again).expect_success();
     let report = || std::fs::read_to_string(folder.path("out/report.html")).unwrap();
     let first = report();
@@ -258,4 +238,8 @@ fn soak_own_files_are_replaced_by_the_same() {
         report().split("<section id=\"invocation\">").next(),
         first.split("<section id=\"invocation\">").next()
     );
+    #[cfg(unix)]
+    folder
+        .run(&["replay", "--out", "r", "--twin", "/dev/zero"])
+        .expect_failure(1, &["found a device or a pipe"]);
 }

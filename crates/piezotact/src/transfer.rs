@@ -49,7 +49,6 @@ pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};
 pub use stored::StoredIdentities;
-pub(crate) use warning::is_about_a_band;
 pub use warning::{StoredFault, Swapped, TransferWarning};
 
 use judge::{Found, Unexcited};

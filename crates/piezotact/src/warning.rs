@@ -21,6 +21,7 @@ use serde_json::{Map, Value};
 
 pub use few::{Few, FewWarning};
 pub use list::Warnings;
+pub(crate) use list::not_found_again;
 pub use merged::{Merged, Range, merged, merged_of, serialize_merged};
 pub use scatter::{Scatter, ScatterWarning};
 

@@ -167,12 +167,12 @@ pub(crate) fn uncertainty(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Un
     };
     let of = |v: Variance| {
         let error = v.value.max(0.0).sqrt();
-        let reach = if error > 0.0 {
+        let half_width = if error > 0.0 {
             error * t_quantile(v.freedom)
         } else {
             0.0
         };
-        (error, reach)
+        (error, half_width)
     };
     let first = of(fine);
     let mut found = Uncertainty {
@@ -189,9 +189,9 @@ pub(crate) fn uncertainty(scales: &[Evidence<'_>], gradients: [&[f64]; 2]) -> Un
     };
     let wanders = coarser.iter().any(|coarse| exceeds(*coarse, fine, steady));
     if wanders || !believed {
-        for (error, reach) in coarser.into_iter().map(of) {
-            if reach > found.ci_half_width {
-                (found.error, found.ci_half_width) = (error, reach);
+        for (error, half_width) in coarser.into_iter().map(of) {
+            if half_width > found.ci_half_width {
+                (found.error, found.ci_half_width) = (error, half_width);
             }
         }
         found.wanders = wanders && found.ci_half_width > 2.0 * first.1;

@@ -3,8 +3,8 @@
 use super::{Headroom, PartLost, RenderConfig, RenderWarning};
 use crate::clipping::{ClippedAt, ClippingWarning};
 use crate::quantity::{Band, Drive, Quantity};
-use crate::transfer::{TransferFunction, is_about_a_band};
-use crate::warning::Warning;
+use crate::transfer::TransferFunction;
+use crate::warning::{Warning, not_found_again};
 
 /// What gives warnings about a rendering, as it was found: whoever settles a part of it takes it out before the warnings are made.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,10 +52,9 @@ impl RenderFindings {
             function.not_excited(band),
         ];
         found.function.extend(over_band.into_iter().flatten());
-        // Those about the band of the estimate stand above for this band.
-        let others = function.about.warnings.iter();
-        let others = others.filter(|warning| !is_about_a_band(warning));
-        found.function.extend(others.cloned());
+        // What is found for this band is not said again for that of the estimate.
+        let others = not_found_again(&function.about.warnings, &found.function);
+        found.function.extend(others);
         found
     }
 

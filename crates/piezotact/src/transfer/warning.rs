@@ -2,17 +2,8 @@
 
 use crate::number::{counted, rounded};
 use crate::quantity::Band;
-use crate::warning::Warning;
 use crate::warning::words::{bands as list, percent};
 use serde::{Deserialize, Serialize};
-
-/// Whether `warning` is about the band of an estimate: it is said again for the band in which the transfer function is used.
-pub(crate) fn is_about_a_band(warning: &Warning) -> bool {
-    matches!(
-        warning.kind(),
-        Some(TransferWarning::LowCoherence { .. } | TransferWarning::NotExcited { .. })
-    )
-}
 
 /// Warnings about a transfer function.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]

@@ -292,7 +292,7 @@ pub(super) struct Line {
     pub(super) error_db: f64,
     variance_db2: f64,
     /// The half-width of the 95 % interval of that variance, dB².
-    variance_reach_db2: f64,
+    variance_half_width_db2: f64,
     /// How much smaller that variance may be, dB².
     variance_less_db2: f64,
     /// The power of the target, unit².
@@ -360,7 +360,7 @@ impl Lines {
                     frequency_hz,
                     error_db: 10.0 * ratio.log10(),
                     variance_db2: unrelated_db2 * alike.share,
-                    variance_reach_db2: unrelated_db2.max(0.0) * alike.ci_half_width,
+                    variance_half_width_db2: unrelated_db2.max(0.0) * alike.ci_half_width,
                     variance_less_db2: unrelated_db2.max(0.0) * alike.share * (1.0 - alike.share),
                     target_power: target * step_hz,
                 });
@@ -387,7 +387,7 @@ pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option
         sum += w;
         squares += w * (d2 - v);
         varies += w * w * (2.0 * v * v + 4.0 * (d2 - v).max(0.0) * v);
-        of_variance += w * line.variance_reach_db2;
+        of_variance += w * line.variance_half_width_db2;
         less += w * line.variance_less_db2;
     }
     if !(sum > 0.0 && sum.is_finite()) {

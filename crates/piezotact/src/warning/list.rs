@@ -106,3 +106,46 @@ impl<'a> IntoIterator for &'a Warnings {
         self.0.iter()
     }
 }
+
+/// Those of `stored` of which `fresh` has none of the same code: what was found again is not said twice, and nothing else goes.
+pub(crate) fn not_found_again(stored: &[Warning], fresh: &[Warning]) -> Vec<Warning> {
+    let is_again = |warning: &Warning| fresh.iter().any(|found| found.code == warning.code);
+    let others = stored.iter().filter(|warning| !is_again(warning));
+    others.cloned().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::panel::PanelWarning;
+    use crate::quantity::{Band, Hertz};
+    use crate::transfer::TransferWarning;
+
+    fn low_coherence(share: f64) -> Warning {
+        let (asked, lowest, at_hz) = (0.8, 0.3, 25.0);
+        Warning::from(TransferWarning::LowCoherence {
+            asked,
+            lowest,
+            at_hz,
+            share,
+        })
+    }
+
+    /// A doubt that is not found again stays: that of a member of an average whose own coherence is high, and one about the band of
+    /// the estimate where nothing is found in that of a rendering.
+    #[test]
+    fn only_what_is_found_again_is_left_out() {
+        let of_member = Warning::from(PanelWarning::OfMembers {
+            count: 1,
+            of: 4,
+            measurement: "P03 at 20°, 0.2 N".to_owned().into(),
+            example: low_coherence(0.5),
+        });
+        let stored = [low_coherence(0.5), of_member.clone()];
+        assert_eq!(not_found_again(&stored, &[]), stored);
+        let bands = vec![Band::new(Hertz(10.0), Hertz(20.0)).unwrap()];
+        let other = Warning::from(TransferWarning::NotExcited { bands, share: 0.1 });
+        assert_eq!(not_found_again(&stored, &[other]), stored);
+        assert_eq!(not_found_again(&stored, &[low_coherence(0.2)]), [of_member]);
+    }
+}

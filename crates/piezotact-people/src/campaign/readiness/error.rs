@@ -33,7 +33,7 @@ pub enum NotReady {
     },
     /// A drive rendered with another transfer function than the protocol asks for.
     #[error(
-        "{stimulus}: expected {expected}, found {found}; render it with that transfer function, and average it again first where an earlier version averaged it"
+        "{stimulus}: expected {expected}, found {found}; render it with that transfer function (an average made by an earlier version must be made again first)"
     )]
     TransferFunction {
         stimulus: String,
