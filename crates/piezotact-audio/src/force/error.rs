@@ -35,7 +35,7 @@ pub enum ForceError {
     /// It sends lines, and none is a force.
     #[error(
         "{name} sends lines, but none could be read as a force for {} s, such as `{example}`; expected `F <time in ms> <force>` or a \
-            number alone: check the baud rate, and the format in docs/force-cell.md",
+            number alone: check the baud rate, and the format in docs/guide/force-cell.md",
         rounded(pause.as_secs_f64())
     )]
     Unreadable {

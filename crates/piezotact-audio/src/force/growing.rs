@@ -55,7 +55,7 @@ impl GrowingSettings {
 }
 
 /// The readings that another program appends to a text file: columns with a header, or the lines of a force cell
-/// (`docs/force-cell.md`). It is followed from its end at the start; a line counts when its end is written. Readings arrive when they
+/// (`docs/guide/force-cell.md`). It is followed from its end at the start; a line counts when its end is written. Readings arrive when they
 /// are fetched: fetch them every 20 ms or so.
 #[derive(Debug)]
 pub struct GrowingFile {

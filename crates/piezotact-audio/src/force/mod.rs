@@ -2,7 +2,7 @@
 //!
 //! A sound input is AC-coupled: it cannot measure a force that is held. The force comes as lines of text from a serial port
 //! ([`SerialForceCell`]) or from a file that another program appends to ([`GrowingFile`]), in the protocol of
-//! `docs/force-cell.md`. [`ForceJoiner`] puts its readings on the clock of the sound device.
+//! `docs/guide/force-cell.md`. [`ForceJoiner`] puts its readings on the clock of the sound device.
 
 mod error;
 mod growing;

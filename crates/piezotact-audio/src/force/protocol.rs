@@ -1,4 +1,4 @@
-//! The lines of a force cell: `docs/force-cell.md`.
+//! The lines of a force cell: `docs/guide/force-cell.md`.
 
 use super::error::ForceError;
 use super::unit::ForceUnit;

@@ -51,7 +51,7 @@ impl SerialSettings {
     }
 }
 
-/// A force cell that sends its readings as lines through a serial port (`docs/force-cell.md`). A thread of its own reads them, so that
+/// A force cell that sends its readings as lines through a serial port (`docs/guide/force-cell.md`). A thread of its own reads them, so that
 /// each has the time at which it arrived.
 #[derive(Debug)]
 pub struct SerialForceCell {

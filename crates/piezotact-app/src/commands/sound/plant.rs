@@ -149,7 +149,7 @@ fn serve(plant: &mut JackPlant, cell: &mut Option<ForceFile>) -> Outcome {
     Ok(())
 }
 
-/// The file of the force cell, in the lines of `docs/force-cell.md`.
+/// The file of the force cell, in the lines of `docs/guide/force-cell.md`.
 struct ForceFile {
     path: PathBuf,
     file: File,
