@@ -374,7 +374,7 @@ fn what_cannot_be_compared_is_refused() {
     assert!(says(&answers, turned).contains("noise_ratio"));
 }
 
-/// The figures of decision 71: 200 campaigns of each, with other seeds. Takes half an hour.
+/// The figures of docs/decisions/twin.md, How people judge: 200 campaigns of each, with other seeds. Takes half an hour.
 #[test]
 #[ignore = "2400 campaigns take half an hour: ./x soak judges"]
 fn soak_judges() {

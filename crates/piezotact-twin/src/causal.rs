@@ -6,7 +6,7 @@
 //!
 //! What is done: everything comes later by a stated delay, and only what would be earlier than this delay allows is turned in
 //! phase so that it comes as much later as it would have come earlier. The magnitude does not change; the phase changes where ripples
-//! are narrow, at low frequencies. With 20 ms it is typically 2° at 20 to 40 Hz and 0.3° above 100 Hz (docs/decisions/0090).
+//! are narrow, at low frequencies. With 20 ms it is typically 2° at 20 to 40 Hz and 0.3° above 100 Hz (docs/decisions/sound.md).
 
 use std::f64::consts::{PI, TAU};
 

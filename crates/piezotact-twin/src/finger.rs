@@ -10,7 +10,7 @@
 //! in the loss (z is the person, r the person's own variation with frequency), so a firmer touch raises everybody's gain and
 //! narrows the bundle at once: "Lower loads can increase the variability in the effective contact area as the fingertip is less
 //! deformed" (*thesis* 5.1.1). That the contact area grows with force and saturates: E. R. Serina and others (1998),
-//! J. Biomech. 31. The form and its four numbers are *chosen* (docs/decisions/0052).
+//! J. Biomech. 31. The form and its four numbers are *chosen* (docs/decisions/twin.md).
 
 use std::f64::consts::TAU;
 

@@ -230,7 +230,7 @@ pub(super) fn of_chapter_4(laboratory: &Laboratory) -> Result<Campaigns, ReplayE
             drawn("63f", &manipulated, "Rendered textures with exchanged levels; outlined: the sample that has this level."),
         ],
         measured: vec![
-            "Ten virtual volunteers did the isotropic campaign, five the one with exchanged levels and one the periodic pilot: strokes, transfer function, renderings in open loop as in the thesis, and sessions as the protocols of the library say. A presentation was one stroke, which counted as often as the protocol repeats it. How volunteers judge: decision 71.".into(),
+            "Ten virtual volunteers did the isotropic campaign, five the one with exchanged levels and one the periodic pilot: strokes, transfer function, renderings in open loop as in the thesis, and sessions as the protocols of the library say. A presentation was one stroke, which counted as often as the protocol repeats it. How volunteers judge: docs/decisions/twin.md.".into(),
         ],
     })
 }

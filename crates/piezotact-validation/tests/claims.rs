@@ -234,7 +234,7 @@ fn forty(chapters: &[u8]) -> PanelCount {
     counts
 }
 
-/// All but those that have less margin than a panel scatters: docs/decisions/0018 and, of campaigns, 0073 say which, by how much, and why.
+/// All but those that have less margin than a panel scatters: docs/decisions/thesis.md says which, by how much, and why.
 fn at_least_nine_in_ten(counts: &PanelCount, but: &[u8]) {
     for claim in counts
         .claims

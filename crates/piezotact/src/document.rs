@@ -35,7 +35,7 @@ pub struct Document<T> {
 impl<'a, T: Content> Document<&'a T> {
     /// The document of `content`.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     pub fn of(content: &'a T) -> Self {
         Self {
             schema: T::SCHEMA,
@@ -135,7 +135,7 @@ pub enum DocumentError {
 
 /// The value in a document, JSON text.
 ///
-/// Source: decision 0046 of this project.
+/// Source: docs/decisions/documents.md.
 ///
 /// # Errors
 /// [`DocumentError`] for a document of another kind or of a newer version, and for a text that is no document.

@@ -198,7 +198,7 @@ impl ZeroPhase {
     ///
     /// Formula: e = the value of the least-squares line at the end; beyond it 2·e − x.
     ///
-    /// Source: SciPy's `sosfiltfilt` for the passes (its extension is `odd`, about the last sample); decision 0062 of this project for
+    /// Source: SciPy's `sosfiltfilt` for the passes (its extension is `odd`, about the last sample); docs/decisions/strokes.md for
     /// the line.
     #[must_use]
     pub fn apply(&self, signal: &[f64]) -> Vec<f64> {

@@ -16,7 +16,7 @@ use crate::statistics::mean;
 use crate::study::{Naming, Recorded, Stated, cut};
 use crate::transfer::{Estimator, estimate};
 
-/// What is shown as present is the mean of so much, s, and what a gate judges of so much (decision 19).
+/// What is shown as present is the mean of so much, s, and what a gate judges of so much (docs/decisions/transfer-functions.md).
 const NOW_S: f64 = 0.5;
 const MEAN_S: f64 = 10.0;
 
@@ -45,7 +45,7 @@ impl MonitorConfig {
     /// Ten seconds in 400 points, 2 s of spectrum in segments of 0.2 s, coherence in segments of 0.41 s over 20–1000 Hz, ±10 % of the force,
     /// and 15 min at 5 kHz.
     ///
-    /// Source: decision 0077 of this project; the tolerance of the force is that of thesis 2.5.1.
+    /// Source: docs/decisions/campaigns.md; the tolerance of the force is that of thesis 2.5.1.
     #[must_use]
     pub fn console() -> Self {
         Self {

@@ -235,7 +235,7 @@ const DB_PER_NEPER: f64 = 4.342_944_819_032_518;
 /// parts, r the correlation of a residual with the next; levels of parts against the scatter √(∫S²df/T)/∫S df of Gaussian noise.
 ///
 /// Source: P. D. Welch (1967), IEEE Trans. Audio Electroacoust. 15(2); B. D. Santer et al. (2000), J. Geophys. Res. 105(D6),
-/// 7337; J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 8.2. The limits are stated in decision 0048.
+/// 7337; J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 8.2. The limits are stated in docs/decisions/signals.md.
 ///
 /// # Errors
 /// [`NoiseError`] for a channel that cannot be picked, a band beyond the rate, fewer than four segments, and a channel that never

@@ -231,7 +231,7 @@ fn criterion_row<W: Display>(criterion: &Criterion<W>) -> Vec<Cell> {
 
 /// `value` with its unit and as many digits as tell it from a limit.
 ///
-/// Source: decision 0046 of this project.
+/// Source: docs/decisions/documents.md.
 ///
 /// ```
 /// use piezotact::page::limit_number;
@@ -266,7 +266,7 @@ const ROUNDING: f64 = 1e-6;
 
 /// A limit in words, with the range in which nothing is decided.
 ///
-/// Source: decision 0046 of this project.
+/// Source: docs/decisions/documents.md.
 ///
 /// ```
 /// use piezotact::criterion::Limit;

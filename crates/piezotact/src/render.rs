@@ -113,7 +113,7 @@ pub struct RenderedDrive {
 
 /// What [`render`] takes in memory at most beside its target, in bytes for each sample of it.
 ///
-/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+/// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
 pub const MEMORY_BYTES_A_SAMPLE: usize = 220;
 
 /// The drive (full scale = 1) to which the device responds with `target`, in the SI unit of `O`.
@@ -246,7 +246,7 @@ pub fn render_with_findings<O: Quantity>(
 /// The share of the power of `target` (as recorded, with the fades of `config`) outside the band, 0–1, if it is a tenth or more: the
 /// same as in [`RenderFindings::power_outside`]. A target resampled to a lower rate before would show a smaller share.
 ///
-/// Source: decision 0028 of this project: a tenth is 0.4 dB of level.
+/// Source: docs/decisions/verification.md: a tenth is 0.4 dB of level.
 ///
 /// # Errors
 /// [`RenderError::Signal`] when what is in the band cannot be brought to the output rate, [`RenderError::Silent`] when the

@@ -452,7 +452,7 @@ pub struct Known<'a> {
 
 /// As [`estimate`], with what is `known` of the signals beside their samples, and without the warnings of [`pair_warnings`].
 ///
-/// Source: as [`estimate`]; decision 0043 of this project: straight lines in the place of samples are no measurement.
+/// Source: as [`estimate`]; docs/decisions/transfer-functions.md: straight lines in the place of samples are no measurement.
 ///
 /// # Errors
 /// Those of [`estimate`]; [`TransferError::FewLeft`] when fewer than four segments are left of more; [`TransferError::Transient`]

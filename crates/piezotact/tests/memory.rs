@@ -1,4 +1,4 @@
-//! How much memory a comparison takes for each sample of the recordings (decision 0060 says what the limits are for), and that a
+//! How much memory a comparison takes for each sample of the recordings (docs/decisions/verification.md says what the limits are for), and that a
 //! convolution in real time takes none.
 #![allow(
     clippy::unwrap_used,

@@ -75,7 +75,7 @@ impl Counts {
 /// both could be answered, which is zero for whoever answers both alike; of tasks, the difference of the shares of answers as
 /// expected, among those in which what is expected was offered.
 ///
-/// Source: decision 0074 of this project; [`sign_flip_test`].
+/// Source: docs/decisions/campaigns.md; [`sign_flip_test`].
 ///
 /// # Errors
 /// [`AssociationError`].

@@ -132,7 +132,7 @@ impl<'a> Habits<'a> {
 /// participant. Who prefers a sample that is presented often is right more often than a guesser and has felt nothing: the limit is the
 /// larger of chance and of that habit.
 ///
-/// Source: decision 0064 of this project; intervals: [`clustered_interval`].
+/// Source: docs/decisions/campaigns.md; intervals: [`clustered_interval`].
 #[must_use]
 pub(super) fn expected_share(
     declared: &Declared,

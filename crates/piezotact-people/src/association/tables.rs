@@ -11,7 +11,7 @@ use crate::campaign::text::cell;
 
 /// `answers` to what is `declared` as a table with a row for each, in the columns that are read as answers again.
 ///
-/// Source: decision 0064 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn answers_table(declared: &Declared, answers: &[Answer]) -> Table {
     let mut table = table(&ANSWER_COLUMNS);
@@ -87,7 +87,7 @@ fn judge(state: &State<'_>) -> &'static str {
 /// and the first one, the one that was confirmed,
 /// revisions, corrections, plays, attempts, when it was presented and confirmed in ms since 1970-01-01 00:00 UTC, and the time between in s.
 ///
-/// Source: decision 0065 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn trials_table<'a>(
     states: impl IntoIterator<Item = (&'a State<'a>, store::Purpose)>,
@@ -198,7 +198,7 @@ pub(super) const OF_EVIDENCE: [&str; 19] = [
 
 /// What was measured at every playing of the sessions `states`, with a row for each.
 ///
-/// Source: decision 0069 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn evidence_table<'a>(states: impl IntoIterator<Item = &'a State<'a>>) -> Table {
     let mut table = table(&OF_EVIDENCE);
@@ -292,7 +292,7 @@ pub const THRESHOLD_COLUMNS: [&str; 10] = [
 
 /// The thresholds of the adaptive comparisons of `state`, with a row for each run, in the unit of its levels.
 ///
-/// Source: decision 0067 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn thresholds_table(state: &State<'_>) -> Table {
     let mut table = table(&THRESHOLD_COLUMNS);

@@ -141,7 +141,7 @@ fn link_sha(before: Sha, number: u64, at_ms: i64, payload_sha: Sha) -> Sha {
 
 /// The link behind `chain` that holds `payload`.
 ///
-/// Source: Haber and Stornetta 1991, J. Cryptology 3:99; decision 0066 of this project.
+/// Source: Haber and Stornetta 1991, J. Cryptology 3:99; docs/decisions/store.md.
 #[must_use]
 pub fn next_link(
     (participant, session): (&str, &str),
@@ -166,7 +166,7 @@ pub fn next_link(
 /// # Errors
 /// [`StoreError`] with the first event that does not fit.
 ///
-/// Source: decision 0066 of this project.
+/// Source: docs/decisions/store.md.
 pub fn verify<'a>(
     (participant, session): (&str, &str),
     links: impl IntoIterator<Item = &'a Link>,

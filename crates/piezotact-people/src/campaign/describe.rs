@@ -11,7 +11,7 @@ use super::protocol::{
 
 /// The design of the session that the protocol's aims name: what [`super::design::design_findings`] judges.
 ///
-/// Source: decision 0065 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn describe(protocol: &Protocol) -> CampaignDescription {
     let aims = &protocol.aims;

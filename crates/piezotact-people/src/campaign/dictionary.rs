@@ -81,7 +81,7 @@ impl Content for DataDictionary {
 
 /// The columns of the answers to each task of `protocol`: description, unit and levels.
 ///
-/// Source: decision 0064 of this project; BIDS, tabular files, for the fields of a column.
+/// Source: docs/decisions/campaigns.md; BIDS, tabular files, for the fields of a column.
 #[must_use]
 pub fn dictionary(protocol: &Protocol) -> DataDictionary {
     let tasks = protocol.tasks.iter();

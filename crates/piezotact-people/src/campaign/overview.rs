@@ -110,7 +110,7 @@ impl Content for CampaignDesign {
 /// # Errors
 /// [`DesignError`] for a design that cannot be checked: sequences that cannot be, numbers out of range.
 ///
-/// Source: decisions 0063 and 0065 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn campaign_design(protocol: &Protocol, seed: u64) -> Result<CampaignDesign, DesignError> {
     let campaign = describe(protocol);
     let report = design_findings(&campaign, seed)?;

@@ -245,7 +245,7 @@ pub struct PlanRequest<'a> {
 /// # Errors
 /// [`ProtocolError`].
 ///
-/// Source: decision 0065 of this project; orders by Williams 1949, Aust. J. Sci. Res. A 2:149.
+/// Source: docs/decisions/campaigns.md; orders by Williams 1949, Aust. J. Sci. Res. A 2:149.
 pub fn plan(
     protocol: &Protocol,
     protocol_sha: Sha,

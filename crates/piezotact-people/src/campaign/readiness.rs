@@ -173,7 +173,7 @@ pub struct Known<'a> {
 
 /// The stimuli that `plan` plays or may choose, each once.
 ///
-/// Source: decision 0069 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
     let planned = plan
@@ -197,7 +197,7 @@ pub fn stimuli_of(plan: &Plan) -> BTreeSet<&str> {
 /// Everything for which the session of `plan` may not begin; nothing, when it may.
 ///
 /// Source: thesis 2.6.2 and 5.3, measurement and discrimination on two days, individual transfer functions, disjoint panels;
-/// decision 0069 of this project.
+/// docs/decisions/campaigns.md.
 #[must_use]
 pub fn not_ready(protocol: &Protocol, plan: &Plan, known: Known<'_>) -> Vec<NotReady> {
     let mut found = panels(protocol, plan, known);

@@ -20,7 +20,7 @@ const FEWEST_DIFFERENT: usize = 5;
 /// # Errors
 /// [`TextError`].
 ///
-/// Source: decisions 0066 and 0079 of this project.
+/// Source: docs/decisions/store.md.
 pub fn check_secret(text: &str) -> Result<(), TextError> {
     let found = text.chars().count();
     if found < SHORTEST_SECRET {
@@ -36,7 +36,7 @@ pub fn check_secret(text: &str) -> Result<(), TextError> {
 /// The part of `text` that is in the language with the tag `tag`, as in BCP 47. A part begins with a line that holds its tag in brackets,
 /// `[fr]`. Where no part is in that language it is the first one; a text without such lines is given as a whole.
 ///
-/// Source: decision 0076 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn part_in<'a>(text: &'a str, tag: Option<&str>) -> &'a str {
     let base = |tag: &str| {
@@ -115,7 +115,7 @@ pub enum TextError {
 /// # Errors
 /// [`TextError::Hidden`], [`TextError::Long`].
 ///
-/// Source: decision 0070 of this project; Unicode Standard Annex 9, section 2, for the marks.
+/// Source: docs/decisions/documents.md; Unicode Standard Annex 9, section 2, for the marks.
 pub fn check_line(text: &str) -> Result<(), TextError> {
     check(text, MOST_OF_SHORT, hides)
 }
@@ -126,7 +126,7 @@ pub fn check_line(text: &str) -> Result<(), TextError> {
 /// # Errors
 /// [`TextError`].
 ///
-/// Source: decision 0070 of this project.
+/// Source: docs/decisions/documents.md.
 pub fn check_short(text: &str) -> Result<(), TextError> {
     check_line(text)?;
     match text.chars().next().filter(|first| FORMULA.contains(first)) {
@@ -140,7 +140,7 @@ pub fn check_short(text: &str) -> Result<(), TextError> {
 /// # Errors
 /// [`TextError::Hidden`], [`TextError::Long`].
 ///
-/// Source: decision 0070 of this project.
+/// Source: docs/decisions/documents.md.
 pub fn check_long(text: &str) -> Result<(), TextError> {
     // A carriage return alone lets a line overwrite the one before it.
     let lines = text.replace("\r\n", "\n");
@@ -151,7 +151,7 @@ pub fn check_long(text: &str) -> Result<(), TextError> {
 
 /// `text` as it can be shown on one line: each character that [`check_line`] refuses is written as `\u{1b}`.
 ///
-/// Source: decision 0070 of this project.
+/// Source: docs/decisions/documents.md.
 #[must_use]
 pub fn shown(text: &str) -> Cow<'_, str> {
     if !text.contains(hides) {
@@ -167,7 +167,7 @@ pub fn shown(text: &str) -> Cow<'_, str> {
 /// `text` as a cell of an exported table: with `'` before it where a spreadsheet program would execute it, or where it begins with
 /// `'` itself, so that one `'` is always taken away again.
 ///
-/// Source: decision 0070 of this project.
+/// Source: docs/decisions/documents.md.
 #[must_use]
 pub fn cell(text: &str) -> Cow<'_, str> {
     let begins = |sign: char| FORMULA.contains(&sign) || sign.is_control() || sign == '\'';

@@ -307,7 +307,7 @@ pub(super) struct Changes {
 /// Formula: a mean of n epochs whose squared standard error is v of its square is taken for a Gamma variable of shape α = n/((n + 1)·v),
 /// whose logarithm is ψ(α) − ln α too low; this is taken away from the power at each time and from that of the baseline.
 ///
-/// Source: [`desynchronisation`] and [`map`]; M. Abramowitz and I. A. Stegun (1964), *Handbook of Mathematical Functions*, 6.3, for ψ; the correction is this project's (decision 0086).
+/// Source: [`desynchronisation`] and [`map`]; M. Abramowitz and I. A. Stegun (1964), *Handbook of Mathematical Functions*, 6.3, for ψ; the correction is this project's (docs/decisions/eeg.md).
 pub(super) fn changes(
     plan: &TfrPlan,
     epochs: &Epochs,

@@ -190,7 +190,7 @@ fn spaced(text: &str) -> String {
 
 /// The name of a marker: its kind, and its value behind a slash, as in "Stimulus/S 1".
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn marker_name(event: &Event) -> String {
     match &event.value {
@@ -201,7 +201,7 @@ pub fn marker_name(event: &Event) -> String {
 
 /// Whether an event is the one called `wanted`: by its whole name, its kind or its value.
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn is_marker(event: &Event, wanted: &str) -> bool {
     let wanted = spaced(wanted);
@@ -230,7 +230,7 @@ pub(super) fn is_bad_part(event: &Event) -> bool {
 
 /// The task that an event begins: of a marker `task` with its name as the value, or `task/NAME`.
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn task_of(event: &Event) -> Option<String> {
     if event.kind.eq_ignore_ascii_case(TASK) {
@@ -253,7 +253,7 @@ pub fn task_of(event: &Event) -> Option<String> {
 
 /// Every marker of `segments` with how often it stands.
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn markers(segments: &[Segment<'_>]) -> BTreeMap<String, usize> {
     let mut found = BTreeMap::new();
@@ -265,7 +265,7 @@ pub fn markers(segments: &[Segment<'_>]) -> BTreeMap<String, usize> {
 
 /// The tasks that markers of `segments` name, in their order, each once.
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
     let mut found: Vec<String> = Vec::new();
@@ -279,7 +279,7 @@ pub fn tasks(segments: &[Segment<'_>]) -> Vec<String> {
 
 /// When the markers called `wanted` stand, from the first sample of the file, s, ascending, each time once.
 ///
-/// Source: decision 0085 of this project.
+/// Source: docs/decisions/eeg.md.
 #[must_use]
 pub fn times_of(segments: &[Segment<'_>], wanted: &str) -> Vec<f64> {
     let mut times: Vec<f64> = segments

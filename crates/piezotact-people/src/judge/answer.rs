@@ -204,7 +204,7 @@ impl Person {
     /// (Δ ln rms/step)² + w·mean over bands of (ΔL/step)², where the noise of a comparison, of both its looks, is on the presented
     /// texture.
     ///
-    /// `draw` gives standard normal numbers; eight are drawn. Source: physics of the twin, decision 0071 of this project.
+    /// `draw` gives standard normal numbers; eight are drawn. Source: physics of the twin, docs/decisions/twin.md.
     ///
     /// # Errors
     /// [`JudgeError`] where there are no alternatives, or cues cannot be compared.
@@ -236,7 +236,7 @@ impl Person {
     /// what its period adds; textures with a friction coefficient above the criterion come last.
     ///
     /// `draw` gives standard normal numbers; two and one for each texture are drawn. Source: Thurstone 1927, case V;
-    /// decision 0071 of this project.
+    /// docs/decisions/twin.md.
     ///
     /// # Errors
     /// [`JudgeError`] where there are no textures, or their cues cannot be compared.

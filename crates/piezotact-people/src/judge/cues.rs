@@ -61,7 +61,7 @@ impl Cues {
     ///
     /// Welch's PSD (Hann, half overlap, bins at most a quarter of the band's lower end apart) gives the rms, the power in five
     /// bands of equal width in octaves below the upper end (one octave each, or less where the band has fewer than five), each
-    /// over the whole power in dB and at least −30 dB, and the centroid. Source: decision 0071 of this project.
+    /// over the whole power in dB and at least −30 dB, and the centroid. Source: docs/decisions/twin.md.
     ///
     /// # Errors
     /// [`JudgeError`] where nothing was delivered, the recording is too short, or its rate too low.

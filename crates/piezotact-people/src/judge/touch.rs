@@ -54,7 +54,7 @@ impl Touch {
     /// A look has a noise of 0.18 in ln rms (19 %, Israr, Tan and Reed 2006: 1.5 dB), which nine looks reduce to 0.06; a rendered
     /// texture has 0.07 after nine looks. The noise of a band is that of a JND of 2.5 dB between two looks. The centroid has the
     /// Weber fraction of frequency, 0.2. Weights: spectrum 1, among regular patterns 4; spatial 0.15. Learning, fatigue, memory and
-    /// the criterion of *different* are assumptions. Source: decision 0071 of this project.
+    /// the criterion of *different* are assumptions. Source: docs/decisions/twin.md.
     #[must_use]
     pub fn mean_person() -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! A study in the Brain Imaging Data Structure (BIDS), which other programs open: written, read back, and checked.
 //!
 //! Behaviour alone has no modality of its own in BIDS, and touch has none at all. Continuous signals of a finger are `physio`, drives
-//! are `stim`, strokes and trials are `events`, answers are `beh`, all in the folder `beh` of a session (decision 0081). What is derived
+//! are `stim`, strokes and trials are `events`, answers are `beh`, all in the folder `beh` of a session (docs/decisions/store.md). What is derived
 //! is handed in as values; nothing is computed here.
 
 mod about;

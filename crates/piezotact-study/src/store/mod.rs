@@ -1,8 +1,8 @@
 //! The study on disk: the store of a campaign in SQLite or PostgreSQL, the encrypted identities beside it, and withdrawal from both.
 //!
 //! A study is a folder. `study.sqlite` holds sessions and events, `study.seal` how many changes were acknowledged, `identity.age` who
-//! the participants are, and `participants/PSEUDONYM/` the files of each. What a kill and a power cut leave is in decision 0066. Where
-//! several stations share a study, each has a folder, and `study.url` names the database in the place of `study.sqlite` (decision 0078).
+//! the participants are, and `participants/PSEUDONYM/` the files of each. What a kill and a power cut leave is in docs/decisions/store.md. Where
+//! several stations share a study, each has a folder, and `study.url` names the database in the place of `study.sqlite` (docs/decisions/store.md).
 
 mod campaign;
 mod database;

@@ -61,7 +61,7 @@ pub fn short_number(value: f64) -> String {
 impl Roughness {
     /// How large the surface is, and how fine, in words.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn size_text(&self) -> String {
         match self {
@@ -86,7 +86,7 @@ impl Roughness {
 
     /// One line on how it was computed.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn method_text(&self) -> String {
         match self {

@@ -131,7 +131,7 @@ impl Content for EvaluatedSurface {
 impl<'a> RoughnessDocument<'a> {
     /// The roughness of `surface`, lengths in µm and mm.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(surface: &'a EvaluatedSurface) -> Self {
         let parameters = surface.roughness.parameters();

@@ -93,7 +93,7 @@ impl InstrumentSettings {
 
     /// The settings in words, without the parameters.
     ///
-    /// Source: decision 0054 of this project.
+    /// Source: docs/decisions/roughness.md.
     #[must_use]
     pub fn text(&self) -> String {
         let stated = [
@@ -145,7 +145,7 @@ pub struct RoughnessOptions {
 /// Formula: as [`profile_roughness`]; without a wish, the form is the least-squares line before a filter and the mean without one,
 /// the cut-off that of ISO 4288 and λs that of ISO 3274.
 ///
-/// Source: decision 0054 of this project.
+/// Source: docs/decisions/roughness.md.
 ///
 /// # Errors
 /// As [`profile_roughness`].

@@ -60,7 +60,7 @@ impl RoughnessSet {
 
     /// All parameters of all surfaces, one row for each, with cut-off and evaluation length: lengths in µm and mm.
     ///
-    /// Source: decision 0054 of this project.
+    /// Source: docs/decisions/roughness.md.
     #[must_use]
     pub fn table(&self) -> Table {
         self.table_of(|_| true)

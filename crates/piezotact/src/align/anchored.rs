@@ -228,7 +228,7 @@ impl Answer {
     /// Formula: σ = √(n/2)·b/(a·β²), with the power n of the noise of the correlation, half of that of the difference; the root mean square b of
     /// its angular frequency, that of the burst; the correlation a at its place and its curvature β².
     ///
-    /// Source: G. C. Carter (1987), Proc. IEEE 75(2); decision 0089 of this project.
+    /// Source: G. C. Carter (1987), Proc. IEEE 75(2); docs/decisions/sound.md.
     fn errors_beside(&self, other: &Self, own: &[f64], both: &Prepared) -> [f64; 2] {
         // The level may change between them, and so may the phase by the error of each place.
         let cross: Complex<f64> = pairs(self, other).map(|(a, b)| a * b.conj()).sum();

@@ -229,7 +229,7 @@ impl WithBursts {
 ///
 /// Formula: p·w(t)·sin 2π(f₁t + (f₂ − f₁)t²/2T) with edges of a tenth that rise and fall as cosines; the last burst is the first one backwards.
 ///
-/// Source: C. E. Cook and M. Bernfeld, *Radar Signals* (1967), for linear sweeps; decision 0089 of this project.
+/// Source: C. E. Cook and M. Bernfeld, *Radar Signals* (1967), for linear sweeps; docs/decisions/sound.md.
 ///
 /// # Errors
 /// [`AlignError`] for a band that the rate does not hold, other lengths than 0.1 to 10 s of silence, a burst with fewer than 100 independent

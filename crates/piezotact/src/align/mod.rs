@@ -199,7 +199,7 @@ struct Prepared {
 /// further than five robust standard deviations; intervals by Student's t. It is repeated by a clock that is corrected for the drift until
 /// none is left: a sweep is found too early or too late by one that is not.
 ///
-/// Source: G. C. Carter (1987), Proc. IEEE 75(2), for the delay; decision 0087 of this project.
+/// Source: G. C. Carter (1987), Proc. IEEE 75(2), for the delay; docs/decisions/sound.md.
 ///
 /// # Errors
 /// [`AlignError`] for signals shorter than four blocks, a band that both rates cannot hold, a recording that does not hold the drive, and a
@@ -216,7 +216,7 @@ pub fn align(
 /// they are less certain, or the drive repeats, offset and drift are those of the line through the two bursts, with their standard
 /// errors. Where the recording holds neither burst, as [`align`].
 ///
-/// Source: decision 0089 of this project.
+/// Source: docs/decisions/sound.md.
 ///
 /// # Errors
 /// Those of [`align`]; [`AlignError::BurstsApart`] for bursts of two playbacks, or with samples missing between them;

@@ -51,7 +51,7 @@ pub struct ClocksCompared {
 impl ClocksCompared {
     /// What to know before relying on times of the drive in the recording.
     ///
-    /// Source: decision 0093 of this project.
+    /// Source: docs/decisions/sound.md.
     #[must_use]
     pub fn warnings(&self, rate: SampleRate) -> Vec<Warning> {
         if let Some([at_s, by_s]) = self.step_s {

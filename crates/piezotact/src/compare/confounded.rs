@@ -53,7 +53,7 @@ fn complete(confounders: &[Confounder]) -> Option<String> {
 
 /// `conclusion` as it stands, or as not decided where a condition differs as completely as what is compared.
 ///
-/// Source: decision 0062 of this project.
+/// Source: docs/decisions/strokes.md.
 #[must_use]
 pub fn unless_confounded(confounders: &[Confounder], conclusion: String) -> String {
     match complete(confounders) {
@@ -96,7 +96,7 @@ pub(super) fn loads_n(groups: &[&Summary], stated_n: &[Option<f64>]) -> Vec<Opti
 ///
 /// Formula: complete where mean + 2 standard deviations over strokes of the least group lie below mean − 2 of the largest.
 ///
-/// Source: decision 0062 of this project.
+/// Source: docs/decisions/strokes.md.
 #[must_use]
 pub fn confounders(groups: &[&Summary], stated_n: &[Option<f64>], by: &str) -> Vec<Confounder> {
     let found = |(what, unit, values): Factor| {

@@ -224,7 +224,7 @@ struct Sample {
 /// [`permutation_test`] with 200 divisions for every pair of the study, 1999 and more; [`holm`]; maximal cliques of pairs below the JND
 /// (C. Bron and J. Kerbosch 1973, Commun. ACM 16(9)).
 ///
-/// Source: decisions 0014 and 0025 of this project.
+/// Source: docs/decisions/strokes.md and docs/decisions/verification.md.
 ///
 /// # Errors
 /// [`WithheldCause`] when the vibrations are no accelerations in m/s², or their spectra do not hold the band or have other lines.

@@ -215,8 +215,8 @@ struct Spectrum {
 /// the plain mean over groups; the interval ± t·s·√Σw², s the standard deviation of ln(v/f) over units, Student's t with n − 1
 /// degrees of freedom.
 ///
-/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920); decision 0062 of this
-/// project for the multiples.
+/// Source: f = v/λ, as used for fingerprints and ridged boards by J. Scheibert et al. (2009), Science 323(5920); docs/decisions/strokes.md
+/// for the multiples.
 #[must_use]
 pub fn spatial_period(slidings: &[Sliding<'_>], lowest: Hertz) -> Option<SpatialPeriod> {
     let all = by_speed(slidings.iter(), lowest);

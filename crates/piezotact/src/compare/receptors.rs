@@ -77,7 +77,7 @@ pub struct ReceptorLevel {
 /// recordings of a participant, and over participants.
 ///
 /// Source: bands of L. Felicetti's thesis (2024), Table 1; thresholds after S. J. Bolanowski et al. (1988), J. Acoust. Soc. Am. 84(5);
-/// decision 0062 of this project for units and the band.
+/// docs/decisions/strokes.md for units and the band.
 #[must_use]
 pub fn receptor_levels(members: &[(&Analysis, &Condition)]) -> Vec<ReceptorLevel> {
     let highest = |a: &Analysis| a.psd.resolution_hz * a.psd.mean.len().saturating_sub(1) as f64;

@@ -160,7 +160,7 @@ const LEAST_PARTICIPANTS: usize = 3;
 ///
 /// Formula: [`paired_difference`] of the levels over units; the level of a participant is the mean over their settings.
 ///
-/// Source: as [`super::active_against_passive`]; decision 0062 of this project for the units.
+/// Source: as [`super::active_against_passive`]; docs/decisions/strokes.md for the units.
 #[must_use]
 pub fn direction_contrasts<'t>(
     settings: impl Iterator<Item = DirectionSetting<'t>>,

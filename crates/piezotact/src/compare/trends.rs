@@ -64,7 +64,7 @@ impl FrictionChange {
 ///
 /// Formula: the power law μ = a·xᵇ by least squares in logarithms ([`log_fit`]); (largest x / least x)ᵇ − 1.
 ///
-/// Source: decision 0062 of this project.
+/// Source: docs/decisions/strokes.md.
 #[must_use]
 pub fn friction_change(pairs: &[(f64, Statistics)]) -> Option<FrictionChange> {
     let (x, friction): (Vec<f64>, Vec<f64>) = pairs.iter().map(|(x, s)| (*x, s.mean)).unzip();

@@ -255,7 +255,7 @@ impl DeviceDescription {
 
     /// The device that a TOML text describes.
     ///
-    /// Source: decision 0038 of this project, for the fields.
+    /// Source: docs/decisions/house.md, for the fields.
     ///
     /// # Errors
     /// [`DescriptionError`] when it is no TOML, has a field too many or too few, or contradicts itself.

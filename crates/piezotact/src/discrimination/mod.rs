@@ -49,7 +49,7 @@ impl Model {
     /// Over `band`: a JND of 1.58 dB (a fifth in amplitude) that reaches up to 2.5 dB, a fifth in frequency that reaches
     /// up as much, and the threshold of the most sensitive channel.
     ///
-    /// Source: decision 0025.
+    /// Source: docs/decisions/verification.md.
     #[must_use]
     pub fn over(band: Band) -> Self {
         Self {

@@ -135,7 +135,7 @@ impl Defects {
 /// The defects of `series`; intervals in samples, shares 0–1.
 ///
 /// Source: [`limited`], [`mains_hum`]; drop-outs and frozen parts by abrupt edges of the short-time level, as stated in
-/// decision 29.
+/// docs/decisions/signals.md.
 #[must_use]
 pub fn inspect<Q: Quantity>(series: &Series<Q>) -> Defects {
     inspect_samples(series.samples(), series.rate(), &Q::UNIT)

@@ -45,7 +45,7 @@ impl Content for ManipulateDocument<'_> {
 impl<'a> ManipulateDocument<'a> {
     /// What became of the texture `before`, kept in the file `out`.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of<Q: Quantity>(
         before: &Texture<Q>,

@@ -24,7 +24,7 @@ pub enum PanelKind {
 impl PanelKind {
     /// What transfer functions from `drive_unit` are of.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(drive_unit: &Unit) -> Self {
         match drive_unit {
@@ -76,7 +76,7 @@ impl Content for AnalysedPanel<'_> {
 impl<'a> AnalysedPanel<'a> {
     /// What `analysis` says of a panel of the `kind`, of which the measurements `accepted` were judged when they were made.
     ///
-    /// Source: decision 0049 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(
         analysis: &'a PanelAnalysis,
@@ -101,7 +101,7 @@ impl PanelAnalysis {
     /// How far people lie apart, one row for each cell and band, the whole band first: angle in degrees, load in N, band in Hz,
     /// deviations, spreads and penalties in dB.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn table(&self) -> Table {
         let columns = [

@@ -13,7 +13,7 @@ fn percent(share: f64) -> String {
 impl CellPenalties {
     /// The share of people within the criterion, with its interval and how many would decide.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn share_text(&self) -> String {
         let verdict = &self.verdict;
@@ -36,7 +36,7 @@ impl CellPenalties {
 
     /// How many people would decide, where it is not decided.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn needed_text(&self) -> Option<String> {
         let verdict = &self.verdict;
@@ -61,7 +61,7 @@ impl CellPenalties {
 impl LearningCurve {
     /// How many people are enough, with its interval.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn enough_text(&self) -> String {
         let measured = self.points.len() + 1;
@@ -84,7 +84,7 @@ impl LearningCurve {
 impl FallsWithLoad {
     /// Whether people lie closer together under load.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn text(&self) -> String {
         let Some(p) = self.p_value else {

@@ -181,7 +181,7 @@ fn levels_db(stroke: &Series<Acceleration>, bands: &[Band]) -> Result<Vec<f64>, 
 /// What the `conditions` of the recordings of one texture leave open, beside each other and beside that of the transfer function: loads
 /// in N that differ by more than 10 % are others.
 ///
-/// Source: decision 0061 of this project.
+/// Source: docs/decisions/rendering.md.
 #[must_use]
 pub fn warnings_of_conditions(
     texture: &str,
@@ -250,7 +250,7 @@ pub struct CommonLevel {
 ///
 /// Formula: the lowest of the levels of [`at_fitting_level`], `margin` lower where one is below 0 dB.
 ///
-/// Source: decision 0061 of this project; thesis 4.1, where the level of a texture is part of what is felt.
+/// Source: docs/decisions/rendering.md; thesis 4.1, where the level of a texture is part of what is felt.
 #[must_use]
 pub fn common_level(
     targets: &[Series<Acceleration>],

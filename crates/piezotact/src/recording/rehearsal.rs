@@ -21,7 +21,7 @@ pub enum RehearsalWarning {
 /// The transfer function with which a drive was made and through which it was played, where it is one: `drive` is the drive's
 /// provenance, `recording` the recording's. `None` if they differ, or if either is unknown.
 ///
-/// Source: decisions 0027 and 0030 of this project: an inverse crime shows nothing of a device.
+/// Source: docs/decisions/twin.md: an inverse crime shows nothing of a device.
 #[must_use]
 pub fn rehearsed_on(drive: &Provenance, recording: &Provenance) -> Option<Checksum> {
     let transfer = recording.answered_with?;

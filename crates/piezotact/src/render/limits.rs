@@ -40,7 +40,7 @@ pub struct Headroom {
 impl Headroom {
     /// How far the drive stays below what limits it, in words.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn text(&self) -> String {
         let Some(headroom_db) = self.headroom_db else {

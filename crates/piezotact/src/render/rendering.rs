@@ -44,7 +44,7 @@ pub struct Rendering {
 impl Rendering {
     /// Whether `other` was rendered from the same texture, at the same level, for the same device: levels within 0.005 dB.
     ///
-    /// Source: decision 0056 of this project.
+    /// Source: docs/decisions/verification.md.
     #[must_use]
     pub fn is_alike(&self, other: &Self) -> bool {
         let device = match (&self.setup, &other.setup) {
@@ -57,7 +57,7 @@ impl Rendering {
 
     /// Whether the waveform of the texture was rendered, or its spectrum alone.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn mode(&self) -> Mode {
         if self.config.inverse.phase == PhaseForm::Minimum {
@@ -69,7 +69,7 @@ impl Rendering {
 
     /// What `rendered`, made from the texture called `target` at `level_db` dB relative to it, is.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(rendered: &RenderedDrive, target: &str, level_db: f64) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl Rendering {
 /// The warnings about a recording made under `measured` while `drive` was played at `setup`, apart from the recording itself: that
 /// the drive is steeper than the amplifier follows, that it clips, and that it was made (`rendering`) for another condition.
 ///
-/// Source: decision 0046 of this project, for one place for all three.
+/// Source: docs/decisions/documents.md, for one place for all three.
 #[must_use]
 pub fn warnings_of_played(
     drive: &Series<Drive>,

@@ -30,7 +30,7 @@ pub struct Acquired {
 impl Acquired {
     /// The run of `samples` samples that began with `start`, with its `warnings`.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of_run(start: &RunStart, samples: usize, warnings: Vec<Warning>) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Acquired {
 
     /// The whole of `recording`.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(recording: &Recording) -> Self {
         let channels = recording.channels().iter();

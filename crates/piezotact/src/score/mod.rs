@@ -210,7 +210,7 @@ pub struct Score {
 
 /// What [`score`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
-/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+/// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
 pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 
 /// The perceptual distance of `test` from `reference` in JND, and whether they can be distinguished.
@@ -229,7 +229,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 110;
 /// Gaussian noise of these spectra would do; where one follows the other, from how both differ segment by segment. Below, what
 /// absolute values of mere scatter add up to is taken away as well.
 ///
-/// Source: decision 0025 of this project; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
+/// Source: docs/decisions/verification.md; thresholds after Bolanowski et al. (1988), summed power after Bensmaïa and
 /// Hollins (2003), JND after Israr and Tan (2006).
 ///
 /// # Errors

@@ -95,7 +95,7 @@ impl OutputCalibration {
     /// Formula: voltmeter: reading / rms of the tone, both rms, so that full scale (peak 1) is as many V peak; loopback: potential of the input at
     /// full scale times the gain.
     ///
-    /// Source: decision 0092 of this project.
+    /// Source: docs/decisions/sound.md.
     ///
     /// # Errors
     /// [`SoundError::Numbers`] when the potential is not from 0.001 to 1000 V.
@@ -212,7 +212,7 @@ impl InputCalibration {
     ///
     /// Formula: V at full scale / (V per unit).
     ///
-    /// Source: decision 0092 of this project.
+    /// Source: docs/decisions/sound.md.
     ///
     /// # Errors
     /// [`SoundError::Numbers`] when the value is 0 or no number.
@@ -301,7 +301,7 @@ impl Content for SoundCalibration {
 impl SoundCalibration {
     /// Checks that the calibration is of `device` at `rate`.
     ///
-    /// Source: decision 0092 of this project.
+    /// Source: docs/decisions/sound.md.
     ///
     /// # Errors
     /// [`SoundError::OtherDevice`] with both.
@@ -318,7 +318,7 @@ impl SoundCalibration {
 
     /// What to know of the calibration on the day `today`, counted as [`Self::made_on_day`].
     ///
-    /// Source: decision 0092 of this project: a calibration is old after 90 days.
+    /// Source: docs/decisions/sound.md: a calibration is old after 90 days.
     #[must_use]
     pub fn warnings_on(&self, today: i64) -> Vec<Warning> {
         let mut warnings = self.warnings.clone();
@@ -377,7 +377,7 @@ impl SoundCalibration {
     /// Checks that input `channel` was calibrated with the sensitivity that is stated now, V per unit; absent where none is stated. A sensor on a
     /// calibrator needs none.
     ///
-    /// Source: decision 0093 of this project.
+    /// Source: docs/decisions/sound.md.
     ///
     /// # Errors
     /// [`SoundError::OtherSensor`] with both.
@@ -403,7 +403,7 @@ impl SoundCalibration {
     ///
     /// Formula: 20·log10(|found / other|).
     ///
-    /// Source: decision 0093 of this project.
+    /// Source: docs/decisions/sound.md.
     #[must_use]
     pub fn disagreement(what: &str, found: (&str, f64), other: (&str, f64)) -> Option<Warning> {
         let by_db = 20.0 * (found.1 / other.1).abs().log10();
@@ -423,7 +423,7 @@ impl SoundCalibration {
     ///
     /// Formula: 20·log10(|found| / |calibrated|), at most 0.1 dB, and the same sign.
     ///
-    /// Source: decision 0092 of this project.
+    /// Source: docs/decisions/sound.md.
     ///
     /// # Errors
     /// [`SoundError::LevelChanged`] with both levels; [`SoundError::Inverted`] where the polarity changed.

@@ -190,7 +190,7 @@ pub struct LoopResidual {
 ///
 /// Formula: r\[n + k\] − g·d\[n\], k and g of the delay.
 ///
-/// Source: decision 0092 of this project.
+/// Source: docs/decisions/sound.md.
 #[must_use]
 pub fn loop_residual(drive: &[f64], recorded: &[f64], delay: &Delay, share: f64) -> LoopResidual {
     let pairs = || overlap(drive, recorded, delay.samples);
@@ -218,7 +218,7 @@ pub fn loop_residual(drive: &[f64], recorded: &[f64], delay: &Delay, share: f64)
 /// The parts of `samples` that hold at least `at_least` zeros in a row, as \[first, behind the last\], in samples, with samples that are not zero on
 /// both sides.
 ///
-/// Source: a known fault of sound engines: part of each buffer is silent (decision 0092 of this project).
+/// Source: a known fault of sound engines: part of each buffer is silent (docs/decisions/sound.md).
 #[must_use]
 pub fn silent_runs(samples: &[f64], at_least: usize) -> Vec<[usize; 2]> {
     let mut runs = Vec::new();

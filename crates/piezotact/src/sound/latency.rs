@@ -136,7 +136,7 @@ impl LatencySummary {
 
     /// The warning about a latency that was measured before, when one that is `found` now lies outside its range by more than `slack`.
     ///
-    /// Source: decision 0093 of this project.
+    /// Source: docs/decisions/sound.md.
     #[must_use]
     pub fn changed(&self, found: Seconds, slack: Seconds) -> Option<Warning> {
         let [low, high] = self.latency?.range_s;
@@ -167,7 +167,7 @@ impl LatencySummary {
     /// The largest difference between a latency and their median, s, of two or more: how far a time that is corrected by the median was off. No
     /// difference below half a sample is known.
     ///
-    /// Source: decision 0092 of this project.
+    /// Source: docs/decisions/sound.md.
     #[must_use]
     pub fn scatter_s(&self) -> Option<Seconds> {
         let latency = self.latency.filter(|_| self.found() > 1)?;

@@ -28,7 +28,7 @@ pub struct Wire {
 /// Formula: an input holds the pulse where its largest value behind the rest is at least eight times the largest value within the rest, both about the
 /// mean at rest; it is the only one where no other holds half as much.
 ///
-/// Source: decision 0092 of this project.
+/// Source: docs/decisions/sound.md.
 ///
 /// # Errors
 /// [`SoundError`] where it arrived on no input or on several.

@@ -43,7 +43,7 @@ impl Content for SpectrumDocument<'_> {
 impl<'a> SpectrumDocument<'a> {
     /// The PSD `psd` of `channel`, a channel of the recording in `file`.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of<Q: Quantity>(
         psd: &'a Spectrum<Q>,

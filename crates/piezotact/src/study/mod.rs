@@ -86,7 +86,7 @@ pub enum Breadth {
 
 /// What a study takes in memory at most beside its recordings, in bytes for each sample in time of the longest one.
 ///
-/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+/// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
 pub const MEMORY_BYTES_A_SAMPLE: usize = 64;
 
 /// A study, analysed.

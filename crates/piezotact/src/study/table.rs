@@ -129,7 +129,7 @@ const CUTS_NAMES: [&str; 8] = [
 /// What happened in the recording of `take`, one row for each stroke (its analysed part), rejected part and event that the recording
 /// states (without what somebody typed), by their onsets in s after the first sample of the recording, of which the take's first sample is `from_s` later.
 ///
-/// Source: BIDS 1.11, task events, for `onset`, `duration`, `trial_type` and `value`; decision 0081 of this project for the others.
+/// Source: BIDS 1.11, task events, for `onset`, `duration`, `trial_type` and `value`; docs/decisions/store.md for the others.
 #[must_use]
 pub fn events_table(take: &AnalysedRecording, from_s: f64) -> Table {
     let mut table = table(EVENT_NAMES.map(str::to_owned).to_vec());

@@ -234,7 +234,7 @@ impl BothWays {
 
 /// The sentences of all warnings about `takes`, with `words` for a warning: those of one kind once, and of whom.
 ///
-/// Source: house rule; decision 0030 of this project.
+/// Source: house rule; docs/decisions/house.md.
 #[must_use]
 pub fn warnings_in_words(
     takes: &[AnalysedRecording],

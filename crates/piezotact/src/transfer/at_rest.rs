@@ -65,7 +65,7 @@ impl AtRest {
 ///
 /// Formula: the median over lines of 20·log10|now/stored|, within ±1.5 dB; and the median absolute deviation from it, at most 1 dB.
 ///
-/// Source: decision 0095 of this project, which has the reasons of the limits.
+/// Source: docs/decisions/sound.md, which has the reasons of the limits.
 ///
 /// # Errors
 /// [`TransferError`] when they were measured through other gains or with other people.

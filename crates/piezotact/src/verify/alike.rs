@@ -115,7 +115,7 @@ impl Moments {
 /// bins or all there are: that of the powers of the bins over the mean of their line, and that of the powers of the
 /// segments over the mean of their line and over the level of their segment. For normal noise both are γ². The reach is that of ρ, 1.96·(1 − ρ²)/√N.
 ///
-/// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2: what is coherent scatters together; decision 0028.
+/// Source: J. S. Bendat and A. G. Piersol, *Random Data*, 4th ed., section 9.2: what is coherent scatters together; docs/decisions/verification.md.
 pub(super) fn alike(
     signals: [&[f64]; 2],
     welch: &WelchConfig,

@@ -21,7 +21,7 @@ pub struct JudgedVerification<'a> {
 impl<'a> JudgedVerification<'a> {
     /// `verification` with its verdict.
     ///
-    /// Source: decision 0046 of this project.
+    /// Source: docs/decisions/documents.md.
     #[must_use]
     pub fn of(verification: &'a Verification) -> Self {
         Self {

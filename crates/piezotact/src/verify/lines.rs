@@ -377,7 +377,7 @@ impl Lines {
 /// its half-width is combined with that of v. The upper end is e² plus the half-width, at least half of the half-width, plus by
 /// how much v may be smaller.
 ///
-/// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36; decision 0028.
+/// Source: moments of a normal variable; lines of a Hann window go together as 4/9 and 1/36; docs/decisions/verification.md.
 pub(super) fn rms_error(lines: &[Line], weight: impl Fn(&Line) -> f64) -> Option<(f64, [f64; 2])> {
     let (mut sum, mut squares, mut varies) = (0.0, 0.0, 0.0);
     let (mut of_variance, mut less) = (0.0, 0.0);

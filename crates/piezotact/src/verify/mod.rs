@@ -240,7 +240,7 @@ const FOLLOWS: f64 = 0.5;
 
 /// What [`verify`] takes in memory at most beside its two recordings, in bytes for each sample of the longer one.
 ///
-/// Source: measured by `tests/memory.rs`; decision 0060 of this project.
+/// Source: measured by `tests/memory.rs`; docs/decisions/verification.md.
 pub const MEMORY_BYTES_A_SAMPLE: usize = 260;
 
 /// How close `measured` came to `target`, two series of one quantity at one rate, and whether that is close enough.
@@ -255,7 +255,7 @@ pub const MEMORY_BYTES_A_SAMPLE: usize = 260;
 /// is before and after the texture, taken away, and 95 % intervals by the jackknife over blocks of time.
 ///
 /// Source: thesis section 4.2 for the comparison of spectra; generalised cross-correlation after Knapp and
-/// Carter (1976) for the delay; B. Efron and C. Stein (1981), Ann. Stat. 9(3), for the jackknife; decision 0028.
+/// Carter (1976) for the delay; B. Efron and C. Stein (1981), Ann. Stat. 9(3), for the jackknife; docs/decisions/verification.md.
 ///
 /// # Errors
 /// [`VerifyError::Rate`] when the rates differ, [`VerifyError::BandAboveNyquist`],

@@ -40,7 +40,7 @@ impl Warnings {
 
     /// Merges warnings of one kind into one.
     ///
-    /// Source: decision 0030 of this project.
+    /// Source: docs/decisions/house.md.
     #[must_use]
     pub fn merged(&self) -> Vec<Merged> {
         merged(&self.0)

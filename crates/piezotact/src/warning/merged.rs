@@ -72,7 +72,7 @@ mod ranges {
 
 /// Writes warnings as they stand in a document, those of one kind as one; for serde's `serialize_with`.
 ///
-/// Source: decision 0037 of this project.
+/// Source: docs/decisions/house.md.
 ///
 /// # Errors
 /// Those of the serializer.
@@ -95,7 +95,7 @@ pub struct Range {
 /// Merges the warnings of one kind in `warnings`. Two warnings are of one kind when they differ only in
 /// numbers, in the parts of a band that they list, or in the name of their subject.
 ///
-/// Source: decision 0030 of this project.
+/// Source: docs/decisions/house.md.
 #[must_use]
 pub fn merged<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Merged> {
     merged_of(warnings.into_iter().map(|warning| (None, warning)))
@@ -103,7 +103,7 @@ pub fn merged<'a>(warnings: impl IntoIterator<Item = &'a Warning>) -> Vec<Merged
 
 /// As [`merged`], for warnings given with the name of what each is about (a recording, file or group), if there is one.
 ///
-/// Source: decision 0030 of this project.
+/// Source: docs/decisions/house.md.
 #[must_use]
 pub fn merged_of<'a>(
     warnings: impl IntoIterator<Item = (Option<&'a str>, &'a Warning)>,

@@ -27,7 +27,7 @@ const ALLOWED: [&str; 6] = [
 /// What reads a file.
 const READING: [&str; 3] = ["fs::read(", "fs::read_to_string(", "File::open("];
 
-/// Decision 0057: no file is read past `piezotact_dataset::reads`.
+/// docs/decisions/documents.md: no file is read past `piezotact_dataset::reads`.
 pub(super) fn check(root: &Path, findings: &mut Findings) -> Result<()> {
     for source in SOURCES {
         for file in rust_files(&root.join(source))? {

@@ -5,7 +5,7 @@ use proc_macro2::{Delimiter, Spacing, TokenStream, TokenTree};
 use super::Findings;
 use crate::source::Source;
 
-/// The front end adds names of options by code (decision 0037).
+/// The front end adds names of options by code (docs/decisions/house.md).
 const ALLOWED: [&str; 1] = ["crates/piezotact-app/src/advice.rs"];
 
 /// Invariant 12: outside of the modules that define warnings, and of tests, none is compared or matched.

@@ -17,7 +17,7 @@ pub struct BehaviourMeanings {
 
 /// What the columns of [`super::behaviour`] mean, for each task of `protocol`: description, unit and levels.
 ///
-/// Source: decision 0081 of this project; BIDS 1.11, tabular files, for the fields of a column.
+/// Source: docs/decisions/store.md; BIDS 1.11, tabular files, for the fields of a column.
 #[must_use]
 pub fn behaviour_meanings(protocol: &Protocol) -> Vec<BehaviourMeanings> {
     let known = dictionary(protocol).tasks;

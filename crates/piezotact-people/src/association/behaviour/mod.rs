@@ -100,7 +100,7 @@ pub(super) fn response_columns(protocol: &Protocol, kind: &TaskKind) -> Vec<&'st
 
 /// Whether recordings belong to the trials of a task of this kind: of strokes, or of playings.
 ///
-/// Source: decision 0081 of this project.
+/// Source: docs/decisions/store.md.
 #[must_use]
 pub fn is_recorded(kind: &TaskKind) -> bool {
     plays(kind) || matches!(kind, TaskKind::Touch { .. })
@@ -109,7 +109,7 @@ pub fn is_recorded(kind: &TaskKind) -> bool {
 /// What happened in the recording of one playing: the onset of the vibration, in s after its first sample; no row where it is not
 /// known. Its columns are among those of the events of the task.
 ///
-/// Source: BIDS 1.11, task events; decision 0081 of this project.
+/// Source: BIDS 1.11, task events; docs/decisions/store.md.
 #[must_use]
 pub fn playing_events(trial: &Trial, element: usize, one: &Evidence) -> Table {
     let columns = [
@@ -194,7 +194,7 @@ pub(super) fn event_columns(kind: &TaskKind) -> Vec<&'static str> {
 /// of the session.
 ///
 /// Source: BIDS 1.11, behavioural experiments and task events, for the columns `onset`, `duration`, `trial_type`, `response_time` and
-/// `stim_file`; decision 0081 of this project for the others.
+/// `stim_file`; docs/decisions/store.md for the others.
 #[must_use]
 pub fn behaviour(state: &State<'_>, files: &dyn StimulusFiles) -> Vec<Behaviour> {
     let tasks = state.protocol().tasks.iter();

@@ -101,7 +101,7 @@ impl<'a> Row<'a> {
 /// # Errors
 /// [`AssociationError`].
 ///
-/// Source: decision 0081 of this project.
+/// Source: docs/decisions/store.md.
 pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, AssociationError> {
     let mut answers = Vec::new();
     for row in Row::all(&of.responses) {
@@ -150,7 +150,7 @@ pub fn read_behaviour(of: &ReadBehaviour) -> Result<Vec<Answer>, AssociationErro
 
 /// Whether the rows of `responses` are places of orders: of other programs a column `rank` may hold anything.
 ///
-/// Source: decision 0081 of this project.
+/// Source: docs/decisions/store.md.
 #[must_use]
 pub fn holds_orders(responses: &Table) -> bool {
     let has = |wanted| responses.columns.iter().any(|one| one.name == wanted);
@@ -180,7 +180,7 @@ fn of_kind<'a>(of: &'a ReadBehaviour, kind: &'a str) -> impl Iterator<Item = Row
 /// # Errors
 /// [`AssociationError`].
 ///
-/// Source: decision 0081 of this project.
+/// Source: docs/decisions/store.md.
 pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, AssociationError> {
     let mut trials = table(&OF_TRIALS);
     let mut keyed = Vec::new();
@@ -238,7 +238,7 @@ pub fn trials_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, AssociationEr
 /// # Errors
 /// [`AssociationError`].
 ///
-/// Source: decision 0081 of this project.
+/// Source: docs/decisions/store.md.
 pub fn evidence_of_behaviour(all: &[ReadBehaviour]) -> Result<Table, AssociationError> {
     let mut evidence = table(&OF_EVIDENCE);
     let mut keyed = Vec::new();

@@ -81,7 +81,7 @@ pub struct Felt {
 /// The acceleration that was felt in `recording`, m/s²: while the drive plays, from its first to its last value of at least 1 % of the
 /// largest, where a drive was recorded beside it; or else all of it.
 ///
-/// Source: decision 0068 of this project.
+/// Source: docs/decisions/campaigns.md.
 ///
 /// # Errors
 /// [`RecordingError`] where there is no acceleration, or several.
@@ -108,7 +108,7 @@ pub fn felt_part(recording: &Recording) -> Result<Series<Acceleration>, Recordin
 
 /// The names of the textures in those of `pairs` that are looked at: somebody confused them, and they are not shown to be told apart.
 ///
-/// Source: decision 0068 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn felt_samples(pairs: &[ConfusedPair]) -> BTreeSet<String> {
     let names = pairs.iter().filter(|pair| is_looked_at(pair));
@@ -129,7 +129,7 @@ fn is_looked_at(pair: &ConfusedPair) -> bool {
 /// Formula: PSD by Welch, Hann segments with half overlap of about 1.2 Hz, or shorter where two of them do not fit; level and spectrum as
 /// [`piezotact::score::score`] has them, the spectrum at equal sensation level.
 ///
-/// Source: decision 0068 of this project; thesis figures 53, 54, 60, 64 and 65.
+/// Source: docs/decisions/campaigns.md; thesis figures 53, 54, 60, 64 and 65.
 #[must_use]
 pub fn felt_pairs(
     pairs: &[ConfusedPair],

@@ -151,7 +151,7 @@ pub fn trial_matches(alternatives: usize, trials: usize) -> Matches {
 ///
 /// A rule that cannot be, fixed sequences, or more than 4 000 000 pairs of sequences.
 ///
-/// Source: enumerated over all pairs of sequences of one length; decision 0063 of this project.
+/// Source: enumerated over all pairs of sequences of one length; docs/decisions/campaigns.md.
 pub fn rule_matches(rule: &SequenceRule, set_size: usize) -> Result<Matches, DesignError> {
     let by_length = enumerated(rule, set_size)?;
     let mut probability: Vec<f64> = Vec::new();

@@ -246,8 +246,7 @@ fn subsets(points: usize, size: usize) -> Vec<Vec<usize>> {
 ///
 /// Sizes that cannot be: below 2, above the number of samples, or more than 100 samples.
 ///
-/// Source: greedy covering and threshold accepting, Dueck and Scheuer (1990), J. Comput. Phys. 90, 161; decision 0063 of this
-/// project.
+/// Source: greedy covering and threshold accepting, Dueck and Scheuer (1990), J. Comput. Phys. 90, 161; docs/decisions/campaigns.md.
 pub fn covering(points: usize, size: usize, seed: u64) -> Result<Blocks, DesignError> {
     check_size(points, size)?;
     if let Ok(built) = balanced_blocks(points, size)
@@ -378,7 +377,7 @@ impl Shares {
 ///
 /// No set, no person, or more persons than sets.
 ///
-/// Source: decision 0063 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn shares(
     points: usize,
     sets: &[Vec<usize>],

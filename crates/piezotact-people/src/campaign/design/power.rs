@@ -198,7 +198,7 @@ fn share_of(random: &mut Random, share: f64, n: usize) -> f64 {
 /// its direction; of two equal shares in any. People differ: the logits of their shares are normal; those of one person in two tasks
 /// correlate by 0.5; right answers and those that name the other sample share what a person is better by.
 ///
-/// Source: decision 0074 of this project; test: [`crate::difference`].
+/// Source: docs/decisions/campaigns.md; test: [`crate::difference`].
 ///
 /// # Errors
 /// [`DesignError::OutOfRange`].

@@ -126,7 +126,7 @@ pub struct CellPrecision {
 /// No participant, no presentation, a share not between 0 and 1, a negative or infinite spread, or fewer than
 /// 100 studies.
 ///
-/// Source: [`clustered_interval`], simulated; decision 0063 of this project.
+/// Source: [`clustered_interval`], simulated; docs/decisions/campaigns.md.
 pub fn cell_precision(
     plan: &CellPlan,
     studies: usize,
@@ -243,7 +243,7 @@ fn check(plan: &CellPlan, studies: usize) -> Result<(), DesignError> {
 ///
 /// No participant, no step, a share not between 0 and 1, a negative or infinite spread.
 ///
-/// Source: Student (1908), Biometrika 6:1, with the standard deviation of the assumed ratings, integrated; decision 0063 of this project.
+/// Source: Student (1908), Biometrika 6:1, with the standard deviation of the assumed ratings, integrated; docs/decisions/campaigns.md.
 pub(super) fn rating_half_width(
     participants: usize,
     range: u64,

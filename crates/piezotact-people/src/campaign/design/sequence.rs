@@ -152,7 +152,7 @@ pub(super) fn is_permutation(sequence: &[usize], set_size: usize) -> bool {
 ///
 /// Fixed sequences, lengths or repeats that cannot be, a set of fewer than two, or more than 100 000 sequences of a length.
 ///
-/// Source: enumerated; decision 0063 of this project.
+/// Source: enumerated; docs/decisions/campaigns.md.
 pub fn sequence_distribution(
     rule: &SequenceRule,
     set_size: usize,

@@ -134,7 +134,7 @@ pub enum ProtocolError {
 /// # Errors
 /// [`ProtocolError`] with the first place that does not fit.
 ///
-/// Source: decision 0065 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn read(toml: &str) -> Result<Protocol, ProtocolError> {
     let protocol: Protocol = toml::from_str(toml).map_err(|error| ProtocolError::Form {
         why: in_one_sentence(toml, &error),

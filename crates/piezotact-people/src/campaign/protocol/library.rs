@@ -35,7 +35,7 @@ pub const LIBRARY: [(&str, &str); 6] = [
 /// # Errors
 /// [`ProtocolError`]; not for those of [`LIBRARY`], which a test reads.
 ///
-/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2; `roughness_jnd`: decision 0067 of this project.
+/// Source: thesis 2.6, 4.3, 4.4, 5.3, 6.2; `roughness_jnd`: docs/decisions/campaigns.md.
 pub fn from_library(name: &str) -> Result<Option<Protocol>, ProtocolError> {
     LIBRARY
         .iter()

@@ -133,7 +133,7 @@ pub enum Refusal {
     NoReason,
 }
 
-/// The shortest time of a stroke and its return that is accepted, s. An assumption: five strokes a second (decision 0065).
+/// The shortest time of a stroke and its return that is accepted, s. An assumption: five strokes a second (docs/decisions/campaigns.md).
 const SHORTEST_STROKE_S: f64 = 0.2;
 
 impl State<'_> {

@@ -64,7 +64,7 @@ pub struct Evidence {
 
 /// The SHA-256 of `samples` as 32-bit floating point, little-endian: a file that keeps seven digits keeps it too.
 ///
-/// Source: decision 0069 of this project.
+/// Source: docs/decisions/campaigns.md.
 #[must_use]
 pub fn sha_of_samples(samples: &[f64]) -> Sha {
     let bytes = samples

@@ -265,7 +265,7 @@ impl Content for EegStats {
 /// a claimed order holds where the contrast differs in its direction. Tasks stand in the claimed order, then by name; people and surfaces by name:
 /// the order of the documents changes nothing.
 ///
-/// Source: S. Holm (1979), Scand. J. Stat. 6(2); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; decision 0085 of this project.
+/// Source: S. Holm (1979), Scand. J. Stat. 6(2); E. Maris and R. Oostenveld (2007), J. Neurosci. Methods 164; docs/decisions/eeg.md.
 ///
 /// # Errors
 /// [`GroupError`] for fewer than two documents, two documents of one person and task, documents of other settings, and a gradient of

@@ -426,7 +426,7 @@ fn marked(
 
 /// Kinds of markers that name the task themselves.
 ///
-/// Source: decision 0084 of this project.
+/// Source: docs/decisions/eeg.md.
 const TASKS: [&str; 3] = ["natural", "control", "imagery"];
 
 /// Refuses markers of several kinds under one value, and of another task than the one stated, in a file without markers of tasks.

@@ -259,7 +259,7 @@ pub struct Which {
 /// refuted, none of them fits.
 ///
 /// Source: H. Akaike (1974), IEEE Trans. Autom. Control 19:716; C. M. Hurvich and C.-L. Tsai (1989), Biometrika 76:297;
-/// decision 0071 of this project.
+/// docs/decisions/twin.md.
 ///
 /// # Errors
 /// [`JudgeError`] where there are no answers, or one of them cannot be judged.

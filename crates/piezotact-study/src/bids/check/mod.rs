@@ -1,7 +1,7 @@
 //! Checks what a data set says, beyond what the official validators look at: every cell of every table, sidecars against samples,
 //! people, and answers against what could be answered.
 //!
-//! The limits are those of BIDS 1.11 and of decision 0081. What is not looked at is said.
+//! The limits are those of BIDS 1.11 and of docs/decisions/store.md. What is not looked at is said.
 
 mod answers;
 mod both;

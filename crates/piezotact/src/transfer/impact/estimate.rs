@@ -67,7 +67,7 @@ struct Windows {
 /// of the force.
 ///
 /// Source: D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9; ISO 7626-5; W. G. Halvorsen and D. L. Brown (1977), Impulse
-/// technique for structural frequency response testing, Sound and Vibration 11(11); decision 0050 of this project.
+/// technique for structural frequency response testing, Sound and Vibration 11(11); docs/decisions/transfer-functions.md.
 ///
 /// # Errors
 /// [`TransferError::NoHit`] where the force holds no hit, or none that can be used; [`TransferError::Estimate`] when rate or

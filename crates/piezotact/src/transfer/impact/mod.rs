@@ -90,8 +90,7 @@ impl ImpactConfig {
     /// The usual evaluation: segments fitted to the hits, a force window, no exponential window, and a excited band in which the
     /// force spectrum lies within 10 dB of its highest level.
     ///
-    /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; decision 0050 of this
-    /// project.
+    /// Source: ISO 7626-5 and D. J. Ewins, *Modal Testing*, 2nd ed., section 3.9, for the windows; docs/decisions/transfer-functions.md.
     #[must_use]
     pub fn usual() -> Self {
         Self {

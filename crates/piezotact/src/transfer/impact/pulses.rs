@@ -140,7 +140,7 @@ pub struct Transient {
 /// which lie above 5 % of it, take 10 % of the time or less and hold half of the energy or more; most hits have 80 % of their
 /// energy in three half-waves or less.
 ///
-/// Source: decision 0050 of this project.
+/// Source: docs/decisions/transfer-functions.md.
 #[must_use]
 pub fn transient(samples: &[f64], rate: SampleRate) -> Option<Transient> {
     let Found {

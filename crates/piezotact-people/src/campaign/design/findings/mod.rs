@@ -34,7 +34,7 @@ use presented::tests;
 ///
 /// Unknown or repeated samples, sets that do not fit the tray, impossible sequences, unknown tasks, numbers out of range.
 ///
-/// Source: decision 0063 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn design_findings(
     campaign: &CampaignDescription,
     seed: u64,
@@ -65,7 +65,7 @@ pub fn design_findings(
 ///
 /// As [`design_findings`].
 ///
-/// Source: decision 0063 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn task_times(campaign: &CampaignDescription) -> Result<Vec<TaskTime>, DesignError> {
     let sets = checked_sets(campaign)?;
     let mut work = Work::new(campaign, sets.as_ref(), 0);

@@ -93,7 +93,7 @@ pub struct PowerStudy {
 /// [`DesignError`] for names that the campaign does not have, two samples that no set has both of, shares that do not differ, and numbers
 /// out of range.
 ///
-/// Source: decision 0074 of this project.
+/// Source: docs/decisions/campaigns.md.
 pub fn power_study(
     campaign: &CampaignDescription,
     question: &PowerQuestion,
