@@ -28,6 +28,16 @@ pub(crate) enum Failure {
     ReaderGone,
 }
 
+impl Failure {
+    /// Whether a result was handed out, which did not pass.
+    pub(crate) fn is_verdict(&self) -> bool {
+        matches!(
+            self,
+            Self::NotPassed | Self::PassedInPart | Self::NotDecided
+        )
+    }
+}
+
 /// The outcome of a command.
 pub(crate) type Outcome<T = ()> = Result<T, Failure>;
 

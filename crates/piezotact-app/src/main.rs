@@ -6,6 +6,7 @@ mod benches;
 mod cli;
 mod commands;
 mod dashboard;
+mod deliver;
 mod failure;
 mod interrupt;
 mod invocation;

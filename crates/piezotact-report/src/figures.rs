@@ -1,15 +1,14 @@
-//! The figures of transfer functions and verifications, one function for each.
+//! The figures of verifications, one function for each.
 
-use piezotact::quantity::{Acceleration, Band, Decibels, Drive, Quantity};
+use piezotact::quantity::{Acceleration, Band, Decibels, Drive};
 use piezotact::series::Series;
 use piezotact::statistics::{mean, standard_deviation};
-use piezotact::transfer::{Distortion, DistortionLevels, Estimator, TransferFunction};
 use piezotact::verify::{Beside, Tones, UncompensatedPrediction, Verification};
 
 use crate::chart::{self, HEIGHT};
 use crate::verify::{Page, Uncompensated};
 use crate::{Draw, DrawError};
-use piezotact::figure::{Axis, Chart, Legend, Line, Mark, Tone, range};
+use piezotact::figure::{Axis, Chart, Legend, Line, Tone, range};
 use piezotact::number::digits;
 
 const TARGET: Tone = Tone::Reference;
@@ -445,135 +444,6 @@ fn stretch(
         lines,
     )
     .svg(HEIGHT - 20)
-}
-
-/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit`: figures over one axis, the first two
-/// with their limits where they are known, the first with the area between H1 and H2.
-pub(crate) fn transfer<I: Quantity, O: Quantity>(
-    function: &TransferFunction<I, O>,
-    band: Band,
-    unit: &str,
-) -> Result<Vec<String>, DrawError> {
-    let (from, to) = span(band);
-    let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
-    // What nothing drove is not drawn.
-    let excited = |hz: &f64| function.excited.is_none_or(|excited| excited.contains(*hz));
-    let lines: Vec<(usize, f64)> = (1..)
-        .zip(function.frequencies_hz().into_iter().skip(1))
-        .filter(|(_, hz)| excited(hz))
-        .collect();
-    let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-        lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
-    };
-    let phase_of = |line: usize| function.response()[line].arg().to_degrees();
-    let magnitude = points(&|line| db(function.response()[line].norm()));
-    let phase = points(&phase_of);
-    let coherence = points(&|line| function.coherence()[line]);
-    let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
-    let limits = function.confidence();
-    let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
-    if let Some(limits) = &limits {
-        for (line, hz) in lines.iter().copied() {
-            magnitudes.push((hz, db(limits.low[line]), db(limits.high[line])));
-            let reach = limits.phase_reach_rad[line].to_degrees();
-            phases.push((hz, phase_of(line) - reach, phase_of(line) + reach));
-        }
-    }
-    let bounds = function.bias_bounds();
-    let between: Vec<(f64, f64, f64)> = lines
-        .iter()
-        .map(|(line, hz)| {
-            (
-                *hz,
-                db(bounds[*line][0]),
-                db(bounds[*line][1]).min(high + 40.0),
-            )
-        })
-        .collect();
-    let other = |label: &str, bound: usize| {
-        let points = lines
-            .iter()
-            .map(|(line, hz)| (*hz, db(bounds[*line][bound])))
-            .filter(|(_, db)| db.is_finite());
-        Line::new(label, OTHER, points.collect()).thin()
-    };
-    let others = match function.estimator {
-        _ if !function.has_coherence() => Vec::new(),
-        Estimator::H1 => vec![other("H2", 1).ribbon(between)],
-        Estimator::H2 => vec![other("H1", 0).ribbon(between)],
-        Estimator::Hv | Estimator::HvAt { .. } => {
-            vec![other("H1", 0).ribbon(between), other("H2", 1)]
-        }
-    };
-    let shown_name = function.estimator.to_string();
-    // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
-    let lowest = function
-        .coherence_in(band)
-        .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
-    let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
-    let chart = |label: &str, (low, high): (f64, f64), lines: Vec<Line>| Chart {
-        shaded: vec![(band.low().0, band.high().0)],
-        ..Chart::new(
-            Axis::log("frequency, Hz", from, to),
-            Axis::new(label, low, high),
-            lines,
-        )
-    };
-    let mut all = others;
-    all.push(
-        Line::new(shown_name, MEASURED, magnitude)
-            .ribbon(magnitudes)
-            .thin(),
-    );
-    let mut drawn = vec![
-        chart(&format!("|H|, dB re 1 {unit}"), (low, high), all).svg(HEIGHT - 20)?,
-        chart(
-            "phase including delay, °",
-            (-180.0, 180.0),
-            vec![Line::new("", TARGET, phase).ribbon(phases).thin()],
-        )
-        .svg(HEIGHT - 80)?,
-    ];
-    if function.has_coherence() {
-        let line = Line::new("", OTHER, coherence).thin();
-        let above = 1.0 + 0.05 * (1.0 - floor);
-        drawn.push(chart("coherence", (floor, above), vec![line]).svg(HEIGHT - 80)?);
-    }
-    Ok(drawn)
-}
-
-/// The answer, noise and distortion by third octave.
-pub(crate) fn distortion(distortion: &Distortion, unit: &str) -> Result<String, DrawError> {
-    let levels = &distortion.levels;
-    let centre = |l: &DistortionLevels| (l.band_hz.low().0 * l.band_hz.high().0).sqrt();
-    let of = |value: &dyn Fn(&DistortionLevels) -> Option<f64>| -> Vec<(f64, f64)> {
-        let told = levels.iter().filter_map(|l| Some((centre(l), value(l)?)));
-        told.filter(|(_, v)| *v > 0.0)
-            .map(|(f, v)| (f, Decibels::from_amplitude_ratio(v).0))
-            .collect()
-    };
-    let lines = vec![
-        Line::new("answer", MEASURED, of(&|l| Some(l.linear))).marked(Mark::Joined),
-        Line::new("noise of one period", UNDER, of(&|l| Some(l.noise))).marked(Mark::Joined),
-        Line::new("even distortion", OTHER, of(&|l| l.even)).marked(Mark::Joined),
-        Line::new("odd distortion", TARGET, of(&|l| l.odd)).marked(Mark::Joined),
-    ];
-    let (from, to) = match (levels.first(), levels.last()) {
-        (Some(first), Some(last)) => (first.band_hz.low().0, last.band_hz.high().0),
-        _ => (20.0, 1000.0),
-    };
-    let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
-    let (low, high) = range(&points, from, to, 10.0, 120.0);
-    Chart::new(
-        Axis::log("frequency, Hz", from, to),
-        Axis::new(
-            format!("level per spectral line, dB re 1 {unit} rms"),
-            low,
-            high,
-        ),
-        lines,
-    )
-    .svg(HEIGHT + 20)
 }
 
 /// The drive with the level at which the device clips.

@@ -16,8 +16,6 @@ mod format;
 mod grid;
 pub mod heatmap;
 mod image;
-#[cfg(feature = "modal")]
-mod impact;
 pub mod invocation;
 mod legend;
 pub mod manipulate;
@@ -31,7 +29,6 @@ pub mod report;
 pub mod score;
 pub mod spectrogram;
 pub mod touch;
-pub mod transfer;
 pub mod verify;
 
 use piezotact::figure::{Chart, Drawn, Figure};

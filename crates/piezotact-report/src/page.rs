@@ -52,14 +52,5 @@ pub(crate) const UNKNOWN_BENCH: &str = "The measurement does not say which bench
 
 /// What a report says of the bench that a measurement comes from; `None` where that is not known.
 pub(crate) fn bench_text(bench: Option<BenchKind>) -> Option<&'static str> {
-    bench.map(|kind| match kind {
-        BenchKind::Twin => "Digital twin: no hardware and no person took part.",
-        BenchKind::Hardware => "Measured on hardware.",
-        BenchKind::Measured => {
-            "Played through a measured transfer function: no finger was involved."
-        }
-        BenchKind::Scripted => {
-            "Scripted fake of a bench, for tests only: no device and no finger was involved."
-        }
-    })
+    bench.map(BenchKind::sentence)
 }

@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 use piezotact::criterion::Outcome;
 use piezotact::document::Words;
-use piezotact::page::{Block, Cell, Number, Page, Section, Table};
+use piezotact::page::{Block, Cell, Fact, Number, Page, Section, Table};
 use piezotact::warning::Merged;
 
 use crate::chart::HEIGHT;
-use crate::{DrawError, document, figure, svg};
+use crate::{DrawError, broad_document, document, figure, svg};
 
 /// A page and a text hold tables up to this many columns; CSV holds any.
 pub const MOST_COLUMNS: usize = 40;
@@ -28,22 +28,51 @@ pub fn html(page: &Page, words: &dyn Words) -> Result<String, DrawError> {
         @for section in &sections { (section) }
         p.soft { (concat!("piezotact ", env!("CARGO_PKG_VERSION"))) }
     };
-    Ok(document(&page.title, &body))
+    let mut blocks = page.sections.iter().flat_map(|section| &section.blocks);
+    Ok(
+        match blocks.any(|block| matches!(block, Block::Beside { .. })) {
+            true => broad_document(&page.title, &body),
+            false => document(&page.title, &body),
+        },
+    )
+}
+
+/// A report as text for a terminal: its conclusions, its numbers and its first table.
+///
+/// # Errors
+/// [`DrawError`] for a table that cannot be shown.
+pub fn terminal(page: &Page) -> Result<String, DrawError> {
+    let mut lines = Vec::new();
+    for block in page.blocks() {
+        match block {
+            Block::Conclusion { text, .. } => lines.push(text.clone()),
+            Block::Numbers { numbers } => lines.extend(
+                numbers
+                    .iter()
+                    .map(|number| format!("{}: {}", number.name, number.value)),
+            ),
+            _ => {}
+        }
+    }
+    if let Some(table) = page.first_table() {
+        if !lines.is_empty() {
+            lines.push(String::new());
+        }
+        lines.push(text(table)?);
+    }
+    Ok(lines.join("\n"))
 }
 
 fn drawn_section(section: &Section, words: &dyn Words) -> Result<Markup, DrawError> {
-    let blocks = section.blocks.iter();
-    let drawn: Vec<Markup> = blocks
-        .map(|block| drawn_block(block, words))
-        .collect::<Result<_, _>>()?;
+    let drawn = drawn_blocks(&section.blocks, words)?;
     let outcome = section.blocks.iter().find_map(|block| match block {
-        Block::Conclusion { outcome, .. } => Some(*outcome),
+        Block::Conclusion { outcome, .. } => *outcome,
         _ => None,
     });
     let class = outcome.map(|outcome| match outcome {
-        Some(Outcome::Met) | None => "verdict",
-        Some(Outcome::NotMet) => "verdict failed",
-        Some(Outcome::NotDecided) => "verdict open",
+        Outcome::Met => "verdict",
+        Outcome::NotMet => "verdict failed",
+        Outcome::NotDecided => "verdict open",
     });
     Ok(html! {
         section class=[class] {
@@ -56,14 +85,47 @@ fn drawn_section(section: &Section, words: &dyn Words) -> Result<Markup, DrawErr
 fn drawn_block(block: &Block, words: &dyn Words) -> Result<Markup, DrawError> {
     Ok(match block {
         Block::Conclusion { text, .. } => html! { p { strong { (text) } } },
+        Block::Heading { text } => html! { h3 { (text) } },
         Block::Text { text } => html! { p { (text) } },
         Block::Note { text } => html! { p.soft { (text) } },
         Block::Numbers { numbers: all } => numbers(all),
         Block::Steps { steps } => html! { ol { @for step in steps { li { (step) } } } },
         Block::Table(table) => drawn_table(table)?,
         Block::Figure(shown) => figure(&svg(shown, HEIGHT)?, &shown.caption),
-        Block::Warnings { warnings } => drawn_warnings(warnings, words),
+        Block::Warnings { warnings, .. } => drawn_warnings(warnings, words),
+        Block::Facts { facts: all } => facts(all),
+        Block::Beside { blocks } => {
+            let drawn = drawn_blocks(blocks, words)?;
+            html! { div.counterparts { @for block in &drawn { div { (block) } } } }
+        }
+        Block::Folded { summary, blocks } => {
+            let drawn = drawn_blocks(blocks, words)?;
+            html! { details { summary { (summary) } @for block in &drawn { (block) } } }
+        }
     })
+}
+
+fn drawn_blocks(blocks: &[Block], words: &dyn Words) -> Result<Vec<Markup>, DrawError> {
+    let blocks = blocks.iter();
+    blocks.map(|block| drawn_block(block, words)).collect()
+}
+
+fn facts(all: &[Fact]) -> Markup {
+    html! {
+        div.wide {
+            table.facts {
+                @for fact in all {
+                    tr {
+                        th { (fact.name) }
+                        td {
+                            (fact.value)
+                            @if !fact.steps.is_empty() { ol { @for step in &fact.steps { li { (step) } } } }
+                        }
+                    }
+                }
+            }
+        }
+    }
 }
 
 fn numbers(all: &[Number]) -> Markup {
@@ -85,23 +147,6 @@ pub fn drawn_warnings(warnings: &[Merged], words: &dyn Words) -> Markup {
     }
 }
 
-/// Warnings as a list with further sentences behind them, or that there are none.
-pub(crate) fn drawn_warnings_and(
-    warnings: &[Merged],
-    more: &[String],
-    words: &dyn Words,
-) -> Markup {
-    if more.is_empty() {
-        return drawn_warnings(warnings, words);
-    }
-    html! {
-        ul.warnings {
-            @for warning in warnings { li { (words.merged(warning)) } }
-            @for sentence in more { li { (sentence) } }
-        }
-    }
-}
-
 /// The section of warnings of a report.
 pub fn warnings_section(warnings: &[Merged], words: &dyn Words) -> Markup {
     html! { section { h2 { "Warnings" } (drawn_warnings(warnings, words)) } }
@@ -110,7 +155,7 @@ pub fn warnings_section(warnings: &[Merged], words: &dyn Words) -> Markup {
 /// Whether all cells of a column are numbers, so that they are right-aligned.
 fn is_numeric(table: &Table, column: usize) -> bool {
     let mut cells = table.rows.iter().map(|row| &row[column]);
-    cells.all(|cell| !matches!(cell, Cell::Text(_)))
+    cells.all(|cell| !matches!(cell, Cell::Text(_) | Cell::Outcome(_)))
 }
 
 /// Refuses a table whose rows do not fit its columns.
@@ -147,7 +192,19 @@ fn require_narrow(table: &Table) -> Result<(), DrawError> {
 
 /// The whole number of a cell that a page rounds; nothing for other cells.
 fn exact(cell: &Cell) -> Option<String> {
-    matches!(cell, Cell::Number(value) if value.is_finite()).then(|| cell.whole())
+    let (Cell::Number(value) | Cell::Rounded { value, .. }) = cell else {
+        return None;
+    };
+    value.is_finite().then(|| cell.whole())
+}
+
+/// A cell; what is not met stands out.
+fn cell_text(cell: &Cell) -> Markup {
+    match cell {
+        Cell::Outcome(Outcome::NotMet) => html! { strong { (cell.text()) } },
+        Cell::Outcome(Outcome::NotDecided) => html! { em { (cell.text()) } },
+        _ => html! { (cell.text()) },
+    }
 }
 
 pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
@@ -164,7 +221,7 @@ pub(crate) fn drawn_table(table: &Table) -> Result<Markup, DrawError> {
             table {
                 tr { @for (i, column) in table.columns.iter().enumerate() { th class=[class(i)] { (column.heading) } } }
                 @for row in &table.rows {
-                    tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell.text()) } } }
+                    tr { @for (i, cell) in row.iter().enumerate() { td class=[class(i)] data-value=[exact(cell)] { (cell_text(cell)) } } }
                 }
             }
         }

@@ -1,9 +1,8 @@
 //! Topographies: the files of instruments, roughness after the standards, and its report.
 //!
 //! [`read_topography`] reads a file into heights in m. A profile goes through [`evaluated_profile`] or [`profile_roughness`], a map
-//! through [`areal_roughness`]; [`report::html`] shows what was found.
+//! through [`areal_roughness`]; an [`EvaluatedSurface`] or a [`RoughnessSet`] is `Shown`.
 
-pub mod report;
 mod roughness;
 pub mod topography;
 

@@ -68,6 +68,9 @@ impl NoiseConfig {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 pub struct Noise {
+    /// The file of the recording, for the report.
+    #[serde(skip)]
+    pub file: String,
     /// The channel.
     pub channel: String,
     /// Its unit.
@@ -317,6 +320,7 @@ pub fn noise(
         Outcome::NotDecided => warnings.push(NoiseWarning::PerhapsNotAtRest { channel: name() }),
     }
     Ok(Noise {
+        file: String::new(),
         channel: name(),
         unit: channel.unit.clone(),
         rate_hz: rate,

@@ -1,15 +1,51 @@
 //! Reports as data: sections of text, numbers, tables and figures. Whoever draws them computes nothing.
 //!
-//! A value that has a report makes a [`Page`]; `piezotact-report` draws it as HTML, and a [`Table`] as CSV or text.
+//! A value that has a report is [`Shown`]: it makes a [`Page`], which `piezotact-report` draws as HTML and as text, and whose
+//! tables it writes as CSV.
 
 use std::fmt::Display;
 
 use serde::{Deserialize, Serialize};
 
 use crate::criterion::{Criterion, Limit, Outcome};
+use crate::document::Kept;
 use crate::figure::Figure;
 use crate::number::digits;
 use crate::warning::{Merged, Warning, merged};
+
+/// A result with a report.
+pub trait Shown {
+    /// The report: its conclusion, its numbers, its tables and figures, its warnings.
+    fn page(&self) -> Page;
+
+    /// How a command ends that hands it out: most results decide nothing by a limit.
+    fn ending(&self) -> Ending {
+        Ending::Done
+    }
+}
+
+impl<T: Shown> Shown for Kept<'_, T> {
+    fn page(&self) -> Page {
+        self.value.page()
+    }
+
+    fn ending(&self) -> Ending {
+        self.value.ending()
+    }
+}
+
+/// How a command ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ending {
+    /// A result, or a verification that passed.
+    Done,
+    /// A verification that did not pass.
+    NotPassed,
+    /// A verification that passed over part of its target.
+    PassedInPart,
+    /// A verification that could not be decided.
+    NotDecided,
+}
 
 /// A report.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +57,9 @@ pub struct Page {
     pub origin: String,
     /// Its sections, in order.
     pub sections: Vec<Section>,
+    /// What a CSV file of it holds, with a row for each item; if absent, the first table.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rows: Option<Table>,
 }
 
 /// A part of a report.
@@ -49,6 +88,11 @@ pub enum Block {
         /// How it came out; absent where nothing is decided by a limit.
         outcome: Option<Outcome>,
     },
+    /// A heading within a section.
+    Heading {
+        /// The heading.
+        text: String,
+    },
     /// A paragraph.
     Text {
         /// The paragraph.
@@ -73,8 +117,28 @@ pub enum Block {
     Table(Table),
     /// A figure.
     Figure(Figure),
+    /// What is known of something, such as where data come from: names with their values.
+    Facts {
+        /// The facts.
+        facts: Vec<Fact>,
+    },
+    /// Blocks side by side, where the screen is wide enough.
+    Beside {
+        /// The blocks.
+        blocks: Vec<Block>,
+    },
+    /// Blocks that are shown when their summary is opened.
+    Folded {
+        /// What they are, in a few words.
+        summary: String,
+        /// The blocks.
+        blocks: Vec<Block>,
+    },
     /// Warnings, those of one kind as one; the words are those of whoever draws them.
     Warnings {
+        /// Which part of the result they are about; empty for all of it.
+        #[serde(default, skip_serializing_if = "String::is_empty")]
+        about: String,
         /// The warnings.
         warnings: Vec<Merged>,
     },
@@ -88,6 +152,18 @@ pub struct Number {
     pub value: String,
     /// What it is.
     pub name: String,
+}
+
+/// A fact.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+pub struct Fact {
+    /// What it is.
+    pub name: String,
+    pub value: String,
+    /// What was done to it, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<String>,
 }
 
 /// A table.
@@ -117,6 +193,15 @@ pub struct Column {
 pub enum Cell {
     /// A number, whole in CSV, with three digits in a report.
     Number(f64),
+    /// A number, whole in CSV, with digits of its own in a report.
+    Rounded {
+        /// The number.
+        value: f64,
+        /// The number in a report, with its digits.
+        text: String,
+    },
+    /// Whether a criterion is met.
+    Outcome(Outcome),
     /// A text.
     Text(String),
     /// Nothing: not measured.
@@ -147,7 +232,31 @@ impl From<String> for Cell {
     }
 }
 
+impl From<Outcome> for Cell {
+    fn from(outcome: Outcome) -> Self {
+        Self::Outcome(outcome)
+    }
+}
+
 impl Cell {
+    /// A number with `decimals` digits behind the point in a report; a missing one where it is not finite.
+    ///
+    /// ```
+    /// use piezotact::page::Cell;
+    /// let cell = Cell::rounded(-0.0012, 2);
+    /// assert_eq!([cell.text(), cell.whole()], ["0.00", "-0.0012"]);
+    /// ```
+    #[must_use]
+    pub fn rounded(value: f64, decimals: usize) -> Self {
+        if !value.is_finite() {
+            return Self::Missing(());
+        }
+        Self::Rounded {
+            value,
+            text: fixed(value, decimals),
+        }
+    }
+
     /// The cell for a person: numbers with three digits that count, "–" where nothing was measured.
     ///
     /// ```
@@ -158,7 +267,8 @@ impl Cell {
     pub fn text(&self) -> String {
         match self {
             Self::Number(value) => digits(*value).replace('-', "−"),
-            Self::Text(text) => text.clone(),
+            Self::Rounded { text, .. } | Self::Text(text) => text.clone(),
+            Self::Outcome(outcome) => outcome.word().to_owned(),
             Self::Missing(()) => "–".into(),
         }
     }
@@ -167,10 +277,29 @@ impl Cell {
     #[must_use]
     pub fn whole(&self) -> String {
         match self {
-            Self::Number(value) => value.to_string(),
+            Self::Number(value) | Self::Rounded { value, .. } => value.to_string(),
+            Self::Outcome(outcome) => outcome.word().to_owned(),
             Self::Text(text) => text.clone(),
             Self::Missing(()) => String::new(),
         }
+    }
+}
+
+/// `value` with `decimals` digits behind the point, with a minus sign that is one and without the sign of a zero.
+///
+/// Source: house rule.
+///
+/// ```
+/// use piezotact::page::fixed;
+/// assert_eq!([fixed(-0.004, 2), fixed(-1.25, 1)], ["0.00", "−1.2"]);
+/// ```
+#[must_use]
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(size) if size.contains(|sign: char| ('1'..='9').contains(&sign)) => format!("−{size}"),
+        Some(zero) if zero.starts_with('0') => zero.to_owned(),
+        _ => text.replace('-', "−"),
     }
 }
 
@@ -225,7 +354,7 @@ fn criterion_row<W: Display>(criterion: &Criterion<W>) -> Vec<Cell> {
         Cell::Text(found),
         interval,
         Cell::Text(limit_text(criterion.limit, unit)),
-        Cell::from(criterion.outcome.word()),
+        Cell::from(criterion.outcome),
     ]
 }
 
@@ -303,6 +432,108 @@ impl Number {
     }
 }
 
+impl Fact {
+    /// `value`, called `name`.
+    #[must_use]
+    pub fn new(name: impl Into<String>, value: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            value: value.into(),
+            steps: Vec::new(),
+        }
+    }
+
+    /// The same with what was done to it.
+    #[must_use]
+    pub fn steps(mut self, steps: impl IntoIterator<Item = impl Display>) -> Self {
+        self.steps = steps.into_iter().map(|step| step.to_string()).collect();
+        self
+    }
+}
+
+impl Block {
+    /// A conclusion.
+    #[must_use]
+    pub fn conclusion(text: impl Into<String>, outcome: impl Into<Option<Outcome>>) -> Self {
+        Self::Conclusion {
+            text: text.into(),
+            outcome: outcome.into(),
+        }
+    }
+
+    /// A heading within a section.
+    #[must_use]
+    pub fn heading(text: impl Into<String>) -> Self {
+        Self::Heading { text: text.into() }
+    }
+
+    /// A paragraph.
+    #[must_use]
+    pub fn text(text: impl Into<String>) -> Self {
+        Self::Text { text: text.into() }
+    }
+
+    /// A remark.
+    #[must_use]
+    pub fn note(text: impl Into<String>) -> Self {
+        Self::Note { text: text.into() }
+    }
+
+    /// Numbers side by side.
+    #[must_use]
+    pub fn numbers(numbers: impl IntoIterator<Item = Number>) -> Self {
+        Self::Numbers {
+            numbers: numbers.into_iter().collect(),
+        }
+    }
+
+    /// Facts.
+    #[must_use]
+    pub fn facts(facts: impl IntoIterator<Item = Fact>) -> Self {
+        Self::Facts {
+            facts: facts.into_iter().collect(),
+        }
+    }
+
+    /// Blocks behind a summary.
+    #[must_use]
+    pub fn folded(summary: impl Into<String>, blocks: impl IntoIterator<Item = Self>) -> Self {
+        Self::Folded {
+            summary: summary.into(),
+            blocks: blocks.into_iter().collect(),
+        }
+    }
+
+    /// Warnings about a part of the result.
+    #[must_use]
+    pub fn warnings(about: impl Into<String>, warnings: Vec<Merged>) -> Self {
+        Self::Warnings {
+            about: about.into(),
+            warnings,
+        }
+    }
+
+    /// Blocks side by side.
+    #[must_use]
+    pub fn beside(blocks: impl IntoIterator<Item = Self>) -> Self {
+        Self::Beside {
+            blocks: blocks.into_iter().collect(),
+        }
+    }
+}
+
+impl From<Figure> for Block {
+    fn from(figure: Figure) -> Self {
+        Self::Figure(figure)
+    }
+}
+
+impl From<Table> for Block {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
+}
+
 impl Page {
     /// A report without sections.
     #[must_use]
@@ -311,7 +542,48 @@ impl Page {
             title: title.into(),
             origin: origin.into(),
             sections: Vec::new(),
+            rows: None,
         }
+    }
+
+    /// The same with what a CSV file of it holds.
+    #[must_use]
+    pub fn rows(mut self, rows: Table) -> Self {
+        self.rows = Some(rows);
+        self
+    }
+
+    /// What a CSV file of it holds: its rows, otherwise its first table that is not folded; `None` where it has no table.
+    #[must_use]
+    pub fn csv_table(&self) -> Option<&Table> {
+        self.rows.as_ref().or_else(|| self.first_table())
+    }
+
+    /// Its first table that is not folded.
+    #[must_use]
+    pub fn first_table(&self) -> Option<&Table> {
+        self.blocks().find_map(|block| match block {
+            Block::Table(table) => Some(table),
+            _ => None,
+        })
+    }
+
+    /// Its blocks that are not folded, in order.
+    pub fn blocks(&self) -> impl Iterator<Item = &Block> {
+        let blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        blocks.flat_map(|block| match block {
+            Block::Beside { blocks } => blocks.iter(),
+            block => std::slice::from_ref(block).iter(),
+        })
+    }
+
+    /// Its warnings, those of one kind as one, each with the part of the result that it is about.
+    pub fn merged_warnings(&self) -> impl Iterator<Item = (&str, &Merged)> {
+        let warnings = self.blocks().filter_map(|block| match block {
+            Block::Warnings { about, warnings } => Some((about.as_str(), warnings)),
+            _ => None,
+        });
+        warnings.flat_map(|(about, warnings)| warnings.iter().map(move |one| (about, one)))
     }
 
     /// The same with a section more.
@@ -328,7 +600,7 @@ impl Page {
     #[must_use]
     pub fn warnings(self, warnings: &[Warning]) -> Self {
         let warnings = merged(warnings);
-        self.section("Warnings", [Block::Warnings { warnings }])
+        self.section("Warnings", [Block::warnings("", warnings)])
     }
 }
 
@@ -365,7 +637,7 @@ mod tests {
             Some([0.7, 0.9]),
             Limit::at_most(1.0),
         )]);
-        assert_eq!(table.rows[0][4], Cell::from("met"));
+        assert_eq!(table.rows[0][4], Cell::from(Outcome::Met));
         table.rows.push(vec![
             Cell::from(1.5),
             Cell::from("a"),

@@ -261,6 +261,23 @@ pub enum BenchKind {
     Scripted,
 }
 
+impl BenchKind {
+    /// Which bench it is, as reports state it.
+    #[must_use]
+    pub fn sentence(self) -> &'static str {
+        match self {
+            Self::Twin => "Digital twin: no hardware and no person took part.",
+            Self::Hardware => "Measured on hardware.",
+            Self::Measured => {
+                "Played through a measured transfer function: no finger was involved."
+            }
+            Self::Scripted => {
+                "Scripted fake of a bench, for tests only: no device and no finger was involved."
+            }
+        }
+    }
+}
+
 /// One channel of a recording, in SI.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

@@ -15,8 +15,11 @@ mod cross;
 mod error;
 mod estimator;
 mod impact;
+#[cfg(feature = "modal")]
+mod impact_page;
 mod judge;
 mod multisine;
+mod page;
 mod periodic;
 mod plausible;
 mod related;
@@ -45,6 +48,7 @@ pub use impact::{
 #[cfg(feature = "modal")]
 pub use impact::{ImpactEstimate, estimate_impacts};
 pub use multisine::{BestLinear, Distortion, DistortionLevels, SEGMENTS_OF_A_PERIOD, best_linear};
+pub use page::{TransferReport, figures};
 pub use periodic::{Blocks, estimate_sweeps};
 pub use related::{Delay, Relation};
 pub use repeats::{max_pair_difference_db, pooled};

@@ -10,6 +10,7 @@ use piezotact::transfer::ExponentialWindow;
 use piezotact_bench::Excitation;
 
 use crate::benches::{self, BenchSpec};
+use crate::deliver::Outputs;
 use crate::live::Live;
 
 use super::Reading;
@@ -72,14 +73,10 @@ pub(crate) struct Characterise {
     /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) live: Live,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 /// What every measurement must keep to while it runs.
@@ -214,12 +211,8 @@ pub(crate) struct Transfer {
     /// The transfer function to write: JSON (.json), a universal file (.uff, .unv) or MATLAB (.mat).
     #[arg(long)]
     pub(crate) out: PathBuf,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    pub(crate) report: Option<PathBuf>,
-    /// Prints a summary as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) outputs: Outputs,
 }
 
 /// How a transfer function is inverted.

@@ -9,14 +9,11 @@ use piezotact::align::{
 };
 use piezotact::quantity::{Band, Seconds};
 use piezotact_dataset::{Contents, write_measurement};
-use piezotact_report::report::{csv, html};
 
-use crate::advice::OptionWords;
 use crate::cli::Reading;
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
 use crate::keeping::Earlier;
-use crate::output::{print, print_document, say_warnings};
 use crate::places::{has_ending, outputs, place};
 use crate::reading::{read, read_drive};
 
@@ -43,15 +40,8 @@ pub(crate) struct Arguments {
     /// Writes the recording with all its channels and events on the clock of the drive, and the drive in a channel of its own.
     #[arg(long, value_name = "OUT.parquet")]
     out: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long, group = "form")]
-    json: bool,
-    /// Prints the place of every block and burst as CSV.
-    #[arg(long, group = "form")]
-    csv: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
@@ -77,26 +67,14 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         write(args, out, &found, &compared, [&drive, &recorded])?;
         found.out = Some(out.display().to_string());
     }
-    if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(), &OptionWords)?)?;
-    }
-    match (args.json, args.csv) {
-        (true, _) => print_document(&found),
-        (_, true) => {
-            say_warnings(&found.alignment.warnings);
-            print(csv(&found.table())?.trim_end())
-        }
-        _ => say(args, &found),
-    }
+    let written: Vec<&Path> = args.out.iter().map(PathBuf::as_path).collect();
+    deliver_and(&args.outputs, &found, &written)
 }
 
 /// Refuses files that cannot be given together.
 fn check(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = [&args.out, &args.report]
-        .into_iter()
-        .flatten()
-        .map(PathBuf::as_path)
-        .collect();
+    let out = args.out.iter().map(PathBuf::as_path);
+    let written: Vec<&Path> = out.chain(args.outputs.files()).collect();
     outputs(&[&args.drive, &args.recording], &written)?;
     if let Some(out) = &args.out {
         has_ending(out, &["parquet"])?;
@@ -148,17 +126,4 @@ fn write(
     let earlier = Earlier::at(out, "the earlier recording")?;
     write_measurement(out, &placed, setup, rendering)?;
     earlier.settle()
-}
-
-/// The conclusion first, then what was written.
-fn say(args: &Arguments, found: &AlignedRecording) -> Outcome {
-    print(&found.alignment.sentence())?;
-    print(&found.alignment.covered_sentence())?;
-    say_warnings(&found.alignment.warnings);
-    for (what, path) in [("wrote", &args.out), ("report:", &args.report)] {
-        if let Some(path) = path {
-            print(&format!("{what} {}", path.display()))?;
-        }
-    }
-    Ok(())
 }

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::anyhow;
+use piezotact::document::Kept;
 use piezotact::quantity::{Acceleration, Drive, Quantity, Seconds};
 use piezotact::run::RunStart;
 use piezotact::spectrum::WelchConfig;
-use piezotact::transfer::{Distortion, Estimator};
+use piezotact::transfer::Estimator;
 use piezotact_bench::procedure::{
     self, Characterisation, CharacteriseConfig, GatePolicy, RepeatConfig, RepeatedCharacterisation,
     usual_segment,
@@ -15,15 +16,12 @@ use piezotact_bench::{Bench, ExcitationConfig, GateConfig};
 use piezotact_dataset::{
     RunFolder, TransferDocument, TransferFormat, read_transfer, write_transfer,
 };
-use piezotact_report::transfer;
 
-use super::transfer::bias_text;
-use crate::advice::OptionWords;
 use crate::cli::{Characterise, Gate as GateArgs, OnOff};
+use crate::deliver::deliver_and;
 use crate::failure::{Outcome, usage};
-use crate::invocation::write_report;
 use crate::keeping::{self, Earlier, Keeper, Place, Raw, Shown, runs_of};
-use crate::output::{print, print_kept, say, say_warnings};
+use crate::output::say;
 use crate::places::{has_ending, outputs, recording_files};
 use crate::runs::run_plan;
 
@@ -51,26 +49,11 @@ pub(crate) fn run(args: &Characterise) -> Outcome {
     earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
     done.function.about.warnings.extend(lost);
-    if let Some(report) = &args.report {
-        write_report(report, &transfer::html(&page(&done), &OptionWords)?)?;
-    }
-    if args.json {
-        return print_kept(&args.out, &done);
-    }
-    say_warnings(&done.function.about.warnings);
-    print(&text(&done, &args.out))
-}
-
-/// What the report shows.
-fn page(done: &RepeatedCharacterisation) -> transfer::Page<'_, Drive, Acceleration> {
-    let source = &done.function.about.provenance.source;
-    let title = format!("Transfer function: {source}");
-    transfer::Page {
-        distortion: done.distortion.as_ref(),
-        repeats: done.apart_db.map(|db| (done.each.len(), db)),
-        refused: done.refused.iter().map(ToString::to_string).collect(),
-        ..transfer::Page::of(title, &done.function, [&Drive::UNIT, &Acceleration::UNIT])
-    }
+    let found = Kept {
+        out: &args.out,
+        value: &done,
+    };
+    deliver_and(&args.outputs, &found, &[&args.out])
 }
 
 fn config(args: &Characterise, bench: &Bench) -> CharacteriseConfig {
@@ -98,7 +81,7 @@ fn check_outputs(args: &Characterise, repeats: usize) -> Outcome {
         Some(recording_files(&numbered(record, repeats, repeat, 1)))
     });
     let written: Vec<PathBuf> = std::iter::once(args.out.clone())
-        .chain(args.report.clone())
+        .chain(args.outputs.files().into_iter().map(Path::to_owned))
         .chain(recordings.flatten())
         .collect();
     let written: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
@@ -126,60 +109,12 @@ fn kept_while_measured(
     repeated(bench, config, repeats, Place::Named(&path_of))
 }
 
-fn text(done: &RepeatedCharacterisation, out: &Path) -> String {
-    let function = &done.function;
-    let mut text = format!(
-        "wrote {}: {} frequency lines in steps of {:.2} Hz from {} averages, {}",
-        out.display(),
-        function.response().len(),
-        function.resolution_hz(),
-        function.averages,
-        function.about.provenance.source
-    );
-    text += &bias_text(done.bias.as_ref());
-    if let Some(apart_db) = done.apart_db {
-        text += &format!(
-            "\n{} repeats; largest difference between two of them {apart_db:.2} dB rms",
-            done.each.len()
-        );
-    }
-    if let Some(distortion) = &done.distortion {
-        text += "\n";
-        text += &distortion_text(distortion);
-    }
-    text
-}
-
 /// What the transfer function at `out` is to `new`, in words.
 fn said_of_earlier(out: &Path, new: &TransferDocument) -> &'static str {
     match read_transfer(out) {
         Ok(old) if old.is_of_the_same(new) => "the earlier measurement",
         _ => "the earlier file is of another participant, condition or seed, and",
     }
-}
-
-/// Levels of noise and distortion re the answer, one line a band.
-fn distortion_text(distortion: &Distortion) -> String {
-    let mut text = format!(
-        "relative to the response, in dB, from {} realisations of {} periods:\n{:>14}  {:>8}  {:>8}  {:>8}",
-        distortion.realisations, distortion.periods, "band", "noise", "even", "odd"
-    );
-    for level in &distortion.levels {
-        let [noise, even, odd] = level.re_answer_db();
-        let db = |level_db: Option<f64>| match level_db {
-            Some(db) if db.is_finite() => format!("{db:.1}"),
-            Some(_) => "in noise".into(),
-            None => "–".into(),
-        };
-        text.push_str(&format!(
-            "\n{:>14}  {:>8}  {:>8}  {:>8}",
-            level.band_hz.to_string(),
-            db(noise),
-            db(even),
-            db(odd)
-        ));
-    }
-    text
 }
 
 /// What the options ask of every measurement.

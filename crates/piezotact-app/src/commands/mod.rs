@@ -207,7 +207,7 @@ commands! {
     Compare(cli::Compare) => touch::compare::run,
     /// Computes the roughness of a measured profile or height map.
     #[command(
-        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq, Rk, Rpk, Rvk, Mr1, Mr2; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form. The settings of a\nSurfcom profile (.tx3) are read beside it. Several files are ordered by Ra; one that fails does not stop the others.\n\nExample:\n  piezotact roughness S*.tx2 --report set.html\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
+        after_help = "Profiles give Ra, Rq, Rz, Rt, Rp, Rv, Rsk, Rku, RSm, Rdq, Rk, Rpk, Rvk, Mr1, Mr2; maps Sa, Sq, Sz, Sp, Sv, Ssk, Sku, Sdq, Sdr, Sal, Str.\nWith --filter none only the mean height is removed, unless --form states another form. The settings of a\nSurfcom profile (.tx3) are read beside it. Several files are ordered by Ra; one that fails does not stop the others. --csv holds the points of the primary and the\nroughness profile; of several files or a map, the parameters.\n\nExample:\n  piezotact roughness S*.tx2 --report set.html\n  piezotact roughness plate.x3p --report roughness.html\n  piezotact roughness line.txt --cutoff 2.5mm --x-unit mm --z-unit um --json"
     )]
     Roughness(roughness::Arguments) => roughness::run,
     /// Computes association matrices of participants' answers: what was presented, and what it was declared to be.

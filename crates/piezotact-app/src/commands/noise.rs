@@ -7,6 +7,7 @@ use clap::Args;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::noise::{Noise, NoiseConfig, NoiseCriterion, NoiseError, noise};
 use piezotact::number::digits;
+use piezotact::page::Shown as _;
 use piezotact::quantity::Band;
 use piezotact_report::report::{csv, html};
 
@@ -58,12 +59,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             }
         },
     };
-    let found = noise(&recording, args.channel.as_deref(), &config).map_err(|e| match e {
+    let mut found = noise(&recording, args.channel.as_deref(), &config).map_err(|e| match e {
         NoiseError::Band { .. } | NoiseError::NarrowBand { .. } => usage(e),
         e => Failure::Data(anyhow::Error::new(e).context(file.clone())),
     })?;
+    found.file = file;
     if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(&file), &OptionWords)?)?;
+        write_report(path, &html(&found.page(), &OptionWords)?)?;
     }
     match (args.json, args.csv) {
         (true, _) => print_document(&found),

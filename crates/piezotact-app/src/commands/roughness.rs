@@ -6,18 +6,15 @@ use anyhow::anyhow;
 use clap::Args;
 use piezotact::quantity::{Measure, Unit};
 use piezotact::surface::HeightMap;
-use piezotact_report::report;
 use piezotact_surface::{
     ArealConfig, ArealRoughness, Cutoff, EvaluatedSurface, Form, MeasuredProfile, ProfileFilter,
     ProfileRoughness, ProfileStandard, Roughness as Evaluated, RoughnessError, RoughnessOptions,
     RoughnessSet, ShortWaves, Topography, TopographyKind, TopographyOptions, areal_roughness,
-    evaluated_profile, read_topography, report as of_surface, topography_formats,
+    evaluated_profile, read_topography, topography_formats,
 };
 
-use crate::advice::{OptionWords, merged_text};
+use crate::deliver::{Outputs, deliver};
 use crate::failure::{Failure, Failures, Outcome, usage};
-use crate::invocation::write_report;
-use crate::output::{digits_that_count, print, print_document, say, say_warnings, write_text};
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 
@@ -86,16 +83,8 @@ pub(crate) struct Arguments {
     /// The spacing of the points in a text file without coordinates, such as 0.5um.
     #[arg(long, value_name = "LENGTH", value_parser = length, allow_hyphen_values = true)]
     step: Option<f64>,
-    /// Writes the primary profile, its mean line and its roughness profile as a table; of several files, a table of their
-    /// parameters.
-    #[arg(long, value_name = "TABLE.csv")]
-    csv: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// A length with its unit, in m.
@@ -142,38 +131,16 @@ fn short_waves(text: &str) -> Result<ShortWaves, String> {
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
-    let written: Vec<&Path> = args
-        .csv
-        .iter()
-        .chain(&args.report)
-        .map(PathBuf::as_path)
-        .collect();
     let read: Vec<&Path> = args.files.iter().map(PathBuf::as_path).collect();
-    outputs(&read, &written)?;
+    outputs(&read, &args.outputs.files())?;
     match args.files.as_slice() {
-        [file] => one(args, &evaluated(args, file)?)?,
-        _ => return several(args, &written),
+        [file] => deliver(&args.outputs, &evaluated(args, file)?),
+        _ => several(args),
     }
-    say_written(args, &written)
 }
 
-/// Writes and prints one surface.
-fn one(args: &Arguments, surface: &EvaluatedSurface) -> Outcome {
-    if let (Some(path), Evaluated::Profile(roughness)) = (&args.csv, &surface.roughness) {
-        write_text(path, &report::csv(&roughness.points_table())?)?;
-    }
-    if let Some(path) = &args.report {
-        write_report(path, &of_surface::html(surface, &OptionWords)?)?;
-    }
-    if args.json {
-        return print_document(surface);
-    }
-    say_warnings(&surface.warnings);
-    print(&text_of(surface))
-}
-
-/// Evaluates every file; one that fails does not stop the others. Writes and prints the set.
-fn several(args: &Arguments, written: &[&Path]) -> Outcome {
+/// Evaluates every file; one that fails does not stop the others.
+fn several(args: &Arguments) -> Outcome {
     let (mut surfaces, mut failed) = (Vec::new(), Failures::of(args.files.len()));
     let evaluating = Work::of_files(EVALUATING, &args.files);
     for file in &args.files {
@@ -187,31 +154,8 @@ fn several(args: &Arguments, written: &[&Path]) -> Outcome {
     if set.surfaces().is_empty() {
         return failed.outcome();
     }
-    if let Some(path) = &args.csv {
-        write_text(path, &report::csv(&set.table())?)?;
-    }
-    if let Some(path) = &args.report {
-        write_report(path, &report::html(&set.page(), &OptionWords)?)?;
-    }
-    if args.json {
-        print_document(&set)?;
-        return failed.outcome();
-    }
-    for (name, warnings) in set.warnings() {
-        for warning in warnings {
-            say(&format!("warning: {name}: {}", merged_text(&warning)));
-        }
-    }
-    print(&report::text(&set.short_table())?)?;
-    say_written(args, written)?;
+    deliver(&args.outputs, &set)?;
     failed.outcome()
-}
-
-fn say_written(args: &Arguments, written: &[&Path]) -> Outcome {
-    for path in written.iter().filter(|_| !args.json) {
-        print(&format!("wrote {}", path.display()))?;
-    }
-    Ok(())
 }
 
 fn evaluated(args: &Arguments, file: &Path) -> Outcome<EvaluatedSurface> {
@@ -332,7 +276,6 @@ fn s_nesting_of_map(args: &Arguments, file: &Path) -> Outcome<Option<f64>> {
     for (option, given) in [
         ("--standard", args.standard.is_some()),
         ("--periodic", args.periodic),
-        ("--csv", args.csv.is_some() && args.files.len() == 1),
     ] {
         if given {
             return Err(usage(anyhow!(
@@ -375,36 +318,4 @@ fn refused(file: &Path, error: &RoughnessError) -> Failure {
         RoughnessError::ShortWaves { .. } | RoughnessError::Degree { .. } => usage(said),
         _ => Failure::Data(said),
     }
-}
-
-fn text_of(surface: &EvaluatedSurface) -> String {
-    let mut text = format!(
-        "{}: {} ({})",
-        surface.file.display(),
-        surface.roughness.size_text(),
-        surface.format
-    );
-    for parameter in surface.roughness.parameters() {
-        let stated = surface.instrument.as_ref();
-        let instrument = match stated.and_then(|stated| stated.value_of(&parameter)) {
-            Some(value) => format!(" (instrument: {})", digits_that_count(value, 4)),
-            None => String::new(),
-        };
-        text += &format!(
-            "\n  {:<4} {:>10} {:<3} {}{instrument}",
-            parameter.symbol,
-            parameter.number(),
-            parameter.value.map_or("", |_| parameter.unit),
-            parameter.meaning
-        );
-    }
-    text = text + "\n" + &surface.roughness.method_text();
-    if let Some(stated) = &surface.instrument {
-        text += &format!(
-            "\ninstrument ({}): {}",
-            stated.file.display(),
-            stated.text()
-        );
-    }
-    text
 }

@@ -1,34 +1,29 @@
 //! `piezotact transfer`: the transfer function between two channels of a recording.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::anyhow;
 use piezotact::device::{DeviceDescription, DriveSetup, ImpossibleSetup};
-use piezotact::number::digits;
+use piezotact::document::Kept;
 use piezotact::quantity::Volts;
 use piezotact::spectrum::{EstimateError, WelchConfig};
 use piezotact::transfer::{
-    BetweenChannels, BetweenConfig, Bias, Estimator, Excitation, ForceWindow, ImpactConfig,
-    ImpactSegment, TransferError, between_channels,
+    BetweenConfig, Estimator, Excitation, ForceWindow, ImpactConfig, ImpactSegment, TransferError,
+    between_channels,
 };
 use piezotact_bench::procedure::usual_segment;
 use piezotact_dataset::{Contents, TransferDocument, TransferFormat, read_device, write_transfer};
-use piezotact_report::transfer::{Page, html};
 
-use crate::advice::OptionWords;
 use crate::cli::{EstimatorName, ExcitationName, ForceWindowName, Transfer};
+use crate::deliver::deliver_and;
 use crate::failure::{Failure, Outcome, usage};
-use crate::invocation::write_report;
 use crate::keeping::Earlier;
-use crate::output::{print, print_kept, say_warnings};
 use crate::places::outputs;
 use crate::reading::read_uninspected;
 
 pub(crate) fn run(args: &Transfer) -> Outcome {
-    let written: Vec<&Path> = std::iter::once(&args.out)
-        .chain(&args.report)
-        .map(PathBuf::as_path)
-        .collect();
+    let out = std::iter::once(args.out.as_path());
+    let written: Vec<&Path> = out.chain(args.outputs.files()).collect();
     outputs(&[&args.recording], &written)?;
     let contents = read_uninspected(&args.recording, &args.reading)?;
     let config = config(args, &contents)?;
@@ -41,23 +36,11 @@ pub(crate) fn run(args: &Transfer) -> Outcome {
     earlier.settle()?;
     let lost = TransferFormat::of_ending(&args.out).losses();
     found.function.about.warnings.extend(lost);
-    if let Some(report) = &args.report {
-        let title = format!("Transfer function: {} → {}", args.drive, args.response);
-        let page = Page {
-            traces: found.traces.as_ref(),
-            ..Page::of(
-                title,
-                &found.function,
-                [&found.drive_unit, &found.response_unit],
-            )
-        };
-        write_report(report, &html(&page, &OptionWords)?)?;
-    }
-    if args.json {
-        return print_kept(&args.out, &found);
-    }
-    say_warnings(&found.function.about.warnings);
-    print(&text(&found, &args.out))
+    let found = Kept {
+        out: &args.out,
+        value: &found,
+    };
+    deliver_and(&args.outputs, &found, &[&args.out])
 }
 
 /// What the options ask for of the recording in `contents`.
@@ -87,25 +70,6 @@ fn config<'a>(args: &'a Transfer, contents: &Contents) -> Outcome<BetweenConfig<
             .stretches_s
             .clone(),
     })
-}
-
-/// How far H2 lies above H1, as a further line of text.
-pub(crate) fn bias_text(bias: Option<&Bias>) -> String {
-    let Some(Bias {
-        median_db: Some(median_db),
-        largest_db,
-        largest_at_hz,
-        band_hz,
-    }) = bias
-    else {
-        return String::new();
-    };
-    let largest = largest_db.map_or_else(|| "unlimited".into(), |db| format!("{db:.1} dB"));
-    // Rounding may put H2 below H1 by 1e-16.
-    let median_db = median_db.max(0.0);
-    format!(
-        "\nH2 is above H1 by {median_db:.2} dB at the median line and at most by {largest} (at {largest_at_hz:.0} Hz) over {band_hz}"
-    )
 }
 
 /// The estimator of the options.
@@ -147,30 +111,6 @@ fn excitation(args: &Transfer) -> Outcome<Excitation> {
             super::lacking::without(option.unwrap_or("--excitation impact")),
         ),
     }
-}
-
-fn text(found: &BetweenChannels, out: &Path) -> String {
-    let function = &found.function;
-    let from = match &function.impact {
-        None => format!("{} averages", function.averages),
-        Some(test) => {
-            let damping = match test.added_damping_per_s {
-                0.0 => String::new(),
-                added => format!(" with an added damping of {} 1/s", digits(added)),
-            };
-            format!("{} of {} hits{damping}", test.used(), test.hits.len())
-        }
-    };
-    format!(
-        "wrote {}: {}, {} frequency lines in steps of {:.2} Hz from {from}, from {} to {}{}",
-        out.display(),
-        function.estimator,
-        function.response().len(),
-        function.resolution_hz(),
-        found.drive_unit,
-        found.response_unit,
-        bias_text(found.bias.as_ref())
-    )
 }
 
 /// What is refused because of the options is a matter of the command line; else the file is named.

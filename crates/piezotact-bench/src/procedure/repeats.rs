@@ -7,10 +7,11 @@ use std::fmt;
 use piezotact::Warning;
 use piezotact::criterion::{Criterion, Limit, Outcome};
 use piezotact::document::{Content, in_words};
-use piezotact::quantity::{Acceleration, Band, Drive};
+use piezotact::page::{Page, Shown};
+use piezotact::quantity::{Acceleration, Band, Drive, Quantity};
 use piezotact::run::{Attempt, Judged, RunCriterion};
 use piezotact::transfer::{
-    Bias, Distortion, Limits, TransferFunction, max_pair_difference_db, pooled,
+    Bias, Distortion, Limits, TransferFunction, TransferReport, max_pair_difference_db, pooled,
 };
 use serde::{Serialize, Serializer};
 
@@ -114,6 +115,22 @@ pub struct RepeatedCharacterisation {
 
 impl Content for RepeatedCharacterisation {
     const SCHEMA: &'static str = "characterise";
+}
+
+impl Shown for RepeatedCharacterisation {
+    fn page(&self) -> Page {
+        let title = format!(
+            "Transfer function: {}",
+            self.function.about.provenance.source
+        );
+        TransferReport {
+            distortion: self.distortion.as_ref(),
+            repeats: self.apart_db.map(|db| (self.each.len(), db)),
+            refused: self.refused.iter().map(ToString::to_string).collect(),
+            ..TransferReport::of(title, &self.function, [&Drive::UNIT, &Acceleration::UNIT])
+        }
+        .page()
+    }
 }
 
 fn number_of<S: Serializer>(each: &[Characterisation], serializer: S) -> Result<S::Ok, S::Error> {

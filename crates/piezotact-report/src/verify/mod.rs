@@ -16,9 +16,10 @@ use piezotact::series::Series;
 use piezotact::transfer::TransferFunction;
 use piezotact::verify::{Tones, UncompensatedOutcome, Verdict, Verification};
 
+use crate::chart::HEIGHT;
 use crate::criteria::outcome;
 use crate::report::warnings_section;
-use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, origin, transfer};
+use crate::{DrawError, UNKNOWN_BENCH, bench_text, document, figure, figures, origin};
 
 pub use also::{Also, Stated};
 pub use before::Before;
@@ -232,7 +233,11 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
         .map_or(page.verification.band_hz, |rendering| {
             rendering.config.inverse.band
         });
-    let figures = figures::transfer(function, shown, "(m/s²)/FS")?;
+    let figures = piezotact::transfer::figures(function, shown, "(m/s²)/FS");
+    let drawn: Vec<Markup> = figures
+        .iter()
+        .map(|shown| Ok(figure(&crate::svg(shown, HEIGHT)?, &shown.caption)))
+        .collect::<Result<_, DrawError>>()?;
     Ok(html! {
         section {
             h2 { "Transfer function of the device with the finger on it" }
@@ -243,9 +248,7 @@ fn transfer_function(page: &Page<'_>) -> Result<Markup, DrawError> {
                 }
                 "."
             }
-            @for (svg, caption) in figures.iter().zip(transfer::captions(function)) {
-                (figure(svg, caption))
-            }
+            @for figure in &drawn { (figure) }
         }
     })
 }

@@ -39,7 +39,10 @@ pub(super) fn tsv_text(table: &Table, place: &str) -> Result<String, BidsError> 
                 text.push('\t');
             }
             match cell {
-                Cell::Number(value) if value.is_finite() => text.push_str(&value.to_string()),
+                Cell::Number(value) | Cell::Rounded { value, .. } if value.is_finite() => {
+                    text.push_str(&value.to_string());
+                }
+                Cell::Outcome(outcome) => text.push_str(outcome.word()),
                 Cell::Text(found) if found.is_empty() => text.push_str(NOTHING),
                 Cell::Text(found) => {
                     if found.contains(['\t', '\n', '\r']) || found == NOTHING {
@@ -47,7 +50,9 @@ pub(super) fn tsv_text(table: &Table, place: &str) -> Result<String, BidsError> 
                     }
                     text.push_str(found);
                 }
-                Cell::Number(_) | Cell::Missing(()) => text.push_str(NOTHING),
+                Cell::Number(_) | Cell::Rounded { .. } | Cell::Missing(()) => {
+                    text.push_str(NOTHING)
+                }
             }
         }
         text.push('\n');

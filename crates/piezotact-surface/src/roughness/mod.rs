@@ -17,6 +17,7 @@ mod filtered;
 mod form;
 mod instrument;
 mod material;
+mod page;
 mod parameters;
 mod plausible;
 mod profile;

@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 
+use super::page::file_name;
 use super::{EvaluatedSurface, Parameter, RoughnessDocument};
 use piezotact::document::{Content, FailedFile};
 use piezotact::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use piezotact::number::counted;
-use piezotact::page::{Block, Cell, Column, Page, Table};
+use piezotact::page::{Block, Cell, Column, Page, Shown, Table};
 use piezotact::warning::Merged;
 
 /// The parameters of the figure, of profiles and of maps.
@@ -29,6 +30,61 @@ pub struct RoughnessSet {
 
 impl Content for RoughnessSet {
     const SCHEMA: &'static str = "roughness_set";
+}
+
+impl Shown for RoughnessSet {
+    fn page(&self) -> Page {
+        let order: Vec<String> = self.surfaces.iter().map(name).collect();
+        let order = format!(
+            "{} in the order of their arithmetic mean height, the roughest first: {}.",
+            counted(order.len(), "surface"),
+            order.join(", ")
+        );
+        let mut blocks = vec![Block::conclusion(order, None)];
+        blocks.extend(self.figure().map(Block::Figure));
+        let mut page = Page::new("Roughness of a set of surfaces", "").section("", blocks);
+        if !self.failed.is_empty() {
+            page = page.section(
+                "Files without a result",
+                [Block::Steps {
+                    steps: self
+                        .failed
+                        .iter()
+                        .map(|failed| failed.why.clone())
+                        .collect(),
+                }],
+            );
+        }
+        page = page.section("Parameters", [Block::Table(self.short_table())]);
+        let methods = self.surfaces.iter().map(|surface| {
+            let instrument = match &surface.instrument {
+                Some(stated) => format!(" Instrument: {}.", stated.text()),
+                None => String::new(),
+            };
+            let (size, method) = (
+                surface.roughness.size_text(),
+                surface.roughness.method_text(),
+            );
+            format!(
+                "{}: {size} ({}). {method}.{instrument}",
+                name(surface),
+                surface.format
+            )
+        });
+        page = page.section(
+            "How they were computed",
+            [Block::Steps {
+                steps: methods.collect(),
+            }],
+        );
+        for (name, warnings) in self.warnings() {
+            page = page.section(
+                &format!("Warnings about {name}"),
+                [Block::warnings(name, warnings)],
+            );
+        }
+        page.rows(self.table())
+    }
 }
 
 impl RoughnessSet {
@@ -161,64 +217,6 @@ impl RoughnessSet {
         let all = self.surfaces.iter().map(of);
         all.filter(|(_, warnings)| !warnings.is_empty()).collect()
     }
-
-    /// The report of the set: order, figure, table, how each was computed, warnings, and the files that failed.
-    ///
-    /// Source: thesis 2.1.2 and figure 11.
-    #[must_use]
-    pub fn page(&self) -> Page {
-        let order: Vec<String> = self.surfaces.iter().map(name).collect();
-        let mut blocks = vec![Block::Text {
-            text: format!(
-                "{} in the order of their arithmetic mean height, the roughest first: {}.",
-                counted(order.len(), "surface"),
-                order.join(", ")
-            ),
-        }];
-        blocks.extend(self.figure().map(Block::Figure));
-        let mut page = Page::new("Roughness of a set of surfaces", "").section("", blocks);
-        if !self.failed.is_empty() {
-            page = page.section(
-                "Files without a result",
-                [Block::Steps {
-                    steps: self
-                        .failed
-                        .iter()
-                        .map(|failed| failed.why.clone())
-                        .collect(),
-                }],
-            );
-        }
-        page = page.section("Parameters", [Block::Table(self.short_table())]);
-        let methods = self.surfaces.iter().map(|surface| {
-            let instrument = match &surface.instrument {
-                Some(stated) => format!(" Instrument: {}.", stated.text()),
-                None => String::new(),
-            };
-            let (size, method) = (
-                surface.roughness.size_text(),
-                surface.roughness.method_text(),
-            );
-            format!(
-                "{}: {size} ({}). {method}.{instrument}",
-                name(surface),
-                surface.format
-            )
-        });
-        page = page.section(
-            "How they were computed",
-            [Block::Steps {
-                steps: methods.collect(),
-            }],
-        );
-        for (name, warnings) in self.warnings() {
-            page = page.section(
-                &format!("Warnings about {name}"),
-                [Block::Warnings { warnings }],
-            );
-        }
-        page
-    }
 }
 
 /// The value of one of two parameters, of a profile or of a map.
@@ -231,10 +229,5 @@ fn value(parameters: &[Parameter], symbols: (&str, &str)) -> Option<f64> {
 
 /// The name of a surface: that of its file.
 fn name(surface: &EvaluatedSurface) -> String {
-    surface
-        .file
-        .file_name()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned()
+    file_name(&surface.file)
 }

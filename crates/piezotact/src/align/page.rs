@@ -3,7 +3,7 @@
 use super::{AlignedBy, AlignedRecording, Alignment, BlockPlace, BurstPlace, Which};
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Scale, Tone};
 use crate::number::{counted, digits, plus, rounded};
-use crate::page::{Block, Cell, Column, Number, Page, Table};
+use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
 use crate::quantity::Seconds;
 
 impl Alignment {
@@ -60,37 +60,8 @@ fn name(which: Which) -> &'static str {
     }
 }
 
-impl AlignedRecording {
-    /// The places of blocks and bursts, one in a row.
-    #[must_use]
-    pub fn table(&self) -> Table {
-        let mut table = Table::new([
-            Column::new("what", "what"),
-            Column::new("middle in the recording, s", "recorded_s"),
-            Column::new("middle in the drive, s", "drive_s"),
-            Column::new("against the line, µs", "residual_us"),
-            Column::new("correlation", "correlation"),
-            Column::new("used", "used"),
-        ]);
-        let word = |used| if used { "yes" } else { "no" };
-        let by_bursts = self.alignment.by == AlignedBy::Bursts;
-        let bursts = self.alignment.bursts.iter();
-        let bursts = bursts.map(|one| {
-            let times = (one.recorded_s, one.drive_s);
-            self.row(name(one.which), times, one.correlation, word(by_bursts))
-        });
-        let blocks = self.alignment.blocks.iter();
-        let blocks = blocks.map(|one| {
-            let times = (one.recorded_s, one.drive_s);
-            self.row("block", times, one.correlation, word(one.used))
-        });
-        table.rows = bursts.chain(blocks).collect();
-        table
-    }
-
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
+impl Shown for AlignedRecording {
+    fn page(&self) -> Page {
         let found = &self.alignment;
         let [low, high] = found.drift_interval_ppm;
         let half_us = 0.5e6 * (found.offset_interval_s[1].0 - found.offset_interval_s[0].0);
@@ -120,7 +91,7 @@ impl AlignedRecording {
             ),
         ];
         let conclusion = Block::Conclusion {
-            text: format!("Factor {}: {}.", found.drawn_by(), found.covered_sentence()),
+            text: format!("By {}: {}.", found.drawn_by(), found.covered_sentence()),
             outcome: None,
         };
         let origin = format!(
@@ -142,8 +113,38 @@ impl AlignedRecording {
             page = page.section("Bursts", [Block::Table(bursts)]);
         }
         let text = self.method();
-        page.warnings(&found.warnings)
+        page.rows(self.table())
+            .warnings(&found.warnings)
             .section("Method", [Block::Note { text }])
+    }
+}
+
+impl AlignedRecording {
+    /// The places of blocks and bursts, one in a row.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let mut table = Table::new([
+            Column::new("what", "what"),
+            Column::new("middle in the recording, s", "recorded_s"),
+            Column::new("middle in the drive, s", "drive_s"),
+            Column::new("against the line, µs", "residual_us"),
+            Column::new("correlation", "correlation"),
+            Column::new("used", "used"),
+        ]);
+        let word = |used| if used { "yes" } else { "no" };
+        let by_bursts = self.alignment.by == AlignedBy::Bursts;
+        let bursts = self.alignment.bursts.iter();
+        let bursts = bursts.map(|one| {
+            let times = (one.recorded_s, one.drive_s);
+            self.row(name(one.which), times, one.correlation, word(by_bursts))
+        });
+        let blocks = self.alignment.blocks.iter();
+        let blocks = blocks.map(|one| {
+            let times = (one.recorded_s, one.drive_s);
+            self.row("block", times, one.correlation, word(one.used))
+        });
+        table.rows = bursts.chain(blocks).collect();
+        table
     }
 
     fn row(

@@ -4,7 +4,80 @@ use super::{Noise, OTHER_LINE_DB, PARTS, SHORTEST_OF_DRIFT, STANDS_OUT_DB};
 use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Line, Mark, Scale, Tone};
 use crate::number::{counted, digits, rounded};
-use crate::page::{Block, Cell, Column, Number, Page, Table};
+use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
+
+impl Shown for Noise {
+    fn page(&self) -> Page {
+        let (unit, part_s) = (self.unit_text(), self.config.segment_s.0 / PARTS as f64);
+        let mut numbers = vec![
+            Number::new(
+                format!("{} {unit}", digits(self.rms)),
+                format!("rms over {}, everything included", self.config.band_hz),
+            ),
+            Number::new(
+                format!("{} {unit}", digits(self.floor_rms)),
+                "rms of the noise floor: without lines and short events",
+            ),
+        ];
+        numbers.extend(self.densities.iter().map(|density| {
+            Number::new(
+                format!("{} {unit}/√Hz", digits(density.value)),
+                format!(
+                    "floor at {} Hz (median over a third octave)",
+                    rounded(density.frequency_hz)
+                ),
+            )
+        }));
+        let conclusion = Block::Conclusion {
+            text: format!("{}.", self.sentence()),
+            outcome: Some(self.at_rest()),
+        };
+        let of_rest = self.criteria.iter().filter(|c| c.what.of_rest());
+        let others = self.criteria.iter().filter(|c| !c.what.of_rest());
+        let others: Vec<_> = others.collect();
+        // Once each: 300 Hz is a multiple of 50 Hz and of 60 Hz.
+        let others = (others.iter().enumerate())
+            .filter(|(i, c)| others[..*i].iter().all(|before| before.what != c.what))
+            .map(|(_, c)| *c);
+        let note = format!(
+            "PSD by Welch's method: Hann window, segments of {}, 50 % overlap, median of {}; the rms of everything is from their mean. Levels: rms above {} over quarters of a segment. Drift: least squares over the means of segments; the interval takes into account that neighbouring means are correlated. A line of the mains stands out when it is more than {STANDS_OUT_DB} dB above the floor around it with 95 % confidence. Other lines are named from {OTHER_LINE_DB} dB; they may come from a machine or from a steady motion. A motion whose level does not change, such as a finger that slides during the whole recording, cannot be distinguished from noise.",
+            self.config.segment_s,
+            counted(self.averages, "segment"),
+            self.config.band_hz.low(),
+        );
+        Page::new(format!("Noise of {}", self.channel), &self.file)
+            .section("", [conclusion, Block::Numbers { numbers }])
+            .section(
+                "Was the sensor at rest?",
+                [
+                    Block::Table(Table::of_criteria(of_rest)),
+                    Block::Figure(
+                        self.over_time("rms of parts", &self.levels, part_s, self.config.disturbed_parts())
+                            .captioned(format!(
+                                "Level of each part of {part_s} s, above {}. Without motion it is constant.",
+                                self.config.band_hz.low()
+                            )),
+                    ),
+                ],
+            )
+            .section("Spectrum", [Block::Figure(self.spectrum_figure())])
+            .section(
+                "Lines of the mains and drift",
+                [
+                    Block::conclusion(format!("{}.", self.mains_sentence()), None),
+                    Block::conclusion(format!("{}.", self.drift_sentence()), None),
+                    Block::Figure(
+                        self.over_time("mean of parts", &self.means, self.config.segment_s.0, 0)
+                            .captioned("Mean of each second of the recording: drift."),
+                    ),
+                    Block::Table(Table::of_criteria(others)),
+                ],
+            )
+            .rows(self.spectrum_table())
+            .warnings(&self.warnings)
+            .section("Method", [Block::Note { text: note }])
+    }
+}
 
 impl Noise {
     /// Whether the sensor was at rest.
@@ -99,79 +172,6 @@ impl Noise {
 
     fn density_label(&self) -> String {
         format!("amplitude density, {}/√Hz", self.unit_text())
-    }
-
-    /// The report.
-    #[must_use]
-    pub fn page(&self, origin: &str) -> Page {
-        let (unit, part_s) = (self.unit_text(), self.config.segment_s.0 / PARTS as f64);
-        let mut numbers = vec![
-            Number::new(
-                format!("{} {unit}", digits(self.rms)),
-                format!("rms over {}, everything included", self.config.band_hz),
-            ),
-            Number::new(
-                format!("{} {unit}", digits(self.floor_rms)),
-                "rms of the noise floor: without lines and short events",
-            ),
-        ];
-        numbers.extend(self.densities.iter().map(|density| {
-            Number::new(
-                format!("{} {unit}/√Hz", digits(density.value)),
-                format!(
-                    "floor at {} Hz (median over a third octave)",
-                    rounded(density.frequency_hz)
-                ),
-            )
-        }));
-        let conclusion = Block::Conclusion {
-            text: format!("{}.", self.sentence()),
-            outcome: Some(self.at_rest()),
-        };
-        let of_rest = self.criteria.iter().filter(|c| c.what.of_rest());
-        let others = self.criteria.iter().filter(|c| !c.what.of_rest());
-        let others: Vec<_> = others.collect();
-        // Once each: 300 Hz is a multiple of 50 Hz and of 60 Hz.
-        let others = (others.iter().enumerate())
-            .filter(|(i, c)| others[..*i].iter().all(|before| before.what != c.what))
-            .map(|(_, c)| *c);
-        let note = format!(
-            "PSD by Welch's method: Hann window, segments of {}, 50 % overlap, median of {}; the rms of everything is from their mean. Levels: rms above {} over quarters of a segment. Drift: least squares over the means of segments; the interval takes into account that neighbouring means are correlated. A line of the mains stands out when it is more than {STANDS_OUT_DB} dB above the floor around it with 95 % confidence. Other lines are named from {OTHER_LINE_DB} dB; they may come from a machine or from a steady motion. A motion whose level does not change, such as a finger that slides during the whole recording, cannot be distinguished from noise.",
-            self.config.segment_s,
-            counted(self.averages, "segment"),
-            self.config.band_hz.low(),
-        );
-        Page::new(format!("Noise of {}", self.channel), origin)
-            .section("", [conclusion, Block::Numbers { numbers }])
-            .section(
-                "Was the sensor at rest?",
-                [
-                    Block::Table(Table::of_criteria(of_rest)),
-                    Block::Figure(
-                        self.over_time("rms of parts", &self.levels, part_s, self.config.disturbed_parts())
-                            .captioned(format!(
-                                "Level of each part of {part_s} s, above {}. Without motion it is constant.",
-                                self.config.band_hz.low()
-                            )),
-                    ),
-                ],
-            )
-            .section("Spectrum", [Block::Figure(self.spectrum_figure())])
-            .section(
-                "Lines of the mains and drift",
-                [
-                    Block::Text {
-                        text: format!("{}. {}.", self.mains_sentence(), self.drift_sentence()),
-                    },
-                    Block::Figure(
-                        self.over_time("mean of parts", &self.means, self.config.segment_s.0, 0)
-                            .captioned("Mean of each second of the recording: drift."),
-                    ),
-                    Block::Table(Table::of_criteria(others)),
-                ],
-            )
-            .warnings(&self.warnings)
-            .section("Method", [Block::Note { text: note }])
     }
 
     fn spectrum_figure(&self) -> crate::figure::Figure {

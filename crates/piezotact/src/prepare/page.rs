@@ -4,54 +4,27 @@ use super::{Prepared, PreparedDrives, State};
 use crate::criterion::Outcome;
 use crate::figure::{Axis, Chart, Figure, Line, Tone, range};
 use crate::number::{counted, digits, signed};
-use crate::page::{Block, Cell, Column, Number, Page, Table};
+use crate::page::{Block, Cell, Column, Ending, Number, Page, Shown, Table};
 use crate::quantity::{Band, Decibels};
 use crate::verify::Verification;
 use crate::warning::words::percent;
 
-impl PreparedDrives {
-    /// One row for each texture: the stroke, the drive and the verdict.
-    #[must_use]
-    pub fn table(&self) -> Table {
-        let mut table = Table::new([
-            Column::new("texture", "texture"),
-            Column::new("result", "state"),
-            Column::new("stroke", "stroke"),
-            Column::new("s", "duration_s"),
-            Column::new("m/s² rms", "rms_m_s2"),
-            Column::new("level, dB", "level_db"),
-            Column::new("headroom, dB", "headroom_db"),
-            Column::new("band reached", "reached"),
-            Column::new("strokes", "strokes"),
-        ]);
-        table.rows = self.textures.iter().map(|one| self.row(one)).collect();
-        table
+impl Shown for PreparedDrives {
+    fn ending(&self) -> Ending {
+        let is = |state: State| self.textures.iter().any(|one| one.state == state);
+        if is(State::NotPassed) || is(State::NotRendered) {
+            return Ending::NotPassed;
+        }
+        if is(State::NotDecided) || is(State::Rehearsed) || is(State::NotMeasured) {
+            return Ending::NotDecided;
+        }
+        match is(State::PassedInPart) {
+            true => Ending::PassedInPart,
+            false => Ending::Done,
+        }
     }
 
-    fn row(&self, one: &Prepared) -> Vec<Cell> {
-        let (strokes, stroke) = (&one.strokes, &one.strokes.stroke);
-        let width = |band: &Band| band.high().0 - band.low().0;
-        let reached = one.achievable_band_hz.iter().map(width).sum::<f64>();
-        let reached = reached / width(&self.band_hz);
-        vec![
-            Cell::from(strokes.texture.as_str()),
-            Cell::from(one.state.word()),
-            Cell::Text(format!("{} of {}", stroke.number, stroke.file)),
-            Cell::from(stroke.to_s - stroke.from_s),
-            Cell::from(stroke.rms_m_s2),
-            Cell::from(one.level_db),
-            Cell::from(one.headroom_db),
-            match &one.drive {
-                Some(_) => Cell::Text(percent(reached)),
-                None => Cell::from(None),
-            },
-            Cell::Text(strokes.strokes.to_string()),
-        ]
-    }
-
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
+    fn page(&self) -> Page {
         let who = self.participant.as_ref();
         let title = match who {
             Some(who) => format!("Drives for {who}"),
@@ -97,6 +70,47 @@ impl PreparedDrives {
                 text: self.method(),
             }],
         )
+    }
+}
+
+impl PreparedDrives {
+    /// One row for each texture: the stroke, the drive and the verdict.
+    #[must_use]
+    pub fn table(&self) -> Table {
+        let mut table = Table::new([
+            Column::new("texture", "texture"),
+            Column::new("result", "state"),
+            Column::new("stroke", "stroke"),
+            Column::new("s", "duration_s"),
+            Column::new("m/s² rms", "rms_m_s2"),
+            Column::new("level, dB", "level_db"),
+            Column::new("headroom, dB", "headroom_db"),
+            Column::new("band reached", "reached"),
+            Column::new("strokes", "strokes"),
+        ]);
+        table.rows = self.textures.iter().map(|one| self.row(one)).collect();
+        table
+    }
+
+    fn row(&self, one: &Prepared) -> Vec<Cell> {
+        let (strokes, stroke) = (&one.strokes, &one.strokes.stroke);
+        let width = |band: &Band| band.high().0 - band.low().0;
+        let reached = one.achievable_band_hz.iter().map(width).sum::<f64>();
+        let reached = reached / width(&self.band_hz);
+        vec![
+            Cell::from(strokes.texture.as_str()),
+            Cell::from(one.state.word()),
+            Cell::Text(format!("{} of {}", stroke.number, stroke.file)),
+            Cell::from(stroke.to_s - stroke.from_s),
+            Cell::from(stroke.rms_m_s2),
+            Cell::from(one.level_db),
+            Cell::from(one.headroom_db),
+            match &one.drive {
+                Some(_) => Cell::Text(percent(reached)),
+                None => Cell::from(None),
+            },
+            Cell::Text(strokes.strokes.to_string()),
+        ]
     }
 
     fn numbers(&self) -> Vec<Number> {
@@ -153,7 +167,7 @@ impl PreparedDrives {
         let warnings: Vec<_> = one.warnings.iter().cloned().collect();
         if !warnings.is_empty() {
             let warnings = crate::warning::merged(&warnings);
-            blocks.push(Block::Warnings { warnings });
+            blocks.push(Block::warnings(&one.strokes.texture, warnings));
         }
         blocks
     }

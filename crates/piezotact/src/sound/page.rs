@@ -3,13 +3,11 @@
 use super::{InputCalibration, LatencySummary, SensorMethod, SoundCalibration, VoltsMethod};
 use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone};
 use crate::number::{counted, digits, rounded};
-use crate::page::{Block, Cell, Column, Number, Page, Table};
+use crate::page::{Block, Cell, Column, Number, Page, Shown, Table};
 use crate::quantity::Seconds;
 
-impl SoundCalibration {
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
+impl Shown for SoundCalibration {
+    fn page(&self) -> Page {
         let mut numbers = Vec::new();
         if let Some(output) = &self.output {
             let method = match output.method {
@@ -91,7 +89,9 @@ impl SoundCalibration {
             }],
         )
     }
+}
 
+impl SoundCalibration {
     fn inputs_table(&self) -> Table {
         let mut table = Table::new([
             Column::new("input", "input"),
@@ -156,10 +156,8 @@ impl SoundCalibration {
     }
 }
 
-impl LatencySummary {
-    /// The report.
-    #[must_use]
-    pub fn page(&self) -> Page {
+impl Shown for LatencySummary {
+    fn page(&self) -> Page {
         let ms = |s: Seconds| format!("{} ms", digits(1e3 * s.0));
         let dropped: u64 = self.runs.iter().map(|run| run.drop_outs).sum();
         let mut numbers = Vec::new();
@@ -230,7 +228,9 @@ impl LatencySummary {
                 }],
             )
     }
+}
 
+impl LatencySummary {
     /// The latency of each restart.
     fn over_restarts(&self) -> Option<Figure> {
         let latency = self.latency.as_ref()?;

@@ -6,14 +6,15 @@ use serde::Serialize;
 use super::related::repeats_itself;
 use super::{
     Bias, Estimator, Excitation, Found, ImpactConfig, ImpactTraces, Known, Limits, OneClock,
-    TransferError, TransferFunction, TransferWarning, Transient, estimate_with_findings, prepared,
-    transient,
+    TransferError, TransferFunction, TransferReport, TransferWarning, Transient,
+    estimate_with_findings, prepared, transient,
 };
 #[cfg(feature = "modal")]
 use super::{ImpactEstimate, impact::impacts};
 use crate::device::{DriveSetup, drive_of_potential};
 use crate::document::Content;
 use crate::integrity::{Broken, Pair, never_changes, warnings_beside};
+use crate::page::{Page, Shown};
 use crate::quantity::{Potential, Uncalibrated, Unit, Volts};
 use crate::recording::{Channel, Losses, Recording, RecordingWarning, ReversedSign};
 use crate::series::Series;
@@ -59,6 +60,9 @@ pub struct BetweenChannels {
     pub drive_unit: Unit,
     /// The unit of the response.
     pub response_unit: Unit,
+    /// The channels of the drive and of the response.
+    #[serde(skip)]
+    pub channels: [String; 2],
     /// What a report draws of an impact test; absent for other drives.
     #[serde(skip)]
     pub traces: Option<ImpactTraces>,
@@ -66,6 +70,18 @@ pub struct BetweenChannels {
 
 impl Content for BetweenChannels {
     const SCHEMA: &'static str = "transfer";
+}
+
+impl Shown for BetweenChannels {
+    fn page(&self) -> Page {
+        let title = format!("Transfer function: {}", self.channels.join(" → "));
+        let units = [&self.drive_unit, &self.response_unit];
+        TransferReport {
+            traces: self.traces.as_ref(),
+            ..TransferReport::of(title, &self.function, units)
+        }
+        .page()
+    }
 }
 
 /// The transfer function between two channels of `recording`, in the unit of the response per unit of the drive, with the warnings
@@ -135,6 +151,7 @@ pub fn between_channels(
         function,
         drive_unit,
         response_unit,
+        channels: [config.drive, config.response].map(str::to_owned),
         traces,
     })
 }

@@ -9,19 +9,16 @@ use std::str::FromStr;
 use clap::Args;
 use piezotact::criterion::Outcome as Judged;
 use piezotact::lineage::Mode;
-use piezotact::prepare::{PreparedDrives, State};
+use piezotact::prepare::PreparedDrives;
 use piezotact::quantity::{Acceleration, Band, Drive};
 use piezotact::warning::Warnings;
 use piezotact_dataset::read_transfer;
-use piezotact_report::report::html;
 
-use crate::advice::OptionWords;
 use crate::benches::{self, BenchSpec};
 use crate::cli::{InverseName, ModeName, Takes};
-use crate::failure::{Failure, Outcome};
+use crate::deliver::{Outputs, deliver};
+use crate::failure::Outcome;
 use crate::interrupt::{self, interrupted};
-use crate::invocation::write_report;
-use crate::output::{print, print_document, say, say_warnings};
 use drives::Drives;
 use strokes::Textures;
 
@@ -65,12 +62,8 @@ pub(crate) struct Arguments {
     /// Largest number of corrections, default 6.
     #[arg(long, requires = "mode", value_parser = clap::value_parser!(u16).range(1..=50))]
     iterations: Option<u16>,
-    /// Writes a report.
-    #[arg(long, value_name = "REPORT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 /// The level at which textures are rendered.
@@ -125,10 +118,12 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     };
     found.textures = drives.prepared(textures)?;
     let found = found.concluded();
-    if let Some(path) = &args.report {
-        write_report(path, &html(&found.page(), &OptionWords)?)?;
+    let delivered = deliver(&args.outputs, &found);
+    if let Err(failure) = &delivered
+        && !failure.is_verdict()
+    {
+        return delivered;
     }
-    shown(args, &found)?;
     failures.outcome()?;
     if interrupted() {
         return Err(interrupt::failure(
@@ -136,54 +131,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
             "what is done stays; give the same command again: all textures are prepared, at one level",
         ));
     }
-    outcome(&found)
-}
-
-/// Prints what was prepared.
-fn shown(args: &Arguments, found: &PreparedDrives) -> Outcome {
-    if args.json {
-        return print_document(found);
-    }
-    for one in &found.textures {
-        let warnings: Vec<_> = one.warnings.iter().cloned().collect();
-        if !warnings.is_empty() {
-            say(&format!("{}:", one.strokes.texture));
-            say_warnings(&warnings);
-        }
-    }
-    let warnings: Vec<_> = found.warnings.iter().cloned().collect();
-    say_warnings(&warnings);
-    for one in &found.textures {
-        let stroke = &one.strokes.stroke;
-        print(&format!(
-            "{}: stroke {} of {} ({:.2} s of {} strokes): {}",
-            one.strokes.texture,
-            stroke.number,
-            stroke.file,
-            stroke.to_s - stroke.from_s,
-            one.strokes.strokes,
-            one.sentence
-        ))?;
-    }
-    if let Some(path) = &args.report {
-        print(&format!("report: {}", path.display()))?;
-    }
-    print(&format!("{}: {}", args.out.display(), found.sentence))
-}
-
-/// The exit code: that of the worst texture.
-fn outcome(found: &PreparedDrives) -> Outcome {
-    let is = |state: State| found.textures.iter().any(|one| one.state == state);
-    if is(State::NotPassed) || is(State::NotRendered) {
-        return Err(Failure::NotPassed);
-    }
-    if is(State::NotDecided) || is(State::Rehearsed) || is(State::NotMeasured) {
-        return Err(Failure::NotDecided);
-    }
-    if is(State::PassedInPart) {
-        return Err(Failure::PassedInPart);
-    }
-    Ok(())
+    delivered
 }
 
 /// The file of the texture called `name` in the part `part` of the folder.

@@ -230,7 +230,12 @@ fn check_outputs(args: &Arguments, called: &[String]) -> Outcome {
         &wanted[..3]
     };
     let made = folders(wanted)?;
-    let mut written: Vec<PathBuf> = args.report.iter().cloned().collect();
+    let mut written: Vec<PathBuf> = args
+        .outputs
+        .files()
+        .into_iter()
+        .map(Path::to_owned)
+        .collect();
     for name in called {
         for part in ["targets", "drives"] {
             let path = file(out, part, name, "wav");

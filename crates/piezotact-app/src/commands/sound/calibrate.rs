@@ -16,9 +16,10 @@ use piezotact_audio::{
 
 use super::keep;
 use crate::benches::audio::{SoundDevice, calibration_path};
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::{Outcome, usage};
 use crate::invocation::{day, today};
-use crate::output::{digits, digits_that_count, print, print_document, say, say_warnings};
+use crate::output::{digits_that_count, say};
 use crate::places::outputs;
 
 #[derive(Debug, Args)]
@@ -49,12 +50,8 @@ pub(crate) struct Arguments {
     /// Writes the calibration here; default: beside the set-up, where the bench finds it.
     #[arg(long, value_name = "OUT.json")]
     out: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
@@ -67,7 +64,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .clone()
         .unwrap_or_else(|| calibration_path(&args.setup));
     let written: Vec<&Path> = std::iter::once(out.as_path())
-        .chain(args.report.as_deref())
+        .chain(args.outputs.files())
         .collect();
     outputs(&[&args.setup], &written)?;
     let mut found = begun(&device)?;
@@ -86,14 +83,8 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
     if let Some(channel) = args.exciter {
         exciter(args, channel, &device, &mut streams, &mut found)?;
     }
-    let report = args.report.as_deref().map(|path| (path, found.page()));
-    keep((&out, "the earlier calibration"), &found, report)?;
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found))?;
-    say_warnings(&found.warnings);
-    print(&format!("wrote {}", out.display()))
+    keep((&out, "the earlier calibration"), &found)?;
+    deliver_and(&args.outputs, &found, &[&out])
 }
 
 /// Plays a tone as long as a voltmeter is read.
@@ -291,48 +282,4 @@ fn put(found: &mut SoundCalibration, new: InputCalibration) {
     found.inputs.retain(|input| input.channel != new.channel);
     found.inputs.push(new);
     found.inputs.sort_by_key(|input| input.channel);
-}
-
-fn text(found: &SoundCalibration) -> String {
-    let mut lines = vec![format!(
-        "{} at {}, {}",
-        found.device, found.rate_hz, found.made_on
-    )];
-    lines.push(match &found.output {
-        Some(output) => format!(
-            "output: {} V peak at full scale",
-            digits(output.v_per_full_scale)
-        ),
-        None => {
-            "output: not calibrated; read a voltmeter during --tone, or state --input-volts".into()
-        }
-    });
-    lines.push(match &found.loopback {
-        Some(loopback) => format!(
-            "loopback: {} of what is played, {}",
-            digits_that_count(loopback.gain.abs(), 4),
-            if loopback.gain < 0.0 {
-                "inverted"
-            } else {
-                "not inverted"
-            }
-        ),
-        None => "loopback: none".into(),
-    });
-    for input in &found.inputs {
-        lines.push(format!(
-            "input {} ({}): {} {} at full scale",
-            input.channel,
-            input.name,
-            digits_that_count(input.per_full_scale, 4),
-            input.unit.symbol()
-        ));
-    }
-    for wire in &found.wires {
-        lines.push(format!(
-            "output {} arrives at input {}",
-            wire.output, wire.input
-        ));
-    }
-    lines.join("\n")
 }

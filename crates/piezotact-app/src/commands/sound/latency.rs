@@ -10,10 +10,11 @@ use piezotact_bench::ProcedureError;
 
 use super::keep;
 use crate::benches::audio::{SoundDevice, latency_path};
+use crate::deliver::{Outputs, deliver_and};
 use crate::failure::Outcome;
 use crate::interrupt::interrupted;
 use crate::invocation::today;
-use crate::output::{counted, digits, print, print_document, say_warnings};
+use crate::output::counted;
 use crate::places::outputs;
 use crate::progress::{Words, Work};
 
@@ -34,12 +35,8 @@ pub(crate) struct Arguments {
     /// Writes the latency here; default: beside the set-up, where every later recording finds it.
     #[arg(long, value_name = "OUT.json")]
     out: Option<PathBuf>,
-    /// Writes a report.
-    #[arg(long, value_name = "OUT.html")]
-    report: Option<PathBuf>,
-    /// Prints the result as JSON.
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    outputs: Outputs,
 }
 
 pub(crate) fn run(args: &Arguments) -> Outcome {
@@ -48,7 +45,7 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         .clone()
         .unwrap_or_else(|| latency_path(&args.setup));
     let written: Vec<&Path> = std::iter::once(out.as_path())
-        .chain(args.report.as_deref())
+        .chain(args.outputs.files())
         .collect();
     outputs(&[&args.setup], &written)?;
     let device = SoundDevice::read(&args.setup)?;
@@ -71,49 +68,13 @@ pub(crate) fn run(args: &Arguments) -> Outcome {
         )
         .into());
     }
-    let report = args.report.as_deref().map(|path| (path, found.page()));
-    keep((&out, "the earlier latency"), &found, report)?;
-    if args.json {
-        return print_document(&found);
-    }
-    print(&text(&found))?;
-    say_warnings(&found.warnings);
-    print(&format!("wrote {}", out.display()))
+    keep((&out, "the earlier latency"), &found)?;
+    deliver_and(&args.outputs, &found, &[&out])
 }
 
 fn stopped() -> ProcedureError {
     ProcedureError::Stopped {
         label: "latency".into(),
         after_s: 0.0,
-    }
-}
-
-fn text(found: &LatencySummary) -> String {
-    let ms = |s: piezotact::quantity::Seconds| digits(1e3 * s.0);
-    let dropped: u64 = found.runs.iter().map(|run| run.drop_outs).sum();
-    match &found.latency {
-        Some(spread) => {
-            let percentiles = match found.has_percentiles() {
-                true => format!(
-                    "; 95 % within {} ms, 99 % within {} ms",
-                    ms(spread.p95_s),
-                    ms(spread.p99_s)
-                ),
-                false => String::new(),
-            };
-            format!(
-                "{}: output to input in {} ms (median of {}{percentiles}; from {} to {} ms), {dropped} drop-outs",
-                found.device,
-                ms(spread.median_s),
-                counted(found.found(), "restart"),
-                ms(spread.range_s[0]),
-                ms(spread.range_s[1]),
-            )
-        }
-        None => format!(
-            "{}: no latency: the loopback held the signal in none of {} restarts",
-            found.device,
-            found.runs.len()
-        ),
     }
 }

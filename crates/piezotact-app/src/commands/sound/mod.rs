@@ -17,20 +17,14 @@ super::lacking::lacking! {
     plant(Arguments), "twin plant";
 }
 
-/// Writes what was measured at a place, keeps what stood there under a free name, and writes the report.
+/// Writes what was measured at a place, and keeps what stood there under a free name.
 #[cfg(feature = "audio")]
 fn keep<T: piezotact::document::Content>(
     (out, earlier): (&std::path::Path, &'static str),
     found: &T,
-    report: Option<(&std::path::Path, piezotact::page::Page)>,
 ) -> crate::failure::Outcome {
     let earlier = crate::keeping::Earlier::at(out, earlier)?;
     let text = crate::output::document_text(found, Some(out))?;
     crate::output::write_text(out, &text)?;
-    earlier.settle()?;
-    if let Some((path, page)) = report {
-        let text = piezotact_report::report::html(&page, &crate::advice::OptionWords)?;
-        crate::invocation::write_report(path, &text)?;
-    }
-    Ok(())
+    earlier.settle()
 }

@@ -1,40 +1,35 @@
-//! The hits of an impact test: pulses, responses, windows, spectrum of the force, and a table of what was used.
+//! The hits of an impact test in a report: pulses, responses, windows, spectrum of the force, and a table of what was used.
 
-use maud::{Markup, html};
-use piezotact::figure::{Axis, Chart, Line, Tone};
-use piezotact::number::digits;
-use piezotact::quantity::Quantity;
-use piezotact::transfer::{ImpactTest, ImpactTraces};
-
-use crate::chart::HEIGHT;
-use crate::transfer::Page;
-use crate::{Draw, DrawError, figure};
+use super::page::TransferReport;
+use super::{ImpactTest, ImpactTraces};
+use crate::figure::{Axis, Chart, Line, Tone};
+use crate::number::digits;
+use crate::page::{Block, Cell, Column, Table};
+use crate::quantity::Quantity;
 
 /// The section about the hits; nothing for other drives.
-pub(crate) fn section<I: Quantity, O: Quantity>(
-    page: &Page<'_, I, O>,
-) -> Result<Markup, DrawError> {
-    let (Some(test), Some(traces)) = (&page.function.impact, page.traces) else {
-        return Ok(html! {});
-    };
-    let [force, response, spectrum] = [
-        forces(page, traces)?,
-        responses(page, traces)?,
-        spectrum(page, (test, traces))?,
-    ];
-    Ok(html! {
-        section {
-            h2 { "Hits" }
-            p { (windows(test)) }
-            (figure(&force, "Force of the hits that were used, time re the beginning of each pulse; the force window is drawn at the \
-                height of the largest pulse."))
-            (figure(&response, "Response to the same hits over the segment, before any window; the exponential window, if there is \
-                one, is drawn at the height of the largest value."))
-            (figure(&spectrum, "Mean spectrum of the force re its highest level. Shaded: the band that was excited, in which \
-                it lies above the line."))
-            (table(test, &page.drive_unit))
-        }
-    })
+pub(super) fn blocks<I: Quantity, O: Quantity>(
+    report: &TransferReport<'_, I, O>,
+) -> Option<Vec<Block>> {
+    let (test, traces) = (report.function.impact.as_ref()?, report.traces?);
+    let force = forces(report, traces).captioned(
+        "Force of the hits that were used, time re the beginning of each pulse; the force window is drawn at the height of the \
+         largest pulse.",
+    );
+    let response = responses(report, traces).captioned(
+        "Response to the same hits over the segment, before any window; the exponential window, if there is one, is drawn at the \
+         height of the largest value.",
+    );
+    let spectrum = spectrum(report, (test, traces)).captioned(
+        "Mean spectrum of the force re its highest level. Shaded: the band that was excited, in which it lies above the line.",
+    );
+    Some(vec![
+        Block::text(windows(test)),
+        force.into(),
+        response.into(),
+        spectrum.into(),
+        table(test, &report.drive_unit).into(),
+    ])
 }
 
 /// The windows in words.
@@ -70,8 +65,8 @@ fn windows(test: &ImpactTest) -> String {
 }
 
 /// The times of hits that were used, for legends.
-fn labels(page: &Page<'_, impl Quantity, impl Quantity>) -> Vec<String> {
-    let hits = page.function.impact.iter().flat_map(|test| &test.hits);
+fn labels(report: &TransferReport<'_, impl Quantity, impl Quantity>) -> Vec<String> {
+    let hits = report.function.impact.iter().flat_map(|test| &test.hits);
     let used = hits.filter(|hit| hit.is_used());
     used.map(|hit| format!("hit at {:.2} s", hit.at_s))
         .collect()
@@ -79,7 +74,7 @@ fn labels(page: &Page<'_, impl Quantity, impl Quantity>) -> Vec<String> {
 
 /// The values of all hits and a window at the height of the largest of them.
 fn lines(
-    page: &Page<'_, impl Quantity, impl Quantity>,
+    report: &TransferReport<'_, impl Quantity, impl Quantity>,
     traces: &[Vec<(f64, f64)>],
     (window, name): (&[(f64, f64)], &str),
     scale: f64,
@@ -95,7 +90,7 @@ fn lines(
     let colours = Tone::several(traces.len());
     let mut lines: Vec<Line> = traces
         .iter()
-        .zip(labels(page))
+        .zip(labels(report))
         .zip(colours)
         .map(|((points, label), colour)| Line::new(label, colour, scaled(points, 1.0)).thin())
         .collect();
@@ -113,44 +108,42 @@ fn span(traces: &[Vec<(f64, f64)>], scale: f64) -> (f64, f64) {
 }
 
 fn forces(
-    page: &Page<'_, impl Quantity, impl Quantity>,
+    report: &TransferReport<'_, impl Quantity, impl Quantity>,
     traces: &ImpactTraces,
-) -> Result<String, DrawError> {
+) -> Chart {
     let window = (traces.force_window.as_slice(), "force window");
-    let (lines, [low, high]) = lines(page, &traces.force, window, 1e3);
+    let (lines, [low, high]) = lines(report, &traces.force, window, 1e3);
     let (from, to) = span(&traces.force, 1e3);
     Chart::new(
         Axis::new("time, ms", from, to),
-        Axis::new(format!("force, {}", page.drive_unit), low, high),
+        Axis::new(format!("force, {}", report.drive_unit), low, high),
         lines,
     )
     .beside()
-    .svg(HEIGHT - 20)
 }
 
 fn responses(
-    page: &Page<'_, impl Quantity, impl Quantity>,
+    report: &TransferReport<'_, impl Quantity, impl Quantity>,
     traces: &ImpactTraces,
-) -> Result<String, DrawError> {
+) -> Chart {
     let window = (traces.exponential.as_slice(), "exponential window");
-    let (lines, [low, high]) = lines(page, &traces.response, window, 1.0);
+    let (lines, [low, high]) = lines(report, &traces.response, window, 1.0);
     let (from, to) = span(&traces.response, 1.0);
     Chart::new(
         Axis::new("time, s", from, to),
-        Axis::new(format!("response, {}", page.response_unit), low, high),
+        Axis::new(format!("response, {}", report.response_unit), low, high),
         lines,
     )
     .beside()
-    .svg(HEIGHT - 20)
 }
 
 fn spectrum(
-    page: &Page<'_, impl Quantity, impl Quantity>,
+    report: &TransferReport<'_, impl Quantity, impl Quantity>,
     (test, traces): (&ImpactTest, &ImpactTraces),
-) -> Result<String, DrawError> {
+) -> Chart {
     let ends = [traces.force_db.first(), traces.force_db.last()];
     let [low, high] = ends.map(|end| end.map_or(1.0, |(hz, _)| *hz));
-    let excited = page.function.excited;
+    let excited = report.function.excited;
     Chart {
         shaded: (excited.iter())
             .map(|band| (band.low().0, band.high().0))
@@ -162,30 +155,29 @@ fn spectrum(
             vec![Line::new("", Tone::Main, traces.force_db.clone())],
         )
     }
-    .svg(HEIGHT - 60)
 }
 
-fn table(test: &ImpactTest, unit: &str) -> Markup {
-    html! {
-        table {
-            tr {
-                th { "time, s" }
-                th { (format!("peak force, {unit}")) }
-                th { "duration, ms" }
-                th { "used" }
-            }
-            @for hit in &test.hits {
-                tr {
-                    td { (format!("{:.4}", hit.at_s)) }
-                    td { (digits(hit.peak).replace('-', "−")) }
-                    td { (format!("{:.3}", hit.duration_s * 1e3)) }
-                    td {
-                        @if hit.is_used() { "yes" } @else {
-                            "no: " (hit.faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))
-                        }
-                    }
-                }
-            }
-        }
-    }
+fn table(test: &ImpactTest, unit: &str) -> Table {
+    let mut table = Table::new([
+        Column::new("time, s", "time_s"),
+        Column::new(&format!("peak force, {unit}"), "peak_force"),
+        Column::new("duration, ms", "duration_ms"),
+        Column::new("used", "used"),
+    ]);
+    table.rows = (test.hits.iter())
+        .map(|hit| {
+            let faults: Vec<String> = hit.faults.iter().map(ToString::to_string).collect();
+            let used = match hit.is_used() {
+                true => "yes".to_owned(),
+                false => format!("no: {}", faults.join("; ")),
+            };
+            vec![
+                Cell::rounded(hit.at_s, 4),
+                Cell::from(hit.peak),
+                Cell::rounded(hit.duration_s * 1e3, 3),
+                Cell::Text(used),
+            ]
+        })
+        .collect();
+    table
 }

@@ -1,0 +1,475 @@
+//! The report of a transfer function.
+
+use super::{
+    Bias, Distortion, DistortionLevels, Estimator, ImpactTraces, Limits, TransferFunction,
+};
+use crate::figure::{Axis, Chart, Figure, Line, Mark, Tone, range};
+use crate::number::digits;
+use crate::page::{Block, Cell, Column, Fact, Number, Page, Table, fixed};
+use crate::quantity::{Band, Decibels, Quantity, Unit};
+
+const TARGET: Tone = Tone::Reference;
+const UNDER: Tone = Tone::Pale;
+const MEASURED: Tone = Tone::Main;
+const OTHER: Tone = Tone::Second;
+
+/// A level below any that can be measured, dB.
+const NOTHING_DB: f64 = -300.0;
+
+/// What a report of a transfer function shows.
+#[derive(Clone, Debug)]
+pub struct TransferReport<'a, I: Quantity, O: Quantity> {
+    pub title: String,
+    pub function: &'a TransferFunction<I, O>,
+    /// The unit of its values.
+    pub unit: String,
+    /// The unit of the drive.
+    pub drive_unit: String,
+    /// The unit of the response.
+    pub response_unit: String,
+    /// Noise and distortion; absent where nothing told them apart.
+    pub distortion: Option<&'a Distortion>,
+    /// How many repeats there are, and how far the two that differ most lie apart, dB rms.
+    pub repeats: Option<(usize, f64)>,
+    /// What was refused, and why.
+    pub refused: Vec<String>,
+    /// Forces, responses and windows of an impact test; absent for other drives.
+    pub traces: Option<&'a ImpactTraces>,
+}
+
+impl<'a, I: Quantity, O: Quantity> TransferReport<'a, I, O> {
+    /// A transfer function between channels in these units: drive, response.
+    ///
+    /// Source: house rule.
+    #[must_use]
+    pub fn of(
+        title: String,
+        function: &'a TransferFunction<I, O>,
+        [drive_unit, response_unit]: [&Unit; 2],
+    ) -> Self {
+        Self {
+            title,
+            function,
+            unit: format!("({response_unit})/{drive_unit}"),
+            drive_unit: drive_unit.to_string(),
+            response_unit: response_unit.to_string(),
+            distortion: None,
+            repeats: None,
+            refused: Vec::new(),
+            traces: None,
+        }
+    }
+
+    /// The report.
+    ///
+    /// Source: thesis 2.5.3.
+    #[must_use]
+    pub fn page(&self) -> Page {
+        let function = self.function;
+        let (shown, judged) = (function.shown_band(), function.tactile_band());
+        let conclusion = format!(
+            "{} from {}: {} lines {:.2} Hz apart, from {} to {}",
+            function.estimator,
+            averaged(function),
+            function.response().len(),
+            function.resolution_hz(),
+            self.drive_unit,
+            self.response_unit
+        );
+        let page = Page::new(&self.title, bench_line(function)).section(
+            "",
+            [
+                Block::conclusion(conclusion, None),
+                Block::numbers(self.numbers(judged)),
+            ],
+        );
+        let mut page = page.warnings(&function.about.warnings);
+        if !self.refused.is_empty() {
+            let steps = self.refused.clone();
+            page = page.section("Refused measurements", [Block::Steps { steps }]);
+        }
+        let figures = figures(function, shown, &self.unit);
+        let figures = figures.into_iter().map(Block::Figure);
+        let note = "Shaded: the band that was excited. Outside it, the values have no meaning.";
+        page = page.section("Transfer function", figures.chain([Block::note(note)]));
+        #[cfg(feature = "modal")]
+        if let Some(hits) = super::impact_page::blocks(self) {
+            page = page.section("Hits", hits);
+        }
+        if let Some(distortion) = self.distortion {
+            page = page.section("Is the device linear?", self.linearity(distortion));
+        }
+        page.section("Origin of the data", [Block::facts(origin(function))])
+            .rows(self.lines())
+    }
+
+    /// One row for each line.
+    fn lines(&self) -> Table {
+        let function = self.function;
+        let mut table = Table::new([
+            Column::new("frequency, Hz", "frequency_hz"),
+            Column::new(&format!("magnitude, {}", self.unit), "magnitude"),
+            Column::new("phase, °", "phase_deg"),
+            Column::new("coherence", "coherence"),
+        ]);
+        let lines = function.frequencies_hz().into_iter().enumerate();
+        table.rows = lines
+            .map(|(line, hz)| {
+                let value = function.response()[line];
+                let coherence = function.coherence().get(line).copied();
+                let coherence = coherence.filter(|_| function.has_coherence());
+                let values = [Some(hz), Some(value.norm()), Some(value.arg().to_degrees())];
+                values
+                    .into_iter()
+                    .chain([coherence])
+                    .map(Cell::from)
+                    .collect()
+            })
+            .collect();
+        table
+    }
+
+    fn numbers(&self, judged: Band) -> Vec<Number> {
+        let function = self.function;
+        let mut numbers = Vec::new();
+        let impact = function.impact.as_ref();
+        if let Some(test) = impact.filter(|test| test.added_damping_per_s > 0.0) {
+            numbers.push(Number::new(
+                format!("{} 1/s", digits(test.added_damping_per_s)),
+                format!(
+                    "damping σ added by the exponential window: half-power bandwidths are {} Hz wider",
+                    digits(test.added_bandwidth_hz())
+                ),
+            ));
+        }
+        if !function.has_coherence() {
+            numbers.push(Number::new("none", "coherence: one hit has none"));
+        }
+        if let Some(reach_db) = function.median_reach_db(judged) {
+            let reach = match reach_db.is_finite() {
+                true => format!("± {reach_db:.2} dB"),
+                false => "no lower limit".into(),
+            };
+            let limits = limits_name(function.limits());
+            numbers.push(Number::new(
+                reach,
+                format!("{limits} of the median line over {judged}"),
+            ));
+        }
+        if let Some(bias) = function.bias(judged) {
+            let median = bias.median_db.map(|db| format!("{} dB", fixed(db, 2)));
+            numbers.push(Number::new(
+                median.unwrap_or_else(|| "unknown".into()),
+                bias_text(&bias),
+            ));
+        }
+        if let Some(coherence) = function.coherence_in(judged) {
+            numbers.push(Number::new(
+                format!("{:.3}", coherence.median),
+                "median coherence",
+            ));
+            numbers.push(Number::new(
+                format!("{:.3}", coherence.lowest),
+                format!("lowest coherence, at {:.0} Hz", coherence.lowest_at_hz),
+            ));
+        }
+        if let Some(delay) = function.delay().filter(|_| impact.is_none()) {
+            let half_ms = delay.ci_half_width_s * 1e3;
+            numbers.push(Number::new(
+                format!("{} ± {half_ms:.2} ms", fixed(delay.delay_s * 1e3, 2)),
+                "from the drive to the response, within a segment",
+            ));
+        }
+        if let Some((repeats, apart_db)) = self.repeats {
+            numbers.push(Number::new(
+                format!("{apart_db:.2} dB"),
+                format!("largest rms difference between two of {repeats} repeats"),
+            ));
+        }
+        if let Some((level_db, band)) = self.distortion.and_then(Distortion::worst) {
+            // Where none stands above the noise its level is that of nothing.
+            numbers.push(match level_db < NOTHING_DB {
+                true => Number::new("none", "distortion above the noise"),
+                false => Number::new(
+                    format!("{} dB", fixed(level_db, 0)),
+                    format!("largest distortion re the response, {band}"),
+                ),
+            });
+        }
+        numbers
+    }
+
+    fn linearity(&self, distortion: &Distortion) -> Vec<Block> {
+        let note = format!(
+            "{} realisations of {} periods; lines {:.2} Hz apart. Noise: the part that differs between periods. Distortion: the \
+             part that repeats at lines that are not excited.",
+            distortion.realisations, distortion.periods, distortion.resolution_hz
+        );
+        vec![
+            Block::text(linear_words(distortion)),
+            distortion_chart(distortion, &self.response_unit)
+                .captioned(
+                    "Levels of single spectral lines: the square root of their mean power within third octaves. Distortion that \
+                     is not above the noise is not drawn.",
+                )
+                .into(),
+            distortion_table(distortion).into(),
+            Block::note(note),
+        ]
+    }
+}
+
+/// Noise and distortion re the response, one row a band.
+fn distortion_table(distortion: &Distortion) -> Table {
+    let mut table = Table::new([
+        Column::new("band", "band"),
+        Column::new("noise re response, dB", "noise_db"),
+        Column::new("even, dB", "even_db"),
+        Column::new("odd, dB", "odd_db"),
+    ]);
+    let cell = |level_db: Option<f64>| match level_db {
+        Some(db) if db.is_finite() => Cell::rounded(db, 1),
+        Some(_) => Cell::from("in noise"),
+        None => Cell::Missing(()),
+    };
+    table.rows = (distortion.levels.iter())
+        .map(|level| {
+            let mut row = vec![Cell::Text(level.band_hz.to_string())];
+            row.extend(level.re_answer_db().map(cell));
+            row
+        })
+        .collect();
+    table
+}
+
+fn bench_line<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
+    let kind = (function.about.provenance.bench).map_or(
+        "The recording does not say which bench it comes from.",
+        |bench| bench.sentence(),
+    );
+    match function.about.condition.to_string() {
+        nothing if nothing.is_empty() => kind.into(),
+        known => format!("{kind} Measured with {known}."),
+    }
+}
+
+/// What the figures of a transfer function show.
+fn captions<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> [&'static str; 3] {
+    let coherence = "Coherence: the share of the response power that the drive explains linearly.";
+    if function.confidence().is_none() {
+        return [
+            "Magnitude. Its scatter is unknown.",
+            "Phase. Its scatter is unknown.",
+            coherence,
+        ];
+    }
+    match function.limits() {
+        Limits::BestLinear => [
+            "Magnitude. Area behind the curve: 95 % confidence interval at each spectral line, of the best linear approximation \
+                at the level of this drive, if device and finger did not change. H2 is above H1 by the noise on the response and by the distortion.",
+            "Phase. Area behind the curve: 95 % confidence interval.",
+            coherence,
+        ],
+        Limits::Scatter => [
+            "Magnitude. Area behind the curve: scatter of the estimate, that is its random error only. Other area: from H1 to H2. \
+                Noise on the drive makes H1 too small, noise on the response makes H2 too large: for a linear system the \
+                true magnitude lies between them, apart from the scatter.",
+            "Phase. Area behind the curve: scatter of the estimate.",
+            coherence,
+        ],
+    }
+}
+
+/// What limits are called.
+fn limits_name(limits: Limits) -> &'static str {
+    match limits {
+        Limits::BestLinear => "95 % confidence interval",
+        Limits::Scatter => "scatter (random error only)",
+    }
+}
+
+fn bias_text(bias: &Bias) -> String {
+    match bias.largest_db {
+        Some(db) => format!(
+            "H2 above H1 at the median line; at most {db:.1} dB, at {:.0} Hz",
+            bias.largest_at_hz
+        ),
+        None => format!(
+            "H2 above H1 at the median line; without limit at {:.0} Hz",
+            bias.largest_at_hz
+        ),
+    }
+}
+
+/// What was averaged.
+fn averaged<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> String {
+    match &function.impact {
+        Some(test) => format!("{} of {} hits", test.used(), test.hits.len()),
+        None => format!("{} averages", function.averages),
+    }
+}
+
+fn linear_words(distortion: &Distortion) -> String {
+    match distortion.worst() {
+        Some((level_db, band)) if level_db > -200.0 => format!(
+            "At the level of this drive, distortion reaches −{:.0} dB re the response at {band}; even lines show even-order \
+                distortion, odd lines odd-order distortion.",
+            -level_db
+        ),
+        _ => "At the level of this drive, no distortion is above the noise.".into(),
+    }
+}
+
+fn origin<I: Quantity, O: Quantity>(function: &TransferFunction<I, O>) -> Vec<Fact> {
+    let provenance = &function.about.provenance;
+    let mut facts = vec![Fact::new("source", provenance.source.as_str()).steps(&provenance.steps)];
+    facts.extend(function.drive.as_ref().map(|setup| {
+        Fact::new(
+            "device",
+            format!(
+                "gain {}, {:.3} V at full scale, {:.0} nF",
+                setup.gain,
+                setup.volts_per_full_scale,
+                setup.load_f * 1e9
+            ),
+        )
+    }));
+    facts
+}
+
+/// The span of frequencies that figures of a band show: a little more on both sides.
+fn span(band: Band) -> (f64, f64) {
+    ((band.low().0 * 0.6).max(1.0), band.high().0 * 1.4)
+}
+
+/// Magnitude, phase and, where there is one, coherence of a transfer function in `unit`: figures over one axis, the first two
+/// with their limits where they are known, the first with the area between H1 and H2.
+///
+/// Source: thesis 2.5.3.
+pub fn figures<I: Quantity, O: Quantity>(
+    function: &TransferFunction<I, O>,
+    band: Band,
+    unit: &str,
+) -> Vec<Figure> {
+    let (from, to) = span(band);
+    let db = |magnitude: f64| Decibels::from_amplitude_ratio(magnitude).0;
+    // What nothing drove is not drawn.
+    let excited = |hz: &f64| function.excited.is_none_or(|excited| excited.contains(*hz));
+    let lines: Vec<(usize, f64)> = (1..)
+        .zip(function.frequencies_hz().into_iter().skip(1))
+        .filter(|(_, hz)| excited(hz))
+        .collect();
+    let points = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
+        lines.iter().map(|(line, hz)| (*hz, value(*line))).collect()
+    };
+    let phase_of = |line: usize| function.response()[line].arg().to_degrees();
+    let magnitude = points(&|line| db(function.response()[line].norm()));
+    let phase = points(&phase_of);
+    let coherence = points(&|line| function.coherence()[line]);
+    let (low, high) = range(&[&magnitude], from, to, 10.0, 80.0);
+    let limits = function.confidence();
+    let (mut magnitudes, mut phases) = (Vec::new(), Vec::new());
+    if let Some(limits) = &limits {
+        for (line, hz) in lines.iter().copied() {
+            magnitudes.push((hz, db(limits.low[line]), db(limits.high[line])));
+            let reach = limits.phase_reach_rad[line].to_degrees();
+            phases.push((hz, phase_of(line) - reach, phase_of(line) + reach));
+        }
+    }
+    let bounds = function.bias_bounds();
+    let between: Vec<(f64, f64, f64)> = lines
+        .iter()
+        .map(|(line, hz)| {
+            (
+                *hz,
+                db(bounds[*line][0]),
+                db(bounds[*line][1]).min(high + 40.0),
+            )
+        })
+        .collect();
+    let other = |label: &str, bound: usize| {
+        let points = lines
+            .iter()
+            .map(|(line, hz)| (*hz, db(bounds[*line][bound])))
+            .filter(|(_, db)| db.is_finite());
+        Line::new(label, OTHER, points.collect()).thin()
+    };
+    let others = match function.estimator {
+        _ if !function.has_coherence() => Vec::new(),
+        Estimator::H1 => vec![other("H2", 1).ribbon(between)],
+        Estimator::H2 => vec![other("H1", 0).ribbon(between)],
+        Estimator::Hv | Estimator::HvAt { .. } => {
+            vec![other("H1", 0).ribbon(between), other("H2", 1)]
+        }
+    };
+    let shown_name = function.estimator.to_string();
+    // A coherence of 0.98 and one of 0.999 are worlds apart: the axis begins below the lowest in the band.
+    let lowest = function
+        .coherence_in(band)
+        .map_or(0.0, |summary| summary.lowest.clamp(0.0, 1.0));
+    let floor = ((lowest * 10.0).floor() / 10.0).min(0.9);
+    let chart = |label: &str, (low, high): (f64, f64), lines: Vec<Line>| Chart {
+        shaded: vec![(band.low().0, band.high().0)],
+        ..Chart::new(
+            Axis::log("frequency, Hz", from, to),
+            Axis::new(label, low, high),
+            lines,
+        )
+    };
+    let mut all = others;
+    all.push(
+        Line::new(shown_name, MEASURED, magnitude)
+            .ribbon(magnitudes)
+            .thin(),
+    );
+    let mut drawn = vec![
+        chart(&format!("|H|, dB re 1 {unit}"), (low, high), all),
+        chart(
+            "phase including delay, °",
+            (-180.0, 180.0),
+            vec![Line::new("", TARGET, phase).ribbon(phases).thin()],
+        ),
+    ];
+    if function.has_coherence() {
+        let line = Line::new("", OTHER, coherence).thin();
+        let above = 1.0 + 0.05 * (1.0 - floor);
+        drawn.push(chart("coherence", (floor, above), vec![line]));
+    }
+    let drawn = drawn.into_iter().zip(captions(function));
+    drawn
+        .map(|(chart, caption)| chart.captioned(caption))
+        .collect()
+}
+
+/// The answer, noise and distortion by third octave.
+fn distortion_chart(distortion: &Distortion, unit: &str) -> Chart {
+    let levels = &distortion.levels;
+    let centre = |l: &DistortionLevels| (l.band_hz.low().0 * l.band_hz.high().0).sqrt();
+    let of = |value: &dyn Fn(&DistortionLevels) -> Option<f64>| -> Vec<(f64, f64)> {
+        let told = levels.iter().filter_map(|l| Some((centre(l), value(l)?)));
+        told.filter(|(_, v)| *v > 0.0)
+            .map(|(f, v)| (f, Decibels::from_amplitude_ratio(v).0))
+            .collect()
+    };
+    let lines = vec![
+        Line::new("answer", MEASURED, of(&|l| Some(l.linear))).marked(Mark::Joined),
+        Line::new("noise of one period", UNDER, of(&|l| Some(l.noise))).marked(Mark::Joined),
+        Line::new("even distortion", OTHER, of(&|l| l.even)).marked(Mark::Joined),
+        Line::new("odd distortion", TARGET, of(&|l| l.odd)).marked(Mark::Joined),
+    ];
+    let (from, to) = match (levels.first(), levels.last()) {
+        (Some(first), Some(last)) => (first.band_hz.low().0, last.band_hz.high().0),
+        _ => (20.0, 1000.0),
+    };
+    let points: Vec<&[(f64, f64)]> = lines.iter().map(|line| line.points.as_slice()).collect();
+    let (low, high) = range(&points, from, to, 10.0, 120.0);
+    Chart::new(
+        Axis::log("frequency, Hz", from, to),
+        Axis::new(
+            format!("level per spectral line, dB re 1 {unit} rms"),
+            low,
+            high,
+        ),
+        lines,
+    )
+}
